@@ -1,0 +1,200 @@
+//! The message in progress: what its segments said, over all repeats.
+
+use super::header::{Header, message_crc};
+use super::{Layout, MESSAGE_MAX};
+use crate::fec::{CODEWORD_PANELS_MAX, Code, Decoder, Undecodable, combine};
+use crate::panel::SoftPanel;
+
+/// Payload panels of the longest message: 1024 bytes at rate 1/2.
+const PAYLOAD_PANELS_MAX: usize = 256;
+
+/// The payload panels of one segment as they were read, upright and descrambled; lost ones erased.
+pub type Payload = [SoftPanel; CODEWORD_PANELS_MAX];
+
+/// How LEDs were read, against what the decoded message says they were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BitCount {
+    /// LEDs read wrongly.
+    pub corrected: u32,
+    /// LEDs read.
+    pub coded: u32,
+}
+
+/// What became of a segment that was added to a message.
+pub enum Added {
+    /// It had been decoded before.
+    Known,
+    /// It is decoded now; others are missing.
+    Decoded(BitCount),
+    /// It is kept, and added to its next repeat.
+    Kept(Undecodable),
+    /// It was the last one, and the message's CRC matches.
+    Complete,
+    /// It was the last one, and the message's CRC does not match.
+    Corrupt {
+        /// The CRC that the headers announced.
+        announced: u32,
+        /// The CRC of the message as it was decoded.
+        computed: u32,
+    },
+}
+
+/// One message in progress.
+///
+/// Its segments that did not decode are kept as sums of their log-likelihood ratios over the repeats.
+pub struct Assembly {
+    header: Option<Header>,
+    soft: [SoftPanel; PAYLOAD_PANELS_MAX],
+    message: [u8; MESSAGE_MAX],
+    /// One bit a segment: its ratios are in `soft`.
+    kept: u128,
+    /// One bit a segment: its bytes are in `message`.
+    decoded: u128,
+    complete: bool,
+    first_stamp: u64,
+    bits: BitCount,
+}
+
+impl Assembly {
+    pub const fn new() -> Self {
+        Self {
+            header: None,
+            soft: [SoftPanel::ERASED; PAYLOAD_PANELS_MAX],
+            message: [0; MESSAGE_MAX],
+            kept: 0,
+            decoded: 0,
+            complete: false,
+            first_stamp: 0,
+            bits: BitCount {
+                corrected: 0,
+                coded: 0,
+            },
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.header = None;
+    }
+
+    /// Forgets everything and begins with the message of `header`, first seen at `first_stamp`.
+    pub fn begin(&mut self, header: Header, first_stamp: u64) {
+        self.header = Some(header);
+        (self.kept, self.decoded, self.complete) = (0, 0, false);
+        (self.first_stamp, self.bits) = (first_stamp, BitCount::default());
+    }
+
+    /// Whether no message is in progress.
+    pub fn is_empty(&self) -> bool {
+        self.header.is_none()
+    }
+
+    /// Whether `header` is of the message in progress.
+    pub fn is_of(&self, header: Header) -> bool {
+        self.header.is_some_and(|own| own.same_message(header))
+    }
+
+    /// Segments not decoded yet.
+    pub fn missing(&self) -> u8 {
+        let segments = self
+            .header
+            .map_or(0, |header| Layout::segments(header.layout()));
+        (segments as u32).saturating_sub(self.decoded.count_ones()) as u8
+    }
+
+    pub fn first_stamp(&self) -> u64 {
+        self.first_stamp
+    }
+
+    pub fn bits(&self) -> BitCount {
+        self.bits
+    }
+
+    /// The message's bytes; zeros where its segments are missing.
+    pub fn message(&self) -> &[u8] {
+        let length = self.header.map_or(0, |header| usize::from(header.length));
+        self.message.get(..length).unwrap_or(&self.message)
+    }
+
+    /// Decodes a segment of the message in progress: alone first, then together with its earlier repeats.
+    ///
+    /// Alone first, because an earlier repeat may have been read one panel off: its sum would spoil a good
+    /// reading.
+    pub fn add(&mut self, header: Header, payload: &Payload, decoder: &mut Decoder) -> Added {
+        let bit = 1_u128 << (header.segment & 0x7f);
+        if self.decoded & bit != 0 {
+            return Added::Known;
+        }
+        let block = header.block();
+        let info = match decoder.decode(block, payload) {
+            Ok(info) => info,
+            Err(alone) => {
+                let kept = self.kept & bit != 0;
+                let sum = Self::keep(&mut self.soft, header, payload, kept);
+                self.kept |= bit;
+                match if kept {
+                    decoder.decode(block, sum)
+                } else {
+                    Err(alone)
+                } {
+                    Ok(info) => info,
+                    Err(undecodable) => return Added::Kept(undecodable),
+                }
+            }
+        };
+        let bits = block.compare(info, payload);
+        let bits = BitCount {
+            corrected: bits.0,
+            coded: bits.1,
+        };
+        let first_byte = header.layout().first_byte(header.segment.into());
+        self.message
+            .iter_mut()
+            .skip(first_byte)
+            .zip(info)
+            .for_each(|(to, &from)| *to = from);
+        self.decoded |= bit;
+        self.bits.corrected = self.bits.corrected.saturating_add(bits.corrected);
+        self.bits.coded = self.bits.coded.saturating_add(bits.coded);
+        if self.missing() > 0 {
+            Added::Decoded(bits)
+        } else {
+            self.check(header.crc)
+        }
+    }
+
+    fn check(&mut self, announced: u32) -> Added {
+        let computed = message_crc(self.message());
+        self.complete = computed == announced;
+        if self.complete {
+            Added::Complete
+        } else {
+            Added::Corrupt {
+                announced,
+                computed,
+            }
+        }
+    }
+
+    /// Puts a segment into its place in `soft`, added to what is `kept` there; returns the sum.
+    fn keep<'a>(
+        soft: &'a mut [SoftPanel],
+        header: Header,
+        payload: &Payload,
+        kept: bool,
+    ) -> &'a [SoftPanel] {
+        let first = usize::from(header.segment) * Code::panels(header.code);
+        let panels = header.block().panels().min(payload.len());
+        let Some(place) = soft.get_mut(first..first + panels) else {
+            return &[];
+        };
+        for (sum, panel) in place.iter_mut().zip(payload) {
+            if kept {
+                combine(sum, panel)
+            } else {
+                *sum = *panel
+            }
+        }
+        place
+    }
+}

@@ -1,0 +1,258 @@
+//! The header of a segment: 64 bits that say what the segment is part of.
+
+use super::{Layout, MESSAGE_MAX};
+use crate::fec::{Block, Code};
+use crate::panel::PanelFrame;
+use crc::{CRC_8_AUTOSAR, CRC_32_ISCSI, Crc};
+
+/// The version of the format that this crate speaks.
+pub const VERSION: u8 = 1;
+/// Bytes of a header.
+pub const HEADER_BYTES: usize = 8;
+/// The code word of a header.
+pub const HEADER_BLOCK: Block = Block::new(Code::Tc128, HEADER_BYTES);
+
+/// The value that stands in the code's place in a beacon.
+const BEACON: u8 = 7;
+
+const CRC_8: Crc<u8> = Crc::<u8>::new(&CRC_8_AUTOSAR);
+const CRC_32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// Which segment of which message a segment is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// The code of the payload.
+    pub code: Code,
+    /// Bytes of the whole message: 1 to [`MESSAGE_MAX`].
+    pub length: u16,
+    /// The segment's number: 0 to 127.
+    pub segment: u8,
+    /// Toggles with each new message, so that the same text sent anew is told from a repeat.
+    pub fresh: bool,
+    /// [`message_crc`] of the whole message: its identity and its check in one.
+    pub crc: u32,
+}
+
+impl Header {
+    /// How the message is cut into segments.
+    pub const fn layout(self) -> Layout {
+        Layout::new(self.code, self.length as usize)
+    }
+
+    /// The code word of this segment's payload.
+    pub const fn block(self) -> Block {
+        self.layout().block(self.segment as usize)
+    }
+
+    /// Whether this is the header of a segment, any segment, of the same message as `other`.
+    pub fn same_message(self, other: Self) -> bool {
+        self.of_segment(0) == other.of_segment(0)
+    }
+
+    /// The header of another segment of the same message.
+    pub const fn of_segment(self, segment: u8) -> Self {
+        Self { segment, ..self }
+    }
+}
+
+/// What a header announces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Announcement {
+    /// A segment of a message follows.
+    Segment(Header),
+    /// The transmitter is idle; nothing follows.
+    Beacon,
+}
+
+/// Why 64 decoded bits are no header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum HeaderError {
+    /// The CRC-8 does not match.
+    #[error(
+        "the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was no header"
+    )]
+    Checksum {
+        /// As it stands in the header.
+        found: u8,
+        /// As the rest of the header calls for.
+        computed: u8,
+    },
+    /// A format of another version.
+    #[error(
+        "the header is of version {0}, this receiver reads version {VERSION}: use the same release at both ends"
+    )]
+    Version(u8),
+    /// A code that this version does not define.
+    #[error(
+        "the header names code {0}, of 0 to 4 (or 7, a beacon): it was read wrongly, or the transmitter is newer"
+    )]
+    Code(u8),
+    /// A segment beyond the message's end.
+    #[error("the header names segment {segment} of a message of {segments}: it was read wrongly")]
+    Segment {
+        /// As it stands in the header.
+        segment: u8,
+        /// As the message's length and code call for.
+        segments: usize,
+    },
+    /// A beacon whose other fields are not all zero.
+    #[error(
+        "the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer"
+    )]
+    Beacon,
+}
+
+/// The CRC-32C of the message's bytes followed by its length (2 bytes, little-endian).
+///
+/// The length is part of it, so that messages which differ only in zeros at the end, which the shortened
+/// codes cannot tell apart, have different CRCs.
+pub fn message_crc(message: &[u8]) -> u32 {
+    let mut digest = CRC_32.digest();
+    digest.update(message);
+    digest.update(&(message.len() as u16).to_le_bytes());
+    digest.finalize()
+}
+
+impl Announcement {
+    /// The 8 bytes of the header.
+    pub fn to_bytes(self) -> [u8; HEADER_BYTES] {
+        let fields = match self {
+            Self::Beacon => u64::from(VERSION) | u64::from(BEACON) << 3,
+            Self::Segment(header) => {
+                u64::from(VERSION)
+                    | (header.code as u64) << 3
+                    | u64::from(header.length.clamp(1, MESSAGE_MAX as u16) - 1) << 6
+                    | u64::from(header.segment & 0x7f) << 16
+                    | u64::from(header.fresh) << 23
+                    | u64::from(header.crc) << 24
+            }
+        };
+        let [checked @ .., _] = fields.to_le_bytes();
+        (fields | u64::from(CRC_8.checksum(&checked)) << 56).to_le_bytes()
+    }
+
+    /// Reads the 8 bytes of a header.
+    ///
+    /// # Errors
+    ///
+    /// [`HeaderError`]: wrong CRC-8, another version, or fields out of their ranges, in this order.
+    pub fn from_bytes(bytes: [u8; HEADER_BYTES]) -> Result<Self, HeaderError> {
+        let [checked @ .., found] = bytes;
+        let computed = CRC_8.checksum(&checked);
+        if found != computed {
+            return Err(HeaderError::Checksum { found, computed });
+        }
+        let fields = u64::from_le_bytes(bytes);
+        let field = |first_bit: u32, bits: u32| fields >> first_bit & ((1 << bits) - 1);
+        let version = field(0, 3) as u8;
+        if version != VERSION {
+            return Err(HeaderError::Version(version));
+        }
+        let code_value = field(3, 3) as u8;
+        if code_value == BEACON {
+            return if field(6, 50) == 0 {
+                Ok(Self::Beacon)
+            } else {
+                Err(HeaderError::Beacon)
+            };
+        }
+        let header = Header {
+            code: Code::from_value(code_value).ok_or(HeaderError::Code(code_value))?,
+            length: field(6, 10) as u16 + 1,
+            segment: field(16, 7) as u8,
+            fresh: field(23, 1) == 1,
+            crc: field(24, 32) as u32,
+        };
+        let segments = header.layout().segments();
+        if usize::from(header.segment) < segments {
+            Ok(Self::Segment(header))
+        } else {
+            Err(HeaderError::Segment {
+                segment: header.segment,
+                segments,
+            })
+        }
+    }
+
+    /// The two panels of the header, coded, before scrambling.
+    pub fn to_panels(self) -> impl Iterator<Item = PanelFrame> {
+        HEADER_BLOCK.encode(&self.to_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A header's bytes with other `fields` in bits 0 to 55 and the CRC-8 that belongs to them.
+    fn with_fields(fields: u64) -> [u8; HEADER_BYTES] {
+        let mut bytes = fields.to_le_bytes();
+        bytes[7] = CRC_8.checksum(&bytes[..7]);
+        bytes
+    }
+
+    proptest! {
+        #[test]
+        fn a_header_comes_back(code in 0_u8..5, length in 1_u16..=1024, segment: u8, fresh: bool, crc: u32) {
+            let code = Code::from_value(code).unwrap();
+            let segment = (usize::from(segment) % Layout::new(code, length.into()).segments()) as u8;
+            let header = Announcement::Segment(Header { code, length, segment, fresh, crc });
+            prop_assert_eq!(Announcement::from_bytes(header.to_bytes()), Ok(header));
+        }
+
+        #[test]
+        fn one_to_three_wrong_bits_are_noticed(crc: u32, first in 0_u32..64, second in 0_u32..64, third in 0_u32..64) {
+            let header = Header { code: Code::Tc512, length: 90, segment: 1, fresh: true, crc };
+            let bits = u64::from_le_bytes(Announcement::Segment(header).to_bytes());
+            let wrong = bits ^ (1 << first | 1 << second | 1 << third);
+            let refused = matches!(Announcement::from_bytes(wrong.to_le_bytes()), Err(HeaderError::Checksum { .. }));
+            prop_assert!(refused);
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused_without_panic(fields in 0_u64..1 << 56) {
+            if let Ok(read) = Announcement::from_bytes(with_fields(fields)) {
+                prop_assert_eq!(read.to_bytes(), with_fields(fields));
+            }
+        }
+    }
+
+    #[test]
+    fn a_beacon_comes_back_and_is_refused_with_other_fields() {
+        assert_eq!(
+            Announcement::from_bytes(Announcement::Beacon.to_bytes()),
+            Ok(Announcement::Beacon)
+        );
+        assert_eq!(
+            Announcement::from_bytes(with_fields(0x39 | 1 << 30)),
+            Err(HeaderError::Beacon)
+        );
+    }
+
+    #[test]
+    fn what_this_version_does_not_define_is_refused_by_name() {
+        assert_eq!(
+            Announcement::from_bytes(with_fields(2)),
+            Err(HeaderError::Version(2))
+        );
+        assert_eq!(
+            Announcement::from_bytes(with_fields(1 | 5 << 3)),
+            Err(HeaderError::Code(5))
+        );
+        let beyond = Announcement::from_bytes(with_fields(1 | 1 << 16));
+        assert_eq!(
+            beyond,
+            Err(HeaderError::Segment {
+                segment: 1,
+                segments: 1
+            })
+        );
+    }
+
+    #[test]
+    fn zeros_at_the_end_change_the_crc() {
+        assert_ne!(message_crc(b"a"), message_crc(b"a\0"));
+        assert_ne!(message_crc(b"\0"), message_crc(b"\0\0"));
+    }
+}

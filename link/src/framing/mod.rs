@@ -1,0 +1,188 @@
+//! From a message to panels and back: segments, headers, repeats.
+//!
+//! # The format, version 1
+//!
+//! A message is 1 to 1024 bytes. It is cut into segments, and its segments are shown in order, again and
+//! again:
+//!
+//! ```text
+//!  repeat 0                            repeat 1 (the complement of repeat 0)
+//! ┌───────────┬───────────┬───────────┬───────────┬───────────┬─── ···
+//! │ segment 0 │ segment 1 │ segment 2 │ segment 0 │ segment 1 │
+//! └───────────┴─────┬─────┴───────────┴───────────┴───────────┴─── ···
+//!       ┌───────────┘
+//! panel n=0      1          2           3        ···                    ··· last
+//!   ┌─────────┬──────────┬──────────┬──────────┬─────┬──────────┬──────────┬─────┐
+//!   │  SYNC   │  header  │  header  │ payload: │ ··· │ payload: │ payload: │ ··· │   64 LEDs each
+//!   │         │   info   │  parity  │   info   │     │   info   │  parity  │     │
+//!   └─────────┴──────────┴──────────┴──────────┴─────┴──────────┴──────────┴─────┘
+//! ```
+//!
+//! **Sync panel.** [`SYNC`], 32 of its LEDs On: 4 in each row and column, never more than 2 alike in
+//! succession. It serves as a pilot too.
+//!
+//! **Header.** 64 bits, as 8 bytes in little-endian order, coded by TC128 into 2 panels:
+//!
+//! ```text
+//!  bit 0    3      6             16         23     24                                    56       63
+//!   ┌───────┬──────┬─────────────┬──────────┬──────┬─────────────────────────────────────┬─────────┐
+//!   │version│ code │ length − 1  │ segment  │fresh │           CRC-32C                   │  CRC-8  │
+//!   │   3   │  3   │     10      │    7     │  1   │             32                      │    8    │
+//!   └───────┴──────┴─────────────┴──────────┴──────┴─────────────────────────────────────┴─────────┘
+//!    byte 0 and 1 (to bit 15)     byte 2            bytes 3 to 6                          byte 7
+//! ```
+//!
+//! * *version*: 1. The places of version and CRC-8 hold for every version to come.
+//! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and
+//!   header alone, which an idle transmitter shows, with all fields after it zero. 5 and 6 are reserved.
+//! * *length* of the message in bytes, *segment* number from 0.
+//! * *fresh* toggles with each new message: the same text sent anew is told from a repeat.
+//! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: what
+//!   names the message, and what checks it.
+//! * *CRC-8* (CRC-8/AUTOSAR) of bytes 0 to 6.
+//!
+//! **Payload.** A segment carries as many bytes of the message as its code has information, the last segment
+//! those that are left. They are coded and shortened as [`fec`](crate::fec) says: ⌈bytes/8⌉ panels of
+//! information, then 1, 2, 4, 4 or 8 panels of parity. There is nothing else in a panel.
+//!
+//! **Bits to LEDs.** Byte r of the 8 of a panel is row r; its bit c, from the least significant, is column c.
+//!
+//! **Scrambling.** Panel n of a segment is XORed with [`scramble::word`](crate::scramble::word)`(n)`; the
+//! sync panel is not.
+//!
+//! **Polarity.** Where segment + repeat is odd, the whole segment, sync included, is shown in complement. The
+//! receiver learns which from the sign of the sync panel's correlation.
+//!
+//! # Flicker
+//!
+//! Each repeat is the complement of the one before, so each LED is On in *exactly* half of the panels of any
+//! two repeats, and never stays the same for longer than one repeat, whatever the message. These two hold for
+//! all messages and are tested. What is typical, of English text over 40 repeats, by
+//! `cargo run --release -p link --example flicker`:
+//!
+//! | bytes | code | panels a repeat | mean On | spread a panel (standard deviation) | LEDs On, least to most | longest run of one LED, panels |
+//! |---|---|---|---|---|---|---|
+//! | 8 | TC128 | 5 | 0.5000 | 0.0479 | 26 to 38 | 5 |
+//! | 16 | TC256 | 7 | 0.5000 | 0.0334 | 27 to 37 | 7 |
+//! | 32 | TC512 | 11 | 0.5000 | 0.0403 | 26 to 38 | 8 |
+//! | 128 | TM1536 | 27 | 0.5000 | 0.0513 | 24 to 40 | 11 |
+//! | 1024 | TM1536 | 216 | 0.5000 | 0.0629 | 20 to 44 | 12 |
+//!
+//! # Sending and receiving
+//!
+//! [`Framer`] makes the panels, [`Deframer`] reads them. [`Code::for_length`](crate::fec::Code::for_length)
+//! chooses the code.
+//!
+//! ```
+//! use link::fec::Code;
+//! use link::framing::{Deframer, Event, Framer};
+//! use link::panel::SoftPanel;
+//!
+//! let message = b"Road works in 200 m";
+//! let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
+//! let mut deframer = Deframer::new();
+//! let delivered = (0..framer.panels_per_repeat()).any(|index| {
+//!     let read = SoftPanel::certain(framer.next_panel(), 12);
+//!     match deframer.push(index, u64::from(index), &read) {
+//!         Event::Delivered(delivery) => delivery.message == message,
+//!         _ => false,
+//!     }
+//! });
+//! assert!(delivered);
+//! # Ok::<(), link::framing::FramingError>(())
+//! ```
+
+mod assembly;
+mod code_choice;
+mod header;
+mod layout;
+mod receive;
+mod transmit;
+
+pub use header::{Announcement, HEADER_BYTES, Header, HeaderError, VERSION, message_crc};
+pub use layout::{Layout, OVERHEAD_PANELS};
+pub use receive::{Deframer, Delivery, Event, Rejection, SegmentOutcome};
+pub use transmit::Framer;
+
+use crate::panel::PanelFrame;
+
+/// The most bytes of a message.
+pub const MESSAGE_MAX: usize = 1024;
+
+/// The panel that begins each segment.
+///
+/// ```text
+/// ##··#··#
+/// ·##··##·
+/// #·##··#·
+/// ·#··##·#
+/// ··##·##·
+/// #··#··##
+/// ·##·##··
+/// #··##··#
+/// ```
+///
+/// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64:
+/// a panel that is upside down or seen in a mirror is not taken for one that is upright.
+pub const SYNC: PanelFrame = PanelFrame::from_bits(0x9936_c96c_b24d_6693);
+
+/// Why a message cannot be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FramingError {
+    /// No bytes at all.
+    #[error("the message is empty: give 1 to {MESSAGE_MAX} bytes, or send a beacon")]
+    Empty,
+    /// Too many bytes.
+    #[error(
+        "the message has {length} bytes, the most is {MESSAGE_MAX}: split it into several messages"
+    )]
+    TooLong {
+        /// Its bytes.
+        length: usize,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::panel::SIDE;
+
+    /// LEDs in reading order of the panel turned and mirrored in one of 8 ways.
+    fn image(way: usize) -> impl Iterator<Item = bool> {
+        (0..SIDE * SIDE).map(move |led| {
+            let (row, column) = (led / SIDE, led % SIDE);
+            let (row, column) = if way & 1 == 0 {
+                (row, column)
+            } else {
+                (column, row)
+            };
+            let row = if way & 2 == 0 { row } else { SIDE - 1 - row };
+            let column = if way & 4 == 0 {
+                column
+            } else {
+                SIDE - 1 - column
+            };
+            SYNC.is_on(row, column)
+        })
+    }
+
+    #[test]
+    fn the_sync_panel_is_balanced_and_has_no_long_runs() {
+        for line in 0..2 * SIDE {
+            let leds: Vec<bool> = image(line / SIDE)
+                .skip(SIDE * (line % SIDE))
+                .take(SIDE)
+                .collect();
+            assert_eq!(leds.iter().filter(|&&on| on).count(), SIDE / 2);
+            assert!(leds.chunk_by(|a, b| a == b).all(|run| run.len() <= 2));
+        }
+    }
+
+    #[test]
+    fn the_sync_panel_is_unlike_its_turned_and_mirrored_images() {
+        for way in 1..8 {
+            let alike = image(0).zip(image(way)).filter(|(a, b)| a == b).count();
+            assert!((24..=40).contains(&alike), "image {way}: {alike}");
+        }
+    }
+}

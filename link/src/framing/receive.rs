@@ -1,0 +1,542 @@
+//! From panels, as a camera read them, to messages.
+
+use super::assembly::{Added, Assembly, Payload};
+use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError};
+use super::{Layout, OVERHEAD_PANELS, SYNC};
+use crate::fec::{CODEWORD_PANELS_MAX, Decoder, Undecodable};
+use crate::panel::{PanelFrame, SoftPanel};
+use crate::scramble;
+
+/// A sync panel is taken for found where the reading's correlation with [`SYNC`] is at least so many standard
+/// deviations of a random reading's.
+const SYNC_DEVIATIONS: i64 = 4;
+/// As [`SYNC_DEVIATIONS`], for an unreadable header at its expected place: sync and header together,
+const EXPECTED_DEVIATIONS: i64 = 5;
+/// and the header alone.
+const EXPECTED_HEADER_DEVIATIONS: i64 = 3;
+/// After so many headers in a row that were neither read nor recognised, no more are expected.
+const HEADERS_MISSED_MAX: u8 = 8;
+/// After a longer gap, in panels, the place within the message is no longer relied upon.
+const GAP_MAX: i32 = 1024;
+
+/// Reads panels, delivers messages. At most 37 KiB, of which 16 KiB are ratios kept for combining; no heap.
+///
+/// # How it finds a message
+///
+/// **Hunting.** At every panel it looks whether the panel two symbols ago was a sync panel, upright or in
+/// complement: Σ llr·s ≥ 4·√Σ llr², that is a correlation coefficient of 0.5. If so it decodes the two panels
+/// since as a header. For readings that have nothing to do with a sync panel this fires with a probability of
+/// at most 2·exp(−4²/2) = 6.7e-4 a panel, whatever their magnitudes, and 7.7e-5 for 64 readings of equal
+/// strength (16 or fewer of 64 differ). A false header must also decode, match the CRC-8, the version and the
+/// ranges: of 10⁸ random panels 7 700 were taken for sync and none led to a header
+/// (`cargo run --release -p link --example false_alarms 100000000`).
+///
+/// **Expecting.** After a header all that follows is known: which segment comes next, where, and its header's
+/// every LED. Where the header is not readable there, the three panels are compared with what was to be
+/// expected: accepted when the correlation is at least 5 standard deviations over sync and header together,
+/// and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. A
+/// lost sync panel, or one lost header panel, so does not cost the segment. After 8 headers missed in a row
+/// no more are expected.
+///
+/// # How it puts a message together
+///
+/// A segment is decoded at the end of its payload, alone, then, where that fails, summed with its earlier
+/// repeats. Lost panels count as unknown. A message is delivered when all its segments have decoded **and**
+/// the CRC-32 matches; never otherwise. If it does not match, everything is forgotten. A delivered message is
+/// not delivered again until another message or a beacon has come between. Where decoding errs, the CRC-32
+/// lets one wrong message in 2³² pass.
+///
+/// **A header of another message** than that in progress replaces it when its segment decodes, or when it is
+/// seen twice with no header of the message in progress between. So a false header, which passes the CRC-8 by
+/// chance, costs at most the segment during which it turned up, and a new message loses nothing but, where
+/// its first segment does not decode by itself, that reading of it. A beacon, 50 bits of which are fixed,
+/// takes effect at once.
+///
+/// **A symbol inserted or left out** by the receiver within a segment spoils that reading of the segment: it
+/// is not searched for. The sync of the next segment puts things right.
+///
+/// Joined at any panel, a clean message is delivered within one repeat and one segment.
+pub struct Deframer {
+    decoder: Decoder,
+    recent: [Reading; OVERHEAD_PANELS],
+    last_index: Option<u32>,
+    track: Option<Track>,
+    payload: Payload,
+    assembly: Assembly,
+    rival: Option<Header>,
+}
+
+/// What a panel brought about. One push gives one event: the weightiest, where lost panels before it gave
+/// others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event<'a> {
+    /// Nothing to tell.
+    Nothing,
+    /// Something was seen and not used.
+    Rejected(Rejection),
+    /// A header with a correct CRC-8, of a format that is not this crate's [`super::VERSION`].
+    UnsupportedVersion(u8),
+    /// A segment begins.
+    Header {
+        /// Its header.
+        header: Header,
+        /// Whether it is shown in complement.
+        inverted: bool,
+        /// Whether the header could not be read, and was recognised as the one to be expected.
+        expected: bool,
+    },
+    /// A segment has ended.
+    Segment {
+        /// Its header.
+        header: Header,
+        /// What became of it.
+        outcome: SegmentOutcome,
+        /// How many segments of the message in progress are missing still.
+        missing: u8,
+    },
+    /// The transmitter is there, and idle.
+    Beacon {
+        /// Whether it is shown in complement.
+        inverted: bool,
+    },
+    /// A whole message, checked.
+    Delivered(Delivery<'a>),
+}
+
+/// What became of a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SegmentOutcome {
+    /// It was decoded.
+    Decoded {
+        /// LEDs of this reading that were read wrongly.
+        corrected_bits: u32,
+        /// LEDs of this reading that were read at all.
+        coded_bits: u32,
+    },
+    /// It had been decoded before.
+    Known,
+    /// It was not decodable yet; kept for its repeats, unless it is of a message seen for the first time.
+    Failed(Undecodable),
+}
+
+/// Why something that looked like a segment was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Rejection {
+    /// A sync panel was followed by what is no code word.
+    #[error("a sync panel was seen, but the header after it could not be decoded: {0}")]
+    HeaderUndecodable(Undecodable),
+    /// A sync panel was followed by a code word that is no header.
+    #[error("a sync panel was seen, but what followed it was not a valid header: {0}")]
+    HeaderInvalid(HeaderError),
+    /// There was nothing like a header where the next one was to be expected.
+    #[error(
+        "no header was seen where segment {segment} was to begin: its panels were lost, or the transmitter has turned to something else"
+    )]
+    HeaderMissed {
+        /// The segment that was expected.
+        segment: u8,
+    },
+    /// All segments were decoded, and they are not the message that their headers announce.
+    #[error(
+        "the message's CRC-32 is {computed:#010x}, its headers announce {announced:#010x}: it was decoded wrongly and is dropped"
+    )]
+    MessageCorrupt {
+        /// The CRC in the headers.
+        announced: u32,
+        /// The CRC of the bytes.
+        computed: u32,
+    },
+}
+
+/// A message that was received whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Delivery<'a> {
+    /// Its bytes: 1 to [`super::MESSAGE_MAX`].
+    pub message: &'a [u8],
+    /// The stamp of the first panel of the first of its segments that was used.
+    pub first_stamp: u64,
+    /// The stamp of the panel with which it was delivered.
+    pub last_stamp: u64,
+    /// Payload LEDs that were read wrongly, in those readings of its segments with which they were decoded.
+    pub corrected_bits: u32,
+    /// Payload LEDs read in these readings: `corrected_bits / coded_bits` is the channel's bit error rate.
+    pub coded_bits: u32,
+}
+
+/// A panel as it was read; no stamp where it was lost.
+#[derive(Clone, Copy)]
+struct Reading {
+    panel: SoftPanel,
+    stamp: Option<u64>,
+}
+
+impl Reading {
+    const LOST: Self = Self {
+        panel: SoftPanel::ERASED,
+        stamp: None,
+    };
+}
+
+/// Where in the transmission the last panel was.
+#[derive(Clone, Copy)]
+struct Track {
+    header: Header,
+    inverted: bool,
+    /// The panel's number within its segment; the sync panel is 0.
+    position: usize,
+    /// Whether the segment's header was seen, and not only expected.
+    confirmed: bool,
+    /// Headers missed in a row.
+    missed: u8,
+    first_stamp: u64,
+}
+
+impl Track {
+    /// The place of the next panel.
+    fn next(self) -> Self {
+        let position = self.position + 1;
+        if position < OVERHEAD_PANELS + self.header.block().panels() {
+            return Self { position, ..self };
+        }
+        let segments = Layout::segments(self.header.layout());
+        let segment = usize::from(self.header.segment) + 1;
+        let (segment, inverted) = if segment < segments {
+            (segment, !self.inverted)
+        } else {
+            // Polarity is that of segment + repeat: the sum falls by segments − 2.
+            (0, self.inverted != (segments % 2 == 1))
+        };
+        Self {
+            header: self.header.of_segment(segment as u8),
+            inverted,
+            position: 0,
+            confirmed: false,
+            ..self
+        }
+    }
+
+    /// Whether the panel is the last one of its header.
+    fn ends_header(self) -> bool {
+        self.position + 1 == OVERHEAD_PANELS
+    }
+
+    /// The panel's number among the payload's.
+    fn payload_position(self) -> Option<usize> {
+        self.position.checked_sub(OVERHEAD_PANELS)
+    }
+
+    fn ends_segment(self) -> bool {
+        self.position + 1 == OVERHEAD_PANELS + self.header.block().panels()
+    }
+}
+
+/// An event, but for the borrow of the message.
+#[derive(Clone, Copy)]
+enum Outcome {
+    Told(Event<'static>),
+    Delivered,
+}
+
+impl Outcome {
+    const NOTHING: Self = Self::Told(Event::Nothing);
+
+    fn weight(self) -> u8 {
+        match self {
+            Self::Told(Event::Nothing) => 0,
+            Self::Told(Event::Rejected(_)) => 1,
+            Self::Told(Event::UnsupportedVersion(_)) => 2,
+            Self::Told(Event::Header { .. }) => 3,
+            Self::Told(Event::Segment { .. }) => 4,
+            Self::Told(Event::Beacon { .. }) => 5,
+            Self::Told(Event::Delivered(_)) | Self::Delivered => 6,
+        }
+    }
+
+    /// The weightier of the two; the first, where they weigh the same.
+    fn or(self, other: Self) -> Self {
+        if other.weight() > self.weight() {
+            other
+        } else {
+            self
+        }
+    }
+}
+
+/// What hunting found in the last three panels.
+enum Found {
+    Nothing,
+    Announced {
+        announcement: Announcement,
+        inverted: bool,
+    },
+    Refused(Event<'static>),
+}
+
+impl Deframer {
+    /// A receiver that has seen nothing yet; `const`, so that it can be a static.
+    pub const fn new() -> Self {
+        Self {
+            decoder: Decoder::new(),
+            recent: [Reading::LOST; OVERHEAD_PANELS],
+            last_index: None,
+            track: None,
+            payload: [SoftPanel::ERASED; CODEWORD_PANELS_MAX],
+            assembly: Assembly::new(),
+            rival: None,
+        }
+    }
+
+    /// Takes the next panel.
+    ///
+    /// `index` is the receiver's running count of symbols, which may wrap around: indices left out are lost
+    /// panels; an index equal to the last or up to 1024 smaller is the same panel again, and is ignored; a
+    /// jump by more is a new beginning of the count, in either direction. `stamp` is any number, such as the
+    /// frame's: it comes back in the delivery.
+    pub fn push(&mut self, index: u32, stamp: u64, panel: &SoftPanel) -> Event<'_> {
+        let ahead = self
+            .last_index
+            .map_or(1, |last| index.wrapping_sub(last).cast_signed());
+        let lost = match ahead {
+            1..=GAP_MAX => ahead - 1,
+            _ if (-GAP_MAX..=0).contains(&ahead) => return Event::Nothing,
+            _ => {
+                self.lose_track();
+                0
+            }
+        };
+        self.last_index = Some(index);
+        let mut outcome = Outcome::NOTHING;
+        for _ in 0..lost {
+            outcome = outcome.or(self.step(Reading::LOST));
+        }
+        match outcome.or(self.step(Reading {
+            panel: *panel,
+            stamp: Some(stamp),
+        })) {
+            Outcome::Told(event) => event,
+            Outcome::Delivered => Event::Delivered(self.delivery(stamp)),
+        }
+    }
+
+    /// Forgets where in the transmission it is, but not what it has of the message.
+    fn lose_track(&mut self) {
+        self.track = None;
+        self.recent = [Reading::LOST; OVERHEAD_PANELS];
+    }
+
+    /// The next panel, read or lost.
+    fn step(&mut self, reading: Reading) -> Outcome {
+        self.recent.rotate_left(1);
+        self.recent[OVERHEAD_PANELS - 1] = reading;
+        self.track = self.track.map(Track::next);
+        match self.hunt() {
+            Found::Announced {
+                announcement,
+                inverted,
+            } => self.begin(announcement, inverted),
+            Found::Refused(event) => self.follow(event),
+            Found::Nothing => self.follow(Event::Nothing),
+        }
+    }
+
+    /// Looks for a sync panel and a header in the last three panels.
+    fn hunt(&mut self) -> Found {
+        let (sum, squares) = self.recent[0].panel.correlation(SYNC);
+        if !exceeds(sum.abs(), squares, SYNC_DEVIATIONS) {
+            return Found::Nothing;
+        }
+        let inverted = sum < 0;
+        let panels = [1, 2].map(|n| self.recent[n].panel.flipped(mask(n, inverted)));
+        let bytes = match self.decoder.decode(HEADER_BLOCK, &panels) {
+            Ok(bytes) => bytes,
+            Err(why) => return Found::Refused(Event::Rejected(Rejection::HeaderUndecodable(why))),
+        };
+        let mut header = [0; super::HEADER_BYTES];
+        header
+            .iter_mut()
+            .zip(bytes)
+            .for_each(|(to, &from)| *to = from);
+        match Announcement::from_bytes(header) {
+            Ok(announcement) => Found::Announced {
+                announcement,
+                inverted,
+            },
+            Err(HeaderError::Version(version)) => {
+                Found::Refused(Event::UnsupportedVersion(version))
+            }
+            Err(why) => Found::Refused(Event::Rejected(Rejection::HeaderInvalid(why))),
+        }
+    }
+
+    /// A header was read.
+    fn begin(&mut self, announcement: Announcement, inverted: bool) -> Outcome {
+        match announcement {
+            Announcement::Beacon => {
+                self.track = None;
+                self.rival = None;
+                self.assembly.clear();
+                Outcome::Told(Event::Beacon { inverted })
+            }
+            Announcement::Segment(header) => self.begin_segment(header, inverted, false),
+        }
+    }
+
+    fn begin_segment(&mut self, header: Header, inverted: bool, expected: bool) -> Outcome {
+        let first_stamp = self
+            .recent
+            .iter()
+            .find_map(|reading| reading.stamp)
+            .unwrap_or(0);
+        self.track = Some(Track {
+            header,
+            inverted,
+            position: OVERHEAD_PANELS - 1,
+            confirmed: true,
+            missed: 0,
+            first_stamp,
+        });
+        self.payload = [SoftPanel::ERASED; CODEWORD_PANELS_MAX];
+        if self.assembly.is_of(header) {
+            self.rival = None;
+        } else if self.assembly.is_empty()
+            || self.rival.is_some_and(|rival| rival.same_message(header))
+        {
+            self.adopt(header, first_stamp);
+        } else {
+            self.rival = Some(header);
+        }
+        Outcome::Told(Event::Header {
+            header,
+            inverted,
+            expected,
+        })
+    }
+
+    fn adopt(&mut self, header: Header, first_stamp: u64) {
+        self.assembly.begin(header, first_stamp);
+        self.rival = None;
+    }
+
+    /// No header was read here, for the reason given in `refused`: goes on with what was expected.
+    fn follow(&mut self, refused: Event<'static>) -> Outcome {
+        let Some(track) = self.track else {
+            return Outcome::Told(refused);
+        };
+        if !track.confirmed {
+            if !track.ends_header() {
+                return Outcome::Told(refused);
+            }
+            if self.is_as_expected(track) {
+                return self.begin_segment(track.header, track.inverted, true);
+            }
+            let missed = track.missed + 1;
+            self.track = (missed < HEADERS_MISSED_MAX).then_some(Track { missed, ..track });
+            let segment = track.header.segment;
+            let missed = Event::Rejected(Rejection::HeaderMissed { segment });
+            return Outcome::Told(refused).or(Outcome::Told(missed));
+        }
+        let Some(position) = track.payload_position() else {
+            return Outcome::NOTHING;
+        };
+        if let Some(place) = self.payload.get_mut(position) {
+            let latest = self.recent[OVERHEAD_PANELS - 1].panel;
+            *place = latest.flipped(mask(track.position, track.inverted));
+        }
+        if track.ends_segment() {
+            self.end_segment(track)
+        } else {
+            Outcome::NOTHING
+        }
+    }
+
+    /// Whether the last three panels look like the sync and header panels of `track`.
+    fn is_as_expected(&self, track: Track) -> bool {
+        let correlation = |n: usize, coded: PanelFrame| {
+            let shown = PanelFrame::from_bits(coded.bits() ^ mask(n, track.inverted));
+            self.recent[n].panel.correlation(shown)
+        };
+        let sync = correlation(0, SYNC);
+        let header = Announcement::Segment(track.header)
+            .to_panels()
+            .zip(1..OVERHEAD_PANELS);
+        let header = header
+            .map(|(coded, n)| correlation(n, coded))
+            .fold((0, 0), add);
+        let all = add(sync, header);
+        exceeds(all.0, all.1, EXPECTED_DEVIATIONS)
+            && exceeds(header.0, header.1, EXPECTED_HEADER_DEVIATIONS)
+    }
+
+    /// The payload of `track`'s segment is there, as far as it was received.
+    fn end_segment(&mut self, track: Track) -> Outcome {
+        let header = track.header;
+        if !self.assembly.is_of(header) {
+            if let Err(why) = self.decoder.decode(header.block(), &self.payload) {
+                return self.ended(header, SegmentOutcome::Failed(why));
+            }
+            self.adopt(header, track.first_stamp);
+        }
+        match self.assembly.add(header, &self.payload, &mut self.decoder) {
+            Added::Known => self.ended(header, SegmentOutcome::Known),
+            Added::Kept(why) => self.ended(header, SegmentOutcome::Failed(why)),
+            Added::Decoded(bits) => {
+                let outcome = SegmentOutcome::Decoded {
+                    corrected_bits: bits.corrected,
+                    coded_bits: bits.coded,
+                };
+                self.ended(header, outcome)
+            }
+            Added::Complete => Outcome::Delivered,
+            Added::Corrupt {
+                announced,
+                computed,
+            } => {
+                self.assembly.clear();
+                self.track = None;
+                Outcome::Told(Event::Rejected(Rejection::MessageCorrupt {
+                    announced,
+                    computed,
+                }))
+            }
+        }
+    }
+
+    fn ended(&self, header: Header, outcome: SegmentOutcome) -> Outcome {
+        Outcome::Told(Event::Segment {
+            header,
+            outcome,
+            missing: self.assembly.missing(),
+        })
+    }
+
+    fn delivery(&self, last_stamp: u64) -> Delivery<'_> {
+        let bits = self.assembly.bits();
+        Delivery {
+            message: self.assembly.message(),
+            first_stamp: self.assembly.first_stamp(),
+            last_stamp,
+            corrected_bits: bits.corrected,
+            coded_bits: bits.coded,
+        }
+    }
+}
+
+impl Default for Deframer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What panel `n` of a segment differs in from its coded bits.
+const fn mask(n: usize, inverted: bool) -> u64 {
+    scramble::word(n) ^ if inverted { u64::MAX } else { 0 }
+}
+
+fn add(one: (i32, i32), other: (i32, i32)) -> (i32, i32) {
+    (one.0 + other.0, one.1 + other.1)
+}
+
+/// Whether a correlation is positive and at least so many standard deviations of a random reading's.
+fn exceeds(sum: i32, squares: i32, deviations: i64) -> bool {
+    sum > 0 && i64::from(sum) * i64::from(sum) >= deviations * deviations * i64::from(squares)
+}

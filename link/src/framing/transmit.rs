@@ -1,0 +1,234 @@
+//! From a message to the endless sequence of panels that shows it.
+
+use super::header::{Announcement, Header, message_crc};
+use super::{FramingError, Layout, MESSAGE_MAX, OVERHEAD_PANELS, SYNC};
+use crate::fec::{CODEWORD_PANELS_MAX, Code};
+use crate::panel::PanelFrame;
+use crate::scramble;
+
+const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
+
+/// The panels of one message, or of a beacon, repeated without end.
+///
+/// It owns a copy of the message and codes one segment at a time, when that segment begins: 1 280 bytes in
+/// all.
+///
+/// ```
+/// use link::{fec::Code, framing::Framer};
+/// let mut framer = Framer::new(b"Hello, road", Code::for_length(11), false)?;
+/// let first: Vec<_> = (0..framer.panels_per_repeat()).map(|_| framer.next_panel()).collect();
+/// assert_eq!(framer.repeats(), 1);
+/// // The second repeat is the complement of the first.
+/// assert!(first.iter().all(|panel| framer.next_panel().bits() == !panel.bits()));
+/// # Ok::<(), link::framing::FramingError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Framer {
+    message: [u8; MESSAGE_MAX],
+    content: Announcement,
+    segment: u8,
+    repeats: u32,
+    /// The panels of the current segment as they are shown.
+    shown: heapless::Vec<PanelFrame, SEGMENT_PANELS_MAX>,
+    /// How many of them have been given out.
+    given: usize,
+}
+
+impl Framer {
+    /// The panels of `message` (1 to [`MESSAGE_MAX`] bytes) under `code`, see [`Code::for_length`].
+    ///
+    /// `fresh` is to be toggled with each new message; a receiver takes the same text with the same `fresh`
+    /// for a repeat.
+    ///
+    /// # Errors
+    ///
+    /// [`FramingError`] when the message is empty or too long.
+    pub fn new(message: &[u8], code: Code, fresh: bool) -> Result<Self, FramingError> {
+        if message.is_empty() {
+            return Err(FramingError::Empty);
+        }
+        let mut copy = [0; MESSAGE_MAX];
+        let place = copy.get_mut(..message.len()).ok_or(FramingError::TooLong {
+            length: message.len(),
+        })?;
+        place.copy_from_slice(message);
+        let header = Header {
+            code,
+            length: message.len() as u16,
+            segment: 0,
+            fresh,
+            crc: message_crc(message),
+        };
+        Ok(Self::of(Announcement::Segment(header), copy))
+    }
+
+    /// What an idle transmitter shows: sync and header, no payload.
+    pub fn beacon() -> Self {
+        Self::of(Announcement::Beacon, [0; MESSAGE_MAX])
+    }
+
+    fn of(content: Announcement, message: [u8; MESSAGE_MAX]) -> Self {
+        Self {
+            message,
+            content,
+            segment: 0,
+            repeats: 0,
+            shown: heapless::Vec::new(),
+            given: 0,
+        }
+    }
+
+    /// The panel to show next; there is always one.
+    pub fn next_panel(&mut self) -> PanelFrame {
+        if self.given == 0 {
+            self.code_segment();
+        }
+        let panel = self.shown.get(self.given).copied().unwrap_or(SYNC);
+        self.given += 1;
+        if self.given >= self.shown.len() {
+            self.given = 0;
+            self.pass_to_next_segment();
+        }
+        panel
+    }
+
+    /// Panels that show the whole message once: 5 to 640, or 3 for a beacon.
+    pub fn panels_per_repeat(&self) -> u32 {
+        match self.content {
+            Announcement::Segment(header) => header.layout().panels() as u32,
+            Announcement::Beacon => OVERHEAD_PANELS as u32,
+        }
+    }
+
+    /// Whole repeats given out so far; begins again from 0 after 2³².
+    pub fn repeats(&self) -> u32 {
+        self.repeats
+    }
+
+    fn code_segment(&mut self) {
+        let (content, payload) = match self.content {
+            Announcement::Beacon => (Announcement::Beacon, None),
+            Announcement::Segment(header) => {
+                let header = header.of_segment(self.segment);
+                (Announcement::Segment(header), Some(self.payload(header)))
+            }
+        };
+        let polarity = polarity_mask(u32::from(self.segment) ^ self.repeats);
+        let coded = core::iter::once(SYNC)
+            .chain(content.to_panels())
+            .chain(payload.into_iter().flatten());
+        let shown = coded
+            .enumerate()
+            .map(|(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity));
+        self.shown.clear();
+        self.shown.extend(shown.take(SEGMENT_PANELS_MAX));
+    }
+
+    fn payload(&self, header: Header) -> impl Iterator<Item = PanelFrame> + use<> {
+        let first = header
+            .layout()
+            .first_byte(header.segment.into())
+            .min(MESSAGE_MAX);
+        header.block().encode(&self.message[first..])
+    }
+
+    fn pass_to_next_segment(&mut self) {
+        self.segment += 1;
+        if usize::from(self.segment) >= self.segments() {
+            self.segment = 0;
+            self.repeats = self.repeats.wrapping_add(1);
+        }
+    }
+
+    fn segments(&self) -> usize {
+        match self.content {
+            Announcement::Segment(header) => Layout::segments(header.layout()),
+            Announcement::Beacon => 1,
+        }
+    }
+}
+
+/// The complement of every LED for odd numbers, nothing for even ones.
+fn polarity_mask(number: u32) -> u64 {
+    if number & 1 == 1 { u64::MAX } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn framer(code: u8, message: &[u8]) -> Framer {
+        Framer::new(message, Code::from_value(code).unwrap(), false).unwrap()
+    }
+
+    /// The panels of the first `repeats` repeats.
+    fn shown(mut framer: Framer, repeats: u32) -> Vec<PanelFrame> {
+        (0..repeats * framer.panels_per_repeat())
+            .map(|_| framer.next_panel())
+            .collect()
+    }
+
+    /// How long LED `led` stays the same at the longest.
+    fn longest_run(panels: &[PanelFrame], led: usize) -> usize {
+        panels
+            .chunk_by(|a, b| a.led(led) == b.led(led))
+            .map(<[_]>::len)
+            .max()
+            .unwrap_or(0)
+    }
+
+    proptest! {
+        #[test]
+        fn each_led_is_on_in_exactly_half_of_two_repeats_and_never_runs_longer_than_one(
+            code in 0_u8..5, message in prop::collection::vec(any::<u8>(), 1..=1024), skipped in 0_u32..3,
+        ) {
+            let framer = framer(code, &message);
+            let repeat = framer.panels_per_repeat() as usize;
+            let panels = shown(framer, 5);
+            let window = &panels[skipped as usize * repeat..][..2 * repeat];
+            for led in 0..64 {
+                prop_assert_eq!(window.iter().filter(|panel| panel.led(led)).count(), repeat);
+                prop_assert!(longest_run(&panels, led) <= repeat);
+            }
+        }
+
+        #[test]
+        fn panels_that_repeat_their_data_differ_all_the_same(code in 0_u8..5, byte: u8, length in 1_usize..=1024) {
+            let panels = shown(framer(code, &vec![byte; length]), 2);
+            for pair in panels.windows(2) {
+                prop_assert!(pair[0].distance(pair[1]) >= 8, "{} then {}", pair[0], pair[1]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_message_must_have_1_to_1024_bytes() {
+        assert_eq!(
+            Framer::new(&[], Code::Tc128, false).unwrap_err(),
+            FramingError::Empty
+        );
+        let refusal = Framer::new(&[0; 1025], Code::Tc128, false).unwrap_err();
+        assert_eq!(refusal, FramingError::TooLong { length: 1025 });
+        assert!(Framer::new(&[0; 1024], Code::Tc128, false).is_ok());
+    }
+
+    #[test]
+    fn the_sync_panel_begins_each_segment_in_alternating_polarity() {
+        let panels = shown(framer(0, &[7; 24]), 3);
+        let upright: Vec<_> = panels
+            .iter()
+            .step_by(5)
+            .map(|panel| panel.bits() == SYNC.bits())
+            .collect();
+        assert_eq!(
+            upright,
+            [true, false, true, false, true, false, true, false, true]
+        );
+    }
+
+    #[test]
+    fn the_framer_is_as_small_as_documented() {
+        assert!(size_of::<Framer>() <= 1280, "{}", size_of::<Framer>());
+    }
+}

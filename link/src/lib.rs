@@ -1,0 +1,63 @@
+//! What both ends of an optical camera link agree on, and nothing else.
+//!
+//! A camera on one vehicle reads an 8×8 LED panel on another. The transmitter shows one
+//! [`PanelFrame`](panel::PanelFrame), 64 bits, at a time; the receiver gets a
+//! [`SoftPanel`](panel::SoftPanel), 64 log-likelihood ratios, from each. This crate turns messages into the
+//! former and the latter into messages. It needs neither `std` nor a heap, and panics on no input.
+//!
+//! # The layers
+//!
+//! ```text
+//!   transmitter                                                     receiver
+//!
+//!   message, 1 to 1024 bytes                         message, delivered once, CRC-32 checked
+//!      │                                                                  ▲
+//!   framing::Framer      segments, headers, repeats, polarity      framing::Deframer
+//!      │                                                                  │
+//!   fec::Block           CCSDS LDPC codes, shortened to panels      fec::Decoder
+//!      │                                                                  │
+//!   scramble             each panel unlike the one before              scramble
+//!      │                                                                  │
+//!   panel::PanelFrame    64 LEDs, On or Off                        panel::SoftPanel
+//!      │                                                                  ▲
+//!      └──────────────────────  LEDs ─ light ─ camera  ───────────────────┘
+//! ```
+//!
+//! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
+//! it, the transmitter looks it up.
+//!
+//! # The frame format
+//!
+//! Segments of a message follow one another and repeat without end, every second one in complement:
+//!
+//! ```text
+//!   panel      0         1          2           3                ···                last
+//!         ┌─────────┬──────────┬──────────┬───────────┬─────┬───────────┬─────┬───────────┐
+//!         │  sync,  │ header,  │ header,  │ payload,  │ ··· │ payload,  │ ··· │ payload,  │
+//!         │  fixed  │   info   │  parity  │   info    │     │  parity   │     │  parity   │
+//!         └─────────┴────┬─────┴──────────┴───────────┴─────┴───────────┴─────┴───────────┘
+//!                        │                 ⌈bytes/8⌉ panels   1, 2, 4, 4 or 8 by the code
+//!     version:3 code:3 length−1:10 segment:7 fresh:1 CRC-32C:32 CRC-8:8
+//! ```
+//!
+//! [`framing`] defines it to the bit. It has no per-panel overhead: a payload panel is 64 coded bits.
+//!
+//! # Choosing
+//!
+//! * **To send messages**: [`framing::Framer`] with [`Code::for_length`](fec::Code::for_length), and
+//!   [`framing::Deframer`] at the other end. Text below 9 bytes is 5 panels; 1024 bytes are 216.
+//! * **Another code** is worth naming where the channel is known: [`fec::Code::Tm1280`] at error rates well
+//!   below 1 % (1024 bytes in 184 panels), [`fec::Code::Tc512`] where one repeat must suffice at 4 % and
+//!   more. `cargo run --release -p link --example code_choice` prints how all of them do at all lengths.
+//! * **To measure bit error rates**, or to compare with Do & Yoo 2020: [`raw`], 64 message bits a panel and
+//!   nothing else.
+//! * **To say what the receiver lost and why**: every variant of [`framing::Event`].
+
+#![cfg_attr(not(test), no_std)]
+
+pub mod fec;
+pub mod framing;
+pub mod l2a_table;
+pub mod panel;
+pub mod raw;
+pub mod scramble;

@@ -1,0 +1,52 @@
+//! The fixed pseudo-random words that make every panel of a segment look different.
+//!
+//! Panel n of a segment is shown as its coded bits XOR [`word`]`(n)`. Two reasons:
+//!
+//! * **A new panel is seen to be new.** Camera and panel share no clock, so a receiver often photographs one
+//!   panel twice and must tell "the same panel again" from "the next one". Text with runs of equal bytes,
+//!   zero padding and the like would give equal panels in succession. After scrambling, two successive panels
+//!   differ in about 32 of their 64 LEDs whatever the data repeat: a panel that differs from the one before
+//!   in few LEDs is the same panel, read with errors.
+//! * **Balance.** Runs of zeros would be dark panels: flicker for an observer, and no contrast for a receiver
+//!   that learns its threshold from On and Off LEDs of the same frame.
+//!
+//! It is no secret and no protection: someone who knows the words can write a message that undoes them.
+
+/// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is shown as it
+/// is.
+pub const fn word(panel: usize) -> u64 {
+    if panel == 0 {
+        0
+    } else {
+        split_mix64(panel as u64)
+    }
+}
+
+/// Output number `counter` of the SplitMix64 generator started from 0 (Steele, Lea & Flood, OOPSLA 2014).
+///
+/// ```
+/// // The first output of the reference implementation from seed 0.
+/// assert_eq!(link::scramble::split_mix64(1), 0xe220_a839_7b1d_cdaf);
+/// ```
+pub const fn split_mix64(counter: u64) -> u64 {
+    let z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn successive_words_differ_in_about_half_of_the_leds() {
+        for panel in 1..64 {
+            let distance = (word(panel) ^ word(panel + 1)).count_ones();
+            assert!(
+                (20..=44).contains(&distance),
+                "words {panel} and next: {distance}"
+            );
+        }
+    }
+}
