@@ -1,0 +1,295 @@
+//! What a bench measures of one transmitter, checked once.
+
+use core::ops::RangeInclusive;
+
+use fixed::types::{U1F31, U12F20, U32F32};
+use link::l2a_table::Interval;
+use thiserror::Error;
+
+/// The measured values of one panel with its driver and its light sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Luminance of an On LED at full duty, its own light only (ambient light shut out), cd/m²;
+    /// within [`LUMINANCE_CD_M2`].
+    pub luminance_full_cd_m2: U32F32,
+    /// The shortest pulse at which the LED's light is still proportional to the pulse, ns; 0 to the
+    /// PWM period. Power drivers need 100 to 500 ns. Half a step of the PWM counter added, rounding
+    /// cannot make a pulse shorter than this.
+    pub shortest_pulse_ns: u32,
+    /// Period of the dimming, ns; within [`PWM_PERIOD_NS`]. The light of a frame is uncertain by
+    /// one part in the number of periods that its exposure holds: 20 000 ns (50 kHz) gives 50
+    /// periods in 1 ms.
+    pub pwm_period_ns: u32,
+    /// Reflectance R of the LED's surface in the camera's direction; within [`REFLECTANCE`].
+    pub reflectance: U1F31,
+    /// LED interval: edge-to-edge gap over diameter; within [`INTERVAL`].
+    pub interval: Interval,
+    /// Lux at the panel over lux that the sensor reads: 1/transmission of the window before it;
+    /// within [`SENSOR_GAIN`].
+    pub sensor_gain: U12F20,
+}
+
+/// The luminance that a panel may have at full duty, cd/m²: an L2A of 4 on a white panel in the
+/// brightest sun takes 520 000.
+pub const LUMINANCE_CD_M2: RangeInclusive<U32F32> = U32F32::ONE..=U32F32::lit("1000000");
+/// The period that a panel's dimming may have, ns: from 10 MHz down to 100 Hz, below which people
+/// see it flicker.
+pub const PWM_PERIOD_NS: RangeInclusive<u32> = 100..=10_000_000;
+/// The reflectance that an LED's surface may have.
+pub const REFLECTANCE: RangeInclusive<U1F31> = U1F31::lit("0.05")..=U1F31::ONE;
+/// The LED interval that a panel may have (Do & Yoo 2020, Eq. (17)).
+pub const INTERVAL: RangeInclusive<Interval> = Interval::lit("0.5")..=Interval::lit("3");
+/// The gain that a light sensor may need.
+pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::lit("1000");
+
+/// Which measured value cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum CalibrationError {
+    /// The luminance at full duty is outside [`LUMINANCE_CD_M2`].
+    #[error("full luminance {0} cd/m² is outside {min} to {max}: measure an On LED at full duty with ambient light shut out", min = LUMINANCE_CD_M2.start(), max = LUMINANCE_CD_M2.end())]
+    LuminanceFull(U32F32),
+    /// The shortest pulse is longer than the PWM period.
+    #[error(
+        "a shortest pulse of {pulse_ns} ns does not fit into the PWM period, 0 to {period_ns} ns: lower the PWM frequency or use a faster LED driver"
+    )]
+    ShortestPulse {
+        /// The shortest pulse given, ns.
+        pulse_ns: u32,
+        /// The PWM period given, ns.
+        period_ns: u32,
+    },
+    /// The PWM period is outside [`PWM_PERIOD_NS`].
+    #[error("a PWM period of {0} ns is outside {min} to {max} ns: choose one that the shortest exposure holds at least 20 times", min = PWM_PERIOD_NS.start(), max = PWM_PERIOD_NS.end())]
+    PwmPeriod(u32),
+    /// The reflectance is outside [`REFLECTANCE`].
+    #[error("reflectance {0} is outside {min} to {max}: compare an Off LED with a grey card (0.18) in the same light", min = REFLECTANCE.start(), max = REFLECTANCE.end())]
+    Reflectance(U1F31),
+    /// The LED interval is outside [`INTERVAL`].
+    #[error("LED interval {0} is outside {min} to {max}: give the gap between LEDs over their diameter", min = INTERVAL.start(), max = INTERVAL.end())]
+    Interval(Interval),
+    /// The sensor's gain is outside [`SENSOR_GAIN`].
+    #[error("sensor gain {0} is outside {min} to {max}: give the lux of a meter beside the panel over the lux that the sensor reads", min = SENSOR_GAIN.start(), max = SENSOR_GAIN.end())]
+    SensorGain(U12F20),
+}
+
+/// Measured values that have been found possible.
+///
+/// ```
+/// use fixed::types::{U1F31, U12F20, U32F32};
+/// use link::l2a_table::Interval;
+/// use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
+///
+/// let measured = Measured {
+///     luminance_full_cd_m2: U32F32::lit("8000"),
+///     shortest_pulse_ns: 100,
+///     pwm_period_ns: 20_000,
+///     reflectance: U1F31::lit("0.4"),
+///     interval: Interval::lit("1"),
+///     sensor_gain: U12F20::lit("1"),
+/// };
+/// let calibration = Calibration::new(measured)?;
+/// assert_eq!(calibration.luminance_floor_cd_m2(), 40);
+///
+/// let slow_driver = Measured { shortest_pulse_ns: 30_000, ..measured };
+/// assert!(matches!(Calibration::new(slow_driver), Err(CalibrationError::ShortestPulse { pulse_ns: 30_000, .. })));
+/// # Ok::<(), CalibrationError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration(Measured);
+
+impl Calibration {
+    /// Checks the measured values.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] for the first value that is out of its range.
+    pub fn new(measured: Measured) -> Result<Self, CalibrationError> {
+        let Measured {
+            luminance_full_cd_m2,
+            shortest_pulse_ns: pulse_ns,
+            pwm_period_ns: period_ns,
+            reflectance,
+            interval,
+            sensor_gain,
+        } = measured;
+        if !LUMINANCE_CD_M2.contains(&luminance_full_cd_m2) {
+            return Err(CalibrationError::LuminanceFull(luminance_full_cd_m2));
+        }
+        if !PWM_PERIOD_NS.contains(&period_ns) {
+            return Err(CalibrationError::PwmPeriod(period_ns));
+        }
+        if pulse_ns > period_ns {
+            return Err(CalibrationError::ShortestPulse {
+                pulse_ns,
+                period_ns,
+            });
+        }
+        if !REFLECTANCE.contains(&reflectance) {
+            return Err(CalibrationError::Reflectance(reflectance));
+        }
+        if !INTERVAL.contains(&interval) {
+            return Err(CalibrationError::Interval(interval));
+        }
+        if !SENSOR_GAIN.contains(&sensor_gain) {
+            return Err(CalibrationError::SensorGain(sensor_gain));
+        }
+        Ok(Self(measured))
+    }
+
+    /// The values as they were given.
+    pub fn measured(&self) -> &Measured {
+        &self.0
+    }
+
+    /// The dimmest luminance above none that the driver can give, cd/m²: the shortest pulse in each
+    /// PWM period.
+    pub fn luminance_floor_cd_m2(&self) -> U32F32 {
+        // At most 10⁶ · 10⁷: too much for 32 whole bits, so one bit-wide product in 128.
+        let full = u128::from(self.0.luminance_full_cd_m2.to_bits());
+        let floor =
+            full * u128::from(self.0.shortest_pulse_ns) / u128::from(self.0.pwm_period_ns.max(1));
+        U32F32::from_bits(floor.try_into().unwrap_or(u64::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::ToString;
+
+    const PANEL: Measured = Measured {
+        luminance_full_cd_m2: U32F32::lit("8000"),
+        shortest_pulse_ns: 200,
+        pwm_period_ns: 20_000,
+        reflectance: U1F31::lit("0.4"),
+        interval: Interval::ONE,
+        sensor_gain: U12F20::ONE,
+    };
+
+    #[test]
+    fn each_value_has_its_own_error_with_the_value_and_the_range() {
+        let refused = |measured| Calibration::new(measured).unwrap_err().to_string();
+        let cases = [
+            (
+                refused(Measured {
+                    luminance_full_cd_m2: U32F32::ZERO,
+                    ..PANEL
+                }),
+                "luminance 0 cd/m² is outside 1 to 1000000",
+            ),
+            (
+                refused(Measured {
+                    pwm_period_ns: 99,
+                    ..PANEL
+                }),
+                "period of 99 ns is outside 100 to 10000000 ns",
+            ),
+            (
+                refused(Measured {
+                    shortest_pulse_ns: 20_001,
+                    ..PANEL
+                }),
+                "pulse of 20001 ns does not fit into the PWM period, 0 to 20000 ns",
+            ),
+            (
+                refused(Measured {
+                    reflectance: U1F31::MAX,
+                    ..PANEL
+                }),
+                "is outside 0.05 to 1",
+            ),
+            (
+                refused(Measured {
+                    interval: Interval::lit("3.5"),
+                    ..PANEL
+                }),
+                "interval 3.5 is outside 0.5 to 3",
+            ),
+            (
+                refused(Measured {
+                    sensor_gain: U12F20::ZERO,
+                    ..PANEL
+                }),
+                "gain 0 is outside 0.01 to 1000",
+            ),
+        ];
+        for (message, expected) in cases {
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_ends_of_every_range_are_allowed() {
+        for ends in [
+            Measured {
+                luminance_full_cd_m2: *LUMINANCE_CD_M2.end(),
+                pwm_period_ns: *PWM_PERIOD_NS.end(),
+                ..PANEL
+            },
+            Measured {
+                reflectance: *REFLECTANCE.end(),
+                interval: *INTERVAL.end(),
+                sensor_gain: *SENSOR_GAIN.end(),
+                ..PANEL
+            },
+            Measured {
+                reflectance: *REFLECTANCE.start(),
+                interval: *INTERVAL.start(),
+                sensor_gain: *SENSOR_GAIN.start(),
+                ..PANEL
+            },
+            Measured {
+                shortest_pulse_ns: 0,
+                ..PANEL
+            },
+            Measured {
+                shortest_pulse_ns: PANEL.pwm_period_ns,
+                ..PANEL
+            },
+        ] {
+            assert_eq!(
+                Calibration::new(ends).map(|valid| *valid.measured()),
+                Ok(ends)
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_values_are_accepted_or_refused_and_the_floor_is_below_the_top(
+            full in any::<u64>(), shortest_pulse_ns in any::<u32>(), pwm_period_ns in any::<u32>(),
+            reflectance in any::<u32>(), interval in any::<u16>(), sensor_gain in any::<u32>(),
+        ) {
+            let wild = Measured {
+                luminance_full_cd_m2: U32F32::from_bits(full), shortest_pulse_ns, pwm_period_ns,
+                reflectance: U1F31::from_bits(reflectance), interval: Interval::from_bits(interval),
+                sensor_gain: U12F20::from_bits(sensor_gain),
+            };
+            // Few wild sets are possible as a whole: each value is also tried among possible ones.
+            for measured in [
+                wild,
+                Measured { luminance_full_cd_m2: wild.luminance_full_cd_m2, ..PANEL },
+                Measured { shortest_pulse_ns, pwm_period_ns, ..PANEL },
+            ] {
+                if let Ok(calibration) = Calibration::new(measured) {
+                    prop_assert!(calibration.luminance_floor_cd_m2() <= measured.luminance_full_cd_m2);
+                }
+            }
+        }
+
+        #[test]
+        fn the_floor_is_the_shortest_pulse_s_share(full in 1.0f64..1e6, period_ns in 100u32..10_000_000, share in 0.0f64..1.0) {
+            let measured = Measured {
+                luminance_full_cd_m2: U32F32::from_num(full),
+                shortest_pulse_ns: (f64::from(period_ns) * share) as u32,
+                pwm_period_ns: period_ns,
+                ..PANEL
+            };
+            let floor = Calibration::new(measured).unwrap().luminance_floor_cd_m2().to_num::<f64>();
+            let exact = full * f64::from(measured.shortest_pulse_ns) / f64::from(period_ns);
+            prop_assert!((floor - exact).abs() <= exact * 1e-9 + 1e-9);
+        }
+    }
+}

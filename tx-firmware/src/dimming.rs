@@ -1,0 +1,284 @@
+//! Ambient light and an L2A ratio → the duty of the LEDs.
+//!
+//! The L2A is r = L/(E·R) (Do & Yoo 2020, Eq. (9)): the LED's own luminance L over the ambient
+//! illuminance E times the reflectance R of the LED's surface. Solved for the luminance, the ratio
+//! that the table wants asks for
+//!
+//! ```text
+//! L* = r·E·R
+//! ```
+//!
+//! A panel cannot always give it. [`Dimming`] holds both the wanted luminance and the one given,
+//! and says what stood between them:
+//!
+//! | [`Limit`] | when | given |
+//! |---|---|---|
+//! | none | floor ≤ L* ≤ full luminance | L* |
+//! | `Top` | L* > full luminance | full luminance |
+//! | `Floor` | L* < floor, and the floor's L2A is at most [`L2A_MAX`] | the floor |
+//! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`] | dark |
+//!
+//! The floor is the shortest clean pulse in each PWM period,
+//! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat
+//! brighter than best still works. Far below it, at night, the same pulse would flare and blind a
+//! driver, and the camera's image of it would bloom until On and Off cannot be told apart: then no
+//! light is the better choice, and the receiver sees an absent panel instead of a wrong one.
+//!
+//! ## Accuracy
+//!
+//! L* is truncated once, at 2⁻³² cd/m²; the duty is rounded once, to the nearest 1/65 535 of full
+//! luminance. Against the same formula in `f64` the errors are at most [`LUMINANCE_ERROR_CD_M2`]
+//! and [`DUTY_ERROR_STEPS`], for E up to 130 000 lx, any R of a [`Calibration`] and r up to 4:
+//! `cargo test -p tx-firmware dimming`. One step is what limits a panel at night: at 8 000 cd/m²
+//! full luminance it is 0.12 cd/m².
+
+use fixed::types::U32F32;
+use link::l2a_table::{Illuminance, L2a};
+
+use crate::{ambient::BRIGHTEST_LX, calibration::Calibration};
+
+/// The greatest L2A that a panel is ever driven to: the end of the range that Do & Yoo 2020, Table
+/// 1, examine, beyond which LEDs flare.
+pub const L2A_MAX: L2a = L2a::lit("4");
+
+/// Bound of the wanted luminance's error, cd/m²: one step of its type.
+pub const LUMINANCE_ERROR_CD_M2: f64 = 1.0 / (1u64 << 32) as f64;
+
+/// Bound of the duty's error, in steps of 1/65 535: half a step for the rounding and what the
+/// luminance's error adds on a panel of 1 cd/m².
+pub const DUTY_ERROR_STEPS: f64 = 0.5 + 65_535.0 * LUMINANCE_ERROR_CD_M2;
+
+/// What kept a panel from the wanted luminance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Limit {
+    /// It is above full luminance: the panel is at full luminance, its L2A too low.
+    Top,
+    /// It is below the shortest pulse: the panel is at that pulse, its L2A too high but not above
+    /// [`L2A_MAX`].
+    Floor,
+    /// It is so far below the shortest pulse that even this would be above [`L2A_MAX`]: the panel
+    /// is dark.
+    Off,
+}
+
+/// How bright the panel is, and why.
+///
+/// ```
+/// use fixed::types::{U1F31, U12F20, U32F32};
+/// use link::l2a_table::{Illuminance, Interval, L2a};
+/// use tx_firmware::{calibration::{Calibration, Measured}, dimming::{Dimming, Limit}};
+///
+/// let calibration = Calibration::new(Measured {
+///     luminance_full_cd_m2: U32F32::lit("8000"),
+///     shortest_pulse_ns: 100,
+///     pwm_period_ns: 20_000,
+///     reflectance: U1F31::lit("0.5"),
+///     interval: Interval::lit("1"),
+///     sensor_gain: U12F20::lit("1"),
+/// })?;
+/// let l2a = L2a::lit("2");
+///
+/// let overcast = Dimming::new(l2a, Illuminance::lit("4000"), &calibration);
+/// assert!(overcast.luminance_cd_m2 == 4000 && overcast.duty == 32_768 && overcast.limited.is_none());
+///
+/// let noon = Dimming::new(l2a, Illuminance::lit("100000"), &calibration);
+/// assert!(noon.wanted_cd_m2 == 100_000 && noon.duty == u16::MAX && noon.limited == Some(Limit::Top));
+///
+/// let dusk = Dimming::new(l2a, Illuminance::lit("30"), &calibration);
+/// assert!(dusk.wanted_cd_m2 == 30 && dusk.luminance_cd_m2 == 40 && dusk.limited == Some(Limit::Floor));
+///
+/// let night = Dimming::new(l2a, Illuminance::lit("10"), &calibration);
+/// assert!(night.wanted_cd_m2 == 10 && night.duty == 0 && night.limited == Some(Limit::Off));
+/// # Ok::<(), tx_firmware::calibration::CalibrationError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimming {
+    /// The wanted L2A, at most [`L2A_MAX`].
+    pub l2a: L2a,
+    /// The wanted luminance L* of an On LED, cd/m².
+    pub wanted_cd_m2: U32F32,
+    /// The luminance it is given, cd/m²; the duty realises it to half a step.
+    pub luminance_cd_m2: U32F32,
+    /// The duty: this many 65 535ths of full luminance.
+    pub duty: u16,
+    /// Why the luminance is not the wanted one; none when it is.
+    pub limited: Option<Limit>,
+}
+
+impl Dimming {
+    /// The dimming of the panel of `calibration` for the ratio `l2a` under `illuminance_lx`.
+    ///
+    /// An `l2a` above [`L2A_MAX`] and an illuminance above [`BRIGHTEST_LX`] count as these.
+    pub fn new(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> Self {
+        let l2a = l2a.min(L2A_MAX);
+        let full_cd_m2 = calibration.measured().luminance_full_cd_m2;
+        let floor_cd_m2 = calibration.luminance_floor_cd_m2();
+        let luminance_of = |l2a| luminance_cd_m2(l2a, illuminance_lx, calibration);
+
+        let wanted_cd_m2 = luminance_of(l2a);
+        let (luminance_cd_m2, limited) = if wanted_cd_m2 > full_cd_m2 {
+            (full_cd_m2, Some(Limit::Top))
+        } else if wanted_cd_m2 >= floor_cd_m2 {
+            (wanted_cd_m2, None)
+        } else if floor_cd_m2 <= luminance_of(L2A_MAX) {
+            (floor_cd_m2, Some(Limit::Floor))
+        } else {
+            (U32F32::ZERO, Some(Limit::Off))
+        };
+        Self {
+            l2a,
+            wanted_cd_m2,
+            luminance_cd_m2,
+            duty: duty(luminance_cd_m2, full_cd_m2),
+            limited,
+        }
+    }
+}
+
+/// Do & Yoo 2020, Eq. (9), solved for the luminance: L = r·E·R.
+fn luminance_cd_m2(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> U32F32 {
+    let illuminance_lx = illuminance_lx.min(BRIGHTEST_LX);
+    let reflectance = calibration.measured().reflectance;
+    // 16 + 29 + 32 bits, of them 13 + 12 + 31 of fraction: exact in 128 bits, truncated once, to
+    // 32.
+    let product = u128::from(l2a.to_bits())
+        * u128::from(illuminance_lx.to_bits())
+        * u128::from(reflectance.to_bits());
+    U32F32::from_bits((product >> 24) as u64)
+}
+
+/// The 65 535ths of `full_cd_m2` nearest to `luminance_cd_m2`, which is at most `full_cd_m2`.
+fn duty(luminance_cd_m2: U32F32, full_cd_m2: U32F32) -> u16 {
+    let (luminance, full) = (
+        u128::from(luminance_cd_m2.to_bits()),
+        u128::from(full_cd_m2.to_bits().max(1)),
+    );
+    let steps = (luminance * u128::from(u16::MAX) + full / 2) / full;
+    steps.try_into().unwrap_or(u16::MAX)
+}
+
+/// `fraction` / 65 535 of a PWM's `max_duty_cycle`, to the nearest step.
+///
+/// ```
+/// use tx_firmware::dimming::duty_cycle;
+/// assert_eq!(duty_cycle(u16::MAX, 2500), 2500);
+/// assert_eq!(duty_cycle(32_768, 2500), 1250);
+/// assert_eq!(duty_cycle(13, 2500), 0); // 0.496 of a step
+/// assert_eq!(duty_cycle(u16::MAX, 0), 0);
+/// ```
+pub fn duty_cycle(fraction: u16, max_duty_cycle: u16) -> u16 {
+    const FULL: u32 = u16::MAX as u32;
+    // At most FULL² + FULL/2 < 2³², and at most `max_duty_cycle` after the division.
+    ((u32::from(fraction) * u32::from(max_duty_cycle) + FULL / 2) / FULL) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::Measured;
+    use fixed::types::{U1F31, U12F20};
+    use link::l2a_table::Interval;
+    use proptest::prelude::*;
+
+    prop_compose! {
+        fn calibrations()(
+            full in 1.0f64..1e6, pulse_share in 0.0f64..0.02, period_ns in 100u32..10_000_000,
+            reflectance in 0.051f64..1.0, interval in 0.51f64..3.0,
+        ) -> Calibration {
+            Calibration::new(Measured {
+                luminance_full_cd_m2: U32F32::from_num(full),
+                shortest_pulse_ns: (f64::from(period_ns) * pulse_share) as u32,
+                pwm_period_ns: period_ns,
+                reflectance: U1F31::from_num(reflectance),
+                interval: Interval::from_num(interval),
+                sensor_gain: U12F20::ONE,
+            }).unwrap()
+        }
+    }
+
+    /// Illuminances as likely in the dark as in the sun.
+    fn illuminances_lx() -> impl Strategy<Value = Illuminance> {
+        (0.01f64.log2()..130_000f64.log2()).prop_map(|octave| Illuminance::from_num(octave.exp2()))
+    }
+
+    fn l2as() -> impl Strategy<Value = L2a> {
+        (0.2f64..4.0).prop_map(L2a::from_num)
+    }
+
+    /// The same path in `f64`: wanted luminance, given luminance, duty in steps.
+    fn reference(
+        l2a: L2a,
+        illuminance_lx: Illuminance,
+        calibration: &Calibration,
+    ) -> (f64, f64, f64) {
+        let measured = calibration.measured();
+        let full = measured.luminance_full_cd_m2.to_num::<f64>();
+        let floor =
+            full * f64::from(measured.shortest_pulse_ns) / f64::from(measured.pwm_period_ns);
+        let one_to_one = illuminance_lx.to_num::<f64>() * measured.reflectance.to_num::<f64>();
+        let wanted = l2a.to_num::<f64>() * one_to_one;
+        let given = if wanted < floor && floor > 4.0 * one_to_one {
+            0.0
+        } else {
+            wanted.max(floor).min(full)
+        };
+        (wanted, given, given / full * 65_535.0)
+    }
+
+    proptest! {
+        #[test]
+        fn fixed_point_keeps_its_bound(l2a in l2as(), lx in illuminances_lx(), calibration in calibrations()) {
+            let dimming = Dimming::new(l2a, lx, &calibration);
+            let (wanted, given, duty) = reference(l2a, lx, &calibration);
+            // The reference's own rounding, a few parts in 2⁵³, is not the fixed point's error.
+            let rounding = 1.0 + 1e-15;
+            prop_assert!((dimming.wanted_cd_m2.to_num::<f64>() - wanted).abs() <= LUMINANCE_ERROR_CD_M2 + wanted * (rounding - 1.0));
+            prop_assert!((dimming.luminance_cd_m2.to_num::<f64>() - given).abs() <= LUMINANCE_ERROR_CD_M2 + given * (rounding - 1.0));
+            prop_assert!((f64::from(dimming.duty) - duty).abs() <= DUTY_ERROR_STEPS * rounding, "{} against {duty}", dimming.duty);
+        }
+
+        #[test]
+        fn no_panel_is_driven_beyond_the_greatest_l2a(l2a in any::<u16>(), lx in illuminances_lx(), calibration in calibrations()) {
+            let dimming = Dimming::new(L2a::from_bits(l2a), lx, &calibration);
+            let at_l2a_4 = 4.0 * lx.to_num::<f64>() * calibration.measured().reflectance.to_num::<f64>();
+            let full = calibration.measured().luminance_full_cd_m2.to_num::<f64>();
+            prop_assert!(dimming.luminance_cd_m2.to_num::<f64>() <= at_l2a_4);
+            prop_assert!(f64::from(dimming.duty) / 65_535.0 * full <= at_l2a_4 + full / 65_535.0 * 0.500_001);
+        }
+
+        #[test]
+        fn the_limit_says_which_way_the_luminance_went(l2a in l2as(), lx in illuminances_lx(), calibration in calibrations()) {
+            let dimming = Dimming::new(l2a, lx, &calibration);
+            let (wanted, given) = (dimming.wanted_cd_m2, dimming.luminance_cd_m2);
+            match dimming.limited {
+                None => prop_assert_eq!(given, wanted),
+                Some(Limit::Top) => prop_assert!(given < wanted && dimming.duty == u16::MAX),
+                Some(Limit::Floor) => prop_assert!(given > wanted),
+                Some(Limit::Off) => prop_assert!(given == 0 && dimming.duty == 0),
+            }
+        }
+
+        #[test]
+        fn more_ambient_light_never_dims_the_panel(lx in illuminances_lx(), l2a in l2as(), calibration in calibrations()) {
+            let dimmer = Dimming::new(l2a, lx / 2, &calibration);
+            let brighter = Dimming::new(l2a, lx, &calibration);
+            prop_assert!(dimmer.luminance_cd_m2 <= brighter.luminance_cd_m2);
+            prop_assert!(dimmer.duty <= brighter.duty);
+        }
+
+        #[test]
+        fn any_input_is_answered(l2a in any::<u16>(), lx in any::<u32>(), calibration in calibrations()) {
+            let dimming = Dimming::new(L2a::from_bits(l2a), Illuminance::from_bits(lx), &calibration);
+            prop_assert!(dimming.l2a <= L2A_MAX);
+            prop_assert!(dimming.luminance_cd_m2 <= calibration.measured().luminance_full_cd_m2);
+        }
+
+        #[test]
+        fn duty_cycles_are_the_nearest_steps(fraction in any::<u16>(), max in any::<u16>()) {
+            let exact = f64::from(fraction) * f64::from(max) / 65_535.0;
+            let steps = duty_cycle(fraction, max);
+            prop_assert!(steps <= max);
+            prop_assert!((f64::from(steps) - exact).abs() <= 0.5);
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The transmitter of an optical camera link: ambient light in, an 8×8 LED panel out.
+//!
+//! A camera tells On from Off best at one ratio of LED light to ambient light (L2A): too little and
+//! they look alike, too much and each LED floods its neighbours (Do & Yoo 2020). So this firmware
+//! measures the light, looks the best ratio up in a table, dims its LEDs to it, and shows its
+//! message panel by panel. It needs no operating system, no heap and no particular chip: hardware
+//! is reached through [`embedded_hal`] traits alone.
+//!
+//! # The layers
+//!
+//! Two paths meet at the LEDs. Each step is a module, and each can be used by itself.
+//!
+//! ```text
+//! once a sensor period                                       once a symbol
+//!
+//! light sensor                                               message
+//!    │  reading, lx                                             │  bytes
+//! ambient      gain, smoothing → illuminance E               schedule   so many repeats, then beacons
+//!    │                                                          │        (framing and error correction: link)
+//! L2A table (link)    E, interval → ratio r                     │  PanelFrame: 64 bits
+//!    │                                                          │
+//! dimming      L* = r·E·R within the driver's limits            │
+//!    │  duty, 16 bits                                           │
+//!    └──────────────────────────── matrix ──────────────────────┘
+//!                                    │
+//!                      shift_register, or a driver of yours
+//! ```
+//!
+//! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method
+//!   for each timer.
+//! - [`ambient`] smooths readings, survives a broken sensor, and never leaves its range.
+//! - [`calibration`] holds what a bench measured of one panel, checked once at start-up.
+//! - [`dimming`] turns light and ratio into a duty, and says what limited it.
+//! - [`schedule`] decides which panel comes next.
+//! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] offers it.
+//!
+//! # What to choose
+//!
+//! **Your LEDs.** For a panel with an output for each LED, eight shift registers and a PWM on their
+//! output enable, take [`ShiftRegisterPanel`](shift_register::ShiftRegisterPanel). For anything
+//! else implement [`LedMatrix`](matrix::LedMatrix), two methods; its documentation has a whole
+//! driver. For a simulator or a test take [`RecordingMatrix`](matrix::RecordingMatrix): it keeps
+//! the panel and the duty that a real one would be showing, and everything above it is the very
+//! code that is flashed.
+//!
+//! **The dimming's frequency.** An exposure should hold 20 PWM periods or more, 50 for comfort: 50
+//! kHz for 1/1000 s. But the shortest pulse that the driver can give is then a larger share of the
+//! period, and the panel's dimmest light brighter: 100 ns in 20 µs is 1/200 of full luminance.
+//! Below that [`dimming`] holds the floor for as long as it does not flare, then goes dark.
+//!
+//! **The smoothing.** [`Smoothing::default`](ambient::Smoothing) suits a road; give it your
+//! sensor's period.
+//!
+//! **The symbol rate.** At most 1/(frame period + exposure) of the slowest camera, so that each
+//! symbol gets one whole exposure however the two clocks drift: 90 a second for 100 frames a second
+//! at 1/1000 s.
+//!
+//! # Numbers
+//!
+//! The control path is fixed point throughout, for microcontrollers without a floating-point unit.
+//! Each type holds the whole range of its quantity (E: 0.01 to 130 000 lx, luminance: to 10⁶
+//! cd/m²), so nothing overflows; the errors against the same formulas in `f64` are constants of
+//! their modules, held to by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
+//! [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR_STEPS`]. Nothing panics on any input.
+
+#![no_std]
+
+pub mod ambient;
+pub mod calibration;
+pub mod dimming;
+pub mod matrix;
+mod power;
+pub mod schedule;
+pub mod shift_register;
+pub mod transmitter;

@@ -1,0 +1,125 @@
+//! What a transmitter asks of its LEDs.
+
+use link::panel::PanelFrame;
+
+/// 64 LEDs that can be switched as one panel and dimmed together.
+///
+/// An implementation owes its users three things:
+///
+/// - it is dark from its construction until both a panel and a duty were given;
+/// - a panel appears on all LEDs at once (within a small part of the camera's exposure time), or,
+///   if the hardware scans its rows, in scans so short that an exposure holds many whole ones;
+/// - the light of an On LED is proportional to the duty, and an exposure holds many whole periods
+///   of the dimming.
+///
+/// ## A whole driver
+///
+/// A panel on the two halves of a 64-bit output port, its brightness set through a PWM channel.
+/// [`ShiftRegisterPanel`] is the driver of a real one.
+///
+/// ```
+/// use embedded_hal::pwm::SetDutyCycle;
+/// use link::panel::PanelFrame;
+/// use tx_firmware::{dimming::duty_cycle, matrix::LedMatrix};
+///
+/// struct PortPanel<'a, P> {
+///     port: &'a mut [u32; 2],
+///     brightness: P,
+/// }
+///
+/// impl<'a, P: SetDutyCycle> PortPanel<'a, P> {
+///     fn new(port: &'a mut [u32; 2], mut brightness: P) -> Result<Self, P::Error> {
+///         brightness.set_duty_cycle_fully_off()?;
+///         *port = [0, 0];
+///         Ok(Self { port, brightness })
+///     }
+/// }
+///
+/// impl<P: SetDutyCycle> LedMatrix for PortPanel<'_, P> {
+///     type Error = P::Error;
+///
+///     fn show(&mut self, panel: PanelFrame) -> Result<(), P::Error> {
+///         *self.port = [panel.bits() as u32, (panel.bits() >> 32) as u32];
+///         Ok(())
+///     }
+///
+///     fn set_duty(&mut self, fraction: u16) -> Result<(), P::Error> {
+///         let steps = duty_cycle(fraction, self.brightness.max_duty_cycle());
+///         self.brightness.set_duty_cycle(steps)
+///     }
+/// }
+/// # use embedded_hal_mock::eh1::pwm::{Mock, Transaction};
+/// # let mut brightness = Mock::new(&[Transaction::set_duty_cycle(0), Transaction::max_duty_cycle(1000), Transaction::set_duty_cycle(500)]);
+/// # let mut port = [9, 9];
+/// # let mut panel = PortPanel::new(&mut port, brightness.clone()).unwrap();
+/// # panel.set_duty(32_768).unwrap();
+/// # panel.show(PanelFrame::from_bits(0x0000_0001_8000_0000)).unwrap();
+/// # assert_eq!(port, [0x8000_0000, 1]);
+/// # brightness.done();
+/// ```
+///
+/// [`ShiftRegisterPanel`]: crate::shift_register::ShiftRegisterPanel
+pub trait LedMatrix {
+    /// What can go wrong on the way to the LEDs.
+    type Error;
+
+    /// Shows `panel` until the next call: bit 8·row + column is the LED of that row and column, as
+    /// the camera sees them.
+    ///
+    /// # Errors
+    /// When the hardware did not take the panel; it may show the old one, the new one or a mixture.
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error>;
+
+    /// Lights On LEDs for `fraction` / 65 535 of the time from now on: 0 is dark, 65 535 is full
+    /// luminance.
+    ///
+    /// # Errors
+    /// When the hardware did not take the duty; it may still have the old one.
+    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error>;
+}
+
+/// A borrowed matrix is a matrix.
+impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
+    type Error = M::Error;
+
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+        (**self).show(panel)
+    }
+
+    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error> {
+        (**self).set_duty(fraction)
+    }
+}
+
+/// A matrix without LEDs: it keeps what it was last given, for simulations and tests.
+///
+/// ```
+/// use link::panel::PanelFrame;
+/// use tx_firmware::matrix::{LedMatrix, RecordingMatrix};
+///
+/// let mut matrix = RecordingMatrix::default();
+/// matrix.show(PanelFrame::from_bits(0xff)).unwrap();
+/// matrix.set_duty(1234).unwrap();
+/// assert_eq!((matrix.panel.count_on(), matrix.duty), (8, 1234));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RecordingMatrix {
+    /// The panel shown last; all Off at first.
+    pub panel: PanelFrame,
+    /// The duty set last, of 65 535; 0 at first.
+    pub duty: u16,
+}
+
+impl LedMatrix for RecordingMatrix {
+    type Error = core::convert::Infallible;
+
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+        self.panel = panel;
+        Ok(())
+    }
+
+    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error> {
+        self.duty = fraction;
+        Ok(())
+    }
+}
