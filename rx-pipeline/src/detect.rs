@@ -1,0 +1,317 @@
+//! Features to bits: which LEDs are On, and how sure that is.
+//!
+//! | detector | looks at | needs | choose it |
+//! |---|---|---|---|
+//! | [`Detector::KMeans`] | AGR and GRI, each over its standard deviation in the panel | nothing | as the default |
+//! | [`Detector::KMeansRaw`] | AGR and GRI as they are | nothing | to compare: GRI, in grey levels, swamps AGR |
+//! | [`Detector::Otsu`] | the cells' mean grey | nothing | where LEDs are many pixels large, or on the smallest processor |
+//! | [`Detector::Fisher`] | AGR, GRI and, if wanted, NGR | training | when frames with known bits are at hand |
+//!
+//! The first three see nothing but one panel, so they need LEDs of both states in it: a panel that is all On or all Off is
+//! split in two all the same. A scrambled message has both.
+//!
+//! # Soft values
+//!
+//! The log-likelihood ratio of a bit follows from Gaussian classes of one covariance, Σ: with x the cell's features,
+//! LLR = (μ_on − μ_off)ᵀ·Σ⁻¹·(x − (μ_on + μ_off)/2), without priors. Fisher learns μ and Σ in training. The others take
+//! them from the panel itself, by the classes they have just found, in standardised features. To Σ they add
+//! [`VARIANCE_FLOOR`] on its diagonal, so that a frame without noise has finite values.
+//!
+//! The limits of that model: where the classes overlap, a split by the panel itself cuts their tails off, takes Σ for smaller
+//! than it is, and so claims to be surer than it may be. The errors of neighbouring cells, which the blur makes alike, count as
+//! independent. And as Σ is not round, the sign of a soft value may differ from k-means' bit close to the border.
+
+mod discriminant;
+mod fisher;
+mod kmeans;
+mod otsu;
+
+pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
+
+use crate::features::Features;
+use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
+
+/// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
+/// levels.
+pub const MIN_CONTRAST_GREY: f32 = 0.5;
+
+/// The variance added to each standardised feature's variance within a class: a hundredth of its variance in the panel.
+pub const VARIANCE_FLOOR: f32 = 0.01;
+
+/// How to tell On from Off.
+///
+/// ```
+/// use rx_pipeline::{cells::CellMap, corners::Corners, detect::Detector, features::Features, frame::Frame};
+/// let corners = Corners::new([[5.0, 5.0], [33.0, 5.0], [33.0, 33.0], [5.0, 33.0]])?;
+/// let map = CellMap::<2048>::new(&corners, 40, 40)?;
+/// let mut pixels = [118; 1600];
+/// for row in [9, 25] {
+///     pixels[40 * row + 13] = 200; // the third LED of the second and sixth row
+/// }
+/// let features = Features::measure(&Frame::new(&pixels, 40, 40)?, &map)?;
+/// let detection = Detector::KMeans.detect(&features)?;
+/// assert_eq!(detection.bits.bits(), 1 << (8 + 2) | 1 << (8 * 5 + 2));
+/// assert!(detection.soft.0[10] > 0 && detection.soft.0[0] < 0);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Detector {
+    /// Two clusters in the plane of AGR and GRI, each divided by its standard deviation over the 64 cells, started from
+    /// the cells of lowest and highest GRI.
+    #[default]
+    KMeans,
+    /// The same without the division.
+    KMeansRaw,
+    /// The threshold on the cells' mean grey that separates the classes best (Otsu 1979).
+    Otsu,
+    /// Fisher's linear discriminant, trained beforehand.
+    Fisher(Fisher),
+}
+
+/// One reading of a panel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// The detector's decision on each LED.
+    pub bits: PanelFrame,
+    /// The log-likelihood ratio of each LED, by the model above.
+    pub soft: SoftPanel,
+    /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
+    pub confidence: f32,
+}
+
+/// Why a panel could not be read.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DetectError {
+    /// All cells look alike.
+    #[error(
+        "the brightest and the darkest cell differ by {range_grey} grey levels, less than the {MIN_CONTRAST_GREY} that \
+         can be told from rounding: check exposure and corners"
+    )]
+    ContrastTooLow {
+        /// Highest minus lowest mean grey of a cell, in grey levels.
+        range_grey: f32,
+    },
+    /// The features do not fall into two groups.
+    #[error(
+        "{on} cells fall into the group On and the others into Off: both need at least one; check the corners"
+    )]
+    OneClass {
+        /// Cells in the brighter group, 0 or 64.
+        on: u32,
+    },
+}
+
+impl Detector {
+    /// Reads the panel.
+    ///
+    /// # Errors
+    /// [`DetectError::ContrastTooLow`] if all cells look alike, [`DetectError::OneClass`] if they do in the features that
+    /// the detector goes by.
+    pub fn detect(&self, features: &Features) -> Result<Detection, DetectError> {
+        check_contrast(features)?;
+        match self {
+            Self::KMeans => {
+                let samples = pairs(&standardised(&features.agr), &standardised(&features.gri));
+                let bits = kmeans::split(&samples)?;
+                Ok(Detection::new(
+                    bits,
+                    discriminant::llr_by_split(&samples, bits)?,
+                ))
+            }
+            Self::KMeansRaw => {
+                let bits = kmeans::split(&pairs(&features.agr, &features.gri))?;
+                let samples = pairs(&standardised(&features.agr), &standardised(&features.gri));
+                Ok(Detection::new(
+                    bits,
+                    discriminant::llr_by_split(&samples, bits)?,
+                ))
+            }
+            Self::Otsu => {
+                let bits = otsu::split(&features.mean_grey)?;
+                let samples = standardised(&features.mean_grey).map(|grey| [grey]);
+                Ok(Detection::new(
+                    bits,
+                    discriminant::llr_by_split(&samples, bits)?,
+                ))
+            }
+            Self::Fisher(fisher) => {
+                let llr = fisher.llr(features);
+                Ok(Detection::new(bits_where(|cell| llr[cell] > 0.0), llr))
+            }
+        }
+    }
+}
+
+impl Detection {
+    fn new(bits: PanelFrame, llr: [f32; LEDS]) -> Self {
+        let right = llr.map(|llr| 1.0 / (1.0 + libm::expf(-llr.abs())));
+        Self {
+            bits,
+            soft: SoftPanel(llr.map(quantised)),
+            confidence: right.iter().sum::<f32>() / LEDS as f32,
+        }
+    }
+}
+
+/// In steps of [`LLR_STEP`], within ±127.
+fn quantised(llr: f32) -> Llr {
+    libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr
+}
+
+fn check_contrast(features: &Features) -> Result<(), DetectError> {
+    let brightest = features
+        .mean_grey
+        .into_iter()
+        .fold(f32::NEG_INFINITY, f32::max);
+    let darkest = features.mean_grey.into_iter().fold(f32::INFINITY, f32::min);
+    let range_grey = brightest - darkest;
+    if range_grey >= MIN_CONTRAST_GREY {
+        Ok(())
+    } else {
+        Err(DetectError::ContrastTooLow { range_grey })
+    }
+}
+
+/// The values with their mean taken off, divided by their standard deviation; all 0 if they are equal.
+fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
+    let mean = values.iter().sum::<f32>() / LEDS as f32;
+    let centred = values.map(|value| value - mean);
+    let variance = centred.iter().map(|value| value * value).sum::<f32>() / LEDS as f32;
+    let scale = if variance > f32::MIN_POSITIVE {
+        1.0 / libm::sqrtf(variance)
+    } else {
+        0.0
+    };
+    centred.map(|value| value * scale)
+}
+
+fn pairs(a: &[f32; LEDS], b: &[f32; LEDS]) -> [[f32; 2]; LEDS] {
+    core::array::from_fn(|cell| [a[cell], b[cell]])
+}
+
+fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
+    PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
+}
+
+/// The split, if there are cells in both classes.
+fn two_classes(bits: PanelFrame) -> Result<PanelFrame, DetectError> {
+    match bits.count_on() {
+        on if on == 0 || on == LEDS as u32 => Err(DetectError::OneClass { on }),
+        _ => Ok(bits),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Features of a panel of `bits`, each On cell `contrast` times one standard deviation of noise above an Off one.
+    pub(crate) fn features_of(bits: u64, contrast: f32, noise: &[[f32; 2]; LEDS]) -> Features {
+        let level = |cell: usize| if bits >> cell & 1 == 1 { contrast } else { 0.0 };
+        let mean_grey = core::array::from_fn(|cell| 120.0 + level(cell) + noise[cell][0]);
+        let panel_grey = mean_grey.iter().sum::<f32>() / 64.0;
+        Features {
+            mean_grey,
+            agr: mean_grey.map(|grey| grey / panel_grey),
+            gri: core::array::from_fn(|cell| 2.0 * (level(cell) + noise[cell][1])),
+            saturated: [0; 64],
+            pixels: [20; 64],
+            panel_grey,
+        }
+    }
+
+    pub(crate) fn noise() -> impl Strategy<Value = [[f32; 2]; LEDS]> {
+        prop::collection::vec(prop::array::uniform2(-1.0f32..1.0), LEDS)
+            .prop_map(|noise| noise.try_into().unwrap())
+    }
+
+    const UNTRAINED: [Detector; 3] = [Detector::KMeans, Detector::KMeansRaw, Detector::Otsu];
+
+    #[test]
+    fn panels_without_contrast_are_refused() {
+        let flat = features_of(0, 0.0, &[[0.0; 2]; LEDS]);
+        for detector in UNTRAINED {
+            assert_eq!(
+                detector.detect(&flat),
+                Err(DetectError::ContrastTooLow { range_grey: 0.0 })
+            );
+        }
+        let mut no_gradient = features_of(0xff, 10.0, &[[0.0; 2]; LEDS]);
+        no_gradient.gri = [0.0; LEDS];
+        for detector in UNTRAINED {
+            assert_eq!(detector.detect(&no_gradient).unwrap().bits.bits(), 0xff);
+        }
+        let mut alike = no_gradient;
+        alike.agr = [1.0; LEDS];
+        assert_eq!(
+            Detector::KMeans.detect(&alike),
+            Err(DetectError::OneClass { on: 0 })
+        );
+    }
+
+    #[test]
+    fn panels_without_noise_have_finite_certainty() {
+        for detector in UNTRAINED {
+            let detection = detector
+                .detect(&features_of(0x1234_5678, 30.0, &[[0.0; 2]; LEDS]))
+                .unwrap();
+            assert_eq!(detection.bits.bits(), 0x1234_5678);
+            assert_eq!(detection.soft.hard(), detection.bits);
+            assert!(detection.confidence > 0.999 && detection.confidence <= 1.0);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn clear_panels_are_read(bits in 1u64..u64::MAX, noise in noise()) {
+            for detector in UNTRAINED {
+                let detection = detector.detect(&features_of(bits, 12.0, &noise)).unwrap();
+                prop_assert_eq!(detection.bits.bits(), bits);
+                prop_assert_eq!(detection.soft.hard().bits(), bits);
+            }
+        }
+
+        #[test]
+        fn nearer_classes_are_less_certain(bits: u64, noise in noise()) {
+            prop_assume!((16..48).contains(&bits.count_ones()));
+            for detector in UNTRAINED {
+                let near = detector.detect(&features_of(bits, 4.0, &noise)).unwrap();
+                let far = detector.detect(&features_of(bits, 12.0, &noise)).unwrap();
+                prop_assert!(near.confidence <= far.confidence);
+            }
+        }
+
+        #[test]
+        fn kmeans_ignores_affine_changes_of_grey(bits: u64, noise in noise(), gain in 0.3f32..2.0, black in 0.0f32..60.0) {
+            prop_assume!((8..56).contains(&bits.count_ones()));
+            let features = features_of(bits, 8.0, &noise);
+            let mean_grey = features.mean_grey.map(|grey| gain * grey + black);
+            let panel_grey = gain * features.panel_grey + black;
+            let agr = mean_grey.map(|grey| grey / panel_grey);
+            let gri = features.gri.map(|gri| gain * gri);
+            let changed = Features { mean_grey, agr, gri, panel_grey, ..features };
+            let (one, other) = (Detector::KMeans.detect(&features).unwrap(), Detector::KMeans.detect(&changed).unwrap());
+            prop_assert_eq!(one.bits, other.bits);
+            let furthest = one.soft.0.iter().zip(&other.soft.0).map(|(a, b)| a.abs_diff(*b)).max();
+            prop_assert!(furthest <= Some(1), "{:?}", furthest);
+        }
+
+        #[test]
+        fn no_features_panic(
+            agr in prop::collection::vec(prop::num::f32::ANY, LEDS),
+            gri in prop::collection::vec(prop::num::f32::ANY, LEDS),
+            grey in prop::collection::vec(prop::num::f32::ANY, LEDS),
+        ) {
+            let [agr, gri, mean_grey] = [agr, gri, grey].map(|values| <[f32; LEDS]>::try_from(values).unwrap());
+            let features = Features { agr, gri, mean_grey, ..features_of(0, 0.0, &[[0.0; 2]; LEDS]) };
+            for detector in UNTRAINED {
+                if let Ok(detection) = detector.detect(&features) {
+                    prop_assert!((1..64).contains(&detection.bits.count_on()));
+                }
+            }
+        }
+    }
+}

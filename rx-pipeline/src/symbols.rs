@@ -1,0 +1,314 @@
+//! Readings to symbols: which frames show the same panel, and how many panels went by unseen.
+//!
+//! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if the two correlate:
+//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least [`REPEAT_CORRELATION`]. What that threshold errs:
+//!
+//! - Two different symbols of random bits agree in 32 ± 4 LEDs, so ρ = 0 ± 1/8. 52 must agree for ρ ≥ 0.6: one pair in 5 million.
+//! - The same symbol read twice with bit error rate ε correlates with ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: at ε = 2 %
+//!   0.92 ± 0.05, at 5 % 0.81 ± 0.07, of which one pair in 150 is missed. These are for hard bits; as doubtful bits
+//!   weigh less, soft values do better.
+//!
+//! (`cargo test -p rx-pipeline symbols` computes both.)
+//!
+//! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
+//! that each reading narrows.
+
+use link::panel::{Llr, SoftPanel};
+
+/// The correlation from which a reading is the last symbol again.
+pub const REPEAT_CORRELATION: f32 = 0.6;
+
+/// By how much the two clocks may disagree, relatively: two crystals of 100 ppm each.
+const CLOCK_TOLERANCE: f64 = 2e-4;
+
+/// One symbol, of all the frames that showed it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Symbol {
+    /// Its number: that of the first symbol seen is 0, and symbols that passed unseen count. It wraps around.
+    pub index: u32,
+    /// The sum of the readings' soft values, within ±127.
+    pub panel: SoftPanel,
+    /// The number of the first frame that showed it.
+    pub first_frame: u64,
+    /// The number of the last frame that showed it.
+    pub last_frame: u64,
+}
+
+/// Why no clock runs at this rate.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{symbols_per_frame} symbols a frame: more than 0 and at most 1 can be followed; raise the frame rate or lower \
+     the symbol rate"
+)]
+pub struct SymbolRateError {
+    /// The rate asked for.
+    pub symbols_per_frame: f32,
+}
+
+/// Numbers the symbols and merges repeated readings of one.
+///
+/// A symbol is given out once, when the next one is seen or at [`SymbolClock::flush`].
+///
+/// ```
+/// use link::panel::{PanelFrame, SoftPanel};
+/// use rx_pipeline::symbols::SymbolClock;
+/// let [a, b] = [0x0123_4567_89ab_cdef, 0x5555_3333_0f0f_00ff]
+///     .map(|bits| SoftPanel::certain(PanelFrame::from_bits(bits), 10));
+/// let mut clock = SymbolClock::new(0.5)?;
+/// assert_eq!(clock.push(7, &a), None);
+/// assert_eq!(clock.push(8, &a), None);
+/// let symbol = clock.push(9, &b).expect("the first symbol is over");
+/// assert_eq!((symbol.index, symbol.first_frame, symbol.last_frame), (0, 7, 8));
+/// assert_eq!(symbol.panel.0[0], 20);
+/// assert_eq!(clock.flush().map(|symbol| symbol.index), Some(1));
+/// # Ok::<(), rx_pipeline::symbols::SymbolRateError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SymbolClock {
+    symbols_per_frame: f64,
+    current: Option<Current>,
+    next_index: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Current {
+    symbol: Symbol,
+    reading: SoftPanel,
+    /// Where within its symbol the last frame was exposed, at least and at most: 0 the start, 1 the end.
+    phase: (f64, f64),
+}
+
+impl SymbolClock {
+    /// A clock for a panel that shows `symbols_per_frame` symbols in a camera's frame period.
+    ///
+    /// # Errors
+    /// If `symbols_per_frame` is not above 0 and at most 1.
+    pub fn new(symbols_per_frame: f32) -> Result<Self, SymbolRateError> {
+        if symbols_per_frame > 0.0 && symbols_per_frame <= 1.0 {
+            Ok(Self {
+                symbols_per_frame: symbols_per_frame.into(),
+                current: None,
+                next_index: 0,
+            })
+        } else {
+            Err(SymbolRateError { symbols_per_frame })
+        }
+    }
+
+    /// Takes in the reading of frame `frame`; gives the symbol before it if it shows a new one.
+    ///
+    /// Frames that were lost are left out. A frame number that does not rise, and a reading of which nothing is known, is ignored.
+    pub fn push(&mut self, frame: u64, reading: &SoftPanel) -> Option<Symbol> {
+        if reading.0.iter().all(|&llr| llr == 0) {
+            return None;
+        }
+        let Some(current) = &mut self.current else {
+            self.start(frame, reading, self.next_index, (0.0, 1.0));
+            return None;
+        };
+        let elapsed = frame
+            .checked_sub(current.symbol.last_frame)
+            .filter(|&elapsed| elapsed > 0)?;
+        let passed = elapsed as f64 * self.symbols_per_frame;
+        let (earliest, latest) = current.phase;
+        let phase = (
+            earliest + passed * (1.0 - CLOCK_TOLERANCE),
+            latest + passed * (1.0 + CLOCK_TOLERANCE),
+        );
+        let may_repeat = phase.0 < 1.0 || elapsed == 1;
+        if may_repeat && correlation(&current.reading, reading) >= REPEAT_CORRELATION {
+            current.merge(frame, reading);
+            current.phase = within_symbol(phase, 0.0);
+            return None;
+        }
+        let done = current.symbol;
+        let advance = libm::floor((phase.0 + phase.1) / 2.0).max(1.0);
+        // Wraps around as the index does, and stays at a gap's end beyond all counting.
+        let index = done.index.wrapping_add(advance as u32);
+        self.start(frame, reading, index, within_symbol(phase, advance));
+        Some(done)
+    }
+
+    /// The number of the symbol that the last frame showed; none before the first.
+    pub fn current(&self) -> Option<u32> {
+        self.current.as_ref().map(|current| current.symbol.index)
+    }
+
+    /// The symbol that was being read, if any. The next reading starts another.
+    pub fn flush(&mut self) -> Option<Symbol> {
+        self.current.take().map(|current| current.symbol)
+    }
+
+    fn start(&mut self, frame: u64, reading: &SoftPanel, index: u32, phase: (f64, f64)) {
+        let symbol = Symbol {
+            index,
+            panel: *reading,
+            first_frame: frame,
+            last_frame: frame,
+        };
+        self.current = Some(Current {
+            symbol,
+            reading: *reading,
+            phase,
+        });
+        self.next_index = index.wrapping_add(1);
+    }
+}
+
+impl Current {
+    fn merge(&mut self, frame: u64, reading: &SoftPanel) {
+        for (sum, &llr) in self.symbol.panel.0.iter_mut().zip(&reading.0) {
+            *sum = sum.saturating_add(llr).max(-Llr::MAX);
+        }
+        self.symbol.last_frame = frame;
+        self.reading = *reading;
+    }
+}
+
+/// The part of the phases that lies in the symbol `advance` after the last; all of it if none does.
+fn within_symbol((earliest, latest): (f64, f64), advance: f64) -> (f64, f64) {
+    let (earliest, latest) = ((earliest - advance).max(0.0), (latest - advance).min(1.0));
+    if earliest < latest {
+        (earliest, latest)
+    } else {
+        (0.0, 1.0)
+    }
+}
+
+/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
+fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
+    let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
+        let sum: i32 =
+            a.0.iter()
+                .zip(&b.0)
+                .map(|(&a, &b)| i32::from(a) * i32::from(b))
+                .sum();
+        sum as f32
+    };
+    let norm = libm::sqrtf(product(a, a) * product(b, b));
+    if norm > 0.0 {
+        product(a, b) / norm
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::panel::PanelFrame;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn panel(bits: u64) -> SoftPanel {
+        SoftPanel::certain(PanelFrame::from_bits(bits), 10)
+    }
+
+    /// A different, random-looking panel for each symbol.
+    fn shown(symbol: u64) -> u64 {
+        let mixed = (symbol + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ mixed >> 31
+    }
+
+    /// The probability that at least `least` of 64 events happen, each with probability `p`.
+    fn at_least(least: u32, p: f64) -> f64 {
+        let mut term = libm::pow(1.0 - p, 64.0);
+        let mut sum = 0.0;
+        for k in 0..=64 {
+            if k >= least {
+                sum += term;
+            }
+            term *= f64::from(64 - k) / f64::from(k + 1) * p / (1.0 - p);
+        }
+        sum
+    }
+
+    #[test]
+    fn the_threshold_errs_as_stated() {
+        // ρ = 2·agreeing/64 − 1 reaches 0.6 from 52 on.
+        let mistaken = at_least(52, 0.5);
+        assert!((1.0 / 6e6..1.0 / 4e6).contains(&mistaken), "{mistaken}");
+        let error_rate = 0.05;
+        let agree = (1.0 - error_rate) * (1.0 - error_rate) + error_rate * error_rate;
+        let missed = 1.0 - at_least(52, agree);
+        assert!((1.0 / 160.0..1.0 / 140.0).contains(&missed), "{missed}");
+    }
+
+    #[test]
+    fn rates_beyond_one_symbol_a_frame_are_refused() {
+        for rate in [0.0, -1.0, 1.01, f32::NAN, f32::INFINITY] {
+            assert!(SymbolClock::new(rate).is_err());
+        }
+    }
+
+    #[test]
+    fn unknown_and_late_readings_are_ignored() {
+        let mut clock = SymbolClock::new(1.0).unwrap();
+        assert_eq!(clock.push(5, &SoftPanel::ERASED), None);
+        assert_eq!(clock.flush(), None);
+        clock.push(5, &panel(shown(0)));
+        assert_eq!(clock.push(5, &panel(shown(1))), None);
+        assert_eq!(clock.push(4, &panel(shown(1))), None);
+        assert_eq!(
+            clock.flush().map(|symbol| symbol.panel),
+            Some(panel(shown(0)))
+        );
+    }
+
+    #[test]
+    fn merged_values_stay_in_range() {
+        let mut clock = SymbolClock::new(0.01).unwrap();
+        let sure = SoftPanel::certain(PanelFrame::from_bits(shown(3)), 127);
+        for frame in 0..5 {
+            clock.push(frame, &sure);
+        }
+        assert_eq!(clock.flush().unwrap().panel, sure);
+    }
+
+    #[test]
+    fn gaps_beyond_all_counting_do_not_panic() {
+        let mut clock = SymbolClock::new(1.0).unwrap();
+        clock.push(0, &panel(shown(0)));
+        assert!(clock.push(u64::MAX, &panel(shown(1))).is_some());
+        assert!(clock.flush().is_some());
+    }
+
+    proptest! {
+        #[test]
+        fn each_symbol_comes_once_under_its_number(
+            symbols_per_frame in 0.3f32..1.0, start in 0.0f64..1.0, lost in prop::collection::vec(prop::bool::weighted(0.1), 200),
+        ) {
+            let mut clock = SymbolClock::new(symbols_per_frame).unwrap();
+            let symbol_of = |frame: usize| (start + frame as f64 * f64::from(symbols_per_frame)) as u64;
+            let seen: Vec<usize> = (0..200).filter(|&frame| frame < 20 || !lost[frame]).collect();
+            let mut symbols = Vec::new();
+            for &frame in &seen {
+                symbols.extend(clock.push(frame as u64, &panel(shown(symbol_of(frame)))));
+            }
+            symbols.extend(clock.flush());
+            let mut expected: Vec<u64> = seen.iter().map(|&frame| symbol_of(frame)).collect();
+            expected.dedup();
+            prop_assert_eq!(symbols.len(), expected.len());
+            for (symbol, expected) in symbols.iter().zip(&expected) {
+                prop_assert_eq!(symbol.panel.hard().bits(), shown(*expected));
+            }
+            // After a gap a symbol's border may lie too close to the exposure to tell on which side of it that was.
+            for (got, want) in symbols.windows(2).zip(expected.windows(2)) {
+                let uncertain = got[1].first_frame - got[0].last_frame > 1;
+                let (got, want) = (i64::from(got[1].index - got[0].index), (want[1] - want[0]) as i64);
+                prop_assert!((got - want).abs() <= i64::from(uncertain), "{} for {}", got, want);
+            }
+        }
+
+        #[test]
+        fn gaps_at_equal_rates_are_counted_exactly(gap in 1u64..10_000) {
+            let mut clock = SymbolClock::new(1.0).unwrap();
+            clock.push(100, &panel(shown(0)));
+            clock.push(100 + gap, &panel(shown(1)));
+            let tolerated = (gap as f64 * CLOCK_TOLERANCE) as u64;
+            prop_assert!(u64::from(clock.flush().unwrap().index).abs_diff(gap) <= tolerated);
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Frames of panels for tests: LEDs as Gaussian spots before a plain background, in linear light, encoded with γ = 2.2.
+
+use crate::corners::Corners;
+use crate::frame::Frame;
+use std::vec::Vec;
+
+/// What the camera sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene {
+    pub bits: u64,
+    pub width: usize,
+    pub height: usize,
+    pub centre: [f32; 2],
+    pub pitch_px: f32,
+    pub roll_deg: f32,
+    /// Height over width, as a panel turned about its upright axis has it.
+    pub aspect: f32,
+    /// Light of an Off and an On LED's surface; the background's is 1.
+    pub light: [f32; 2],
+    /// LED diameter over pitch.
+    pub fill: f32,
+    pub noise_grey: f32,
+}
+
+impl Scene {
+    pub const PLAIN: Self = Self {
+        bits: 0x9a3c_5e71_0f96_c3a5,
+        width: 96,
+        height: 96,
+        centre: [47.3, 48.6],
+        pitch_px: 4.4,
+        roll_deg: 0.0,
+        aspect: 1.0,
+        light: [0.4 / 0.18, 0.4 / 0.18 * 5.0],
+        fill: 0.5,
+        noise_grey: 0.0,
+    };
+
+    pub fn corners(&self) -> Corners {
+        let ends = [[-3.5, -3.5], [3.5, -3.5], [3.5, 3.5], [-3.5, 3.5]];
+        Corners::new(ends.map(|[column, row]| self.position(column, row))).unwrap()
+    }
+
+    fn position(&self, column: f32, row: f32) -> [f32; 2] {
+        let (sin, cos) = self.roll_deg.to_radians().sin_cos();
+        let (across, down) = (column * self.pitch_px / self.aspect, row * self.pitch_px);
+        [
+            self.centre[0] + cos * across - sin * down,
+            self.centre[1] + sin * across + cos * down,
+        ]
+    }
+
+    pub fn render(&self) -> Rendered {
+        let diameter = self.fill * self.pitch_px;
+        let variance = 1.5 * 1.5 + diameter * diameter / 16.0 + 1.0 / 12.0;
+        let area = core::f32::consts::PI / 4.0 * diameter * diameter;
+        let height = area / (2.0 * core::f32::consts::PI * variance);
+        let mut light = std::vec![1.0f32; self.width * self.height];
+        for led in 0..64 {
+            let [cx, cy] = self.position((led % 8) as f32 - 3.5, (led / 8) as f32 - 3.5);
+            let surface = self.light[usize::from(self.bits >> led & 1 == 1)];
+            for (i, light) in light.iter_mut().enumerate() {
+                let (dx, dy) = ((i % self.width) as f32 - cx, (i / self.width) as f32 - cy);
+                let exponent = (dx * dx + dy * dy) / (2.0 * variance);
+                if exponent < 20.0 {
+                    *light += (surface - 1.0) * height * (-exponent).exp();
+                }
+            }
+        }
+        let mut random = Random(self.bits | 1);
+        let grey = |light: f32| 118.0 * light.powf(1.0 / 2.2) + self.noise_grey * random.normal();
+        Rendered {
+            pixels: light
+                .into_iter()
+                .map(grey)
+                .map(|grey| grey.round() as u8)
+                .collect(),
+            scene: *self,
+        }
+    }
+}
+
+/// A frame that owns its pixels.
+pub(crate) struct Rendered {
+    pub pixels: Vec<u8>,
+    scene: Scene,
+}
+
+impl Rendered {
+    pub fn frame(&self) -> Frame<'_> {
+        Frame::new(&self.pixels, self.scene.width, self.scene.height).unwrap()
+    }
+}
+
+/// Marsaglia's xorshift.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 40) as f32 / (1u64 << 24) as f32
+    }
+
+    /// About standard normal: the sum of twelve uniform numbers.
+    fn normal(&mut self) -> f32 {
+        (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
+    }
+}
