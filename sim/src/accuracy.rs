@@ -1,0 +1,101 @@
+//! How exactly an image is drawn, and which knob bounds which error.
+//!
+//! | level | numbers | declared bound against the reference, unrounded grey | for |
+//! |---|---|---|---|
+//! | `reference` | f64, error function | 0 (it is the yardstick; its own linear error is about 1e-12) | tests, other levels |
+//! | `fine` | f32, table | 0.01 | figures, pictures |
+//! | `fast` | f32, table | 0.25: half of what rounding does | Monte Carlo |
+
+use std::str::FromStr;
+
+use libm::erfc;
+
+use crate::grey;
+use crate::kernel::CURVATURE;
+
+/// A choice between exactness and time; see the [module](self).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// Double precision and the error function itself.
+    Reference,
+    /// Within 0.01 grey levels of the reference.
+    Fine,
+    /// Within 0.25 grey levels of the reference.
+    #[default]
+    Fast,
+}
+
+impl Level {
+    /// The declared bound of the difference from the reference, in grey levels before rounding.
+    pub fn error_bound_grey(self) -> f64 {
+        match self {
+            Self::Reference => 0.0,
+            Self::Fine => 0.01,
+            Self::Fast => 0.25,
+        }
+    }
+}
+
+impl FromStr for Level {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "reference" => Ok(Self::Reference),
+            "fine" => Ok(Self::Fine),
+            "fast" => Ok(Self::Fast),
+            _ => Err(format!("no level {text:?}: choose reference, fine or fast")),
+        }
+    }
+}
+
+/// The knobs that a level turns, for one scene. Each bounds one error, as a part of an LED's light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Largest error of the integral over a disc; sets the number of chords.
+    pub quadrature: f64,
+    /// Most light of a plane full of LEDs that may be cut off; sets how far the blur reaches.
+    pub truncation: f64,
+    /// Table entries a pixel; bounds the interpolation (see [`crate::kernel::Tabulated`]).
+    pub table_per_px: usize,
+}
+
+impl Accuracy {
+    /// The knobs that keep `level`'s bound where pixels are at least as bright as `floor` and LEDs exceed it by at most
+    /// `excess` (both linear), under a blur of `sigma_px` and a gamma of `gamma`.
+    ///
+    /// The bound is divided by the steepest slope of the grey curve and by the excess, and shared out in four equal
+    /// parts: quadrature, truncation, table, and f32 with all else.
+    pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
+        let share = match level {
+            Level::Reference => {
+                return Self {
+                    quadrature: 1e-13,
+                    truncation: 1e-13,
+                    table_per_px: 0,
+                };
+            }
+            Level::Fine | Level::Fast => level.error_bound_grey() / 4.0,
+        };
+        let slope = grey::greatest_change(floor, 1e-4, gamma) / 1e-4;
+        let part = (share / (slope * excess.max(1e-3))).clamp(1e-7, 1e-2);
+        // The table errs by CURVATURE/(8·σ²·n²), in each of up to about eight terms that overlap.
+        let per_px = (CURVATURE / (sigma_px.max(0.1).powi(2) * part)).sqrt();
+        Self {
+            quadrature: part,
+            truncation: part,
+            table_per_px: (per_px as usize).next_power_of_two().clamp(16, 4096),
+        }
+    }
+
+    /// How far beyond a disc's edge it is drawn: outside lies at most `truncation` of the blurred light of a plane full
+    /// of LEDs, 2·erfc(z/√2) for a margin of z·σ, and half a pixel for the pixel's own square.
+    pub fn margin_px(&self, sigma_px: f64) -> f64 {
+        let mut z = 0.0;
+        while 2.0 * erfc(z * std::f64::consts::FRAC_1_SQRT_2) > self.truncation {
+            z += 0.1;
+        }
+        0.5 + z * sigma_px
+    }
+}

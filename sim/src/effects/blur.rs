@@ -1,0 +1,38 @@
+//! The lens blur: a Gaussian, convolved exactly with disc and pixel (see [`crate::chords`]).
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct LensBlur;
+
+impl Effect for LensBlur {
+    fn name(&self) -> &'static str {
+        "blur"
+    }
+
+    fn model(&self) -> &'static str {
+        "Gaussian blur of the lens, Do & Yoo 2020, Eqs. (14) and (15), applied to the linear image"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["camera.blur_sigma_px"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "LEDs reach 4 to 6 sigma farther"
+    }
+
+    /// A Gaussian moves light by σ·√(2/π) on average along each axis; the mean over a pixel's width of an edge moves
+    /// by no more than its displacement.
+    fn bound_grey(&self, view: &View) -> f64 {
+        let displacement =
+            2.0 * view.scene.camera.blur_sigma_px * (2.0 / std::f64::consts::PI).sqrt();
+        view.change((view.peak - view.floor) * displacement.min(1.0))
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        recipe.sigma_px = view.scene.camera.blur_sigma_px;
+    }
+}

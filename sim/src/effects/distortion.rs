@@ -1,0 +1,49 @@
+//! Radial distortion of the lens: each LED is drawn where it goes, as its local affine image.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct Distortion;
+
+impl Effect for Distortion {
+    fn name(&self) -> &'static str {
+        "distortion"
+    }
+
+    fn model(&self) -> &'static str {
+        "radial distortion of first order, rho (1 + k1 rho^2) with rho in focal lengths (Brown 1966)"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["camera.distortion_k1"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "chords for each LED instead of one set"
+    }
+
+    /// How far it moves LEDs, by k₁·ρ³, and their rims against their centres: ρ·(1 + k₁·ρ²) has the slope 1 + 3·k₁·ρ².
+    fn bound_grey(&self, view: &View) -> f64 {
+        let camera = &view.scene.camera;
+        let principal = glam::DVec2::from_array(camera.principal_px());
+        let leds = view.panels.iter().flat_map(|panel| panel.ellipses.iter());
+        let (mut shift, mut rim) = (0.0f64, 0.0f64);
+        for ellipse in leds {
+            let (radius, extent) = (
+                (ellipse.centre - principal).length(),
+                ellipse.half_extent().length(),
+            );
+            let stretch =
+                camera.distortion_k1.abs() * ((radius + extent) / camera.focal_px()).powi(2);
+            shift = shift.max(stretch * radius);
+            rim = rim.max(3.0 * stretch * extent);
+        }
+        view.change_by_geometry(shift, rim)
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        recipe.distortion_k1 = view.scene.camera.distortion_k1;
+    }
+}

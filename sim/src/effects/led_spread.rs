@@ -1,0 +1,74 @@
+//! Brightness that differs from LED to LED.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::scene::Panel;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct LedSpread;
+
+impl Effect for LedSpread {
+    fn name(&self) -> &'static str {
+        "led_spread"
+    }
+
+    fn model(&self) -> &'static str {
+        "the luminance of each LED is scaled by 1 + s n, n standard normal and fixed for the panel"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["panel.led_spread"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one multiplication an LED"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        let largest = (0..view.panels.len())
+            .flat_map(|p| gains(&view.panels[p].panel, p))
+            .map(|gain| (gain - 1.0).abs())
+            .fold(0.0, f64::max);
+        view.change((view.peak - view.floor) * largest)
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        let panels = (0..view.panels.len())
+            .map(|panel| gains(&view.panels[panel].panel, panel))
+            .collect();
+        recipe.led_stages.push(Box::new(Gains { panels }));
+    }
+}
+
+/// The greatest factor of panel `index`'s LEDs, at least 1.
+pub fn greatest_gain(panel: &Panel, index: usize) -> f64 {
+    gains(panel, index).into_iter().fold(1.0, f64::max)
+}
+
+/// The factors of one panel's LEDs: the same for the same panel index, whatever the seed of a run.
+fn gains(panel: &Panel, index: usize) -> [f64; link::panel::LEDS] {
+    let mut random = crate::random::stream(
+        0x1ed5_94ea_d000_0000,
+        index as u64,
+        crate::random::Purpose::Panel,
+    );
+    std::array::from_fn(|_| (1.0 + panel.led_spread * crate::random::normal(&mut random)).max(0.0))
+}
+
+struct Gains {
+    panels: Vec<[f64; link::panel::LEDS]>,
+}
+
+impl crate::recipe::LedStage for Gains {
+    fn apply(
+        &self,
+        panel: usize,
+        _moment: &crate::clock::Moment,
+        own_light: &mut [f64; link::panel::LEDS],
+    ) {
+        for (light, gain) in own_light.iter_mut().zip(&self.panels[panel]) {
+            *light *= gain;
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Motion during the exposure.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct Motion;
+
+impl Effect for Motion {
+    fn name(&self) -> &'static str {
+        "motion"
+    }
+
+    fn model(&self) -> &'static str {
+        "motion during the exposure: the mean of the images at equally spaced moments of it"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["pose.velocity_m_s", "camera.exposure_max_s"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "LEDs are drawn up to 8 times"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        // Against the image at the middle of the exposure light is moved by at most half the way.
+        view.change_by_geometry(way_px(view) / 2.0, 0.0)
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        // One moment for each quarter pixel keeps the steps far below the blur.
+        let count = (way_px(view) * 4.0).ceil().clamp(1.0, 8.0);
+        let moment = |k: usize| {
+            (
+                ((k as f64 + 0.5) / count - 0.5) * view.exposure.time_s,
+                1.0 / count,
+            )
+        };
+        recipe.moments = (0..count as usize).map(moment).collect();
+    }
+}
+
+/// The longest way of any LED in the image during the exposure, in px.
+fn way_px(view: &View) -> f64 {
+    let way = |panel: &crate::view::PanelView| {
+        let velocity = glam::DVec3::from_array(panel.pose.velocity_m_s);
+        let focal_px = view.scene.camera.focal_px();
+        let nearest = panel.pose.distance_m - velocity.z.abs() * view.exposure.time_s;
+        let off_axis = panel.ellipses.iter().map(|e| {
+            (e.centre - glam::DVec2::from_array(view.scene.camera.principal_px())).length()
+        });
+        let sideways =
+            velocity.truncate().length() * focal_px / nearest.max(crate::view::DEPTH_MIN_M);
+        let growth =
+            off_axis.fold(0.0, f64::max) * velocity.z.abs() / nearest.max(crate::view::DEPTH_MIN_M);
+        (sideways + growth) * view.exposure.time_s
+    };
+    view.panels.iter().map(way).fold(0.0, f64::max)
+}

@@ -1,0 +1,49 @@
+//! Shot noise and read noise. A pixel at grey 255 holds `full_well_e`·100/ISO electrons.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct SensorNoise;
+
+impl Effect for SensorNoise {
+    fn name(&self) -> &'static str {
+        "noise"
+    }
+
+    fn model(&self) -> &'static str {
+        "shot noise (Poisson electrons) and read noise (normal), at the ISO of the exposure: EMVA 1288"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "camera.full_well_e",
+            "camera.read_noise_e",
+            "camera.iso_min",
+            "camera.iso_max",
+        ]
+    }
+
+    fn cost(&self) -> &'static str {
+        "a random number a pixel of the frame"
+    }
+
+    /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
+    fn bound_grey(&self, view: &View) -> f64 {
+        let noise = crate::noise::Noise::new(&view.scene, &view.exposure);
+        let steps = 200;
+        let saturated = crate::grey::linear(255.0, view.scene.camera.gamma);
+        let level = |k: i32| {
+            view.floor
+                * (view.peak.min(saturated) / view.floor).powf(f64::from(k) / f64::from(steps))
+        };
+        (0..=steps)
+            .map(|k| noise.rare_change_grey(level(k)))
+            .fold(0.0, f64::max)
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        recipe.noise = Some(crate::noise::Noise::new(&view.scene, &view.exposure));
+    }
+}

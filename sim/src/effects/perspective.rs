@@ -1,0 +1,75 @@
+//! Perspective within the panel, against an affine image of the whole of it.
+
+use glam::DVec2;
+use link::panel::SIDE;
+
+use super::Effect;
+use crate::projection::Ellipse;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct Perspective;
+
+impl Effect for Perspective {
+    fn name(&self) -> &'static str {
+        "perspective"
+    }
+
+    fn model(&self) -> &'static str {
+        "pinhole projection of each LED by itself; without it the panel is one affine image"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "pose.roll_deg",
+            "pose.yaw_deg",
+            "pose.pitch_deg",
+            "pose.distance_m",
+        ]
+    }
+
+    fn cost(&self) -> &'static str {
+        "chords for each LED instead of one set"
+    }
+
+    /// How far the affine image puts an LED and its rim from their places.
+    fn bound_grey(&self, view: &View) -> f64 {
+        let moved = view.panels.iter().flat_map(|panel| {
+            let centre = panel.projection.pixel(DVec2::ZERO);
+            let jacobian = panel.projection.jacobian(DVec2::ZERO);
+            let affine = Ellipse {
+                centre,
+                shape: jacobian * (panel.panel.led_diameter_m / 2.0),
+            };
+            panel.ellipses.iter().enumerate().map(move |(led, exact)| {
+                let at = panel
+                    .projection
+                    .led_m((led / SIDE) as f64, (led % SIDE) as f64);
+                (
+                    (exact.centre - centre - jacobian * at).length(),
+                    rim_difference(exact, &affine),
+                )
+            })
+        });
+        let (shift, rim) = moved.fold((0.0, 0.0), |(shift, rim): (f64, f64), (s, r)| {
+            (shift.max(s), rim.max(r))
+        });
+        view.change_by_geometry(shift, rim)
+    }
+
+    fn include(&self, _view: &View, recipe: &mut Recipe) {
+        recipe.exact_perspective = true;
+    }
+}
+
+/// How far the rims of two concentric ellipses are apart at most.
+///
+/// The support functions √(nᵀ·S·n), S = shape·shapeᵀ, of two convex sets differ by as much as the sets do, and
+/// |√a − √b| ≤ |a − b|/√b.
+fn rim_difference(one: &Ellipse, other: &Ellipse) -> f64 {
+    let square = |ellipse: &Ellipse| ellipse.shape * ellipse.shape.transpose();
+    let change = square(one) - square(other);
+    let norm = (change.x_axis.length_squared() + change.y_axis.length_squared()).sqrt();
+    norm / other.smaller_half_diameter()
+}

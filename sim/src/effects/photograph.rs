@@ -1,0 +1,36 @@
+//! A photograph as background.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct Photograph;
+
+impl Effect for Photograph {
+    fn name(&self) -> &'static str {
+        "photograph"
+    }
+
+    fn model(&self) -> &'static str {
+        "a photograph behind the panels, its mean at the background reflectance; it has its own blur"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["ambient.background_image"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one copy a pixel"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        let change = |&value: &f32| (f64::from(value) - view.exposure.background).abs();
+        view.change(view.photograph.iter().map(change).fold(0.0, f64::max))
+            .min(255.0)
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        recipe.photograph = !view.photograph.is_empty();
+    }
+}

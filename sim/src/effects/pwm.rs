@@ -1,0 +1,132 @@
+//! Dimming by pulses: the luminance that an exposure really receives, from the phase and number of the periods it holds.
+//!
+//! The duty is the wanted luminance over the panel's top luminance, or a half where that is unlimited.
+
+use super::Effect;
+use crate::exposure::Exposure;
+use crate::recipe::Recipe;
+use crate::scene::Scene;
+use crate::view::{PanelView, View};
+
+/// See the [module](self).
+pub struct Pwm;
+
+impl Effect for Pwm {
+    fn name(&self) -> &'static str {
+        "pwm"
+    }
+
+    fn model(&self) -> &'static str {
+        "the part of the dimming pulses that falls into the exposure, over its mean"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "panel.pwm_hz",
+            "panel.luminance_max_cd_m2",
+            "camera.exposure_max_s",
+        ]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one multiplication an LED"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        let strays = view
+            .panels
+            .iter()
+            .map(|panel| stray(&view.scene, &view.exposure, panel));
+        view.change((view.peak - view.floor) * strays.fold(0.0, f64::max))
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        let panels = view.panels.iter().map(|panel| {
+            (panel.panel.scan_rows == 0).then(|| Pulses {
+                hz: panel.panel.pwm_hz,
+                duty: duty(&view.scene, panel),
+            })
+        });
+        recipe.led_stages.push(Box::new(Drive {
+            panels: panels.collect(),
+        }));
+    }
+}
+
+/// How far the light of an exposure can stray from its mean, relatively: by (1 − duty) of a period, or duty of one, whichever is
+/// less, over duty·exposure.
+pub fn stray(scene: &Scene, exposure: &Exposure, panel: &PanelView) -> f64 {
+    if panel.panel.pwm_hz == 0.0 || panel.panel.scan_rows > 0 {
+        return 0.0;
+    }
+    let duty = duty(scene, panel);
+    (duty.min(1.0 - duty) / (panel.panel.pwm_hz * exposure.time_s * duty)).min(1.0 / duty)
+}
+
+fn duty(scene: &Scene, panel: &PanelView) -> f64 {
+    let wanted = panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance;
+    panel
+        .panel
+        .luminance_max_cd_m2
+        .map_or(0.5, |top| (wanted / top).clamp(1e-6, 1.0))
+}
+
+/// Pulses of a frequency and a duty, the first beginning at time 0.
+#[derive(Clone, Copy)]
+pub struct Pulses {
+    /// Pulses a second; 0: steady light.
+    pub hz: f64,
+    /// The part of a period that is lit, over 0.
+    pub duty: f64,
+}
+
+impl Pulses {
+    /// The light between two times over its long-term mean, for pulses that begin `delay` of a period late.
+    pub fn received(&self, start_s: f64, length_s: f64, delay: f64) -> f64 {
+        if self.hz <= 0.0 {
+            return 1.0;
+        }
+        let lit = |time_s: f64| {
+            let periods = time_s * self.hz - delay;
+            (periods.floor() * self.duty) + periods.rem_euclid(1.0).min(self.duty)
+        };
+        (lit(start_s + length_s) - lit(start_s)) / (length_s * self.hz * self.duty)
+    }
+}
+
+struct Drive {
+    panels: Vec<Option<Pulses>>,
+}
+
+impl crate::recipe::LedStage for Drive {
+    fn apply(
+        &self,
+        panel: usize,
+        moment: &crate::clock::Moment,
+        own_light: &mut [f64; link::panel::LEDS],
+    ) {
+        if let Some(pulses) = self.panels[panel] {
+            let factor = pulses.received(moment.start_s, moment.exposure_s, 0.0);
+            own_light.iter_mut().for_each(|light| *light *= factor);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pulses;
+
+    #[test]
+    fn whole_periods_give_the_mean_and_half_ones_do_not() {
+        let pulses = Pulses {
+            hz: 1000.0,
+            duty: 0.25,
+        };
+        for phase in 0..10 {
+            let start = f64::from(phase) * 1e-4;
+            assert!((pulses.received(start, 0.003, 0.0) - 1.0).abs() < 1e-9);
+        }
+        assert!((pulses.received(0.0, 0.000_5, 0.0) - 2.0).abs() < 1e-9);
+        assert!((pulses.received(0.000_5, 0.000_5, 0.0)).abs() < 1e-9);
+    }
+}

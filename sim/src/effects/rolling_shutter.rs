@@ -1,0 +1,52 @@
+//! A rolling shutter: rows are exposed one after another, so that an LED is seen later the lower it is, in symbol and in place.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct RollingShutter;
+
+impl Effect for RollingShutter {
+    fn name(&self) -> &'static str {
+        "rolling_shutter"
+    }
+
+    fn model(&self) -> &'static str {
+        "the exposure of a row begins readout x row / rows after that of the first"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "camera.readout_s",
+            "pose.velocity_m_s",
+            "link.symbol_rate_hz",
+        ]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one addition an LED"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        let readout_s = view.scene.camera.readout_s;
+        if readout_s == 0.0 {
+            return 0.0;
+        }
+        let moved = view.panels.iter().map(|panel| {
+            let speed = glam::DVec3::from_array(panel.pose.velocity_m_s).length();
+            speed * readout_s * view.scene.camera.focal_px() / panel.pose.distance_m * 2.0
+        });
+        let by_motion = view.change_by_geometry(moved.fold(0.0, f64::max), 0.0);
+        // Rows may see another symbol than the first does unless the change stays outside all exposures.
+        if super::symbol_change::SymbolChange.bound_grey(view) > 0.0 {
+            view.range_grey()
+        } else {
+            by_motion
+        }
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        recipe.row_delay_s = view.scene.camera.readout_s / view.scene.camera.height_px as f64;
+    }
+}

@@ -1,0 +1,77 @@
+//! A row-scanned panel, which never shows all rows at once. `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
+
+use super::Effect;
+use crate::exposure::Exposure;
+use crate::recipe::Recipe;
+use crate::view::{PanelView, View};
+
+/// See the [module](self).
+pub struct Scanning;
+
+impl Effect for Scanning {
+    fn name(&self) -> &'static str {
+        "scanning"
+    }
+
+    fn model(&self) -> &'static str {
+        "row scanning: row r is lit in slot r mod n of each scan, n times as bright, pwm_hz scans a second"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["panel.scan_rows", "panel.pwm_hz"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one multiplication an LED"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        let strays = view.panels.iter().map(|panel| stray(&view.exposure, panel));
+        view.change((view.peak - view.floor) * strays.fold(0.0, f64::max))
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        let panels = view
+            .panels
+            .iter()
+            .map(|panel| (panel.panel.scan_rows, panel.panel.pwm_hz))
+            .collect();
+        recipe.led_stages.push(Box::new(Scan { panels }));
+    }
+}
+
+/// How far the light of an exposure can stray from its mean, relatively: by what a slot that is missed or met once more holds.
+pub fn stray(exposure: &Exposure, panel: &PanelView) -> f64 {
+    if panel.panel.scan_rows < 2 || panel.panel.pwm_hz == 0.0 {
+        return 0.0;
+    }
+    let rows = f64::from(panel.panel.scan_rows);
+    ((1.0 - 1.0 / rows) / (panel.panel.pwm_hz * exposure.time_s)).min(rows)
+}
+
+struct Scan {
+    panels: Vec<(u32, f64)>,
+}
+
+impl crate::recipe::LedStage for Scan {
+    fn apply(
+        &self,
+        panel: usize,
+        moment: &crate::clock::Moment,
+        own_light: &mut [f64; link::panel::LEDS],
+    ) {
+        let (rows, hz) = self.panels[panel];
+        if rows < 2 {
+            return;
+        }
+        let slot = super::pwm::Pulses {
+            hz,
+            duty: 1.0 / f64::from(rows),
+        };
+        for (row, leds) in own_light.chunks_exact_mut(link::panel::SIDE).enumerate() {
+            let delay = (row as u32 % rows) as f64 / f64::from(rows);
+            let factor = slot.received(moment.start_s, moment.exposure_s, delay);
+            leds.iter_mut().for_each(|light| *light *= factor);
+        }
+    }
+}

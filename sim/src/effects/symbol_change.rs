@@ -1,0 +1,57 @@
+//! A change of symbol inside the exposure, where the clocks are not synchronised.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct SymbolChange;
+
+impl Effect for SymbolChange {
+    fn name(&self) -> &'static str {
+        "symbol_change"
+    }
+
+    fn model(&self) -> &'static str {
+        "an exposure across a symbol change receives each symbol for its share of the time"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &[
+            "link.symbol_rate_hz",
+            "link.phase",
+            "link.clock_ppm",
+            "camera.frame_rate_hz",
+        ]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one addition an LED"
+    }
+
+    /// The whole range where some frame's exposure can hold a change, else nothing.
+    fn bound_grey(&self, view: &View) -> f64 {
+        if straddles(view) {
+            view.range_grey()
+        } else {
+            0.0
+        }
+    }
+
+    fn include(&self, _view: &View, recipe: &mut Recipe) {
+        recipe.mix_symbols = true;
+    }
+}
+
+/// Whether any frame's exposure can hold a symbol change.
+fn straddles(view: &View) -> bool {
+    let scene = &view.scene;
+    let ratio = scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6)
+        / scene.camera.frame_rate_hz;
+    // The phase stays where it is only if a frame lasts whole symbols.
+    if (ratio - ratio.round()).abs() > 1e-12 {
+        return true;
+    }
+    let moment = crate::clock::Moment::of(scene, &view.exposure, 0);
+    moment.since_change_s + moment.exposure_s + scene.camera.readout_s > moment.symbol_s
+}

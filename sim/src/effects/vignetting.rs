@@ -1,0 +1,81 @@
+//! Darkening towards the corners.
+
+use super::Effect;
+use crate::recipe::Recipe;
+use crate::view::View;
+
+/// See the [module](self).
+pub struct Vignetting;
+
+impl Effect for Vignetting {
+    fn name(&self) -> &'static str {
+        "vignetting"
+    }
+
+    fn model(&self) -> &'static str {
+        "natural vignetting, cos^4 of the angle from the axis"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["camera.vignetting", "camera.focal_length_mm"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "one multiplication a pixel"
+    }
+
+    fn bound_grey(&self, view: &View) -> f64 {
+        if view.scene.camera.vignetting {
+            view.change_by_factor(corner_gain(&view.scene))
+        } else {
+            0.0
+        }
+    }
+
+    fn include(&self, view: &View, recipe: &mut Recipe) {
+        if view.scene.camera.vignetting {
+            let camera = &view.scene.camera;
+            recipe.row_stages.push(Box::new(Cos4 {
+                principal_px: camera.principal_px(),
+                per_px: 1.0 / camera.focal_px(),
+            }));
+        }
+    }
+}
+
+/// The gain at the sensor's corner.
+pub fn corner_gain(scene: &crate::scene::Scene) -> f64 {
+    let [x, y] = scene.camera.principal_px();
+    let tangent = x.hypot(y) / scene.camera.focal_px();
+    (1.0 + tangent * tangent).powi(-2)
+}
+
+struct Cos4 {
+    principal_px: [f64; 2],
+    per_px: f64,
+}
+
+impl Cos4 {
+    fn gain(&self, x: usize, y: usize) -> f64 {
+        let [u, v] = [
+            x as f64 - self.principal_px[0],
+            y as f64 - self.principal_px[1],
+        ]
+        .map(|p| p * self.per_px);
+        (1.0 + u * u + v * v).powi(-2)
+    }
+}
+
+impl crate::recipe::RowStage for Cos4 {
+    fn apply(&self, x: usize, y: usize, row: &mut [f32]) {
+        for (i, value) in row.iter_mut().enumerate() {
+            *value *= self.gain(x + i, y) as f32;
+        }
+    }
+
+    fn apply_exact(&self, x: usize, y: usize, row: &mut [f64]) {
+        for (i, value) in row.iter_mut().enumerate() {
+            *value *= self.gain(x + i, y);
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! Monte Carlo at one setting: how well On and Off can be told apart, and how often they are not.
+//!
+//! Every frame has random bits, a random sub-pixel phase and, if asked for, a random reflectance, all drawn from the frame's
+//! own stream. Frames are worked on in fixed chunks whose results are folded in order, so that the outcome does not depend on
+//! the number of threads.
+
+use rand::Rng;
+use rayon::prelude::*;
+use rx_pipeline::cells::{CellMap, CellsError};
+use rx_pipeline::corners::{Corners, CornersError};
+use rx_pipeline::detect::{Detector, FisherError, FisherFeatures, FisherScaling, FisherTraining};
+use rx_pipeline::features::{Features, FeaturesError};
+use rx_pipeline::frame::{Frame, FrameError};
+
+use link::panel::PanelFrame;
+
+use crate::accuracy::Level;
+use crate::canvas::{Canvas, Region};
+use crate::clock::{Moment, WINDOW};
+use crate::detectors::DetectorChoice;
+use crate::random::{self, Purpose, stream};
+use crate::renderer::{Renderer, Shown};
+use crate::scene::Scene;
+use crate::statistics::{Distinguishability, FrameErrors, Moments};
+use crate::view::ViewError;
+
+/// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
+pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
+/// Frames worked on by one thread before their results are folded in.
+const CHUNK: u64 = 256;
+/// Frames that a trained detector learns from.
+const TRAINING_FRAMES: u64 = 500;
+/// The first of them: far from all that are evaluated.
+const FIRST_TRAINING_FRAME: u64 = 1 << 62;
+/// The most pixels of a panel's bounding box.
+const PANEL_PIXELS: usize = 128 * 128;
+
+/// Why an evaluation cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum EvaluateError {
+    /// The scene cannot be seen.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The panel's corners make no panel.
+    #[error("the panel cannot be measured: {0}")]
+    Corners(#[from] CornersError),
+    /// The panel has no cells.
+    #[error("the panel cannot be measured: {0}")]
+    Cells(#[from] CellsError),
+    /// The frame cannot be measured.
+    #[error("the panel cannot be measured: {0}")]
+    Features(#[from] FeaturesError),
+    /// The frame is none.
+    #[error("the panel cannot be measured: {0}")]
+    Frame(#[from] FrameError),
+    /// The detector cannot be trained.
+    #[error("the detector cannot be trained on this scene: {0}")]
+    Training(#[from] FisherError),
+}
+
+/// What to evaluate.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Frames.
+    pub frames: u64,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// Whether each frame's reflectance is drawn from [`REFLECTANCES`].
+    pub random_reflectance: bool,
+    /// The detector.
+    pub detector: DetectorChoice,
+    /// How exactly frames are drawn.
+    pub level: Level,
+}
+
+/// What came out so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evaluation {
+    /// Features (AGR, GRI) of On LEDs.
+    pub on: Moments,
+    /// Features (AGR, GRI) of Off LEDs.
+    pub off: Moments,
+    /// Bit errors by frame.
+    pub errors: FrameErrors,
+}
+
+impl Evaluation {
+    /// Adds another evaluation of the same setting.
+    pub fn merge(&mut self, other: &Self) {
+        self.on.merge(&other.on);
+        self.off.merge(&other.off);
+        self.errors.merge(&other.errors);
+    }
+
+    /// Between- and within-class variance and their ratio.
+    pub fn distinguishability(&self) -> Distinguishability {
+        Distinguishability::of(&self.on, &self.off)
+    }
+}
+
+/// Renders, measures and reads random frames of one scene.
+pub struct Evaluator {
+    renderer: Renderer,
+    settings: Settings,
+    detector: Detector,
+    region: Region,
+    corners: Corners,
+}
+
+/// What a thread needs to work on frames; made once, reused for each.
+pub struct Workspace {
+    canvas: Canvas<f32>,
+    grey: Vec<u8>,
+    map: Box<CellMap<PANEL_PIXELS>>,
+}
+
+/// One frame as it was read.
+pub struct Reading {
+    /// What the panel showed in the middle of the exposure.
+    pub bits: PanelFrame,
+    /// The features of its cells.
+    pub features: Features,
+}
+
+impl Evaluator {
+    /// Prepares an evaluation of `scene`'s first panel.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen or the panel not be measured.
+    pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        let renderer = Renderer::new(scene, settings.level)?;
+        let region = renderer.surroundings(0);
+        let corners = region_corners(&renderer, region)?;
+        let mut evaluator = Self {
+            renderer,
+            settings,
+            detector: Detector::KMeans,
+            region,
+            corners,
+        };
+        // Faults of the geometry show in the first frame.
+        evaluator.read(0, &mut evaluator.workspace())?;
+        evaluator.detector = match settings.detector.untrained() {
+            Some(detector) => detector,
+            None => Detector::Fisher(evaluator.train()?),
+        };
+        Ok(evaluator)
+    }
+
+    /// The renderer of the frames.
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// The detector, trained if it needs that.
+    pub fn detector(&self) -> Detector {
+        self.detector
+    }
+
+    /// Room to work on frames in.
+    pub fn workspace(&self) -> Workspace {
+        Workspace {
+            canvas: Canvas::new(self.region),
+            grey: vec![0; self.region.width * self.region.height],
+            map: Box::new(CellMap::empty()),
+        }
+    }
+
+    /// Evaluates all frames; `progress` is told how many are finished and may end the run by returning false.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
+        let mut total = Evaluation::default();
+        let (frames, batch) = (
+            self.settings.frames,
+            CHUNK * 16 * rayon::current_num_threads() as u64,
+        );
+        let mut done = 0;
+        while done < frames {
+            let end = frames.min(done.saturating_add(batch));
+            let chunks: Vec<u64> = (done..end).step_by(CHUNK as usize).collect();
+            let part = |workspace: &mut Workspace, &from: &u64| {
+                self.evaluate(from..end.min(from + CHUNK), workspace)
+            };
+            let parts: Vec<_> = chunks
+                .par_iter()
+                .map_init(|| self.workspace(), part)
+                .collect();
+            for part in parts {
+                total.merge(&part?);
+            }
+            done = end;
+            if !progress(done) {
+                break;
+            }
+        }
+        Ok(total)
+    }
+
+    /// Evaluates a range of frames.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn evaluate(
+        &self,
+        frames: std::ops::Range<u64>,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluation, EvaluateError> {
+        let mut part = Evaluation::default();
+        for frame in frames {
+            let Reading { bits, features } = self.read(frame, workspace)?;
+            for (led, (&agr, &gri)) in features.agr.iter().zip(&features.gri).enumerate() {
+                let class = if bits.led(led) {
+                    &mut part.on
+                } else {
+                    &mut part.off
+                };
+                class.push([agr.into(), gri.into()]);
+            }
+            // A frame that cannot be read tells nothing: all its On bits count as wrong.
+            let read = self
+                .detector
+                .detect(&features)
+                .map_or(PanelFrame::default(), |detection| detection.bits);
+            part.errors.push(read.distance(bits));
+        }
+        Ok(part)
+    }
+
+    /// Renders and measures frame `frame`.
+    ///
+    /// # Errors
+    /// When it cannot be measured.
+    pub fn read(&self, frame: u64, workspace: &mut Workspace) -> Result<Reading, EvaluateError> {
+        let (moment, shown) = self.draw_frame(frame);
+        let Workspace { canvas, grey, map } = workspace;
+        self.renderer.draw(&moment, &[shown], canvas);
+        self.renderer
+            .read_out(self.settings.seed, frame, canvas, grey);
+        let Region { width, height, .. } = self.region;
+        map.build(
+            &self
+                .corners
+                .shifted(shown.shift_px[0] as f32, shown.shift_px[1] as f32)?,
+            width,
+            height,
+        )?;
+        let features = Features::measure(&Frame::new(grey, width, height)?, map)?;
+        Ok(Reading {
+            bits: shown.symbols[moment.middle_symbol()],
+            features,
+        })
+    }
+
+    /// The random part of a frame: symbols, phase, reflectance.
+    fn draw_frame(&self, frame: u64) -> (Moment, Shown) {
+        let mut random = stream(self.settings.seed, frame, Purpose::Phase);
+        let symbols: [PanelFrame; WINDOW] =
+            std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
+        let shift_px = [random::uniform(&mut random), random::uniform(&mut random)];
+        let view = self.renderer.view();
+        let panel = &view.panels[0];
+        let light = if self.settings.random_reflectance {
+            let [low, high] = REFLECTANCES;
+            let reflectance = low + (high - low) * random::uniform(&mut random);
+            view.exposure
+                .led_light(&view.scene, &panel.panel, reflectance, panel.l2a)
+        } else {
+            panel.light
+        };
+        (
+            self.renderer.moment(frame),
+            Shown {
+                symbols,
+                light,
+                shift_px,
+            },
+        )
+    }
+
+    /// Fisher's discriminant from frames that are not those evaluated.
+    fn train(&self) -> Result<rx_pipeline::detect::Fisher, EvaluateError> {
+        let mut training = FisherTraining::new(FisherFeatures::AgrGri, FisherScaling::ByPanel);
+        let mut workspace = self.workspace();
+        for frame in FIRST_TRAINING_FRAME..FIRST_TRAINING_FRAME + TRAINING_FRAMES {
+            let reading = self.read(frame, &mut workspace)?;
+            training.add(&reading.features, reading.bits);
+        }
+        Ok(training.finish()?)
+    }
+}
+
+/// The corner LEDs of the renderer's first panel, in pixels of a region.
+///
+/// # Errors
+/// When they make no panel.
+pub fn region_corners(renderer: &Renderer, region: Region) -> Result<Corners, CornersError> {
+    let (x, y) = (region.x as f64, region.y as f64);
+    Corners::new(
+        renderer
+            .corner_leds_px(0)
+            .map(|corner| [(corner[0] - x) as f32, (corner[1] - y) as f32]),
+    )
+}

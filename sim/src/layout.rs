@@ -1,0 +1,150 @@
+//! Where a panel's LEDs fall on the sensor, in the form that is quickest to draw.
+
+use glam::{DMat2, DVec2, DVec3};
+use link::panel::{LEDS, SIDE};
+
+use crate::accuracy::Accuracy;
+use crate::chords::Chords;
+use crate::projection::{Ellipse, Projection};
+use crate::recipe::Recipe;
+use crate::scene::{Camera, Pose};
+use crate::view::PanelView;
+
+/// The LEDs of one panel at one moment of the exposure.
+#[derive(Clone, Debug)]
+pub enum Layout {
+    /// Equal LEDs on upright rows and columns: a panel parallel to the sensor.
+    Lattice {
+        /// Pixel columns of the LEDs' centres.
+        columns: [f64; SIDE],
+        /// Pixel rows of the LEDs' centres.
+        rows: [f64; SIDE],
+        /// The image of each LED.
+        chords: Chords,
+    },
+    /// LEDs anywhere.
+    Scattered {
+        /// The LEDs' centres.
+        centres: Box<[DVec2; LEDS]>,
+        /// The image of each LED, or a single one for all.
+        chords: Vec<Chords>,
+    },
+}
+
+impl Layout {
+    /// The layout of `panel`, `after_s` seconds after the middle of the exposure.
+    pub fn new(
+        camera: &Camera,
+        panel: &PanelView,
+        recipe: &Recipe,
+        accuracy: &Accuracy,
+        after_s: f64,
+    ) -> Self {
+        let ellipses = ellipses(camera, panel, recipe, after_s);
+        let largest = ellipses
+            .iter()
+            .max_by(|a, b| {
+                a.half_extent()
+                    .length()
+                    .total_cmp(&b.half_extent().length())
+            })
+            .map_or(DMat2::IDENTITY, |e| e.shape);
+        let chords = Chords::within(largest, recipe.sigma_px, accuracy.quadrature);
+        if is_lattice(&ellipses) {
+            return Self::Lattice {
+                columns: std::array::from_fn(|c| ellipses[c].centre.x),
+                rows: std::array::from_fn(|r| ellipses[SIDE * r].centre.y),
+                chords,
+            };
+        }
+        let centres = Box::new(ellipses.map(|ellipse| ellipse.centre));
+        let shape = ellipses[0].shape;
+        let image = |shape| {
+            if recipe.sigma_px == 0.0 {
+                Chords::strips(shape, chords.0.len())
+            } else {
+                Chords::new(shape, chords.0.len())
+            }
+        };
+        let chords = if ellipses.iter().all(|ellipse| ellipse.shape == shape) {
+            vec![image(shape)]
+        } else {
+            ellipses
+                .iter()
+                .map(|ellipse| image(ellipse.shape))
+                .collect()
+        };
+        Self::Scattered { centres, chords }
+    }
+}
+
+/// Whether the LEDs stand on upright rows and columns and look alike.
+fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
+    let shape = ellipses[0].shape;
+    let upright = shape.x_axis.y == 0.0 && shape.y_axis.x == 0.0;
+    upright
+        && ellipses.iter().enumerate().all(|(led, ellipse)| {
+            let (row, column) = (led / SIDE, led % SIDE);
+            let (above, left) = (ellipses[column].centre.x, ellipses[SIDE * row].centre.y);
+            // Rounding apart, which is some 1e-13 px.
+            (ellipse.shape - shape).abs_diff_eq(DMat2::ZERO, 1e-11)
+                && (ellipse.centre - DVec2::new(above, left)).length() < 1e-9
+        })
+}
+
+/// The images of the 64 LEDs as the recipe asks for them.
+fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -> [Ellipse; LEDS] {
+    std::array::from_fn(|led| {
+        let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
+        // A row of the sensor is exposed later the lower it is; the LED has moved on by then.
+        let delay_s = recipe.row_delay_s * panel.ellipses[led].centre.y;
+        let projection = moved(camera, panel, after_s + delay_s);
+        let at = projection.led_m(row, column);
+        let ellipse = if recipe.exact_perspective {
+            projection.ellipse(at)
+        } else {
+            let jacobian = projection.jacobian(DVec2::ZERO);
+            Ellipse {
+                centre: projection.pixel(DVec2::ZERO) + jacobian * at,
+                shape: jacobian * (panel.panel.led_diameter_m / 2.0),
+            }
+        };
+        if recipe.distortion_k1 == 0.0 {
+            ellipse
+        } else {
+            distorted(camera, recipe.distortion_k1, ellipse)
+        }
+    })
+}
+
+/// The panel's projection after it has moved for `after_s`.
+fn moved(camera: &Camera, panel: &PanelView, after_s: f64) -> Projection {
+    let velocity = DVec3::from_array(panel.pose.velocity_m_s);
+    if velocity == DVec3::ZERO || after_s == 0.0 {
+        return panel.projection;
+    }
+    Projection::new(camera, &panel.panel, &pose_after(&panel.pose, after_s))
+}
+
+/// The pose after `after_s` seconds of its velocity.
+pub fn pose_after(pose: &Pose, after_s: f64) -> Pose {
+    let [x, y, z] = pose.velocity_m_s.map(|v| v * after_s);
+    Pose {
+        x_m: pose.x_m + x,
+        y_m: pose.y_m + y,
+        distance_m: pose.distance_m + z,
+        ..pose.clone()
+    }
+}
+
+/// The local affine image of an ellipse under radial distortion ρ → ρ·(1 + k₁·ρ²).
+fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
+    let principal = DVec2::from_array(camera.principal_px());
+    let p = (ellipse.centre - principal) / camera.focal_px();
+    let gain = 1.0 + k1 * p.length_squared();
+    let outer = DMat2::from_cols(p * p.x, p * p.y);
+    Ellipse {
+        centre: principal + p * gain * camera.focal_px(),
+        shape: (DMat2::from_diagonal(DVec2::splat(gain)) + outer * (2.0 * k1)) * ellipse.shape,
+    }
+}

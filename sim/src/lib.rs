@@ -1,0 +1,61 @@
+//! The road between the two ends of an optical camera link: scenes to camera frames, and what can be learnt from them.
+//!
+//! # Layers
+//!
+//! ```text
+//! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
+//!                  effects ────────┘
+//!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
+//! accuracy ── kernel, chords ── layout ─┘
+//!
+//! evaluate ── statistics            Monte Carlo at one setting
+//! road                              the transmitter's code, the frames, the receiver's code
+//! ```
+//!
+//! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, projections, the range of linear values.
+//! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
+//! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], then reads it out as [`grey`] levels with [`noise`].
+//! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
+//!
+//! # Which to choose
+//!
+//! For one picture: [`renderer::Renderer`]. For numbers over many frames: [`evaluate::Evaluator`]. For the question
+//! whether a message arrives: [`road::Road`]. [`accuracy`] says how exact a picture has to be for what.
+//!
+//! ```
+//! use link::panel::PanelFrame;
+//! use sim::{accuracy::Level, canvas::Canvas, renderer::Renderer, scene::Scene};
+//!
+//! let renderer = Renderer::new(&Scene::load("paper", &[])?, Level::Fine)?;
+//! let mut canvas = Canvas::new(renderer.surroundings(0));
+//! renderer.draw(&renderer.moment(0), &[renderer.steady(0, PanelFrame::from_bits(1))], &mut canvas);
+//! let brightest = canvas.values().iter().fold(0.0f32, |a, &b| a.max(b));
+//! // An On LED of 16 times the background, blurred to less than half of that.
+//! assert!(brightest > 3.0 && brightest < 8.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Random numbers are counter-based ([`random`]): frame k of seed s is the same alone, in any run, on any number of threads.
+
+pub mod accuracy;
+pub mod canvas;
+pub mod chords;
+pub mod clock;
+pub mod detectors;
+pub mod effects;
+pub mod evaluate;
+pub mod exposure;
+pub mod grey;
+pub mod kernel;
+pub mod l2a;
+pub mod layout;
+pub mod noise;
+pub mod plan;
+pub mod projection;
+pub mod random;
+pub mod recipe;
+pub mod renderer;
+pub mod road;
+pub mod scene;
+pub mod statistics;
+pub mod view;

@@ -1,0 +1,112 @@
+//! Which effects a scene calls for, and why.
+
+use serde::Serialize;
+
+use crate::effects::{self, Effect};
+use crate::recipe::Recipe;
+use crate::scene::Mode;
+use crate::view::View;
+
+/// The decision on one effect.
+#[derive(Clone, Debug, Serialize)]
+pub struct Decision {
+    /// The effect's name.
+    pub effect: &'static str,
+    /// The most that leaving it out could change, in unrounded grey levels.
+    pub bound_grey: f64,
+    /// The scene's tolerance.
+    pub tolerance_grey: f64,
+    /// What the scene says of it.
+    pub mode: Mode,
+    /// Whether it is simulated.
+    pub included: bool,
+    /// Why.
+    pub why: String,
+    /// The model and its source.
+    pub model: &'static str,
+    /// The scene keys it reads.
+    pub keys: &'static [&'static str],
+    /// What including it costs.
+    pub cost: &'static str,
+}
+
+/// The decisions on all effects, in the order in which light meets them.
+#[derive(Clone, Debug, Serialize)]
+#[serde(transparent)]
+pub struct Plan(pub Vec<Decision>);
+
+impl Plan {
+    /// The plan for a scene.
+    ///
+    /// ```
+    /// use sim::{plan::Plan, scene::Scene, view::View};
+    /// let far = View::new(&Scene::load("paper", &["pose.distance_m=70".into()])?)?;
+    /// assert!(Plan::of(&far).includes("atmosphere"));
+    /// let near = View::new(&Scene::load("paper", &["pose.distance_m=30".into()])?)?;
+    /// assert!(!Plan::of(&near).includes("atmosphere"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of(view: &View) -> Self {
+        Self(
+            effects::ALL
+                .iter()
+                .map(|&effect| decide(effect, view))
+                .collect(),
+        )
+    }
+
+    /// Whether the effect of that name is simulated.
+    pub fn includes(&self, effect: &str) -> bool {
+        self.0
+            .iter()
+            .any(|decision| decision.effect == effect && decision.included)
+    }
+
+    /// The sum of the bounds of what is left out: no unrounded grey level is farther than this from the image with all
+    /// effects.
+    pub fn left_out_grey(&self) -> f64 {
+        self.0
+            .iter()
+            .filter(|decision| !decision.included)
+            .map(|decision| decision.bound_grey)
+            .sum()
+    }
+
+    /// What the included effects ask of the renderer.
+    pub fn recipe(&self, view: &View) -> Recipe {
+        let mut recipe = Recipe::plain(view.panels.len());
+        for effect in effects::ALL
+            .iter()
+            .filter(|effect| self.includes(effect.name()))
+        {
+            effect.include(view, &mut recipe);
+        }
+        recipe
+    }
+}
+
+fn decide(effect: &dyn Effect, view: &View) -> Decision {
+    let tolerance_grey = view.scene.effects.tolerance_grey;
+    let bound_grey = effect.bound_grey(view);
+    let mode = view.scene.effects.mode(effect.name());
+    let why = match mode {
+        Mode::On => "the scene says on".to_string(),
+        Mode::Off => "the scene says off".to_string(),
+        Mode::Auto if bound_grey == 0.0 => "nothing in the scene calls for it".to_string(),
+        Mode::Auto if bound_grey > tolerance_grey => {
+            format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}")
+        }
+        Mode::Auto => format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}"),
+    };
+    Decision {
+        effect: effect.name(),
+        bound_grey,
+        tolerance_grey,
+        mode,
+        included: effects::is_included(effect, view),
+        why,
+        model: effect.model(),
+        keys: effect.keys(),
+        cost: effect.cost(),
+    }
+}

@@ -1,0 +1,475 @@
+//! From a scene and the panels' bits to what the camera records.
+
+use glam::DVec2;
+use link::panel::{LEDS, PanelFrame, SIDE};
+
+use crate::accuracy::{Accuracy, Level};
+use crate::canvas::{Canvas, Region};
+use crate::chords::Chords;
+use crate::clock::{Moment, WINDOW};
+use crate::effects;
+use crate::exposure::LedLight;
+use crate::grey::{self, Encoder};
+use crate::kernel::{Exact, Kernel, Real, Square, Tabulated};
+use crate::layout::Layout;
+use crate::noise::FlatNoise;
+use crate::plan::Plan;
+use crate::random::{Purpose, stream};
+use crate::recipe::Recipe;
+use crate::scene::Scene;
+use crate::view::{View, ViewError};
+
+/// What one panel shows during one exposure.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// The symbol at the exposure's start and those after it.
+    pub symbols: [PanelFrame; WINDOW],
+    /// Its LEDs' light, without the air between.
+    pub light: LedLight,
+    /// How far the panel's image is moved from where its pose puts it, in px.
+    pub shift_px: [f64; 2],
+}
+
+/// The least blur a table is made for; none at all needs no table.
+const SHARPEST_PX: f64 = 1e-3;
+
+/// Renders frames of one scene.
+pub struct Renderer {
+    view: View,
+    plan: Plan,
+    recipe: Recipe,
+    level: Level,
+    exact: Exact,
+    table: Tabulated,
+    margin_px: f64,
+    /// For each panel drawn: its layouts over the exposure with their weights.
+    layouts: Vec<Vec<(f64, Layout)>>,
+    /// For each panel drawn: its board's centre and image.
+    boards: Vec<Option<(DVec2, Chords)>>,
+    encoder: Encoder,
+    flat_noise: Option<FlatNoise>,
+}
+
+impl Renderer {
+    /// A renderer for a valid scene at an accuracy level.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen: see [`ViewError`].
+    pub fn new(scene: &Scene, level: Level) -> Result<Self, ViewError> {
+        let view = View::new(scene)?;
+        let plan = Plan::of(&view);
+        let recipe = plan.recipe(&view);
+        let accuracy = Accuracy::new(
+            level,
+            view.floor,
+            view.peak - view.floor,
+            recipe.sigma_px,
+            scene.camera.gamma,
+        );
+        let margin_px = accuracy.margin_px(recipe.sigma_px);
+        let drawn = if recipe.neighbours {
+            view.panels.len()
+        } else {
+            1
+        };
+        let at_moments = |panel| {
+            recipe
+                .moments
+                .iter()
+                .map(|&(after_s, weight)| {
+                    (
+                        weight,
+                        Layout::new(&scene.camera, panel, &recipe, &accuracy, after_s),
+                    )
+                })
+                .collect()
+        };
+        let layouts: Vec<Vec<_>> = view.panels[..drawn].iter().map(at_moments).collect();
+        let boards = view.panels[..drawn].iter().map(|panel| {
+            panel
+                .panel
+                .board_reflectance
+                .filter(|_| recipe.boards)
+                .map(|_| board(panel, recipe.sigma_px))
+        });
+        let boards = boards.collect();
+        let flat_noise = recipe
+            .noise
+            .as_ref()
+            .map(|noise| FlatNoise::new(noise, view.exposure.background));
+        let per_px = accuracy.table_per_px.max(1);
+        Ok(Self {
+            exact: Exact::new(recipe.sigma_px),
+            table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
+            encoder: Encoder::new(scene.camera.gamma),
+            margin_px,
+            layouts,
+            boards,
+            flat_noise,
+            view,
+            plan,
+            recipe,
+            level,
+        })
+    }
+
+    /// The scene, worked out.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// What is simulated and why.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The accuracy level.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The whole sensor.
+    pub fn sensor(&self) -> Region {
+        Region {
+            x: 0,
+            y: 0,
+            width: self.view.scene.camera.width_px,
+            height: self.view.scene.camera.height_px,
+        }
+    }
+
+    /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel.
+    pub fn surroundings(&self, index: usize) -> Region {
+        let panel = &self.view.panels[index];
+        let corners = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)]
+            .map(|(r, c)| panel.projection.pixel(panel.projection.led_m(r, c)));
+        let centres = self
+            .layouts
+            .get(index)
+            .into_iter()
+            .flatten()
+            .flat_map(|(_, layout)| match layout {
+                Layout::Lattice { columns, rows, .. } => vec![
+                    DVec2::new(columns[0], rows[0]),
+                    DVec2::new(columns[SIDE - 1], rows[SIDE - 1]),
+                ],
+                Layout::Scattered { centres, .. } => centres.to_vec(),
+            });
+        let (low, high) = corners
+            .into_iter()
+            .chain(centres)
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
+                (l.min(p), h.max(p))
+            });
+        let (low, high) = (low - self.margin_px - 2.0, high + self.margin_px + 3.0);
+        let sensor = self.sensor();
+        let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
+        let (x, y) = (
+            clip(low.x.floor(), sensor.width),
+            clip(low.y.floor(), sensor.height),
+        );
+        Region {
+            x,
+            y,
+            width: clip(high.x.ceil(), sensor.width) - x,
+            height: clip(high.y.ceil(), sensor.height) - y,
+        }
+    }
+
+    /// What panel `index` shows where its symbol does not change: the scene's own light, in its pose.
+    pub fn steady(&self, index: usize, bits: PanelFrame) -> Shown {
+        Shown {
+            symbols: [bits; WINDOW],
+            light: self.view.panels[index].light,
+            shift_px: [0.0; 2],
+        }
+    }
+
+    /// The moment of frame `frame`.
+    pub fn moment(&self, frame: u64) -> Moment {
+        Moment::of(&self.view.scene, &self.view.exposure, frame)
+    }
+
+    /// Draws the linear image, in single precision, at the level [`Level::Fine`] or [`Level::Fast`].
+    pub fn draw(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
+        if self.recipe.sigma_px > 0.0 {
+            self.compose(&self.table, moment, shown, canvas);
+        } else {
+            self.compose(&Square::default(), moment, shown, canvas);
+        }
+        let Region { x, y, width, .. } = canvas.region();
+        for stage in &self.recipe.row_stages {
+            for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
+                stage.apply(x, y + j, row);
+            }
+        }
+    }
+
+    /// Draws the linear image in double precision, by the error function. The renderer must have been made for
+    /// [`Level::Reference`] to be as exact as that.
+    pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
+        if self.recipe.sigma_px > 0.0 {
+            self.compose(&self.exact, moment, shown, canvas);
+        } else {
+            self.compose(&Square::default(), moment, shown, canvas);
+        }
+        let Region { x, y, width, .. } = canvas.region();
+        for stage in &self.recipe.row_stages {
+            for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
+                stage.apply_exact(x, y + j, row);
+            }
+        }
+    }
+
+    /// Reads a drawn canvas out as grey levels, row by row, with the sensor's noise for that seed and frame.
+    pub fn read_out(&self, seed: u64, frame: u64, canvas: &Canvas<f32>, grey: &mut [u8]) {
+        match &self.recipe.noise {
+            None => self.encoder.encode(canvas.values(), grey),
+            Some(noise) => {
+                let mut random = stream(seed, frame, Purpose::Noise);
+                for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
+                    *grey = noise.read(linear, &mut random);
+                }
+            }
+        }
+    }
+
+    /// The same of a canvas in double precision, by the formula itself.
+    pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
+        let mut random = stream(seed, frame, Purpose::Noise);
+        for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
+            *grey = match &self.recipe.noise {
+                None => grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8,
+                Some(noise) => noise.read(linear as f32, &mut random),
+            };
+        }
+    }
+
+    /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
+    /// [`Renderer::lit_region`], for the part that is drawn.
+    pub fn frame(
+        &self,
+        seed: u64,
+        moment: &Moment,
+        shown: &[Shown],
+        canvas: &mut Canvas<f32>,
+        grey: &mut [u8],
+    ) {
+        self.draw(moment, shown, canvas);
+        let Region {
+            x,
+            y,
+            width,
+            height,
+        } = canvas.region();
+        let sensor = self.sensor();
+        if width < sensor.width || height < sensor.height {
+            match &self.flat_noise {
+                None => grey.fill(self.encoder.grey(self.view.exposure.background as f32)),
+                Some(flat) => flat.fill(grey, &mut stream(seed, moment.frame, Purpose::Background)),
+            }
+        }
+        let mut random = stream(seed, moment.frame, Purpose::Noise);
+        for (values, row) in canvas
+            .values()
+            .chunks_exact(width)
+            .zip(grey.chunks_exact_mut(sensor.width).skip(y))
+        {
+            let row = &mut row[x..x + width];
+            match &self.recipe.noise {
+                None => self.encoder.encode(values, row),
+                Some(noise) => row
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(grey, &linear)| *grey = noise.read(linear, &mut random)),
+            }
+        }
+    }
+
+    /// The part of the sensor that is not plain background: the panels' surroundings, or all of it where a photograph or
+    /// a change over the whole image asks for that.
+    pub fn lit_region(&self) -> Region {
+        if self.recipe.photograph || !self.recipe.row_stages.is_empty() {
+            return self.sensor();
+        }
+        let regions = (0..self.layouts.len()).map(|index| self.surroundings(index));
+        regions
+            .reduce(|a, b| {
+                let (x, y) = (a.x.min(b.x), a.y.min(b.y));
+                Region {
+                    x,
+                    y,
+                    width: (a.x + a.width).max(b.x + b.width) - x,
+                    height: (a.y + a.height).max(b.y + b.height) - y,
+                }
+            })
+            .unwrap_or(self.sensor())
+    }
+
+    /// Pixel positions of a panel's corner LEDs as drawn: top left, top right, bottom right, bottom left.
+    pub fn corner_leds_px(&self, index: usize) -> [[f64; 2]; 4] {
+        let panel = &self.view.panels[index];
+        let corners = [(0, 0), (0, 7), (7, 7), (7, 0)];
+        let drawn = self.layouts.get(index).and_then(|layouts| layouts.first());
+        corners.map(|(row, column)| match drawn {
+            Some((_, Layout::Lattice { columns, rows, .. })) => [columns[column], rows[row]],
+            Some((_, Layout::Scattered { centres, .. })) => centres[SIDE * row + column].into(),
+            None => panel
+                .projection
+                .pixel(panel.projection.led_m(row as f64, column as f64))
+                .into(),
+        })
+    }
+
+    fn compose<K: Kernel>(
+        &self,
+        kernel: &K,
+        moment: &Moment,
+        shown: &[Shown],
+        canvas: &mut Canvas<K::Real>,
+    ) {
+        self.draw_background(canvas);
+        for (index, (shown, layouts)) in shown.iter().zip(&self.layouts).enumerate() {
+            let shift = DVec2::from_array(shown.shift_px);
+            if let Some((centre, chords)) = &self.boards[index] {
+                self.draw_board(kernel, index, *centre + shift, chords, canvas);
+            }
+            let light = self.amplitudes(index, moment, shown);
+            for (weight, layout) in layouts {
+                let weighted = light.map(|light| K::Real::from_f64(light * weight));
+                match layout {
+                    Layout::Lattice {
+                        columns,
+                        rows,
+                        chords,
+                    } => {
+                        canvas.add_lattice(
+                            kernel,
+                            chords,
+                            self.margin_px,
+                            &columns.map(|c| c + shift.x),
+                            &rows.map(|r| r + shift.y),
+                            &weighted,
+                        );
+                    }
+                    Layout::Scattered { centres, chords } => {
+                        for (led, (centre, light)) in centres.iter().zip(weighted).enumerate() {
+                            let chords = chords.get(led).unwrap_or(&chords[0]);
+                            canvas.add_led(kernel, chords, self.margin_px, *centre + shift, light);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
+        if !self.recipe.photograph {
+            canvas.fill(R::from_f64(self.view.exposure.background));
+            return;
+        }
+        let Region { x, y, width, .. } = canvas.region();
+        let photograph = self
+            .view
+            .photograph
+            .chunks_exact(self.sensor().width)
+            .skip(y);
+        for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(photograph) {
+            for (value, &source) in row.iter_mut().zip(&source[x..x + width]) {
+                *value = R::from_f64(source.into());
+            }
+        }
+    }
+
+    /// Covers what is behind panel `index` by its board, edges blurred.
+    fn draw_board<K: Kernel>(
+        &self,
+        kernel: &K,
+        index: usize,
+        centre: DVec2,
+        chords: &Chords,
+        canvas: &mut Canvas<K::Real>,
+    ) {
+        let mut mask = Canvas::new(canvas.region());
+        mask.add_led(
+            kernel,
+            chords,
+            self.margin_px,
+            centre,
+            K::Real::from_f64(1.0),
+        );
+        let board = self
+            .board_light(index)
+            .unwrap_or(self.view.exposure.background);
+        for (value, &covered) in canvas.values_mut().iter_mut().zip(mask.values()) {
+            *value += covered * (K::Real::from_f64(board) - *value);
+        }
+    }
+
+    /// The linear value of panel `index`'s board through the air, where it is drawn.
+    fn board_light(&self, index: usize) -> Option<f64> {
+        let air = self.recipe.air[index];
+        let reflectance = self.view.panels[index]
+            .panel
+            .board_reflectance
+            .filter(|_| self.recipe.boards)?;
+        Some(air.transmission * effects::board::linear(&self.view, reflectance) + air.veil)
+    }
+
+    /// By how much each LED of a panel is brighter than what is behind it.
+    fn amplitudes(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
+        let panel = &self.view.panels[index];
+        let mut own = [0.0; LEDS];
+        if self.recipe.mix_symbols {
+            let steady = moment.shares(0.0);
+            for (led, own) in own.iter_mut().enumerate() {
+                let shares = if self.recipe.row_delay_s == 0.0 {
+                    steady
+                } else {
+                    moment.shares(self.recipe.row_delay_s * panel.ellipses[led].centre.y)
+                };
+                *own = shown
+                    .symbols
+                    .iter()
+                    .zip(shares)
+                    .map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share)
+                    .sum();
+            }
+        } else {
+            let symbol = shown.symbols[moment.middle_symbol()];
+            own = std::array::from_fn(|led| f64::from(u8::from(symbol.led(led))));
+        }
+        for stage in &self.recipe.led_stages {
+            stage.apply(index, moment, &mut own);
+        }
+        let air = self.recipe.air[index];
+        let board = self.board_light(index);
+        std::array::from_fn(|led| {
+            let light = shown.light.off + own[led] * (shown.light.on - shown.light.off);
+            air.transmission * light + air.veil
+                - board.unwrap_or_else(|| self.behind(panel.ellipses[led].centre))
+        })
+    }
+
+    /// The linear value of the background at a pixel position.
+    fn behind(&self, at: DVec2) -> f64 {
+        if !self.recipe.photograph {
+            return self.view.exposure.background;
+        }
+        let sensor = self.sensor();
+        let clip = |value: f64, end: usize| value.round().clamp(0.0, end as f64 - 1.0) as usize;
+        self.view.photograph[clip(at.y, sensor.height) * sensor.width + clip(at.x, sensor.width)]
+            .into()
+    }
+}
+
+/// The centre and the image of a panel's board of 8 × 8 pitches.
+fn board(panel: &crate::view::PanelView, sigma_px: f64) -> (DVec2, Chords) {
+    let corners = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)]
+        .map(|(r, c)| panel.projection.pixel(panel.projection.led_m(r, c)));
+    let centre = corners.iter().sum::<DVec2>() / 4.0;
+    (
+        centre,
+        Chords::of_polygon(&corners.map(|corner| corner - centre), sigma_px),
+    )
+}

@@ -1,0 +1,374 @@
+//! The whole link: the transmitter's code, the rendered road, the receiver's code.
+
+use std::collections::VecDeque;
+
+use fixed::types::{I32F32, U1F31, U12F20, U32F32};
+use link::fec::Code;
+use link::framing::{Event, FramingError};
+use link::l2a_table::Interval;
+use link::panel::PanelFrame;
+use rand::Rng;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::Detector;
+use rx_pipeline::frame::{Frame, FrameError};
+use rx_pipeline::locate::LocatorSettings;
+use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
+use tx_firmware::ambient::Smoothing;
+use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
+use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::schedule::Repeats;
+use tx_firmware::transmitter::Transmitter;
+
+use crate::accuracy::Level;
+use crate::canvas::Canvas;
+use crate::clock::{Moment, WINDOW};
+use crate::detectors::DetectorChoice;
+use crate::evaluate::{EvaluateError, Evaluator, Settings};
+use crate::l2a::{self, L2aError};
+use crate::layout::pose_after;
+use crate::random::{Purpose, stream};
+use crate::renderer::{Renderer, Shown};
+use crate::scene::Scene;
+use crate::statistics::FrameErrors;
+use crate::view::ViewError;
+
+/// The most pixels of a panel that the receiver can hold.
+const PANEL_PIXELS: usize = 256 * 256;
+/// The L2A that no transmitter exceeds, for which an unlimited panel is given room.
+const L2A_MAX: f64 = 4.0;
+
+/// Why a link cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum RoadError {
+    /// The scene cannot be seen.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The message cannot be sent.
+    #[error(transparent)]
+    Message(#[from] FramingError),
+    /// The panel is none that the transmitter can drive.
+    #[error("the scene's panel cannot be driven: {0}")]
+    Calibration(#[from] CalibrationError),
+    /// The table cannot be used.
+    #[error(transparent)]
+    Table(#[from] L2aError),
+    /// The receiver cannot be set up.
+    #[error("the receiver cannot be set up: {0}")]
+    Receiver(#[from] ReceiverError),
+    /// The detector cannot be trained.
+    #[error(transparent)]
+    Training(#[from] EvaluateError),
+    /// The camera's frame is none.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+}
+
+/// What to send, and how it is read.
+#[derive(Clone, Debug)]
+pub struct LinkSettings {
+    /// The message, 1 to 1024 bytes.
+    pub message: Vec<u8>,
+    /// The detector.
+    pub detector: DetectorChoice,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// How exactly frames are drawn.
+    pub level: Level,
+}
+
+/// What happened to one frame.
+#[derive(Debug)]
+pub struct FrameReport<'a> {
+    /// Number of the frame.
+    pub frame: u64,
+    /// The camera's grey levels, row by row.
+    pub grey: &'a [u8],
+    /// What the panel showed in the middle of the exposure.
+    pub sent: PanelFrame,
+    /// What was read, or why nothing was.
+    pub read: Result<PanelFrame, Loss>,
+    /// Where the panel was seen.
+    pub corners: Option<Corners>,
+    /// Messages that became whole with this frame.
+    pub delivered: Option<Received>,
+    /// Whether an exposure was shared between symbols.
+    pub straddled: bool,
+}
+
+/// A message received.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Received {
+    /// Its bytes.
+    pub message: Vec<u8>,
+    /// The frame in which it began.
+    pub first_frame: u64,
+    /// The frame in which it ended.
+    pub last_frame: u64,
+    /// Bits that error correction mended.
+    pub corrected_bits: u32,
+}
+
+/// One link: transmitter, road and receiver.
+pub struct Road {
+    scene: Scene,
+    level: Level,
+    seed: u64,
+    renderer: Renderer,
+    transmitter: Transmitter<RecordingMatrix>,
+    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>>,
+    symbols: Symbols,
+    canvas: Canvas<f32>,
+    grey: Vec<u8>,
+    errors: FrameErrors,
+    straddled: u64,
+}
+
+/// The symbols that the exposures to come may see.
+#[derive(Default)]
+struct Symbols {
+    first: u64,
+    shown: VecDeque<PanelFrame>,
+}
+
+impl Road {
+    /// Sets transmitter, road and receiver up.
+    ///
+    /// # Errors
+    /// When the scene, the message or the panel cannot be used: see [`RoadError`].
+    pub fn new(scene: &Scene, settings: &LinkSettings) -> Result<Self, RoadError> {
+        let renderer = Renderer::new(scene, settings.level)?;
+        let transmitter = transmitter(scene, &settings.message)?;
+        let detector = match settings.detector.untrained() {
+            Some(detector) => detector,
+            None => trained(scene, settings)?,
+        };
+        let receiver = Receiver::new(
+            ReceiverSettings {
+                locator: LocatorSettings {
+                    gamma: scene.camera.gamma as f32,
+                    blur_sigma_px: scene.camera.blur_sigma_px as f32,
+                },
+                detector,
+                symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
+            },
+            Box::default(),
+        )?;
+        let canvas = Canvas::new(renderer.lit_region());
+        let sensor = renderer.sensor();
+        Ok(Self {
+            scene: scene.clone(),
+            level: settings.level,
+            seed: settings.seed,
+            transmitter,
+            receiver,
+            symbols: Symbols::default(),
+            canvas,
+            grey: vec![0; sensor.width * sensor.height],
+            errors: FrameErrors::default(),
+            straddled: 0,
+            renderer,
+        })
+    }
+
+    /// The renderer of the frames.
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// The transmitter.
+    pub fn transmitter(&self) -> &Transmitter<RecordingMatrix> {
+        &self.transmitter
+    }
+
+    /// Bit errors so far, of the frames that were read; each is held against what the panel showed in the middle of the
+    /// exposure. Frames without a reading count as wrong in all On bits.
+    pub fn errors(&self) -> &FrameErrors {
+        &self.errors
+    }
+
+    /// How many exposures were shared between symbols so far.
+    pub fn straddled(&self) -> u64 {
+        self.straddled
+    }
+
+    /// Exposes, reads and reports frame `frame`; frames are taken in rising order.
+    ///
+    /// # Errors
+    /// When a panel in motion leaves the camera's view.
+    pub fn frame(&mut self, frame: u64) -> Result<FrameReport<'_>, RoadError> {
+        self.move_panels(frame)?;
+        let moment = self.renderer.moment(frame);
+        let shown = self.shown(&moment);
+        let sent = shown[0].symbols[moment.middle_symbol()];
+        let straddled = moment
+            .shares(0.0)
+            .iter()
+            .filter(|&&share| share > 0.0)
+            .count()
+            > 1;
+        self.renderer
+            .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
+        let sensor = self.renderer.sensor();
+        let outcome = self
+            .receiver
+            .frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
+        let read = outcome
+            .reading
+            .map(|reading| (reading.detection.bits, reading.corners));
+        self.errors.push(
+            read.as_ref()
+                .map_or(PanelFrame::default(), |read| read.0)
+                .distance(sent),
+        );
+        self.straddled += u64::from(straddled);
+        Ok(FrameReport {
+            frame,
+            grey: &self.grey,
+            sent,
+            corners: read.as_ref().ok().map(|read| read.1),
+            read: read.map(|read| read.0),
+            delivered: received(&outcome.event),
+            straddled,
+        })
+    }
+
+    /// Ends the reception: the message that the last frame may have made whole.
+    pub fn finish(&mut self) -> Option<Received> {
+        received(&self.receiver.finish())
+    }
+
+    /// Puts moving panels where they are at frame `frame`.
+    fn move_panels(&mut self, frame: u64) -> Result<(), RoadError> {
+        let at_rest = |scene: &Scene| {
+            (0..scene.panels.len()).all(|index| scene.pose_of(index).velocity_m_s == [0.0; 3])
+        };
+        if at_rest(&self.scene) {
+            return Ok(());
+        }
+        let after_s = frame as f64 / self.scene.camera.frame_rate_hz;
+        let mut scene = self.scene.clone();
+        scene.pose = pose_after(&scene.pose, after_s);
+        for panel in &mut scene.panels {
+            panel.pose = panel.pose.as_ref().map(|pose| pose_after(pose, after_s));
+        }
+        self.renderer = Renderer::new(&scene, self.level)?;
+        self.canvas = Canvas::new(self.renderer.lit_region());
+        Ok(())
+    }
+
+    /// What all panels show around a moment: the first the transmitter's symbols, the others random ones.
+    fn shown(&mut self, moment: &Moment) -> Vec<Shown> {
+        let mut shown: Vec<Shown> = (0..self.scene.panels.len())
+            .map(|index| self.renderer.steady(index, PanelFrame::default()))
+            .collect();
+        for (index, shown) in shown.iter_mut().enumerate() {
+            shown.symbols = std::array::from_fn(|ahead| {
+                let symbol = moment.symbol + ahead as u64;
+                if index == 0 {
+                    self.symbols.get(symbol, &mut self.transmitter)
+                } else {
+                    random_symbol(self.seed, index, symbol)
+                }
+            });
+        }
+        let view = self.renderer.view();
+        let panel = &view.panels[0];
+        let full = self
+            .transmitter
+            .calibration()
+            .measured()
+            .luminance_full_cd_m2
+            .to_num::<f64>();
+        let luminance = full * f64::from(self.transmitter.matrix().duty) / f64::from(u16::MAX);
+        let l2a = luminance / (view.scene.ambient.illuminance_lx * panel.panel.reflectance);
+        let mut unlimited = panel.panel.clone();
+        // The transmitter's calibration has seen to the limits.
+        (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
+        shown[0].light =
+            view.exposure
+                .led_light(&view.scene, &unlimited, panel.panel.reflectance, l2a);
+        shown
+    }
+}
+
+impl Symbols {
+    /// Symbol `index`, which is not before the last one asked for by more than the window.
+    fn get(&mut self, index: u64, transmitter: &mut Transmitter<RecordingMatrix>) -> PanelFrame {
+        while index >= self.first + self.shown.len() as u64 {
+            let Ok(panel) = transmitter.tick();
+            self.shown.push_back(panel);
+        }
+        while self.shown.len() > 2 * WINDOW {
+            self.shown.pop_front();
+            self.first += 1;
+        }
+        self.shown[index.saturating_sub(self.first) as usize]
+    }
+}
+
+/// The transmitter of the scene's first panel, in its light, with the message to send.
+fn transmitter(scene: &Scene, message: &[u8]) -> Result<Transmitter<RecordingMatrix>, RoadError> {
+    let calibration = calibration(scene)?;
+    let mut transmitter = Transmitter::new(
+        RecordingMatrix::default(),
+        calibration,
+        l2a::table_of(scene)?,
+        Smoothing::default(),
+    );
+    transmitter.send(message, Code::for_length(message.len()), Repeats::Forever)?;
+    let Ok(_) = transmitter.sense(I32F32::saturating_from_num(scene.ambient.illuminance_lx));
+    Ok(transmitter)
+}
+
+/// What a bench would measure of the scene's first panel. A panel without limits gets as much light as the highest ratio asks
+/// for here; a luminance floor becomes a shortest pulse.
+fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
+    let panel = &scene.panels[0];
+    let full = panel
+        .luminance_max_cd_m2
+        .unwrap_or(L2A_MAX * scene.ambient.illuminance_lx * panel.reflectance)
+        .max(1.0);
+    let period_ns = if panel.pwm_hz > 0.0 {
+        1e9 / panel.pwm_hz
+    } else {
+        20_000.0
+    };
+    Calibration::new(Measured {
+        luminance_full_cd_m2: U32F32::saturating_from_num(full),
+        shortest_pulse_ns: (panel.luminance_min_cd_m2.unwrap_or(0.0) / full * period_ns).round()
+            as u32,
+        pwm_period_ns: period_ns.round() as u32,
+        reflectance: U1F31::saturating_from_num(panel.reflectance),
+        interval: Interval::saturating_from_num(panel.interval),
+        sensor_gain: U12F20::ONE,
+    })
+}
+
+/// Fisher's discriminant from frames of this scene.
+fn trained(scene: &Scene, settings: &LinkSettings) -> Result<Detector, EvaluateError> {
+    let settings = Settings {
+        frames: 0,
+        seed: settings.seed,
+        random_reflectance: false,
+        detector: settings.detector,
+        level: settings.level,
+    };
+    Ok(Evaluator::new(scene, settings)?.detector())
+}
+
+/// The panel that another vehicle shows.
+fn random_symbol(seed: u64, panel: usize, symbol: u64) -> PanelFrame {
+    PanelFrame::from_bits(stream(seed ^ (panel as u64) << 32, symbol, Purpose::Bits).next_u64())
+}
+
+fn received(event: &Event<'_>) -> Option<Received> {
+    match event {
+        Event::Delivered(delivery) => Some(Received {
+            message: delivery.message.to_vec(),
+            first_frame: delivery.first_stamp,
+            last_frame: delivery.last_stamp,
+            corrected_bits: delivery.corrected_bits,
+        }),
+        _ => None,
+    }
+}

@@ -1,0 +1,193 @@
+//! From TOML, a preset's name and overrides to a checked scene.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use super::{Panel, RangeError, Scene, preset_toml};
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// Neither a preset nor a file.
+    #[error("no scene {name:?}: give a TOML file or one of the presets {}", super::PRESETS.map(|p| p.name).join(", "))]
+    NotFound {
+        /// What was asked for.
+        name: String,
+    },
+    /// The file cannot be read.
+    #[error("cannot read scene {path:?}: {source}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Not TOML, a key that does not exist, or a value of the wrong type.
+    #[error("scene {name:?}: {source}")]
+    Parse {
+        /// The preset, the file or `--set`.
+        name: String,
+        /// Where and what.
+        source: Box<toml::de::Error>,
+    },
+    /// An override that is not `KEY=VALUE` with a key of the scene.
+    #[error("override {text:?}: {why}; write TABLE.KEY=VALUE, such as pose.distance_m=70")]
+    Override {
+        /// The override as given.
+        text: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A value out of its range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+}
+
+impl Scene {
+    /// The scene `name` (a preset, else a TOML file) with `overrides` of the form `TABLE.KEY=VALUE` applied in order.
+    ///
+    /// `panel.KEY` means the first panel.
+    ///
+    /// # Errors
+    /// Says what is wrong, where, what is allowed and what to do: see [`SceneError`].
+    pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let text = match preset_toml(name) {
+            Some(text) => text,
+            None if Path::new(name).exists() => {
+                std::fs::read_to_string(name).map_err(|source| SceneError::Read {
+                    path: name.into(),
+                    source,
+                })?
+            }
+            None => return Err(SceneError::NotFound { name: name.into() }),
+        };
+        Self::from_toml(name, &text, overrides)
+    }
+
+    /// The scene of the TOML `text`, called `name` in errors, with overrides as in [`Scene::load`].
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn from_toml(name: &str, text: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let parse_error = |source| SceneError::Parse {
+            name: name.into(),
+            source: Box::new(source),
+        };
+        // Once as written, so that a fault is shown with its line; then with the overrides.
+        let written: Scene = toml::from_str(text).map_err(parse_error)?;
+        let mut scene = if overrides.is_empty() {
+            written
+        } else {
+            let mut table: Table = toml::from_str(text).map_err(parse_error)?;
+            for text in overrides {
+                apply(&mut table, text)?;
+            }
+            table.try_into().map_err(|source| SceneError::Parse {
+                name: "--set".into(),
+                source: Box::new(source),
+            })?
+        };
+        if scene.panels.is_empty() {
+            scene.panels.push(Panel::default());
+        }
+        scene.validate()?;
+        Ok(scene)
+    }
+}
+
+/// Puts one `TABLE.KEY=VALUE` into the scene's table.
+fn apply(table: &mut Table, text: &str) -> Result<(), SceneError> {
+    let fault = |why: &str| SceneError::Override {
+        text: text.into(),
+        why: why.into(),
+    };
+    let (path, value) = text
+        .split_once('=')
+        .ok_or_else(|| fault("there is no '='"))?;
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    let (last, tables) = keys
+        .split_last()
+        .filter(|(_, tables)| !tables.is_empty())
+        .ok_or_else(|| fault("the key names no table"))?;
+    let mut place = table;
+    for key in tables {
+        let empty = if *key == "panel" {
+            Value::Array(vec![Value::Table(Table::new())])
+        } else {
+            Value::Table(Table::new())
+        };
+        place = match place.entry(*key).or_insert(empty) {
+            Value::Table(inner) => inner,
+            Value::Array(panels) => panels
+                .first_mut()
+                .and_then(Value::as_table_mut)
+                .ok_or_else(|| fault("there is no first panel"))?,
+            _ => return Err(fault("a value stands where a table should")),
+        };
+    }
+    place.insert((*last).to_string(), parse_value(value.trim()));
+    Ok(())
+}
+
+/// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
+fn parse_value(text: &str) -> Value {
+    let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
+        .ok()
+        .and_then(|mut t| t.remove("value"));
+    match as_toml {
+        Some(Value::Integer(n)) if n.unsigned_abs() > 1 << 53 => Value::Float(n as f64),
+        Some(value) => value,
+        None => Value::String(text.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(overrides: &[&str]) -> String {
+        let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
+        Scene::load("paper", &overrides).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn overrides_reach_their_keys() {
+        let overrides = [
+            "panel.interval=0.5",
+            "link.contrast=eq10",
+            "pose.velocity_m_s=[1, 0, -3]",
+            "effects.blur=off",
+        ];
+        let scene = Scene::load("paper", &overrides.map(String::from)).unwrap();
+        assert_eq!(scene.panels[0].interval, 0.5);
+        assert_eq!(scene.link.contrast, crate::scene::Contrast::Eq10);
+        assert_eq!(scene.pose.velocity_m_s, [1.0, 0.0, -3.0]);
+        assert_eq!(scene.effects.mode("blur"), crate::scene::Mode::Off);
+    }
+
+    #[test]
+    fn faults_name_the_key_the_value_and_the_range() {
+        let too_near = message(&["pose.distance_m=0"]);
+        assert!(
+            too_near.contains("pose.distance_m") && too_near.contains("0.5 to 2000"),
+            "{too_near}"
+        );
+        assert!(message(&["pose.distance_m=nan"]).contains("pose.distance_m"));
+        assert!(
+            message(&["pose.distance_cm=3000"]).contains("distance_m"),
+            "unknown keys list the known ones"
+        );
+        assert!(message(&["pose.distance_m=fifty"]).contains("fifty"));
+        assert!(message(&["distance_m=3"]).contains("names no table"));
+        assert!(message(&["pose.distance_m"]).contains("no '='"));
+        assert!(message(&["effects.blurr=on"]).contains("blurr"));
+        assert!(message(&["pose.distance_m.x=1"]).contains("value stands"));
+    }
+
+    #[test]
+    fn a_missing_scene_lists_the_presets() {
+        let text = Scene::load("no-such-scene", &[]).unwrap_err().to_string();
+        assert!(text.contains("paper-18mm"), "{text}");
+    }
+}

@@ -1,0 +1,218 @@
+//! Scenes to start from.
+
+/// A named scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// The name that stands for it on a command line.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub summary: &'static str,
+    /// What it sets apart from the defaults.
+    settings: &'static str,
+}
+
+/// All presets, the default first.
+pub const PRESETS: [Preset; 7] = [
+    Preset {
+        name: "paper",
+        summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
+        settings: PAPER,
+    },
+    Preset {
+        name: "paper-18mm",
+        summary: "the paper with the 18 mm lens of its text",
+        settings: PAPER_18MM,
+    },
+    Preset {
+        name: "paper-iso3200",
+        summary: "the paper with the ISO limit of its Table 1",
+        settings: PAPER_ISO3200,
+    },
+    Preset {
+        name: "day",
+        summary: "an overcast day: noise, free-running clocks, PWM dimming",
+        settings: DAY,
+    },
+    Preset {
+        name: "dusk",
+        summary: "dusk at 500 lx: more noise, free-running clocks, PWM dimming",
+        settings: DUSK,
+    },
+    Preset {
+        name: "night",
+        summary: "a lit street at 50 lx: ISO 32 000, free-running clocks, PWM dimming",
+        settings: NIGHT,
+    },
+    Preset {
+        name: "fog",
+        summary: "day in fog of 160 m visibility",
+        settings: FOG,
+    },
+];
+
+/// The preset `name` as a commented TOML file, or none of that name.
+///
+/// ```
+/// assert!(sim::scene::preset_toml("night").unwrap().contains("illuminance_lx = 50"));
+/// assert!(sim::scene::preset_toml("noon").is_none());
+/// ```
+pub fn preset_toml(name: &str) -> Option<String> {
+    let preset = PRESETS.iter().find(|preset| preset.name == name)?;
+    Some(format!(
+        "# {}: {}.\n# Keys left out keep the defaults of `paper`.\n{}",
+        preset.name, preset.summary, preset.settings
+    ))
+}
+
+const PAPER: &str = r#"
+[camera]
+focal_length_mm = 25         # 18 in the paper's text
+pixel_pitch_um = 6.875       # 13.2 mm / 1920
+width_px = 1920
+height_px = 1080
+frame_rate_hz = 100
+exposure_max_s = 0.001
+f_number = 2.7
+iso_min = 100
+iso_max = 32000              # 3200 in the paper's Table 1
+meter_constant = 12.5
+gamma = 2.2
+blur_sigma_px = 1.5
+exposure_bias_ev = 0
+vignetting = false
+full_well_e = 20000          # electrons at grey 255, ISO 100
+read_noise_e = 3
+readout_s = 0                # 0: global shutter
+distortion_k1 = 0
+
+[[panel]]                    # one or more
+led_diameter_m = 0.03
+interval = 1                 # gap / diameter
+reflectance = 0.4
+# luminance_min_cd_m2 = 50   # left out: unlimited
+# luminance_max_cd_m2 = 8000
+led_spread = 0
+pwm_hz = 0                   # 0: ideal dimming
+scan_rows = 0                # 0: static drive
+# board_reflectance = 0.05   # left out: no board
+
+[pose]
+distance_m = 50
+x_m = 0                      # right
+y_m = 0                      # down
+roll_deg = 0
+yaw_deg = 0
+pitch_deg = 0
+velocity_m_s = [0, 0, 0]
+
+[ambient]
+illuminance_lx = 10000
+background_reflectance = 0.18
+# background_image = "road.png"
+
+[atmosphere]
+transmission_at_70m = 0.9932
+airlight = false
+# airlight_cd_m2 = 3000      # left out: from the illuminance
+
+[link]
+l2a = 2                      # or "table", with table = "FILE"
+contrast = "exposure"        # 1 + pi*r; "eq10": 1 + r
+symbol_rate_hz = 100
+phase = 0.5
+clock_ppm = 0
+
+[effects]
+tolerance_grey = 0.5         # for each effect: NAME = "auto", "on" or "off"
+noise = "off"
+"#;
+
+const PAPER_18MM: &str = r#"
+[camera]
+focal_length_mm = 18
+[effects]
+noise = "off"
+"#;
+
+const PAPER_ISO3200: &str = r#"
+[camera]
+iso_max = 3200
+[effects]
+noise = "off"
+"#;
+
+const DAY: &str = r#"
+[[panel]]
+pwm_hz = 60000
+[ambient]
+illuminance_lx = 10000
+[link]
+l2a = "table"
+symbol_rate_hz = 90
+phase = 0.3
+clock_ppm = 100
+"#;
+
+const DUSK: &str = r#"
+[[panel]]
+pwm_hz = 60000
+[ambient]
+illuminance_lx = 500
+[link]
+l2a = "table"
+symbol_rate_hz = 90
+phase = 0.3
+clock_ppm = 100
+"#;
+
+const NIGHT: &str = r#"
+[[panel]]
+pwm_hz = 60000
+[ambient]
+illuminance_lx = 50
+[link]
+l2a = "table"
+symbol_rate_hz = 90
+phase = 0.3
+clock_ppm = 100
+"#;
+
+const FOG: &str = r#"
+[[panel]]
+pwm_hz = 60000
+[ambient]
+illuminance_lx = 5000
+[atmosphere]
+transmission_at_70m = 0.27   # extinction 0.0187 per metre: 5 % contrast is left at 160 m
+airlight = true
+[link]
+l2a = "table"
+symbol_rate_hz = 90
+phase = 0.3
+clock_ppm = 100
+"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn every_preset_is_a_valid_scene() {
+        for preset in PRESETS {
+            Scene::load(preset.name, &[])
+                .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
+        }
+    }
+
+    #[test]
+    fn the_paper_preset_spells_out_the_defaults() {
+        let mut paper = Scene::load("paper", &[]).unwrap();
+        paper.effects = Default::default();
+        let defaults = Scene {
+            panels: vec![Default::default()],
+            ..Default::default()
+        };
+        assert_eq!(paper, defaults);
+    }
+}

@@ -1,0 +1,288 @@
+//! Statistics that take one value at a time, merge, and stay exact: memory does not grow with the number of frames.
+
+use rand::Rng;
+use rand_distr::{Binomial, Distribution};
+use serde::Serialize;
+
+use crate::random::{Purpose, stream};
+
+/// Count, mean and scatter of pairs of numbers.
+///
+/// Values are taken relative to the first one, so that a large common offset does not eat the digits, by Welford's updates;
+/// two such sums merge by Chan's formula (Chan, Golub & LeVeque 1983).
+///
+/// ```
+/// use sim::statistics::Moments;
+/// let mut moments = Moments::default();
+/// [[1.0, 10.0], [3.0, 30.0]].into_iter().for_each(|x| moments.push(x));
+/// assert_eq!(moments.mean(), [2.0, 20.0]);
+/// assert_eq!(moments.covariance(), [[1.0, 10.0], [10.0, 100.0]]);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moments {
+    count: u64,
+    first: [f64; 2],
+    /// Mean less `first`.
+    mean: [f64; 2],
+    /// Sums of squares and products about the mean: xx, xy, yy.
+    scatter: [f64; 3],
+}
+
+impl Moments {
+    /// Takes one pair.
+    pub fn push(&mut self, value: [f64; 2]) {
+        if self.count == 0 {
+            self.first = value;
+        }
+        self.count += 1;
+        let x = [value[0] - self.first[0], value[1] - self.first[1]];
+        let before = [x[0] - self.mean[0], x[1] - self.mean[1]];
+        let share = 1.0 / self.count as f64;
+        self.mean = [
+            self.mean[0] + before[0] * share,
+            self.mean[1] + before[1] * share,
+        ];
+        let after = [x[0] - self.mean[0], x[1] - self.mean[1]];
+        self.scatter[0] += before[0] * after[0];
+        self.scatter[1] += before[0] * after[1];
+        self.scatter[2] += before[1] * after[1];
+    }
+
+    /// Takes all that `other` has taken.
+    pub fn merge(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        if self.count == 0 {
+            *self = *other;
+            return;
+        }
+        let (own, others) = (self.count as f64, other.count as f64);
+        let total = own + others;
+        let apart =
+            [0, 1].map(|i| (other.first[i] - self.first[i]) + (other.mean[i] - self.mean[i]));
+        let weight = own * others / total;
+        let products = [
+            apart[0] * apart[0],
+            apart[0] * apart[1],
+            apart[1] * apart[1],
+        ];
+        for ((scatter, others), product) in self.scatter.iter_mut().zip(other.scatter).zip(products)
+        {
+            *scatter += others + product * weight;
+        }
+        self.mean = [0, 1].map(|i| self.mean[i] + apart[i] * others / total);
+        self.count += other.count;
+    }
+
+    /// How many pairs were taken.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Their mean; zeros of none.
+    pub fn mean(&self) -> [f64; 2] {
+        [self.first[0] + self.mean[0], self.first[1] + self.mean[1]]
+    }
+
+    /// Their covariance (over n); zeros of none.
+    pub fn covariance(&self) -> [[f64; 2]; 2] {
+        let [xx, xy, yy] = self.scatter.map(|s| s / (self.count.max(1)) as f64);
+        [[xx, xy], [xy, yy]]
+    }
+}
+
+/// Between- and within-class variances of the features of On and Off LEDs (Do & Yoo 2020, Eqs. 5 to 7).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Distinguishability {
+    /// |μ_on − μ_off|².
+    pub bvar: f64,
+    /// E|x_on − μ_on|² + E|x_off − μ_off|².
+    pub wvar: f64,
+    /// Their ratio.
+    pub b2w: f64,
+}
+
+impl Distinguishability {
+    /// Of the two classes' moments.
+    pub fn of(on: &Moments, off: &Moments) -> Self {
+        let (a, b) = (on.mean(), off.mean());
+        let bvar = (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
+        let trace = |class: &Moments| class.covariance()[0][0] + class.covariance()[1][1];
+        let wvar = trace(on) + trace(off);
+        Self {
+            bvar,
+            wvar,
+            b2w: bvar / wvar,
+        }
+    }
+}
+
+/// Bit errors by frame: how many frames had 0, 1, … 64 of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameErrors([u64; 65]);
+
+impl Default for FrameErrors {
+    fn default() -> Self {
+        Self([0; 65])
+    }
+}
+
+/// Resamples of the bootstrap.
+const RESAMPLES: usize = 2000;
+
+impl FrameErrors {
+    /// Takes a frame with so many bit errors (more than 64 count as 64).
+    pub fn push(&mut self, errors: u32) {
+        self.0[(errors as usize).min(64)] += 1;
+    }
+
+    /// Takes all frames of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        self.0
+            .iter_mut()
+            .zip(other.0)
+            .for_each(|(own, others)| *own += others);
+    }
+
+    /// Frames taken.
+    pub fn frames(&self) -> u64 {
+        self.0.iter().sum()
+    }
+
+    /// Bits of those frames.
+    pub fn bits(&self) -> u64 {
+        64 * self.frames()
+    }
+
+    /// Bit errors in all.
+    pub fn errors(&self) -> u64 {
+        self.0
+            .iter()
+            .zip(0..)
+            .map(|(frames, errors)| frames * errors)
+            .sum()
+    }
+
+    /// Bit error rate; 0 of no frames.
+    pub fn rate(&self) -> f64 {
+        self.errors() as f64 / self.bits().max(1) as f64
+    }
+
+    /// The 95 % interval of the bit error rate.
+    ///
+    /// The bits of a frame share phase, reflectance and noise level, so whole frames are resampled (percentiles of the cluster
+    /// bootstrap). Where no error was seen the upper end is 3/frames, the 95 % bound of the frame error rate, which the bit
+    /// error rate cannot exceed. Without frames nothing is known: 0 to 1.
+    pub fn interval_95(&self) -> [f64; 2] {
+        let frames = self.frames();
+        if frames == 0 {
+            return [0.0, 1.0];
+        }
+        if self.errors() == 0 {
+            return [0.0, (3.0 / frames as f64).min(1.0)];
+        }
+        let mut random = stream(0, frames, Purpose::Resampling);
+        let mut rates: Vec<f64> = (0..RESAMPLES)
+            .map(|_| self.resampled_rate(&mut random))
+            .collect();
+        rates.sort_by(f64::total_cmp);
+        [rates[RESAMPLES / 40], rates[RESAMPLES - 1 - RESAMPLES / 40]]
+    }
+
+    /// The rate of as many frames drawn from these with replacement: a multinomial draw, one binomial a bin.
+    fn resampled_rate(&self, random: &mut impl Rng) -> f64 {
+        let frames = self.frames();
+        let (mut left_to_draw, mut left_in_bins, mut errors) = (frames, frames, 0);
+        for (&count, of_each) in self.0.iter().zip(0..).filter(|(count, _)| **count > 0) {
+            let share = count as f64 / left_in_bins as f64;
+            let drawn = Binomial::new(left_to_draw, share.min(1.0))
+                .map_or(left_to_draw, |b| b.sample(random));
+            errors += drawn * of_each;
+            left_to_draw -= drawn;
+            left_in_bins -= count;
+        }
+        errors as f64 / (64 * frames) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_large_offset_does_no_harm_though_the_naive_sum_fails() {
+        let mut random = stream(3, 0, Purpose::Phase);
+        let values: Vec<f64> = (0..10_000)
+            .map(|_| 1e12 + crate::random::uniform(&mut random))
+            .collect();
+        let n = values.len() as f64;
+        let exact_mean = values.iter().map(|v| v - 1e12).sum::<f64>() / n;
+        let exact = values
+            .iter()
+            .map(|v| (v - 1e12 - exact_mean).powi(2))
+            .sum::<f64>()
+            / n;
+        let naive = values.iter().map(|v| v * v).sum::<f64>() / n
+            - (values.iter().sum::<f64>() / n).powi(2);
+        assert!(
+            (naive - exact).abs() > exact,
+            "the naive formula must fail here, or this test shows nothing"
+        );
+        let mut moments = Moments::default();
+        values.iter().for_each(|&v| moments.push([v, -v]));
+        let [[xx, xy], [_, yy]] = moments.covariance();
+        for (got, want) in [(xx, exact), (xy, -exact), (yy, exact)] {
+            assert!((got / want - 1.0).abs() < 1e-12, "{got} against {want}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn merged_parts_are_the_whole(values in prop::collection::vec((-1e3..1e3f64, -1.0..1.0f64), 2..60), cut in 0usize..60) {
+            let cut = cut.min(values.len());
+            let of = |part: &[(f64, f64)]| {
+                let mut moments = Moments::default();
+                part.iter().for_each(|&(x, y)| moments.push([x, y]));
+                moments
+            };
+            let (whole, mut merged) = (of(&values), of(&values[..cut]));
+            merged.merge(&of(&values[cut..]));
+            prop_assert_eq!(whole.count(), merged.count());
+            for i in 0..2 {
+                prop_assert!((whole.mean()[i] - merged.mean()[i]).abs() < 1e-9);
+                for j in 0..2 {
+                    prop_assert!((whole.covariance()[i][j] - merged.covariance()[i][j]).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_errors_are_a_bound_and_not_a_zero() {
+        let mut errors = FrameErrors::default();
+        (0..300).for_each(|_| errors.push(0));
+        assert_eq!(errors.interval_95(), [0.0, 0.01]);
+    }
+
+    #[test]
+    fn errors_that_come_together_widen_the_interval() {
+        let (mut spread, mut clustered) = (FrameErrors::default(), FrameErrors::default());
+        for frame in 0..1000 {
+            spread.push(u32::from(frame % 10 == 0));
+            clustered.push(if frame % 100 == 0 { 10 } else { 0 });
+        }
+        assert_eq!(spread.errors(), clustered.errors());
+        let width = |e: &FrameErrors| e.interval_95()[1] - e.interval_95()[0];
+        // Binomial of frames: √10 times as wide.
+        let ratio = width(&clustered) / width(&spread);
+        assert!((2.4..4.2).contains(&ratio), "{ratio}");
+        let [low, high] = spread.interval_95();
+        let deviation = (0.1f64 * 0.9 / 1000.0).sqrt() / 64.0;
+        assert!(
+            (high - low - 3.92 * deviation).abs() < 0.8 * deviation,
+            "{low} to {high}"
+        );
+    }
+}

@@ -1,0 +1,313 @@
+//! A scene with all that effects need to know of it worked out once.
+
+use std::path::Path;
+
+use glam::DVec2;
+use link::panel::{LEDS, SIDE};
+
+use crate::effects;
+use crate::exposure::{Exposure, LedLight};
+use crate::grey;
+use crate::l2a::{self, L2aError};
+use crate::projection::{Ellipse, Projection};
+use crate::scene::{Panel, Pose, Scene};
+
+/// Why a valid scene cannot be seen.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// An LED is behind the camera, or as good as beside it.
+    #[error(
+        "panel {panel} reaches to {depth_m} m before the camera: all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"
+    )]
+    Behind {
+        /// Index of the panel.
+        panel: usize,
+        /// Depth of its nearest corner.
+        depth_m: f64,
+    },
+    /// The panel's image is not whole on the sensor.
+    #[error(
+        "panel {panel} spans columns {left:.1} to {right:.1} and rows {top:.1} to {bottom:.1} px: the sensor has {width} × {height}; move it nearer to the axis or farther away"
+    )]
+    OffSensor {
+        /// Index of the panel.
+        panel: usize,
+        /// Its leftmost point.
+        left: f64,
+        /// Its rightmost point.
+        right: f64,
+        /// Its topmost point.
+        top: f64,
+        /// Its lowest point.
+        bottom: f64,
+        /// Columns of the sensor.
+        width: usize,
+        /// Rows of the sensor.
+        height: usize,
+    },
+    /// The panel's LEDs are too close together in the image.
+    #[error(
+        "panel {panel}: its LEDs are {pitch_px:.2} px apart in the image, at least {PITCH_MIN_PX} px are needed; lower pose.distance_m or raise panel.interval"
+    )]
+    TooSmall {
+        /// Index of the panel.
+        panel: usize,
+        /// Distance of neighbouring LEDs in the image.
+        pitch_px: f64,
+    },
+    /// The L2A table cannot be used.
+    #[error(transparent)]
+    Table(#[from] L2aError),
+    /// The background photograph cannot be used.
+    #[error("ambient.background_image {path:?}: {why}; give a PNG, JPEG or PGM file")]
+    Background {
+        /// The file.
+        path: String,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+/// The least depth of any part of a panel.
+pub const DEPTH_MIN_M: f64 = 0.1;
+/// The least distance of neighbouring LEDs in the image.
+pub const PITCH_MIN_PX: f64 = 1.0;
+
+/// One panel as the camera sees it.
+#[derive(Clone, Debug)]
+pub struct PanelView {
+    /// The panel.
+    pub panel: Panel,
+    /// Its pose.
+    pub pose: Pose,
+    /// Its projection.
+    pub projection: Projection,
+    /// The LED-to-ambient ratio it is driven to.
+    pub l2a: f64,
+    /// Its LEDs, at the panel's own reflectance, without the air between.
+    pub light: LedLight,
+    /// The exact images of its LEDs.
+    pub ellipses: [Ellipse; LEDS],
+}
+
+/// A scene worked out: exposure, panels, and the range of linear values that its pixels can take.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The scene.
+    pub scene: Scene,
+    /// What the automatic exposure set.
+    pub exposure: Exposure,
+    /// The panels.
+    pub panels: Vec<PanelView>,
+    /// Linear values of the photograph behind the panels, the whole sensor row by row; empty for a plain background.
+    pub photograph: Vec<f32>,
+    /// No pixel is darker than this linear value, noise apart.
+    pub floor: f64,
+    /// No pixel is brighter than this linear value, noise apart. It may be above what is encoded as 255.
+    pub peak: f64,
+    /// The blur that the image has: 0 where the lens blur is left out.
+    pub sigma_px: f64,
+}
+
+impl View {
+    /// Works a valid scene out.
+    ///
+    /// # Errors
+    /// When a panel is behind the camera, off the sensor or too small, or a file the scene names cannot be used.
+    pub fn new(scene: &Scene) -> Result<Self, ViewError> {
+        let exposure = Exposure::of(scene);
+        let panels = (0..scene.panels.len())
+            .map(|index| panel_view(scene, &exposure, index))
+            .collect::<Result<Vec<_>, _>>()?;
+        let photograph = match &scene.ambient.background_image {
+            Some(path) => photograph(scene, Path::new(path), exposure.background)?,
+            None => Vec::new(),
+        };
+        let (floor, peak) = linear_range(scene, &exposure, &panels, &photograph);
+        let mut view = Self {
+            scene: scene.clone(),
+            exposure,
+            panels,
+            photograph,
+            floor,
+            peak,
+            sigma_px: scene.camera.blur_sigma_px,
+        };
+        if !effects::is_included(&effects::blur::LensBlur, &view) {
+            view.sigma_px = 0.0;
+        }
+        Ok(view)
+    }
+
+    /// The most, in unrounded grey, that moving LEDs by `shift_px` and their rims by another `rim_px` can change.
+    ///
+    /// An image between floor and peak that has been blurred changes by at most their difference over σ·√(2π) a pixel of
+    /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
+    /// it larger, by at most (1 + rim/a)².
+    pub fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
+        let slope = (1.0 / (self.sigma_px * (2.0 * std::f64::consts::PI).sqrt()))
+            .min(std::f64::consts::SQRT_2);
+        let larger = (1.0 + rim_px / self.smallest_radius_px()).powi(2) - 1.0;
+        self.change((self.peak - self.floor) * (slope * (shift_px + rim_px) + larger))
+    }
+
+    /// The smallest half-diameter of any LED's image.
+    fn smallest_radius_px(&self) -> f64 {
+        let radii = self
+            .panels
+            .iter()
+            .flat_map(|panel| &panel.ellipses)
+            .map(Ellipse::smaller_half_diameter);
+        radii.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The most that a change of `linear_change` can move an unrounded grey level of this scene.
+    pub fn change(&self, linear_change: f64) -> f64 {
+        grey::greatest_change(self.floor, linear_change, self.scene.camera.gamma)
+    }
+
+    /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
+    pub fn change_by_factor(&self, factor: f64) -> f64 {
+        grey::unrounded(self.peak, self.scene.camera.gamma)
+            * (1.0 - factor.max(0.0).powf(1.0 / self.scene.camera.gamma))
+    }
+
+    /// The whole range of unrounded grey levels.
+    pub fn range_grey(&self) -> f64 {
+        self.change(self.peak - self.floor)
+    }
+}
+
+fn panel_view(scene: &Scene, exposure: &Exposure, index: usize) -> Result<PanelView, ViewError> {
+    let (panel, pose) = (scene.panels[index].clone(), scene.pose_of(index).clone());
+    let projection = Projection::new(&scene.camera, &panel, &pose);
+    let corners =
+        [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)].map(|(r, c)| projection.led_m(r, c));
+    let depth_m = corners
+        .iter()
+        .map(|&c| projection.depth_m(c))
+        .fold(f64::INFINITY, f64::min);
+    if depth_m < DEPTH_MIN_M {
+        return Err(ViewError::Behind {
+            panel: index,
+            depth_m,
+        });
+    }
+    let pixels = corners.map(|corner| projection.pixel(corner));
+    let (low, high) = pixels
+        .iter()
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
+            (low.min(p), high.max(p))
+        });
+    let (width, height) = (scene.camera.width_px, scene.camera.height_px);
+    // A rim of two pixels is left for the gradient and for a shift of less than one pixel.
+    if low.min_element() < 2.0 || high.x > width as f64 - 3.0 || high.y > height as f64 - 3.0 {
+        return Err(ViewError::OffSensor {
+            panel: index,
+            left: low.x,
+            right: high.x,
+            top: low.y,
+            bottom: high.y,
+            width,
+            height,
+        });
+    }
+    let pitch_px = (pixels[1] - pixels[0])
+        .length()
+        .min((pixels[3] - pixels[0]).length())
+        / SIDE as f64;
+    if pitch_px < PITCH_MIN_PX {
+        return Err(ViewError::TooSmall {
+            panel: index,
+            pitch_px,
+        });
+    }
+    let l2a = l2a::of_panel(scene, &panel)?;
+    let light = exposure.led_light(scene, &panel, panel.reflectance, l2a);
+    let ellipses = std::array::from_fn(|led| {
+        projection.ellipse(projection.led_m((led / SIDE) as f64, (led % SIDE) as f64))
+    });
+    Ok(PanelView {
+        panel,
+        pose,
+        projection,
+        l2a,
+        light,
+        ellipses,
+    })
+}
+
+/// The photograph on the whole sensor, its mean linear value that of the plain background.
+fn photograph(scene: &Scene, path: &Path, mean: f64) -> Result<Vec<f32>, ViewError> {
+    let fault = |why: String| ViewError::Background {
+        path: path.display().to_string(),
+        why,
+    };
+    let picture = image::open(path)
+        .map_err(|error| fault(error.to_string()))?
+        .into_luma8();
+    if picture.width() == 0 || picture.height() == 0 {
+        return Err(fault("it has no pixels".into()));
+    }
+    let (width, height) = (scene.camera.width_px as u32, scene.camera.height_px as u32);
+    let fitted = image::imageops::resize(
+        &picture,
+        width,
+        height,
+        image::imageops::FilterType::Triangle,
+    );
+    let table: Vec<f64> = (0..256)
+        .map(|level| grey::linear(f64::from(level), scene.camera.gamma))
+        .collect();
+    let sum: f64 = fitted
+        .as_raw()
+        .iter()
+        .map(|&level| table[usize::from(level)])
+        .sum();
+    let pixels = fitted.as_raw().len() as f64;
+    if sum <= 0.0 {
+        return Err(fault("it is black all over".into()));
+    }
+    let scale = mean * pixels / sum;
+    Ok(fitted
+        .as_raw()
+        .iter()
+        .map(|&level| (table[usize::from(level)] * scale) as f32)
+        .collect())
+}
+
+/// The darkest and the brightest linear value of any pixel, whichever effects are simulated.
+fn linear_range(
+    scene: &Scene,
+    exposure: &Exposure,
+    panels: &[PanelView],
+    photograph: &[f32],
+) -> (f64, f64) {
+    let mut floor = exposure.background;
+    let mut peak = exposure.background;
+    for (index, view) in panels.iter().enumerate() {
+        let air = effects::atmosphere::transmission(scene, view.pose.distance_m);
+        floor = floor.min(view.light.off * air);
+        let own = view.light.on - view.light.off;
+        let gain = 1.0
+            + effects::pwm::stray(scene, exposure, view)
+                .max(effects::scanning::stray(exposure, view));
+        peak = peak.max(
+            view.light.off + own * gain * effects::led_spread::greatest_gain(&view.panel, index),
+        ) + effects::airlight::veil(scene, exposure, view.pose.distance_m);
+        if let Some(reflectance) = view.panel.board_reflectance {
+            floor = floor.min(
+                exposure.linear(scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)
+                    * air,
+            );
+        }
+    }
+    for &value in photograph {
+        floor = floor.min(value.into());
+        peak = peak.max(value.into());
+    }
+    if scene.camera.vignetting {
+        floor *= effects::vignetting::corner_gain(scene);
+    }
+    (floor, peak)
+}
