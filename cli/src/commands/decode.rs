@@ -1,0 +1,169 @@
+//! `vocc decode`: the bits of single frames.
+
+use std::path::{Path, PathBuf};
+
+use rx_pipeline::cells::CellMap;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::{Detection, Detector};
+use rx_pipeline::features::Features;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::locate::{Locator, LocatorSettings};
+use serde::Serialize;
+use sim::detectors::DetectorChoice;
+
+use crate::options::{self, Shared, detector};
+use crate::output::{self, Answer, line};
+use crate::pictures;
+
+/// The most pixels of a panel's bounding box.
+const PANEL_PIXELS: usize = 512 * 512;
+
+/// Arguments of `vocc decode`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Frames: 8-bit grey PNG, JPEG or PGM.
+    #[arg(required = true)]
+    images: Vec<PathBuf>,
+    /// best, kmeans, kmeans-raw or otsu.
+    #[arg(long, default_value = "best", value_parser = detector)]
+    detector: DetectorChoice,
+    /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
+    #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]
+    corners: Option<Corners>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    file: &'a Path,
+    found: bool,
+    bits: Option<String>,
+    centre_px: Option<[f32; 2]>,
+    pitch_px: Option<f32>,
+    confidence: Option<f32>,
+    why: Option<String>,
+}
+
+/// Decodes each image; a bad one does not keep the others from being decoded.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let detector = options::untrained(arguments.detector)?;
+    let locator = Locator::new(LocatorSettings::default())?;
+    let mut map = Box::new(CellMap::<PANEL_PIXELS>::empty());
+    let mut answer = Answer::Yes;
+    let mut bad = 0;
+    for path in &arguments.images {
+        match decode(path, arguments.corners, &locator, &detector, &mut map) {
+            Ok(read) => {
+                if read.is_err() {
+                    answer = Answer::No;
+                }
+                report(path, read, shared)?;
+            }
+            Err(error) => {
+                bad += 1;
+                eprintln!("vocc: {error:#}");
+            }
+        }
+    }
+    anyhow::ensure!(
+        bad == 0,
+        "{bad} of {} images could not be used",
+        arguments.images.len()
+    );
+    Ok(answer)
+}
+
+/// Four points of the option `--corners`.
+fn corners(text: &str) -> Result<Corners, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(|number| {
+            number
+                .trim()
+                .parse()
+                .map_err(|_| format!("{number:?} is no number"))
+        })
+        .collect::<Result<_, _>>()?;
+    let [a, b, c, d, e, f, g, h] = numbers[..] else {
+        return Err(format!(
+            "{} numbers instead of 8: give x,y of the top left, top right, bottom right and bottom left LED",
+            numbers.len()
+        ));
+    };
+    Corners::new([[a, b], [c, d], [e, f], [g, h]]).map_err(|error| error.to_string())
+}
+
+/// What one image shows, or why no panel can be read in it; an error where the input itself is at fault.
+fn decode(
+    path: &Path,
+    given: Option<Corners>,
+    locator: &Locator,
+    detector: &Detector,
+    map: &mut CellMap<PANEL_PIXELS>,
+) -> anyhow::Result<Result<(Corners, Detection), String>> {
+    let image = pictures::read_grey(path)?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let frame = Frame::new(image.as_raw(), width, height)?;
+    let corners = match given {
+        Some(corners) => corners,
+        None => match locator.locate(&frame) {
+            Ok(location) => location.corners,
+            Err(why) => return Ok(Err(why.to_string())),
+        },
+    };
+    if let Err(error) = map.build(&corners, width, height) {
+        // Corners that a person gave are input; those that were found are an answer.
+        anyhow::ensure!(given.is_none(), "{}: {error}", path.display());
+        return Ok(Err(error.to_string()));
+    }
+    let detection = Features::measure(&frame, map)
+        .map_err(|error| error.to_string())
+        .and_then(|features| {
+            detector
+                .detect(&features)
+                .map_err(|error| error.to_string())
+        });
+    Ok(detection.map(|detection| (corners, detection)))
+}
+
+fn report(
+    path: &Path,
+    read: Result<(Corners, Detection), String>,
+    shared: &Shared,
+) -> anyhow::Result<()> {
+    let report = match read {
+        Ok((corners, detection)) => Report {
+            file: path,
+            found: true,
+            bits: Some(detection.bits.to_string()),
+            centre_px: Some(corners.centre_px()),
+            pitch_px: Some(corners.pitch_px()),
+            confidence: Some(detection.confidence),
+            why: None,
+        },
+        Err(why) => Report {
+            file: path,
+            found: false,
+            bits: None,
+            centre_px: None,
+            pitch_px: None,
+            confidence: None,
+            why: Some(why),
+        },
+    };
+    if shared.json {
+        return output::json(&report);
+    }
+    match (&report.bits, &report.why, report.centre_px) {
+        (Some(bits), _, Some([x, y])) => line(&format!(
+            "{}: {bits}, panel at ({x:.2}, {y:.2}) px, LEDs {:.2} px apart, confidence {:.4}",
+            path.display(),
+            report.pitch_px.unwrap_or_default(),
+            report.confidence.unwrap_or_default()
+        )),
+        (_, why, _) => line(&format!(
+            "{}: no panel: {}",
+            path.display(),
+            why.as_deref().unwrap_or_default()
+        )),
+    }
+}

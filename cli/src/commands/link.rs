@@ -1,0 +1,259 @@
+//! `vocc link`: a message over a simulated road.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use link::fec::Code;
+use link::framing::Framer;
+use serde::Serialize;
+use sim::accuracy::Level;
+use sim::detectors::DetectorChoice;
+use sim::plan::Plan;
+use sim::road::{LinkSettings, Received, Road};
+use sim::scene::Scene;
+
+use crate::options::{Message, Shared, detector, until_interrupted};
+use crate::output::{self, Answer, Progress, line};
+use crate::pictures;
+
+/// Arguments of `vocc link`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A preset or a TOML file.
+    #[arg(default_value = "paper")]
+    scene: String,
+    #[command(flatten)]
+    message: Message,
+    /// Frames to film; two repeats of the message without it.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    frames: Option<u64>,
+    /// best, kmeans, kmeans-raw, fisher or otsu.
+    #[arg(long, default_value = "best", value_parser = detector)]
+    detector: DetectorChoice,
+    /// Save every frame in this folder, for `vocc receive`.
+    #[arg(long, value_name = "DIR")]
+    save: Option<PathBuf>,
+    /// How exactly frames are drawn: fine or fast.
+    #[arg(long, default_value = "fine", value_parser = super::evaluate::single_precision)]
+    level: Level,
+}
+
+/// The message of a run that is given none.
+const MESSAGE: &str = "Braking hard: queue behind the bend, 200 m ahead";
+/// Where the run without arguments leaves its frame.
+const FRAME_FOLDER: &str = "target/link";
+
+/// Which frames are saved.
+enum Save<'a> {
+    None,
+    First(&'a Path),
+    All(&'a Path),
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    delivered: bool,
+    message: Option<String>,
+    sent: String,
+    frames: u64,
+    bits: u64,
+    bit_errors: u64,
+    ber: f64,
+    ber_95: [f64; 2],
+    first_frame: Option<u64>,
+    last_frame: Option<u64>,
+    corrected_bits: Option<u32>,
+    unread_frames: u64,
+    straddled_frames: u64,
+    l2a: f64,
+    luminance_cd_m2: f64,
+    duty: f64,
+    exposure_s: f64,
+    iso: f64,
+    seed: u64,
+    plan: &'a Plan,
+}
+
+/// The run without arguments: a short link on the paper's scene, its first frame saved.
+pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
+    let settings = LinkSettings {
+        message: MESSAGE.into(),
+        detector: DetectorChoice::Best,
+        seed: shared.seed,
+        level: Level::Fine,
+    };
+    send(
+        &shared.scene("paper")?,
+        &settings,
+        None,
+        &Save::First(Path::new(FRAME_FOLDER)),
+        shared,
+    )
+}
+
+/// Sends, films, receives and reports.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
+    let settings = LinkSettings {
+        message,
+        detector: arguments.detector,
+        seed: shared.seed,
+        level: arguments.level,
+    };
+    let save = arguments.save.as_deref().map_or(Save::None, Save::All);
+    send(
+        &shared.scene(&arguments.scene)?,
+        &settings,
+        arguments.frames,
+        &save,
+        shared,
+    )
+}
+
+fn send(
+    scene: &Scene,
+    settings: &LinkSettings,
+    frames: Option<u64>,
+    save: &Save,
+    shared: &Shared,
+) -> anyhow::Result<Answer> {
+    let mut road = Road::new(scene, settings)?;
+    let frames = match frames {
+        Some(frames) => frames,
+        None => frames_for(scene, &settings.message)?,
+    };
+    if let Save::First(folder) | Save::All(folder) = save {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let going_on = until_interrupted()?;
+    let mut progress = Progress::new(frames, "frames");
+    let (mut received, mut unread, mut saved, mut last_loss): (
+        Option<Received>,
+        u64,
+        Option<PathBuf>,
+        Option<String>,
+    ) = Default::default();
+    let sensor = road.renderer().sensor();
+    for frame in 0..frames {
+        let report = road.frame(frame)?;
+        if let (Save::All(folder), _) | (Save::First(folder), 0) = (save, frame) {
+            let path = folder.join(format!("frame-{frame:06}.png"));
+            pictures::write_png(&path, report.grey, sensor.width, sensor.height)?;
+            saved.get_or_insert(path);
+        }
+        if let Err(loss) = &report.read {
+            unread += 1;
+            last_loss = Some(format!("frame {frame}: {loss}"));
+        }
+        received = received.or(report.delivered);
+        progress.done(frame + 1);
+        if !going_on() {
+            break;
+        }
+    }
+    drop(progress);
+    let received = received.or_else(|| road.finish());
+    report(&road, settings, received.as_ref(), unread, shared)?;
+    if !shared.json {
+        if let Some(loss) = last_loss {
+            line(&format!("unread        the last one, {loss}"))?;
+        }
+        if let Some(path) = saved {
+            line(&format!("saved         {}", path.display()))?;
+        }
+    }
+    Ok(
+        if received.is_some_and(|received| received.message == settings.message) {
+            Answer::Yes
+        } else {
+            Answer::No
+        },
+    )
+}
+
+/// Frames that film two repeats of the message, and one more for the last symbol's end.
+fn frames_for(scene: &Scene, message: &[u8]) -> anyhow::Result<u64> {
+    let panels = Framer::new(message, Code::for_length(message.len()), false)?.panels_per_repeat();
+    Ok(
+        (2.0 * f64::from(panels) * scene.camera.frame_rate_hz / scene.link.symbol_rate_hz).ceil()
+            as u64
+            + 1,
+    )
+}
+
+fn report(
+    road: &Road,
+    settings: &LinkSettings,
+    received: Option<&Received>,
+    unread_frames: u64,
+    shared: &Shared,
+) -> anyhow::Result<()> {
+    let errors = road.errors();
+    let dimming = road
+        .transmitter()
+        .dimming()
+        .context("the transmitter has seen light")?;
+    let exposure = road.renderer().view().exposure;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let report = Report {
+        delivered: received.is_some_and(|received| received.message == settings.message),
+        message: received.map(|received| text(&received.message)),
+        sent: text(&settings.message),
+        frames: errors.frames(),
+        bits: errors.bits(),
+        bit_errors: errors.errors(),
+        ber: errors.rate(),
+        ber_95: errors.interval_95(),
+        first_frame: received.map(|received| received.first_frame),
+        last_frame: received.map(|received| received.last_frame),
+        corrected_bits: received.map(|received| received.corrected_bits),
+        unread_frames,
+        straddled_frames: road.straddled(),
+        l2a: dimming.l2a.to_num(),
+        luminance_cd_m2: dimming.luminance_cd_m2.to_num(),
+        duty: f64::from(dimming.duty) / f64::from(u16::MAX),
+        exposure_s: exposure.time_s,
+        iso: exposure.iso,
+        seed: settings.seed,
+        plan: road.renderer().plan(),
+    };
+    if shared.json {
+        return output::json(&report);
+    }
+    output::plan(report.plan)?;
+    line(&format!(
+        "transmitter   L2A {:.3}, {:.1} cd/m2, duty {:.4}",
+        report.l2a, report.luminance_cd_m2, report.duty
+    ))?;
+    line(&format!(
+        "camera        1/{:.0} s at ISO {:.0}",
+        1.0 / report.exposure_s,
+        report.iso
+    ))?;
+    line(&format!("sent          {:?}", report.sent))?;
+    match received {
+        Some(received) => line(&format!(
+            "received      {:?} in frames {} to {}, {} bits corrected",
+            text(&received.message),
+            received.first_frame,
+            received.last_frame,
+            received.corrected_bits
+        ))?,
+        None => {
+            line("received      nothing: film longer (--frames), come nearer, or change the L2A")?
+        }
+    }
+    line(&format!(
+        "bit errors    {} of {} raw bits in {} frames ({} unread, {} across a symbol change)",
+        report.bit_errors,
+        report.bits,
+        report.frames,
+        report.unread_frames,
+        report.straddled_frames
+    ))?;
+    line(&format!(
+        "raw BER       {:.3e} (95 %: {:.3e} to {:.3e})",
+        report.ber, report.ber_95[0], report.ber_95[1]
+    ))
+}

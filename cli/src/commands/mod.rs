@@ -1,0 +1,10 @@
+//! The commands, one a module: arguments in, library calls, answers out.
+
+pub mod decode;
+pub mod evaluate;
+pub mod link;
+pub mod plan;
+pub mod receive;
+pub mod render;
+pub mod scene;
+pub mod transmit;

@@ -1,0 +1,170 @@
+//! `vocc render`: one camera frame.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use rand::Rng;
+use serde::Serialize;
+use sim::accuracy::Level;
+use sim::canvas::{Canvas, Region};
+use sim::random::{Purpose, stream};
+use sim::renderer::{Renderer, Shown};
+
+use link::panel::PanelFrame;
+
+use crate::options::Shared;
+use crate::output::{self, Answer, line};
+use crate::pictures;
+
+/// Arguments of `vocc render`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A preset or a TOML file.
+    #[arg(default_value = "paper")]
+    scene: String,
+    /// The picture to write, a PNG file.
+    #[arg(long)]
+    out: PathBuf,
+    /// The panel's bits, 16 hexadecimal digits, bit 8·row + column; random by seed and frame without it.
+    #[arg(long, value_parser = hexadecimal)]
+    bits: Option<u64>,
+    /// Also write the linear image, a NumPy file.
+    #[arg(long, value_name = "F.npy")]
+    linear: Option<PathBuf>,
+    /// reference, fine or fast.
+    #[arg(long, default_value = "fine")]
+    level: Level,
+    /// The number of the frame: its time, and its random numbers.
+    #[arg(long, default_value_t = 0)]
+    frame: u64,
+    /// The first panel's surroundings instead of the whole sensor.
+    #[arg(long)]
+    crop: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    bits: String,
+    centre_px: [f64; 2],
+    pitch_px: f64,
+    level: Level,
+    error_bound_grey: f64,
+    origin_px: [usize; 2],
+    size_px: [usize; 2],
+    corners_px: [[f64; 2]; 4],
+    out: PathBuf,
+    plan: sim::plan::Plan,
+}
+
+fn hexadecimal(text: &str) -> Result<u64, String> {
+    match (text.len(), u64::from_str_radix(text, 16)) {
+        (16, Ok(bits)) => Ok(bits),
+        _ => Err(format!(
+            "{text:?} is not 16 hexadecimal digits, such as 8040201008040201"
+        )),
+    }
+}
+
+/// Renders, writes and reports.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let scene = shared.scene(&arguments.scene)?;
+    let renderer = Renderer::new(&scene, arguments.level)?;
+    let mut random = stream(shared.seed, arguments.frame, Purpose::Bits);
+    let shown: Vec<Shown> = (0..scene.panels.len())
+        .map(|panel| {
+            let drawn = random.next_u64();
+            let bits = if panel == 0 {
+                arguments.bits.unwrap_or(drawn)
+            } else {
+                drawn
+            };
+            renderer.steady(panel, PanelFrame::from_bits(bits))
+        })
+        .collect();
+    let region = if arguments.crop {
+        renderer.surroundings(0)
+    } else {
+        renderer.sensor()
+    };
+    let moment = renderer.moment(arguments.frame);
+    let mut picture = vec![0; region.width * region.height];
+    if arguments.level == Level::Reference {
+        let mut canvas = Canvas::<f64>::new(region);
+        renderer.draw_exact(&moment, &shown, &mut canvas);
+        renderer.read_out_exact(shared.seed, arguments.frame, &canvas, &mut picture);
+        if let Some(path) = &arguments.linear {
+            pictures::write_npy(path, canvas.values(), region.width, region.height)?;
+        }
+    } else {
+        let mut canvas = Canvas::<f32>::new(region);
+        renderer.draw(&moment, &shown, &mut canvas);
+        renderer.read_out(shared.seed, arguments.frame, &canvas, &mut picture);
+        if let Some(path) = &arguments.linear {
+            pictures::write_npy(path, canvas.values(), region.width, region.height)?;
+        }
+    }
+    pictures::write_png(&arguments.out, &picture, region.width, region.height)?;
+    report(
+        arguments,
+        shared,
+        &renderer,
+        region,
+        shown.first().context("a scene has a panel")?,
+    )
+}
+
+fn report(
+    arguments: &Arguments,
+    shared: &Shared,
+    renderer: &Renderer,
+    region: Region,
+    shown: &Shown,
+) -> anyhow::Result<Answer> {
+    let corners_px = renderer
+        .corner_leds_px(0)
+        .map(|[x, y]| [x - region.x as f64, y - region.y as f64]);
+    let [top_left, top_right, ..] = corners_px;
+    let report = Report {
+        bits: shown.symbols[0].to_string(),
+        centre_px: [0, 1]
+            .map(|axis| corners_px.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0),
+        pitch_px: (top_right[0] - top_left[0]).hypot(top_right[1] - top_left[1]) / 7.0,
+        level: arguments.level,
+        error_bound_grey: arguments.level.error_bound_grey(),
+        origin_px: [region.x, region.y],
+        size_px: [region.width, region.height],
+        corners_px,
+        out: arguments.out.clone(),
+        plan: renderer.plan().clone(),
+    };
+    if shared.json {
+        output::json(&report)?;
+        return Ok(Answer::Yes);
+    }
+    output::plan(&report.plan)?;
+    line(&format!("bits     {}", report.bits))?;
+    line(&format!(
+        "panel    centre ({:.3}, {:.3}) px, LEDs {:.3} px apart",
+        report.centre_px[0], report.centre_px[1], report.pitch_px
+    ))?;
+    line(&format!(
+        "corners  {}",
+        report
+            .corners_px
+            .map(|[x, y]| format!("{x:.3},{y:.3}"))
+            .join(",")
+    ))?;
+    line(&format!(
+        "grey     at most {} from the reference, before rounding",
+        report.error_bound_grey
+    ))?;
+    line(&format!(
+        "written  {} ({} × {}, from ({}, {}) of the sensor)",
+        report.out.display(),
+        region.width,
+        region.height,
+        region.x,
+        region.y
+    ))?;
+    Ok(Answer::Yes)
+}

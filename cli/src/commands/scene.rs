@@ -1,0 +1,30 @@
+//! `vocc scene`: presets as files to start from.
+
+use sim::scene::{PRESETS, preset_toml};
+
+use crate::output::{Answer, line};
+
+/// Arguments of `vocc scene`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The preset; without it, all are listed.
+    name: Option<String>,
+}
+
+/// Prints the preset, or the list of presets.
+pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+    match &arguments.name {
+        Some(name) => {
+            let known = || PRESETS.map(|preset| preset.name).join(", ");
+            let text = preset_toml(name)
+                .ok_or_else(|| anyhow::anyhow!("no preset {name:?}: choose one of {}", known()))?;
+            line(text.trim_end())?;
+        }
+        None => {
+            for preset in PRESETS {
+                line(&format!("{:<14} {}", preset.name, preset.summary))?;
+            }
+        }
+    }
+    Ok(Answer::Yes)
+}

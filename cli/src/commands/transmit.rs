@@ -1,0 +1,72 @@
+//! `vocc transmit`: the panels that the transmitter would show.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use link::fec::Code;
+use link::framing::Framer;
+use link::panel::PanelFrame;
+use link::raw;
+
+use crate::options::{Message, Shared};
+use crate::output::{self, Answer, line};
+
+/// Arguments of `vocc transmit`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    message: Message,
+    /// Write the panels to this file instead of standard output.
+    #[arg(long, value_name = "F")]
+    symbols: Option<PathBuf>,
+    /// How many panels; the message once without it.
+    #[arg(long)]
+    count: Option<u32>,
+    /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
+    #[arg(long)]
+    raw: bool,
+}
+
+/// Prints the panels, a 16-digit hexadecimal word a line.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let message = arguments
+        .message
+        .bytes()?
+        .context("give a message with --message or --message-file")?;
+    let panels = panels(&message, arguments)?;
+    if let Some(path) = &arguments.symbols {
+        let text = panels.iter().fold(String::new(), |mut text, panel| {
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "{panel}");
+            text
+        });
+        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        return Ok(Answer::Yes);
+    }
+    for panel in panels {
+        if shared.json {
+            output::json(&serde_json::json!({ "panel": panel.to_string() }))?;
+        } else {
+            line(&panel.to_string())?;
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Vec<PanelFrame>> {
+    if arguments.raw {
+        anyhow::ensure!(
+            !message.is_empty(),
+            "the message is empty: give at least 1 byte"
+        );
+        let once: Vec<PanelFrame> = raw::panels(message).collect();
+        let count = arguments.count.map_or(once.len(), |count| count as usize);
+        return Ok(once.into_iter().cycle().take(count).collect());
+    }
+    let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
+    let count = arguments
+        .count
+        .unwrap_or_else(|| framer.panels_per_repeat());
+    Ok((0..count).map(|_| framer.next_panel()).collect())
+}

@@ -1,0 +1,92 @@
+//! `vocc`: optical camera communication between vehicles, from a command line.
+//!
+//! Arguments, files and printing only: the physics is in `sim`, the signal processing in `rx-pipeline`, the transmitter in
+//! `tx-firmware`. Every command is a module of [`commands`]; [`output`] prints, [`pictures`] reads and writes images.
+
+mod commands;
+mod options;
+mod output;
+mod pictures;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use options::Shared;
+use output::Answer;
+
+/// Optical camera communication between vehicles: simulate, evaluate, send and receive.
+///
+/// Without a command: a short link run on the scene `paper`.
+#[derive(Parser)]
+#[command(
+    version,
+    about,
+    after_help = "Exit status: 0 done; 1 done, and the answer is no; 2 bad input or usage."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    shared: Shared,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Send a message over a simulated road: does it arrive?
+    Link(commands::link::Arguments),
+    /// Render one camera frame.
+    Render(commands::render::Arguments),
+    /// Which effects a scene calls for, and why.
+    Plan(commands::plan::Arguments),
+    /// Monte Carlo at one setting: variances and bit error rate.
+    Evaluate(commands::evaluate::Arguments),
+    /// The panels that the transmitter would show.
+    Transmit(commands::transmit::Arguments),
+    /// The bits of single frames.
+    Decode(commands::decode::Arguments),
+    /// Messages from a sequence of frames.
+    Receive(commands::receive::Arguments),
+    /// Print a preset as a scene file to start from.
+    Scene(commands::scene::Arguments),
+}
+
+fn main() -> ExitCode {
+    let Arguments { command, shared } = Arguments::parse();
+    match run(command, &shared) {
+        Ok(Answer::Yes) => ExitCode::SUCCESS,
+        Ok(Answer::No) => ExitCode::from(1),
+        // Whoever reads the output has had enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("vocc: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
+    if let Some(threads) = shared.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()?;
+    }
+    match command {
+        None => commands::link::demonstrate(shared),
+        Some(Command::Link(arguments)) => commands::link::run(&arguments, shared),
+        Some(Command::Render(arguments)) => commands::render::run(&arguments, shared),
+        Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
+        Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
+        Some(Command::Transmit(arguments)) => commands::transmit::run(&arguments, shared),
+        Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
+        Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),
+        Some(Command::Scene(arguments)) => commands::scene::run(&arguments),
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,97 @@
+//! What goes to standard output, and progress on standard error.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use sim::plan::Plan;
+
+/// How a command that did its work ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Exit status 0.
+    Yes,
+    /// Exit status 1.
+    No,
+}
+
+/// Prints one line.
+pub fn line(text: &str) -> anyhow::Result<()> {
+    Ok(writeln!(std::io::stdout(), "{text}")?)
+}
+
+/// Prints one line of JSON.
+pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
+    line(&serde_json::to_string(value)?)
+}
+
+/// Prints a plan as a table.
+pub fn plan(plan: &Plan) -> anyhow::Result<()> {
+    line("effect           bound (grey)  simulated  why")?;
+    for decision in &plan.0 {
+        let simulated = if decision.included { "yes" } else { "no" };
+        line(&format!(
+            "{:<16} {:>12.4}  {simulated:<9}  {}",
+            decision.effect, decision.bound_grey, decision.why
+        ))?;
+    }
+    line(&format!(
+        "left out in all: at most {:.4} grey levels before rounding",
+        plan.left_out_grey()
+    ))
+}
+
+/// Progress of a run over a known number of steps: a bar on a terminal, elsewhere a line now and then.
+pub struct Progress {
+    bar: ProgressBar,
+    unit: &'static str,
+    total: u64,
+    started: Instant,
+    told: Instant,
+}
+
+/// Between two lines where there is no terminal.
+const QUIET: Duration = Duration::from_secs(10);
+
+impl Progress {
+    /// For `total` steps of a `unit`.
+    pub fn new(total: u64, unit: &'static str) -> Self {
+        let bar = if std::io::stderr().is_terminal() {
+            ProgressBar::new(total)
+        } else {
+            ProgressBar::hidden()
+        };
+        let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            bar.set_style(style);
+        }
+        Self {
+            bar,
+            unit,
+            total,
+            started: Instant::now(),
+            told: Instant::now(),
+        }
+    }
+
+    /// Tells that so many steps are done.
+    pub fn done(&mut self, steps: u64) {
+        self.bar.set_position(steps);
+        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > 0 {
+            self.told = Instant::now();
+            let rate = steps as f64 / self.started.elapsed().as_secs_f64();
+            let left_s = (self.total - steps.min(self.total)) as f64 / rate;
+            eprintln!(
+                "{steps}/{} {}, {rate:.0} a second, {left_s:.0} s left",
+                self.total, self.unit
+            );
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

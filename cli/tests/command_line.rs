@@ -1,0 +1,366 @@
+//! `vocc` as its users meet it: answers, and bad input.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn vocc(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_vocc"))
+        .args(arguments)
+        .output()
+        .expect("vocc runs")
+}
+
+/// A folder of this test's own, empty.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Asserts exit status 2, nothing on standard output, and all of `words` in the error.
+fn refused(arguments: &[&str], words: &[&str]) {
+    let output = vocc(arguments);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+    assert!(!error.contains("panicked"), "{arguments:?}: {error}");
+    for word in words {
+        assert!(
+            error.contains(word),
+            "{arguments:?} should speak of {word:?}: {error}"
+        );
+    }
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}{}", text(&output.stdout), text(&output.stderr)))
+}
+
+#[test]
+fn bad_scenes_are_refused() {
+    refused(
+        &["plan", "--set", "pose.distance_m=0"],
+        &["pose.distance_m", "0.5 to 2000"],
+    );
+    refused(
+        &["plan", "--set", "pose.distance_m=nan"],
+        &["pose.distance_m", "NaN"],
+    );
+    refused(
+        &["plan", "--set", "pose.distance_m=inf"],
+        &["pose.distance_m"],
+    );
+    refused(
+        &["plan", "--set", "pose.distance_cm=5000"],
+        &["distance_cm", "distance_m"],
+    );
+    refused(&["plan", "--set", "pose.distance_m=50m"], &["50m"]);
+    refused(&["plan", "--set", "camera.width_px=-1"], &["-1"]);
+    refused(
+        &["plan", "--set", "pose.distance_m=-3"],
+        &["pose.distance_m"],
+    );
+    refused(
+        &[
+            "render",
+            "--out",
+            "x.png",
+            "--set",
+            "panel.led_diameter_m=1",
+            "--set",
+            "pose.distance_m=0.5",
+        ],
+        &["sensor"],
+    );
+    refused(
+        &[
+            "plan",
+            "--set",
+            "pose.distance_m=0.5",
+            "--set",
+            "pose.yaw_deg=80",
+            "--set",
+            "panel.led_diameter_m=0.5",
+        ],
+        &["in front"],
+    );
+    refused(&["plan", "--set", "pose.x_m=500"], &["1920"]);
+    refused(&["plan", "--set", "pose.distance_m=2000"], &["px apart"]);
+    refused(&["plan", "no-such-scene"], &["paper-18mm"]);
+    refused(
+        &["plan", "--set", "ambient.background_image=none.png"],
+        &["none.png"],
+    );
+    refused(
+        &[
+            "plan",
+            "--set",
+            "link.l2a=table",
+            "--set",
+            "link.table=none.toml",
+        ],
+        &["none.toml"],
+    );
+    refused(&["evaluate", "--frames", "0"], &["--frames"]);
+    refused(&["evaluate", "--detector", "wizard"], &["kmeans-raw"]);
+    let scene = folder("scenes").join("broken.toml");
+    std::fs::write(&scene, "[pose]\ndistance_m = fifty\n").expect("a file");
+    refused(&["plan", scene.to_str().expect("a name")], &["line 2"]);
+    std::fs::write(&scene, "[pose]\ndistance_ft = 50\n").expect("a file");
+    refused(
+        &["plan", scene.to_str().expect("a name")],
+        &["distance_ft", "line 2"],
+    );
+}
+
+#[test]
+fn bad_messages_are_refused() {
+    refused(&["link", "--message", ""], &["1", "1024"]);
+    refused(&["link", "--message", &"x".repeat(1025)], &["1025", "1024"]);
+    refused(&["transmit"], &["--message"]);
+    refused(&["transmit", "--message-file", "none.txt"], &["none.txt"]);
+}
+
+#[test]
+fn bad_images_are_refused() {
+    let folder = folder("images");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    image::ImageBuffer::<image::Luma<u16>, _>::from_pixel(64, 64, image::Luma([9]))
+        .save(path("deep.png"))
+        .expect("a file");
+    image::RgbImage::from_pixel(64, 64, image::Rgb([1, 2, 3]))
+        .save(path("colour.png"))
+        .expect("a file");
+    image::GrayImage::from_pixel(64, 64, image::Luma([7]))
+        .save(path("black.png"))
+        .expect("a file");
+    let whole = std::fs::read(path("black.png")).expect("a file");
+    std::fs::write(path("truncated.png"), &whole[..whole.len() / 2]).expect("a file");
+    std::fs::write(path("empty.png"), b"").expect("a file");
+    std::fs::write(path("none.pgm"), b"P5\n0 0\n255\n").expect("a file");
+    refused(&["decode", &path("deep.png")], &["deep.png", "8-bit grey"]);
+    refused(
+        &["decode", &path("colour.png")],
+        &["colour.png", "8-bit grey"],
+    );
+    refused(&["decode", &path("truncated.png")], &["truncated.png"]);
+    refused(&["decode", &path("empty.png")], &["empty.png"]);
+    refused(&["decode", &path("none.pgm")], &["none.pgm"]);
+    refused(&["decode", &path("missing.png")], &["missing.png"]);
+    refused(&["receive", &path("missing.png")], &["missing.png"]);
+    refused(&["receive", "-"], &["--raw"]);
+    refused(&["receive", "-", "--raw", "0x10"], &["WIDTHxHEIGHT"]);
+    let crossed = "10,10,50,50,50,10,10,50";
+    refused(
+        &["decode", &path("black.png"), "--corners", crossed],
+        &["corner"],
+    );
+    refused(
+        &[
+            "decode",
+            &path("black.png"),
+            "--corners",
+            "10,10,50,10,50,50",
+        ],
+        &["--corners"],
+    );
+    refused(
+        &[
+            "decode",
+            &path("black.png"),
+            "--corners",
+            "1,1,nan,1,9,9,1,9",
+        ],
+        &[],
+    );
+    refused(
+        &[
+            "decode",
+            &path("black.png"),
+            "--corners",
+            "10,10,90,10,90,90,10,90",
+        ],
+        &["black.png"],
+    );
+    refused(
+        &["decode", &path("black.png"), "--detector", "fisher"],
+        &["fisher"],
+    );
+    // A good image without a panel is no bad input: the answer is no.
+    let answer = vocc(&["decode", "--json", &path("black.png")]);
+    assert_eq!(answer.status.code(), Some(1));
+    assert_eq!(json(&answer)["found"], false);
+    // A bad image among good ones takes nothing from them.
+    let answer = vocc(&["decode", &path("empty.png"), &path("black.png")]);
+    assert_eq!(answer.status.code(), Some(2));
+    assert!(text(&answer.stdout).contains("black.png"));
+}
+
+#[test]
+fn what_is_sent_is_received() {
+    let frames = folder("frames");
+    let frames = frames.to_str().expect("a name");
+    let link = vocc(&[
+        "link",
+        "--json",
+        "--message",
+        "Ice on the bridge",
+        "--save",
+        frames,
+    ]);
+    assert_eq!(link.status.code(), Some(0), "{}", text(&link.stderr));
+    let link = json(&link);
+    assert_eq!(
+        (&link["delivered"], &link["bit_errors"]),
+        (&true.into(), &0.into())
+    );
+    assert!(link["plan"].as_array().is_some_and(|plan| {
+        plan.iter()
+            .any(|effect| effect["effect"] == "blur" && effect["included"] == true)
+    }));
+    let receive = vocc(&["receive", "--json", frames]);
+    assert_eq!(
+        (receive.status.code(), &json(&receive)["message"]),
+        (Some(0), &"Ice on the bridge".into())
+    );
+    let transmit = vocc(&["transmit", "--message", "Ice on the bridge", "--count", "1"]);
+    let decode = vocc(&["decode", "--json", &format!("{frames}/frame-000000.png")]);
+    assert_eq!(json(&decode)["bits"], text(&transmit.stdout).trim());
+}
+
+#[test]
+fn raw_frames_come_in_on_standard_input() {
+    let folder = folder("raw");
+    let frames = folder.to_str().expect("a name");
+    assert_eq!(
+        vocc(&["link", "--message", "hi", "--save", frames])
+            .status
+            .code(),
+        Some(0)
+    );
+    let mut names: Vec<_> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    names.sort();
+    let bytes: Vec<u8> = names
+        .iter()
+        .flat_map(|name| image::open(name).expect("a frame").into_luma8().into_raw())
+        .collect();
+    let raw = folder.join("frames.gray");
+    let receive = |bytes: &[u8]| {
+        std::fs::write(&raw, bytes).expect("a file");
+        let input = std::fs::File::open(&raw).expect("the file");
+        Command::new(env!("CARGO_BIN_EXE_vocc"))
+            .args(["receive", "-", "--raw", "1920x1080"])
+            .stdin(input)
+            .output()
+            .expect("vocc runs")
+    };
+    let whole = receive(&bytes);
+    assert_eq!(whole.status.code(), Some(0));
+    assert!(text(&whole.stdout).contains("\"hi\""));
+    let cut = receive(&bytes[..bytes.len() - 1000]);
+    assert_eq!(cut.status.code(), Some(2));
+    assert!(
+        text(&cut.stdout).contains("\"hi\""),
+        "what came whole is not lost"
+    );
+    assert!(text(&cut.stderr).contains("inside a frame"));
+}
+
+#[test]
+fn renders_are_what_they_are_asked_to_be() {
+    let folder = folder("render");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let bits = "8040201008040201";
+    for level in ["reference", "fine", "fast"] {
+        let output = vocc(&[
+            "render",
+            "--json",
+            "--crop",
+            "--bits",
+            bits,
+            "--level",
+            level,
+            "--out",
+            &path("crop.png"),
+            "--linear",
+            &path("crop.npy"),
+        ]);
+        let report = json(&output);
+        assert_eq!(
+            (&report["bits"], &report["level"]),
+            (&bits.into(), &level.into())
+        );
+        let corners: Vec<String> = report["corners_px"]
+            .as_array()
+            .expect("corners")
+            .iter()
+            .flat_map(|c| [c[0].to_string(), c[1].to_string()])
+            .collect();
+        let decoded = vocc(&[
+            "decode",
+            "--json",
+            &path("crop.png"),
+            "--corners",
+            &corners.join(","),
+        ]);
+        assert_eq!(json(&decoded)["bits"], bits, "{level}");
+    }
+    let first = std::fs::read(path("crop.png")).expect("a picture");
+    vocc(&[
+        "render",
+        "--crop",
+        "--bits",
+        bits,
+        "--level",
+        "fast",
+        "--threads",
+        "1",
+        "--out",
+        &path("crop.png"),
+    ]);
+    assert_eq!(first, std::fs::read(path("crop.png")).expect("a picture"));
+    refused(
+        &["render", "--out", &path("x.png"), "--bits", "12"],
+        &["16 hexadecimal digits"],
+    );
+    refused(
+        &["render", "--out", &path("no/such/folder.png")],
+        &["no/such"],
+    );
+}
+
+#[test]
+fn every_preset_can_be_printed_and_planned() {
+    for preset in [
+        "paper",
+        "paper-18mm",
+        "paper-iso3200",
+        "day",
+        "dusk",
+        "night",
+        "fog",
+    ] {
+        let printed = vocc(&["scene", preset]);
+        let file = folder(&format!("preset-{preset}")).join("scene.toml");
+        std::fs::write(&file, &printed.stdout).expect("a file");
+        let lines = |name: &str| text(&vocc(&["plan", "--json", name]).stdout);
+        let plan = lines(preset);
+        assert!(
+            plan.lines().count() >= 14
+                && plan
+                    .lines()
+                    .all(|line| serde_json::from_str::<serde_json::Value>(line).is_ok()),
+            "{preset}"
+        );
+        assert_eq!(plan, lines(file.to_str().expect("a name")), "{preset}");
+    }
+    refused(&["scene", "noon"], &["night"]);
+}
