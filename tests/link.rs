@@ -1,0 +1,119 @@
+//! The whole link: the transmitter's code, a rendered road, the receiver's code.
+
+use sim::accuracy::Level;
+use sim::detectors::DetectorChoice;
+use sim::road::{LinkSettings, Received, Road};
+use sim::scene::Scene;
+
+const MESSAGE: &[u8] = b"A vehicle stands behind the bend";
+
+fn settings(detector: DetectorChoice) -> LinkSettings {
+    LinkSettings {
+        message: MESSAGE.into(),
+        detector,
+        seed: 1,
+        level: Level::Fast,
+    }
+}
+
+/// What arrives within a number of frames, the bit errors of those frames, and how many of them could not be read.
+fn run(
+    overrides: &[String],
+    settings: &LinkSettings,
+    frames: impl IntoIterator<Item = u64>,
+) -> (Option<Received>, u64, u64) {
+    let scene = Scene::load("paper", overrides).expect("a valid scene");
+    let mut road = Road::new(&scene, settings).expect("a usable link");
+    let (mut received, mut unread) = (None, 0);
+    for frame in frames {
+        let report = road.frame(frame).expect("a panel in view");
+        unread += u64::from(report.read.is_err());
+        received = received.or(report.delivered);
+    }
+    let received = received.or_else(|| road.finish());
+    (received, road.errors().errors(), unread)
+}
+
+fn message(received: &Option<Received>) -> Option<&[u8]> {
+    received
+        .as_ref()
+        .map(|received| received.message.as_slice())
+}
+
+#[test]
+fn a_message_arrives_at_every_distance_and_interval() {
+    for distance in [30, 50, 70] {
+        for interval in [0.5, 1.0, 1.5, 2.0] {
+            let overrides = [
+                format!("pose.distance_m={distance}"),
+                format!("panel.interval={interval}"),
+                "link.l2a=1.5".into(),
+            ];
+            let (received, errors, unread) =
+                run(&overrides, &settings(DetectorChoice::Best), 0..24);
+            let case = format!("{distance} m, interval {interval}");
+            assert_eq!(message(&received), Some(MESSAGE), "{case}");
+            assert_eq!(unread, 0, "{case}");
+            // What can be seen wrongly is the closest LEDs from afar.
+            assert!(
+                errors == 0 || (distance == 70 && interval == 0.5),
+                "{case}: {errors} errors"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_detector_reads_the_paper_s_panel() {
+    for detector in [
+        DetectorChoice::KMeans,
+        DetectorChoice::KMeansRaw,
+        DetectorChoice::Fisher,
+        DetectorChoice::Otsu,
+    ] {
+        let (received, errors, _) = run(&[], &settings(detector), 0..24);
+        assert_eq!(
+            (message(&received), errors),
+            (Some(MESSAGE), 0),
+            "{detector:?}"
+        );
+    }
+}
+
+#[test]
+fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
+    let kept = (5..60).filter(|frame| frame % 7 != 3);
+    let (received, ..) = run(&[], &settings(DetectorChoice::Best), kept);
+    assert_eq!(message(&received), Some(MESSAGE));
+}
+
+#[test]
+fn a_slower_panel_is_seen_twice_and_read_once() {
+    let (received, errors, _) = run(
+        &["link.symbol_rate_hz=50".into()],
+        &settings(DetectorChoice::Best),
+        0..48,
+    );
+    assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
+}
+
+#[test]
+fn a_tilted_panel_off_the_axis_delivers_too() {
+    let overrides = [
+        "pose.roll_deg=6",
+        "pose.yaw_deg=12",
+        "pose.x_m=2",
+        "pose.y_m=-1",
+        "pose.distance_m=40",
+    ]
+    .map(String::from);
+    let (received, ..) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    assert_eq!(message(&received), Some(MESSAGE));
+}
+
+#[test]
+fn a_dark_panel_delivers_nothing_and_says_why() {
+    let overrides = ["panel.luminance_max_cd_m2=1.0", "panel.reflectance=0.18"].map(String::from);
+    let (received, _, unread) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    assert_eq!((message(&received), unread), (None, 24));
+}

@@ -1,0 +1,67 @@
+//! The same seed gives the same bytes, on one thread or on two.
+
+use sim::accuracy::Level;
+use sim::detectors::DetectorChoice;
+use sim::evaluate::{Evaluation, Evaluator, Settings};
+use sim::scene::Scene;
+
+fn evaluate(preset: &str, threads: usize, seed: u64) -> Evaluation {
+    let scene = Scene::load(preset, &[]).expect("a preset");
+    let settings = Settings {
+        frames: 3000,
+        seed,
+        random_reflectance: true,
+        detector: DetectorChoice::Best,
+        level: Level::Fast,
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads");
+    pool.install(|| {
+        Evaluator::new(&scene, settings)
+            .expect("a visible scene")
+            .run(|_| true)
+            .expect("measurable frames")
+    })
+}
+
+#[test]
+fn threads_change_nothing() {
+    for preset in ["paper", "night"] {
+        let one = evaluate(preset, 1, 7);
+        assert_eq!(one, evaluate(preset, 2, 7), "{preset}");
+        assert_ne!(
+            one,
+            evaluate(preset, 2, 8),
+            "{preset}: another seed must differ, or this shows nothing"
+        );
+    }
+}
+
+#[test]
+fn a_frame_does_not_depend_on_those_before_it() {
+    let scene = Scene::load("night", &[]).expect("a preset");
+    let settings = Settings {
+        frames: 0,
+        seed: 7,
+        random_reflectance: true,
+        detector: DetectorChoice::Best,
+        level: Level::Fast,
+    };
+    let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
+    let mut workspace = evaluator.workspace();
+    let alone = evaluator
+        .read(40, &mut evaluator.workspace())
+        .expect("a measurable frame");
+    for frame in [3, 40] {
+        let after_another = evaluator
+            .read(frame, &mut workspace)
+            .expect("a measurable frame");
+        assert_eq!(
+            after_another.features.gri == alone.features.gri,
+            frame == 40
+        );
+        assert_eq!(after_another.bits == alone.bits, frame == 40);
+    }
+}

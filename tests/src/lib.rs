@@ -1,0 +1,118 @@
+//! What the tests across crates share: the reference frames in `frames/` and their truth.
+
+pub mod straightforward;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+/// One reference frame.
+#[derive(Debug)]
+pub struct ReferenceFrame {
+    /// Folder and number, such as `parallel/frame-0003`.
+    pub name: String,
+    /// What is known of it.
+    pub truth: Truth,
+    /// The 8-bit picture.
+    pub png: PathBuf,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Linear values, row by row.
+    pub linear: Vec<f32>,
+}
+
+/// The truth of a reference frame.
+#[derive(Debug, Deserialize)]
+pub struct Truth {
+    /// Eight rows of eight characters, `1` for On.
+    pub bits: Vec<String>,
+    /// What it was drawn from.
+    pub params: Params,
+    /// Linear value of an Off LED.
+    pub lin_off: f64,
+    /// Linear value of an On LED.
+    pub lin_on: f64,
+    /// Pixel positions of the corner LEDs: top left, top right, bottom right, bottom left.
+    pub led_corner_centres_px: [[f64; 2]; 4],
+    /// Where the crop begins on the sensor.
+    pub image_origin_in_sensor_px: [f64; 2],
+}
+
+/// What a reference frame was drawn from.
+#[derive(Debug, Deserialize)]
+pub struct Params {
+    /// Distance in metres.
+    pub distance: f64,
+    /// Gap over diameter.
+    pub interval: f64,
+    /// LED-to-ambient ratio.
+    pub l2a: f64,
+    /// Blur in px.
+    pub sigma: f64,
+    /// Turns, in degrees.
+    pub roll: f64,
+    /// About the vertical.
+    pub yaw: f64,
+    /// About the horizontal.
+    pub tilt: f64,
+}
+
+impl Truth {
+    /// The 64 bits, LED 8·row + column at that bit.
+    pub fn bits(&self) -> u64 {
+        let cells = self.bits.iter().flat_map(|row| row.bytes());
+        cells
+            .enumerate()
+            .fold(0, |bits, (led, cell)| bits | u64::from(cell == b'1') << led)
+    }
+}
+
+/// The reference frames of a folder, `parallel` or `tilted`, in order.
+///
+/// # Panics
+/// When a frame is missing or damaged: then no test of it can pass.
+pub fn reference_frames(folder: &str) -> Vec<ReferenceFrame> {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("frames")
+        .join(folder);
+    let entries =
+        fs::read_dir(&directory).unwrap_or_else(|error| panic!("{}: {error}", directory.display()));
+    let mut truths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("a readable folder").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "json"))
+        .collect();
+    truths.sort();
+    truths.iter().map(|path| load(folder, path)).collect()
+}
+
+fn load(folder: &str, path: &Path) -> ReferenceFrame {
+    let fault =
+        |error: &dyn std::fmt::Display| -> String { format!("{}: {error}", path.display()) };
+    let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let truth = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let bytes =
+        fs::read(path.with_extension("npy")).unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let npy =
+        npyz::NpyFile::new(bytes.as_slice()).unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let [height, width] = *npy.shape() else {
+        panic!("{}", fault(&"not a matrix"))
+    };
+    let linear = npy
+        .into_vec::<f32>()
+        .unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let number = path
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    ReferenceFrame {
+        name: format!("{folder}/{number}"),
+        truth,
+        png: path.with_extension("png"),
+        width: width as usize,
+        height: height as usize,
+        linear,
+    }
+}
