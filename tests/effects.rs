@@ -8,17 +8,17 @@ use sim::canvas::Canvas;
 use sim::effects;
 use sim::grey;
 use sim::plan::Plan;
-use sim::renderer::Renderer;
-use sim::scene::Scene;
+use sim::renderer::{Renderer, Shown};
+use sim::scene::{Pose, Scene};
 
-/// Random scenes in which every effect but the photograph has something to do.
+/// Random scenes in which every effect but the photograph has something to do; [`scene`] adds a second panel.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
     let geometry = (
         20.0..70.0f64,
         0.4..2.0f64,
         -15.0..15.0f64,
         -30.0..30.0f64,
-        -1.5..1.5f64,
+        -0.2..0.2f64,
     );
     let light = (
         0.3..0.5f64,
@@ -46,7 +46,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
             format!("panel.interval={interval}"),
             format!("pose.roll_deg={roll}"),
             format!("pose.yaw_deg={yaw}"),
-            format!("pose.x_m={x}"),
+            format!("pose.x_m={}", x * distance),
             format!("pose.velocity_m_s=[{speed}, 0, {speed}]"),
             format!("panel.reflectance={reflectance}"),
             format!("panel.led_spread={spread}"),
@@ -71,10 +71,15 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
 fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(frame);
-    let mut shown = renderer.steady(0, PanelFrame::default());
-    shown.symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
+    let shown = [0, 1].map(|index| {
+        let symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
+        Shown {
+            symbols,
+            ..renderer.steady(index, PanelFrame::default())
+        }
+    });
     let mut canvas = Canvas::<f64>::new(region_of.surroundings(0));
-    renderer.draw_exact(&renderer.moment(frame), &[shown], &mut canvas);
+    renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
     canvas
         .values()
         .iter()
@@ -98,7 +103,19 @@ fn scene(
         .into_iter()
         .map(|(name, mode)| format!("effects.{name}={mode}"));
     let settings: Vec<String> = settings.iter().cloned().chain(modes).collect();
-    Scene::load("paper", &settings).expect("a valid scene")
+    let mut scene = Scene::load("paper", &settings).expect("a valid scene");
+    // Another vehicle, above the first in the picture and clear of it.
+    let above = Pose {
+        distance_m: 70.0,
+        x_m: scene.pose.x_m * 70.0 / scene.pose.distance_m,
+        y_m: -2.2,
+        ..Pose::default()
+    };
+    scene.panels.push(sim::scene::Panel {
+        pose: Some(above),
+        ..Default::default()
+    });
+    scene
 }
 
 /// The effects that change the mean image: all but the noise, whose bound is a quantile and is tested by itself.
@@ -159,7 +176,8 @@ fn an_effect_at_its_neutral_value_changes_no_byte() {
 #[test]
 fn clear_air_is_called_for_at_70_m_and_not_at_30() {
     for (distance, called_for) in [(30, false), (70, true)] {
-        let scene = scene(&[format!("pose.distance_m={distance}")], []);
+        let scene =
+            Scene::load("paper", &[format!("pose.distance_m={distance}")]).expect("a valid scene");
         let plan = Plan::of(&sim::view::View::new(&scene).expect("a visible scene"));
         assert_eq!(plan.includes("atmosphere"), called_for, "{distance} m");
     }

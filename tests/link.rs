@@ -117,3 +117,19 @@ fn a_dark_panel_delivers_nothing_and_says_why() {
     let (received, _, unread) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
     assert_eq!((message(&received), unread), (None, 24));
 }
+
+#[test]
+fn a_rolling_shutter_within_one_symbol_changes_nothing() {
+    // All rows are exposed within the symbol that began before the first: 2 ms of readout in 10.
+    let overrides = ["camera.readout_s=0.002", "link.phase=0.2"].map(String::from);
+    let (received, errors, _) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
+}
+
+#[test]
+fn a_rolling_shutter_shows_the_panel_the_symbol_of_its_own_rows() {
+    // The panel's rows, half-way down the sensor, are exposed 5 ms after the first row: one symbol later.
+    let overrides = ["camera.readout_s=0.0099", "link.phase=0.7"].map(String::from);
+    let (received, errors, _) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
+}

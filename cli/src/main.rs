@@ -59,7 +59,7 @@ fn main() -> ExitCode {
         // Whoever reads the output has had enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("vocc: {error:#}");
+            eprintln!("vocc: {}", output::explain(&error));
             ExitCode::from(2)
         }
     }
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
 fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
     if let Some(threads) = shared.threads {
         rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.get())
+            .num_threads(threads.into())
             .build_global()?;
     }
     match command {

@@ -1,12 +1,14 @@
 //! Options that several commands share, and what they mean.
 
-use std::num::NonZeroUsize;
+use std::fs::File;
+use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use clap::Args;
+use link::framing::MESSAGE_MAX;
 use rx_pipeline::detect::Detector;
 use sim::detectors::{DETECTORS, DetectorChoice};
 use sim::scene::Scene;
@@ -20,9 +22,9 @@ pub struct Shared {
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1, global = true)]
     pub seed: u64,
-    /// Threads; all processors by default.
-    #[arg(long, global = true)]
-    pub threads: Option<NonZeroUsize>,
+    /// Threads, 1 to 1024; all processors by default.
+    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// Print JSON and nothing else on standard output.
     #[arg(long, global = true)]
     pub json: bool,
@@ -72,9 +74,13 @@ impl Message {
         match (&self.message, &self.message_file) {
             (Some(text), _) => Ok(Some(text.clone().into_bytes())),
             (None, Some(path)) => {
-                Ok(Some(std::fs::read(path).with_context(|| {
-                    format!("cannot read the message from {}", path.display())
-                })?))
+                let mut bytes = Vec::new();
+                // One byte too many is enough to be refused.
+                let limit = MESSAGE_MAX as u64 + 1;
+                File::open(path)
+                    .and_then(|file| file.take(limit).read_to_end(&mut bytes))
+                    .with_context(|| format!("cannot read the message from {}", path.display()))?;
+                Ok(Some(bytes))
             }
             (None, None) => Ok(None),
         }

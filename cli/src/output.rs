@@ -16,6 +16,18 @@ pub enum Answer {
     No,
 }
 
+/// An error and its causes, each said once.
+pub fn explain(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .fold(String::new(), |text, cause| match text.contains(&cause) {
+            _ if text.is_empty() => cause,
+            true => text,
+            false => format!("{text}: {cause}"),
+        })
+}
+
 /// Prints one line.
 pub fn line(text: &str) -> anyhow::Result<()> {
     Ok(writeln!(std::io::stdout(), "{text}")?)

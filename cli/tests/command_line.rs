@@ -107,6 +107,19 @@ fn bad_scenes_are_refused() {
         &["none.toml"],
     );
     refused(&["evaluate", "--frames", "0"], &["--frames"]);
+    refused(
+        &["evaluate", "--frames", "18446744073709551615"],
+        &["--frames"],
+    );
+    refused(&["plan", "--threads", "1000000"], &["1..=1024"]);
+    refused(
+        &["plan", "--set", "link.symbol_rate_hz=10000"],
+        &["link.symbol_rate_hz"],
+    );
+    refused(
+        &["link", "--set", "link.l2a=10"],
+        &["link.l2a = 10", "0.2 to 4"],
+    );
     refused(&["evaluate", "--detector", "wizard"], &["kmeans-raw"]);
     let scene = folder("scenes").join("broken.toml");
     std::fs::write(&scene, "[pose]\ndistance_m = fifty\n").expect("a file");
@@ -363,4 +376,50 @@ fn every_preset_can_be_printed_and_planned() {
         assert_eq!(plan, lines(file.to_str().expect("a name")), "{preset}");
     }
     refused(&["scene", "noon"], &["night"]);
+}
+
+#[test]
+fn a_bad_frame_is_a_lost_frame_and_not_the_end() {
+    let folder = folder("lossy");
+    let frames = folder.to_str().expect("a name");
+    assert_eq!(
+        vocc(&[
+            "link",
+            "--message",
+            "hi there, road",
+            "--frames",
+            "30",
+            "--save",
+            frames
+        ])
+        .status
+        .code(),
+        Some(0)
+    );
+    std::fs::write(folder.join("frame-000002.png"), b"junk").expect("a file");
+    let receive = vocc(&["receive", frames]);
+    assert_eq!(receive.status.code(), Some(2));
+    assert!(
+        text(&receive.stdout).contains("hi there, road"),
+        "{}",
+        text(&receive.stderr)
+    );
+    assert!(text(&receive.stderr).contains("frame-000002.png"));
+}
+
+#[test]
+fn a_panel_that_drives_out_of_view_ends_the_run_and_loses_nothing() {
+    let settings = [
+        "--set",
+        "pose.velocity_m_s=[60,0,0]",
+        "--set",
+        "pose.x_m=10",
+    ];
+    let link = vocc(&[&["link", "--json", "--frames", "400"], settings.as_slice()].concat());
+    let frames = json(&link)["frames"].as_u64();
+    assert!(
+        frames.is_some_and(|frames| frames > 1 && frames < 60),
+        "{frames:?}"
+    );
+    assert!(text(&link.stderr).contains("ended early"));
 }

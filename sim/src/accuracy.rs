@@ -2,7 +2,7 @@
 //!
 //! | level | numbers | declared bound against the reference, unrounded grey | for |
 //! |---|---|---|---|
-//! | `reference` | f64, error function | 0 (it is the yardstick; its own linear error is about 1e-12) | tests, other levels |
+//! | `reference` | f64, error function | 0 (it is the yardstick; its own linear error is about 1e-12, 1e-4 where the blur is left out) | tests, other levels |
 //! | `fine` | f32, table | 0.01 | figures, pictures |
 //! | `fast` | f32, table | 0.25: half of what rounding does | Monte Carlo |
 
@@ -50,6 +50,9 @@ impl FromStr for Level {
     }
 }
 
+/// The relative step of f32, rounded up.
+const F32_STEP: f64 = 1e-7;
+
 /// The knobs that a level turns, for one scene. Each bounds one error, as a part of an LED's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
@@ -65,8 +68,8 @@ impl Accuracy {
     /// The knobs that keep `level`'s bound where pixels are at least as bright as `floor` and LEDs exceed it by at most
     /// `excess` (both linear), under a blur of `sigma_px` and a gamma of `gamma`.
     ///
-    /// The bound is divided by the steepest slope of the grey curve and by the excess, and shared out in four equal
-    /// parts: quadrature, truncation, table, and f32 with all else.
+    /// The bound is shared out in four equal parts: quadrature, truncation, table, and f32 with all else. No part is asked to be
+    /// finer than f32 is, so the bound holds for scenes whose floor is at least a thousandth of their brightest LED.
     pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
         let share = match level {
             Level::Reference => {
@@ -78,8 +81,9 @@ impl Accuracy {
             }
             Level::Fine | Level::Fast => level.error_bound_grey() / 4.0,
         };
-        let slope = grey::greatest_change(floor, 1e-4, gamma) / 1e-4;
-        let part = (share / (slope * excess.max(1e-3))).clamp(1e-7, 1e-2);
+        // The curve is steepest at the floor, so what moves the grey by its share there does so nowhere less.
+        let allowed = grey::linear(grey::unrounded(floor, gamma) + share, gamma) - floor;
+        let part = (allowed / excess.max(1e-3)).clamp(F32_STEP, 1e-2);
         // The table errs by CURVATURE/(8·σ²·n²), in each of up to about eight terms that overlap.
         let per_px = (CURVATURE / (sigma_px.max(0.1).powi(2) * part)).sqrt();
         Self {

@@ -21,6 +21,8 @@ pub struct Moment {
     pub since_change_s: f64,
     /// How long a symbol is shown, in seconds.
     pub symbol_s: f64,
+    /// Seconds of the transmitter's clock in one of the camera's.
+    pub transmitter_rate: f64,
 }
 
 impl Moment {
@@ -30,11 +32,12 @@ impl Moment {
     /// use sim::{clock::Moment, exposure::Exposure, scene::Scene};
     /// let scene = Scene::load("paper", &[])?;
     /// let moment = Moment::of(&scene, &Exposure::of(&scene), 7);
-    /// assert_eq!((moment.symbol, moment.middle_symbol()), (7, 0));
+    /// assert_eq!((moment.symbol, moment.middle_symbol(0.0)), (7, 0));
     /// # Ok::<(), sim::scene::SceneError>(())
     /// ```
     pub fn of(scene: &Scene, exposure: &Exposure, frame: u64) -> Self {
-        let symbol_s = 1.0 / (scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6));
+        let transmitter_rate = 1.0 + scene.link.clock_ppm * 1e-6;
+        let symbol_s = 1.0 / (scene.link.symbol_rate_hz * transmitter_rate);
         let start_s = frame as f64 / scene.camera.frame_rate_hz;
         // A start within a nanosecond of a change belongs after it, whatever the rounding.
         let symbols = start_s / symbol_s + scene.link.phase;
@@ -46,12 +49,14 @@ impl Moment {
             symbol: symbol as u64,
             since_change_s: (symbols - symbol).max(0.0) * symbol_s,
             symbol_s,
+            transmitter_rate,
         }
     }
 
-    /// Which symbol of the window that begins with [`Moment::symbol`] is shown in the middle of the exposure.
-    pub fn middle_symbol(&self) -> usize {
-        let middle = (self.since_change_s + self.exposure_s / 2.0) / self.symbol_s;
+    /// Which symbol of the window that begins with [`Moment::symbol`] is shown in the middle of an exposure begun `delay_s`
+    /// late.
+    pub fn middle_symbol(&self, delay_s: f64) -> usize {
+        let middle = (self.since_change_s + delay_s + self.exposure_s / 2.0) / self.symbol_s;
         (middle as usize).min(WINDOW - 1)
     }
 
@@ -100,7 +105,7 @@ mod tests {
             (shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9,
             "{shares:?}"
         );
-        assert_eq!(moment.middle_symbol(), 1);
+        assert_eq!(moment.middle_symbol(0.0), 1);
         assert!((moment.shares(0.03).iter().sum::<f64>() - 1.0).abs() < 1e-9);
     }
 }

@@ -16,13 +16,12 @@ use link::panel::PanelFrame;
 
 use crate::accuracy::Level;
 use crate::canvas::{Canvas, Region};
-use crate::clock::{Moment, WINDOW};
 use crate::detectors::DetectorChoice;
-use crate::random::{self, Purpose, stream};
+use crate::random::{Purpose, stream, uniform};
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::statistics::{Distinguishability, FrameErrors, Moments};
-use crate::view::ViewError;
+use crate::view::{View, ViewError};
 
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
 pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
@@ -112,6 +111,7 @@ pub struct Workspace {
     canvas: Canvas<f32>,
     grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
+    shown: Vec<Shown>,
 }
 
 /// One frame as it was read.
@@ -128,7 +128,8 @@ impl Evaluator {
     /// # Errors
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
-        let renderer = Renderer::new(scene, settings.level)?;
+        let range = settings.random_reflectance.then_some(REFLECTANCES);
+        let renderer = Renderer::of(View::with_reflectances(scene, range)?, settings.level)?;
         let region = renderer.surroundings(0);
         let corners = region_corners(&renderer, region)?;
         let mut evaluator = Self {
@@ -163,6 +164,9 @@ impl Evaluator {
             canvas: Canvas::new(self.region),
             grey: vec![0; self.region.width * self.region.height],
             map: Box::new(CellMap::empty()),
+            shown: (0..self.renderer.view().panels.len())
+                .map(|index| self.renderer.steady(index, PanelFrame::default()))
+                .collect(),
         }
     }
 
@@ -233,9 +237,16 @@ impl Evaluator {
     /// # Errors
     /// When it cannot be measured.
     pub fn read(&self, frame: u64, workspace: &mut Workspace) -> Result<Reading, EvaluateError> {
-        let (moment, shown) = self.draw_frame(frame);
-        let Workspace { canvas, grey, map } = workspace;
-        self.renderer.draw(&moment, &[shown], canvas);
+        let Workspace {
+            canvas,
+            grey,
+            map,
+            shown,
+        } = workspace;
+        let moment = self.renderer.moment(frame);
+        self.draw_frame(frame, shown);
+        self.renderer.draw(&moment, shown, canvas);
+        let shown = shown[0];
         self.renderer
             .read_out(self.settings.seed, frame, canvas, grey);
         let Region { width, height, .. } = self.region;
@@ -248,35 +259,30 @@ impl Evaluator {
         )?;
         let features = Features::measure(&Frame::new(grey, width, height)?, map)?;
         Ok(Reading {
-            bits: shown.symbols[moment.middle_symbol()],
+            bits: self.renderer.truth(0, &moment, &shown),
             features,
         })
     }
 
-    /// The random part of a frame: symbols, phase, reflectance.
-    fn draw_frame(&self, frame: u64) -> (Moment, Shown) {
+    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
+    fn draw_frame(&self, frame: u64, shown: &mut [Shown]) {
         let mut random = stream(self.settings.seed, frame, Purpose::Phase);
-        let symbols: [PanelFrame; WINDOW] =
-            std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
-        let shift_px = [random::uniform(&mut random), random::uniform(&mut random)];
         let view = self.renderer.view();
-        let panel = &view.panels[0];
-        let light = if self.settings.random_reflectance {
-            let [low, high] = REFLECTANCES;
-            let reflectance = low + (high - low) * random::uniform(&mut random);
-            view.exposure
-                .led_light(&view.scene, &panel.panel, reflectance, panel.l2a)
-        } else {
-            panel.light
-        };
-        (
-            self.renderer.moment(frame),
-            Shown {
-                symbols,
-                light,
-                shift_px,
-            },
-        )
+        for (index, shown) in shown.iter_mut().enumerate() {
+            shown.symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
+            if index > 0 {
+                continue;
+            }
+            shown.shift_px = [uniform(&mut random), uniform(&mut random)];
+            if self.settings.random_reflectance {
+                let [low, high] = REFLECTANCES;
+                let reflectance = low + (high - low) * uniform(&mut random);
+                let panel = &view.panels[0];
+                shown.light =
+                    view.exposure
+                        .led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+            }
+        }
     }
 
     /// Fisher's discriminant from frames that are not those evaluated.

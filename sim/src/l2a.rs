@@ -1,6 +1,6 @@
 //! Which LED-to-ambient ratio a panel of the scene is driven to.
 
-use link::l2a_table::{L2aTable, TableError};
+use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
 use serde::Deserialize;
 
 use crate::scene::{L2a, Panel, Scene};
@@ -23,6 +23,24 @@ pub enum L2aError {
         path: String,
         /// Where and what.
         source: Box<toml::de::Error>,
+    },
+    /// A ratio that no transmitter carries.
+    #[error(
+        "link.l2a = {ratio}: a transmitter keeps to {L2A_MIN} to {L2A_MAX}; other ratios can be rendered and evaluated, but not sent"
+    )]
+    Ratio {
+        /// The ratio.
+        ratio: f64,
+    },
+    /// A row of the table that is longer or shorter than its axis.
+    #[error("link.table: row {row} of l2a has {found} ratios, and there are {wanted} intervals")]
+    Ragged {
+        /// Which row, from 0.
+        row: usize,
+        /// Its length.
+        found: usize,
+        /// The length it should have.
+        wanted: usize,
     },
     /// Its numbers are not allowed.
     #[error("link.table: {0}")]
@@ -50,6 +68,19 @@ pub fn read_table(path: &str) -> Result<L2aTable, L2aError> {
         path: path.into(),
         source: Box::new(source),
     })?;
+    let wanted = file.interval.len();
+    let ragged = file
+        .l2a
+        .iter()
+        .enumerate()
+        .find(|(_, row)| row.len() != wanted);
+    if let Some((row, ratios)) = ragged {
+        return Err(L2aError::Ragged {
+            row,
+            found: ratios.len(),
+            wanted,
+        });
+    }
     Ok(L2aTable::new(
         &file.illuminance_lx,
         &file.interval,
@@ -64,10 +95,20 @@ pub fn read_table(path: &str) -> Result<L2aTable, L2aError> {
 /// As [`read_table`].
 pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
     match (&scene.link.l2a, &scene.link.table) {
+        (L2a::Ratio(ratio), _) if !(f64::from(L2A_MIN)..=f64::from(L2A_MAX)).contains(ratio) => {
+            Err(L2aError::Ratio { ratio: *ratio })
+        }
         (L2a::Ratio(ratio), _) => Ok(L2aTable::new(&[1.0], &[1.0], &[*ratio as f32])?),
         (L2a::Table(_), Some(path)) => read_table(path),
         (L2a::Table(_), None) => Ok(L2aTable::placeholder()),
     }
+}
+
+/// The luminance of an On LED of `panel` at full duty: its top luminance, or, where that is unlimited, what the highest
+/// ratio of a transmitter asks for in the scene's light.
+pub fn full_luminance_cd_m2(scene: &Scene, panel: &Panel) -> f64 {
+    let unlimited = f64::from(L2A_MAX) * scene.ambient.illuminance_lx * panel.reflectance;
+    panel.luminance_max_cd_m2.unwrap_or(unlimited)
 }
 
 /// The ratio for `panel` in the scene's light.

@@ -117,6 +117,32 @@ fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -
     })
 }
 
+/// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of the exposure.
+pub fn place(
+    camera: &Camera,
+    panel: &PanelView,
+    recipe: &Recipe,
+    after_s: f64,
+    at: DVec2,
+) -> DVec2 {
+    let projection = moved(camera, panel, after_s);
+    let centre = projection.pixel(DVec2::ZERO);
+    let point = if recipe.exact_perspective {
+        projection.pixel(at)
+    } else {
+        centre + projection.jacobian(DVec2::ZERO) * at
+    };
+    distorted(
+        camera,
+        recipe.distortion_k1,
+        Ellipse {
+            centre: point,
+            shape: DMat2::IDENTITY,
+        },
+    )
+    .centre
+}
+
 /// The panel's projection after it has moved for `after_s`.
 fn moved(camera: &Camera, panel: &PanelView, after_s: f64) -> Projection {
     let velocity = DVec3::from_array(panel.pose.velocity_m_s);

@@ -10,8 +10,15 @@ use crate::noise::Noise;
 
 /// A factor on the light of each LED, frame by frame.
 pub trait LedStage: Send + Sync {
-    /// Multiplies each LED's own light over the exposure by what the effect makes of it.
-    fn apply(&self, panel: usize, moment: &Moment, own_light: &mut [f64; LEDS]);
+    /// Multiplies each LED's own light over its exposure, which begins `delay_s` after the moment, by what the effect makes
+    /// of it.
+    fn apply(
+        &self,
+        panel: usize,
+        moment: &Moment,
+        delay_s: &[f64; LEDS],
+        own_light: &mut [f64; LEDS],
+    );
 }
 
 /// A change of the linear values of a row of pixels.

@@ -1,5 +1,7 @@
 //! From a scene and the panels' bits to what the camera records.
 
+use std::sync::OnceLock;
+
 use glam::DVec2;
 use link::panel::{LEDS, PanelFrame, SIDE};
 
@@ -11,13 +13,13 @@ use crate::effects;
 use crate::exposure::LedLight;
 use crate::grey::{self, Encoder};
 use crate::kernel::{Exact, Kernel, Real, Square, Tabulated};
-use crate::layout::Layout;
+use crate::layout::{self, Layout};
 use crate::noise::FlatNoise;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::recipe::Recipe;
-use crate::scene::Scene;
-use crate::view::{View, ViewError};
+use crate::scene::{Camera, Scene};
+use crate::view::{BOARD_CORNERS, PanelView, View, ViewError};
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]
@@ -44,10 +46,13 @@ pub struct Renderer {
     margin_px: f64,
     /// For each panel drawn: its layouts over the exposure with their weights.
     layouts: Vec<Vec<(f64, Layout)>>,
+    /// The panels drawn, the farthest first: a near board covers what is behind it.
+    far_to_near: Vec<usize>,
     /// For each panel drawn: its board's centre and image.
     boards: Vec<Option<(DVec2, Chords)>>,
     encoder: Encoder,
-    flat_noise: Option<FlatNoise>,
+    /// Noise of the plain background, made when a whole frame is first asked for.
+    flat_noise: OnceLock<FlatNoise>,
 }
 
 impl Renderer {
@@ -56,7 +61,15 @@ impl Renderer {
     /// # Errors
     /// When the scene cannot be seen: see [`ViewError`].
     pub fn new(scene: &Scene, level: Level) -> Result<Self, ViewError> {
-        let view = View::new(scene)?;
+        Self::of(View::new(scene)?, level)
+    }
+
+    /// A renderer for a scene worked out.
+    ///
+    /// # Errors
+    /// When an effect moves a panel off the sensor.
+    pub fn of(view: View, level: Level) -> Result<Self, ViewError> {
+        let scene = &view.scene;
         let plan = Plan::of(&view);
         let recipe = plan.recipe(&view);
         let accuracy = Accuracy::new(
@@ -90,13 +103,14 @@ impl Renderer {
                 .panel
                 .board_reflectance
                 .filter(|_| recipe.boards)
-                .map(|_| board(panel, recipe.sigma_px))
+                .map(|_| board(&scene.camera, panel, &recipe))
         });
         let boards = boards.collect();
-        let flat_noise = recipe
-            .noise
-            .as_ref()
-            .map(|noise| FlatNoise::new(noise, view.exposure.background));
+        let mut far_to_near: Vec<usize> = (0..drawn).collect();
+        far_to_near.sort_by(|&a, &b| {
+            let [a, b] = [a, b].map(|index| view.panels[index].pose.distance_m);
+            b.total_cmp(&a)
+        });
         let per_px = accuracy.table_per_px.max(1);
         Ok(Self {
             exact: Exact::new(recipe.sigma_px),
@@ -105,7 +119,8 @@ impl Renderer {
             margin_px,
             layouts,
             boards,
-            flat_noise,
+            flat_noise: OnceLock::new(),
+            far_to_near,
             view,
             plan,
             recipe,
@@ -141,8 +156,16 @@ impl Renderer {
     /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel.
     pub fn surroundings(&self, index: usize) -> Region {
         let panel = &self.view.panels[index];
-        let corners = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)]
-            .map(|(r, c)| panel.projection.pixel(panel.projection.led_m(r, c)));
+        let camera = &self.view.scene.camera;
+        let corners = BOARD_CORNERS.map(|(row, column)| {
+            layout::place(
+                camera,
+                panel,
+                &self.recipe,
+                0.0,
+                panel.projection.led_m(row, column),
+            )
+        });
         let centres = self
             .layouts
             .get(index)
@@ -264,9 +287,13 @@ impl Renderer {
         } = canvas.region();
         let sensor = self.sensor();
         if width < sensor.width || height < sensor.height {
-            match &self.flat_noise {
-                None => grey.fill(self.encoder.grey(self.view.exposure.background as f32)),
-                Some(flat) => flat.fill(grey, &mut stream(seed, moment.frame, Purpose::Background)),
+            let background = self.view.exposure.background;
+            match &self.recipe.noise {
+                None => grey.fill(self.encoder.grey(background as f32)),
+                Some(noise) => self
+                    .flat_noise
+                    .get_or_init(|| FlatNoise::new(noise, background))
+                    .fill(grey, &mut stream(seed, moment.frame, Purpose::Background)),
             }
         }
         let mut random = stream(seed, moment.frame, Purpose::Noise);
@@ -321,6 +348,33 @@ impl Renderer {
         })
     }
 
+    /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
+    pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
+        let delay_s = self.delays_s(index);
+        let on =
+            (0..LEDS).filter(|&led| shown.symbols[moment.middle_symbol(delay_s[led])].led(led));
+        PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
+    }
+
+    /// Whether the exposure of any LED of panel `index` is shared between symbols.
+    pub fn straddles(&self, index: usize, moment: &Moment) -> bool {
+        let shared = |delay_s: &f64| {
+            moment
+                .shares(*delay_s)
+                .iter()
+                .filter(|&&share| share > 0.0)
+                .count()
+                > 1
+        };
+        self.delays_s(index).iter().any(shared)
+    }
+
+    /// How much later than the sensor's first row each LED of a panel is exposed.
+    fn delays_s(&self, index: usize) -> [f64; LEDS] {
+        let ellipses = &self.view.panels[index].ellipses;
+        std::array::from_fn(|led| self.recipe.row_delay_s * ellipses[led].centre.y)
+    }
+
     fn compose<K: Kernel>(
         &self,
         kernel: &K,
@@ -329,7 +383,10 @@ impl Renderer {
         canvas: &mut Canvas<K::Real>,
     ) {
         self.draw_background(canvas);
-        for (index, (shown, layouts)) in shown.iter().zip(&self.layouts).enumerate() {
+        for &index in &self.far_to_near {
+            let (Some(shown), layouts) = (shown.get(index), &self.layouts[index]) else {
+                continue;
+            };
             let shift = DVec2::from_array(shown.shift_px);
             if let Some((centre, chords)) = &self.boards[index] {
                 self.draw_board(kernel, index, *centre + shift, chords, canvas);
@@ -419,28 +476,20 @@ impl Renderer {
     /// By how much each LED of a panel is brighter than what is behind it.
     fn amplitudes(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
         let panel = &self.view.panels[index];
-        let mut own = [0.0; LEDS];
-        if self.recipe.mix_symbols {
-            let steady = moment.shares(0.0);
-            for (led, own) in own.iter_mut().enumerate() {
-                let shares = if self.recipe.row_delay_s == 0.0 {
-                    steady
-                } else {
-                    moment.shares(self.recipe.row_delay_s * panel.ellipses[led].centre.y)
-                };
-                *own = shown
-                    .symbols
-                    .iter()
-                    .zip(shares)
-                    .map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share)
-                    .sum();
-            }
+        let delay_s = self.delays_s(index);
+        let mut own: [f64; LEDS] = if self.recipe.mix_symbols {
+            std::array::from_fn(|led| {
+                let shares = moment.shares(delay_s[led]);
+                let seen = shown.symbols.iter().zip(shares);
+                seen.map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share)
+                    .sum()
+            })
         } else {
-            let symbol = shown.symbols[moment.middle_symbol()];
-            own = std::array::from_fn(|led| f64::from(u8::from(symbol.led(led))));
-        }
+            let truth = self.truth(index, moment, shown);
+            std::array::from_fn(|led| f64::from(u8::from(truth.led(led))))
+        };
         for stage in &self.recipe.led_stages {
-            stage.apply(index, moment, &mut own);
+            stage.apply(index, moment, &delay_s, &mut own);
         }
         let air = self.recipe.air[index];
         let board = self.board_light(index);
@@ -463,13 +512,20 @@ impl Renderer {
     }
 }
 
-/// The centre and the image of a panel's board of 8 × 8 pitches.
-fn board(panel: &crate::view::PanelView, sigma_px: f64) -> (DVec2, Chords) {
-    let corners = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)]
-        .map(|(r, c)| panel.projection.pixel(panel.projection.led_m(r, c)));
+/// The centre and the image of a panel's board of 8 × 8 pitches, where it is in the middle of the exposure.
+fn board(camera: &Camera, panel: &PanelView, recipe: &Recipe) -> (DVec2, Chords) {
+    let corners = BOARD_CORNERS.map(|(row, column)| {
+        layout::place(
+            camera,
+            panel,
+            recipe,
+            0.0,
+            panel.projection.led_m(row, column),
+        )
+    });
     let centre = corners.iter().sum::<DVec2>() / 4.0;
     (
         centre,
-        Chords::of_polygon(&corners.map(|corner| corner - centre), sigma_px),
+        Chords::of_polygon(&corners.map(|corner| corner - centre), recipe.sigma_px),
     )
 }

@@ -34,8 +34,8 @@ use crate::view::ViewError;
 
 /// The most pixels of a panel that the receiver can hold.
 const PANEL_PIXELS: usize = 256 * 256;
-/// The L2A that no transmitter exceeds, for which an unlimited panel is given room.
-const L2A_MAX: f64 = 4.0;
+/// The blurs that the receiver's locator knows.
+const LOCATOR_BLUR_PX: [f64; 2] = [0.3, 4.0];
 
 /// Why a link cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -146,7 +146,11 @@ impl Road {
             ReceiverSettings {
                 locator: LocatorSettings {
                     gamma: scene.camera.gamma as f32,
-                    blur_sigma_px: scene.camera.blur_sigma_px as f32,
+                    blur_sigma_px: scene
+                        .camera
+                        .blur_sigma_px
+                        .clamp(LOCATOR_BLUR_PX[0], LOCATOR_BLUR_PX[1])
+                        as f32,
                 },
                 detector,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
@@ -180,8 +184,8 @@ impl Road {
         &self.transmitter
     }
 
-    /// Bit errors so far, of the frames that were read; each is held against what the panel showed in the middle of the
-    /// exposure. Frames without a reading count as wrong in all On bits.
+    /// Bit errors so far; each frame is held against what the panel showed in the middle of the exposure. Frames without a
+    /// reading count as wrong in all On bits.
     pub fn errors(&self) -> &FrameErrors {
         &self.errors
     }
@@ -199,13 +203,8 @@ impl Road {
         self.move_panels(frame)?;
         let moment = self.renderer.moment(frame);
         let shown = self.shown(&moment);
-        let sent = shown[0].symbols[moment.middle_symbol()];
-        let straddled = moment
-            .shares(0.0)
-            .iter()
-            .filter(|&&share| share > 0.0)
-            .count()
-            > 1;
+        let sent = self.renderer.truth(0, &moment, &shown[0]);
+        let straddled = self.renderer.straddles(0, &moment);
         self.renderer
             .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
@@ -324,10 +323,7 @@ fn transmitter(scene: &Scene, message: &[u8]) -> Result<Transmitter<RecordingMat
 /// for here; a luminance floor becomes a shortest pulse.
 fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
     let panel = &scene.panels[0];
-    let full = panel
-        .luminance_max_cd_m2
-        .unwrap_or(L2A_MAX * scene.ambient.illuminance_lx * panel.reflectance)
-        .max(1.0);
+    let full = l2a::full_luminance_cd_m2(scene, panel).max(1.0);
     let period_ns = if panel.pwm_hz > 0.0 {
         1e9 / panel.pwm_hz
     } else {

@@ -68,6 +68,9 @@ pub enum ViewError {
     },
 }
 
+/// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.
+pub const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
+
 /// The least depth of any part of a panel.
 pub const DEPTH_MIN_M: f64 = 0.1;
 /// The least distance of neighbouring LEDs in the image.
@@ -115,6 +118,14 @@ impl View {
     /// # Errors
     /// When a panel is behind the camera, off the sensor or too small, or a file the scene names cannot be used.
     pub fn new(scene: &Scene) -> Result<Self, ViewError> {
+        Self::with_reflectances(scene, None)
+    }
+
+    /// The same where the first panel's reflectance will be anything in a range: its linear range then holds for all of them.
+    ///
+    /// # Errors
+    /// As [`View::new`].
+    pub fn with_reflectances(scene: &Scene, range: Option<[f64; 2]>) -> Result<Self, ViewError> {
         let exposure = Exposure::of(scene);
         let panels = (0..scene.panels.len())
             .map(|index| panel_view(scene, &exposure, index))
@@ -123,7 +134,7 @@ impl View {
             Some(path) => photograph(scene, Path::new(path), exposure.background)?,
             None => Vec::new(),
         };
-        let (floor, peak) = linear_range(scene, &exposure, &panels, &photograph);
+        let (floor, peak) = linear_range(scene, &exposure, &panels, &photograph, range);
         let mut view = Self {
             scene: scene.clone(),
             exposure,
@@ -282,19 +293,23 @@ fn linear_range(
     exposure: &Exposure,
     panels: &[PanelView],
     photograph: &[f32],
+    reflectances: Option<[f64; 2]>,
 ) -> (f64, f64) {
     let mut floor = exposure.background;
     let mut peak = exposure.background;
     for (index, view) in panels.iter().enumerate() {
         let air = effects::atmosphere::transmission(scene, view.pose.distance_m);
-        floor = floor.min(view.light.off * air);
-        let own = view.light.on - view.light.off;
         let gain = 1.0
             + effects::pwm::stray(scene, exposure, view)
                 .max(effects::scanning::stray(exposure, view));
-        peak = peak.max(
-            view.light.off + own * gain * effects::led_spread::greatest_gain(&view.panel, index),
-        ) + effects::airlight::veil(scene, exposure, view.pose.distance_m);
+        let gain = gain * effects::led_spread::greatest_gain(&view.panel, index);
+        let veil = effects::airlight::veil(scene, exposure, view.pose.distance_m);
+        let range = reflectances.filter(|_| index == 0).into_iter().flatten();
+        for reflectance in range.chain([view.panel.reflectance]) {
+            let light = exposure.led_light(scene, &view.panel, reflectance, view.l2a);
+            floor = floor.min(light.off * air);
+            peak = peak.max(light.off + (light.on - light.off) * gain + veil);
+        }
         if let Some(reflectance) = view.panel.board_reflectance {
             floor = floor.min(
                 exposure.linear(scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
             Err(error) => {
                 bad += 1;
-                eprintln!("vocc: {error:#}");
+                eprintln!("vocc: {}", output::explain(&error));
             }
         }
     }

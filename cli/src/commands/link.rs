@@ -135,8 +135,17 @@ fn send(
         Option<String>,
     ) = Default::default();
     let sensor = road.renderer().sensor();
+    let mut ended = None;
     for frame in 0..frames {
-        let report = road.frame(frame)?;
+        let report = match road.frame(frame) {
+            Ok(report) => report,
+            // A panel that drives out of view ends the run, not what came before.
+            Err(error) if frame > 0 => {
+                ended = Some(format!("frame {frame}: {error}"));
+                break;
+            }
+            Err(error) => return Err(error.into()),
+        };
         if let (Save::All(folder), _) | (Save::First(folder), 0) = (save, frame) {
             let path = folder.join(format!("frame-{frame:06}.png"));
             pictures::write_png(&path, report.grey, sensor.width, sensor.height)?;
@@ -155,6 +164,9 @@ fn send(
     drop(progress);
     let received = received.or_else(|| road.finish());
     report(&road, settings, received.as_ref(), unread, shared)?;
+    if let Some(why) = ended {
+        eprintln!("the run ended early, {why}");
+    }
     if !shared.json {
         if let Some(loss) = last_loss {
             line(&format!("unread        the last one, {loss}"))?;

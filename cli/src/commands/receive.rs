@@ -63,14 +63,27 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             .context("frames on standard input have no size: give it with --raw WIDTHxHEIGHT")?;
         receive_raw(&mut reception, width, height)?;
     } else {
+        let mut bad = 0;
         for path in frames_of(&arguments.sources)? {
-            let image = pictures::read_grey(&path)?;
-            reception.take(&Frame::new(
-                image.as_raw(),
-                image.width() as usize,
-                image.height() as usize,
-            )?)?;
+            let taken = pictures::read_grey(&path).and_then(|image| {
+                reception.take(&Frame::new(
+                    image.as_raw(),
+                    image.width() as usize,
+                    image.height() as usize,
+                )?)
+            });
+            if let Err(error) = taken {
+                bad += 1;
+                reception.lose(&output::explain(&error));
+            }
         }
+        let answer = reception.finish()?;
+        ensure!(
+            bad == 0,
+            "{bad} of {} frames could not be used",
+            reception.frames
+        );
+        return Ok(answer);
     }
     reception.finish()
 }
@@ -195,6 +208,12 @@ impl<'a> Reception<'a> {
         }
         self.messages += tell(&event, self.json)?;
         Ok(())
+    }
+
+    /// Counts a frame that cannot be used.
+    fn lose(&mut self, why: &str) {
+        eprintln!("frame {}: {why}", self.frames);
+        self.frames += 1;
     }
 
     fn finish(&mut self) -> anyhow::Result<Answer> {

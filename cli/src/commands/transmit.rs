@@ -1,6 +1,7 @@
 //! `vocc transmit`: the panels that the transmitter would show.
 
-use std::fmt::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -35,26 +36,32 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         .bytes()?
         .context("give a message with --message or --message-file")?;
     let panels = panels(&message, arguments)?;
-    if let Some(path) = &arguments.symbols {
-        let text = panels.iter().fold(String::new(), |mut text, panel| {
-            // Writing to a String cannot fail.
-            let _ = writeln!(text, "{panel}");
-            text
-        });
-        std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
-        return Ok(Answer::Yes);
-    }
-    for panel in panels {
-        if shared.json {
-            output::json(&serde_json::json!({ "panel": panel.to_string() }))?;
-        } else {
-            line(&panel.to_string())?;
+    let Some(path) = &arguments.symbols else {
+        for panel in panels {
+            if shared.json {
+                output::json(&serde_json::json!({ "panel": panel.to_string() }))?;
+            } else {
+                line(&panel.to_string())?;
+            }
         }
-    }
+        return Ok(Answer::Yes);
+    };
+    let write = || {
+        let mut file = BufWriter::new(File::create(path)?);
+        for panel in panels {
+            writeln!(file, "{panel}")?;
+        }
+        file.flush()
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))?;
     Ok(Answer::Yes)
 }
 
-fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Vec<PanelFrame>> {
+/// The panels one after another: as many as are asked for, or the message once.
+fn panels(
+    message: &[u8],
+    arguments: &Arguments,
+) -> anyhow::Result<Box<dyn Iterator<Item = PanelFrame>>> {
     if arguments.raw {
         anyhow::ensure!(
             !message.is_empty(),
@@ -62,11 +69,11 @@ fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Vec<PanelFram
         );
         let once: Vec<PanelFrame> = raw::panels(message).collect();
         let count = arguments.count.map_or(once.len(), |count| count as usize);
-        return Ok(once.into_iter().cycle().take(count).collect());
+        return Ok(Box::new(once.into_iter().cycle().take(count)));
     }
     let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
     let count = arguments
         .count
         .unwrap_or_else(|| framer.panels_per_repeat());
-    Ok((0..count).map(|_| framer.next_panel()).collect())
+    Ok(Box::new((0..count).map(move |_| framer.next_panel())))
 }

@@ -65,6 +65,7 @@ impl crate::recipe::LedStage for Gains {
         &self,
         panel: usize,
         _moment: &crate::clock::Moment,
+        _delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {
         for (light, gain) in own_light.iter_mut().zip(&self.panels[panel]) {

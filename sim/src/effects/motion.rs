@@ -4,6 +4,9 @@ use super::Effect;
 use crate::recipe::Recipe;
 use crate::view::View;
 
+/// The most moments of one exposure: beyond 64 px of way, steps grow.
+const MOST_MOMENTS: f64 = 256.0;
+
 /// See the [module](self).
 pub struct Motion;
 
@@ -21,7 +24,7 @@ impl Effect for Motion {
     }
 
     fn cost(&self) -> &'static str {
-        "LEDs are drawn up to 8 times"
+        "LEDs are drawn once for each quarter pixel"
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
@@ -31,7 +34,7 @@ impl Effect for Motion {
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
         // One moment for each quarter pixel keeps the steps far below the blur.
-        let count = (way_px(view) * 4.0).ceil().clamp(1.0, 8.0);
+        let count = (way_px(view) * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
         let moment = |k: usize| {
             (
                 ((k as f64 + 0.5) / count - 0.5) * view.exposure.time_s,

@@ -1,6 +1,7 @@
 //! Shot noise and read noise. A pixel at grey 255 holds `full_well_e`·100/ISO electrons.
 
 use super::Effect;
+use crate::grey;
 use crate::recipe::Recipe;
 use crate::view::View;
 
@@ -32,13 +33,16 @@ impl Effect for SensorNoise {
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
     fn bound_grey(&self, view: &View) -> f64 {
         let noise = crate::noise::Noise::new(&view.scene, &view.exposure);
-        let steps = 200;
-        let saturated = crate::grey::linear(255.0, view.scene.camera.gamma);
+        let gamma = view.scene.camera.gamma;
+        let [darkest, brightest] =
+            [view.floor, view.peak].map(|linear| grey::unrounded(linear, gamma));
         let level = |k: i32| {
-            view.floor
-                * (view.peak.min(saturated) / view.floor).powf(f64::from(k) / f64::from(steps))
+            grey::linear(
+                darkest + (brightest - darkest) * f64::from(k) / 200.0,
+                gamma,
+            )
         };
-        (0..=steps)
+        (0..=200)
             .map(|k| noise.rare_change_grey(level(k)))
             .fold(0.0, f64::max)
     }

@@ -1,9 +1,11 @@
 //! Dimming by pulses: the luminance that an exposure really receives, from the phase and number of the periods it holds.
 //!
-//! The duty is the wanted luminance over the panel's top luminance, or a half where that is unlimited.
+//! The duty is the wanted luminance over the panel's top luminance, where that is unlimited, what the highest ratio asks for.
 
 use super::Effect;
+use crate::clock::Moment;
 use crate::exposure::Exposure;
+use crate::l2a;
 use crate::recipe::Recipe;
 use crate::scene::Scene;
 use crate::view::{PanelView, View};
@@ -42,7 +44,7 @@ impl Effect for Pwm {
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
         let panels = view.panels.iter().map(|panel| {
-            (panel.panel.scan_rows == 0).then(|| Pulses {
+            (panel.panel.scan_rows < 2).then(|| Pulses {
                 hz: panel.panel.pwm_hz,
                 duty: duty(&view.scene, panel),
             })
@@ -56,7 +58,7 @@ impl Effect for Pwm {
 /// How far the light of an exposure can stray from its mean, relatively: by (1 − duty) of a period, or duty of one, whichever is
 /// less, over duty·exposure.
 pub fn stray(scene: &Scene, exposure: &Exposure, panel: &PanelView) -> f64 {
-    if panel.panel.pwm_hz == 0.0 || panel.panel.scan_rows > 0 {
+    if panel.panel.pwm_hz == 0.0 || panel.panel.scan_rows > 1 {
         return 0.0;
     }
     let duty = duty(scene, panel);
@@ -65,10 +67,7 @@ pub fn stray(scene: &Scene, exposure: &Exposure, panel: &PanelView) -> f64 {
 
 fn duty(scene: &Scene, panel: &PanelView) -> f64 {
     let wanted = panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance;
-    panel
-        .panel
-        .luminance_max_cd_m2
-        .map_or(0.5, |top| (wanted / top).clamp(1e-6, 1.0))
+    (wanted / l2a::full_luminance_cd_m2(scene, &panel.panel)).clamp(1e-6, 1.0)
 }
 
 /// Pulses of a frequency and a duty, the first beginning at time 0.
@@ -81,13 +80,24 @@ pub struct Pulses {
 }
 
 impl Pulses {
-    /// The light between two times over its long-term mean, for pulses that begin `delay` of a period late.
-    pub fn received(&self, start_s: f64, length_s: f64, delay: f64) -> f64 {
+    /// The light of an exposure begun `delay_s` after `moment` over the long-term mean, for pulses that begin `late` of a
+    /// period late. The pulses follow the transmitter's clock.
+    pub fn during(&self, moment: &Moment, delay_s: f64, late: f64) -> f64 {
+        let rate = moment.transmitter_rate;
+        self.received(
+            (moment.start_s + delay_s) * rate,
+            moment.exposure_s * rate,
+            late,
+        )
+    }
+
+    /// The light between two times over its long-term mean, for pulses that begin `late` of a period late.
+    pub fn received(&self, start_s: f64, length_s: f64, late: f64) -> f64 {
         if self.hz <= 0.0 {
             return 1.0;
         }
         let lit = |time_s: f64| {
-            let periods = time_s * self.hz - delay;
+            let periods = time_s * self.hz - late;
             (periods.floor() * self.duty) + periods.rem_euclid(1.0).min(self.duty)
         };
         (lit(start_s + length_s) - lit(start_s)) / (length_s * self.hz * self.duty)
@@ -103,11 +113,13 @@ impl crate::recipe::LedStage for Drive {
         &self,
         panel: usize,
         moment: &crate::clock::Moment,
+        delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {
         if let Some(pulses) = self.panels[panel] {
-            let factor = pulses.received(moment.start_s, moment.exposure_s, 0.0);
-            own_light.iter_mut().for_each(|light| *light *= factor);
+            for (light, delay_s) in own_light.iter_mut().zip(delay_s) {
+                *light *= pulses.during(moment, *delay_s, 0.0);
+            }
         }
     }
 }

@@ -13,7 +13,7 @@ impl Effect for RollingShutter {
     }
 
     fn model(&self) -> &'static str {
-        "the exposure of a row begins readout x row / rows after that of the first"
+        "the exposure of a row begins readout x row / (rows - 1) after that of the first"
     }
 
     fn keys(&self) -> &'static [&'static str] {
@@ -47,6 +47,6 @@ impl Effect for RollingShutter {
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.row_delay_s = view.scene.camera.readout_s / view.scene.camera.height_px as f64;
+        recipe.row_delay_s = view.scene.camera.readout_s / (view.scene.camera.height_px - 1) as f64;
     }
 }

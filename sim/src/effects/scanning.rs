@@ -58,6 +58,7 @@ impl crate::recipe::LedStage for Scan {
         &self,
         panel: usize,
         moment: &crate::clock::Moment,
+        delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {
         let (rows, hz) = self.panels[panel];
@@ -68,10 +69,9 @@ impl crate::recipe::LedStage for Scan {
             hz,
             duty: 1.0 / f64::from(rows),
         };
-        for (row, leds) in own_light.chunks_exact_mut(link::panel::SIDE).enumerate() {
-            let delay = (row as u32 % rows) as f64 / f64::from(rows);
-            let factor = slot.received(moment.start_s, moment.exposure_s, delay);
-            leds.iter_mut().for_each(|light| *light *= factor);
+        for (led, (light, delay_s)) in own_light.iter_mut().zip(delay_s).enumerate() {
+            let row = (led / link::panel::SIDE) as u32;
+            *light *= slot.during(moment, *delay_s, f64::from(row % rows) / f64::from(rows));
         }
     }
 }

@@ -143,7 +143,7 @@ noise = "off"
 
 const DAY: &str = r#"
 [[panel]]
-pwm_hz = 60000
+pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 10000
 [link]
@@ -155,7 +155,7 @@ clock_ppm = 100
 
 const DUSK: &str = r#"
 [[panel]]
-pwm_hz = 60000
+pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 500
 [link]
@@ -167,7 +167,7 @@ clock_ppm = 100
 
 const NIGHT: &str = r#"
 [[panel]]
-pwm_hz = 60000
+pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 50
 [link]
@@ -179,7 +179,7 @@ clock_ppm = 100
 
 const FOG: &str = r#"
 [[panel]]
-pwm_hz = 60000
+pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 5000
 [atmosphere]

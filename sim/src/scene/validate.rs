@@ -151,6 +151,15 @@ impl Scene {
             within("link.l2a", ratio, 0.01, 10.0)?;
         }
         within("link.symbol_rate_hz", link.symbol_rate_hz, 0.1, 10_000.0)?;
+        // One exposure may see the symbol at its start and two more.
+        let longest_s = self.camera.exposure_max_s + self.camera.readout_s;
+        let fastest = (crate::clock::WINDOW - 1) as f64 / longest_s;
+        within(
+            "link.symbol_rate_hz (times exposure_max_s + readout_s)",
+            link.symbol_rate_hz,
+            0.1,
+            fastest,
+        )?;
         within("link.phase", link.phase, 0.0, 1.0)?;
         within("link.clock_ppm", link.clock_ppm, -10_000.0, 10_000.0)
     }
