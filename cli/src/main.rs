@@ -1,12 +1,14 @@
 //! `vocc`: optical camera communication between vehicles, from a command line.
 //!
 //! Arguments, files and printing only: the physics is in `sim`, the signal processing in `rx-pipeline`, the transmitter in
-//! `tx-firmware`. Every command is a module of [`commands`]; [`output`] prints, [`pictures`] reads and writes images.
+//! `tx-firmware`. Every command is a module of [`commands`]; [`output`] prints, [`pictures`] reads and writes images, [`results`]
+//! keeps what long runs have finished.
 
 mod commands;
 mod options;
 mod output;
 mod pictures;
+mod results;
 
 use std::process::ExitCode;
 
@@ -41,6 +43,8 @@ enum Command {
     Plan(commands::plan::Arguments),
     /// Monte Carlo at one setting: variances and bit error rate.
     Evaluate(commands::evaluate::Arguments),
+    /// Add the shards of an evaluation up.
+    Merge(commands::merge::Arguments),
     /// The panels that the transmitter would show.
     Transmit(commands::transmit::Arguments),
     /// The bits of single frames.
@@ -77,6 +81,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Render(arguments)) => commands::render::run(&arguments, shared),
         Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
+        Some(Command::Merge(arguments)) => commands::merge::run(&arguments, shared),
         Some(Command::Transmit(arguments)) => commands::transmit::run(&arguments, shared),
         Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
         Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),

@@ -5,7 +5,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use sim::accuracy::Level;
+use sim::evaluate::Evaluation;
 use sim::plan::Plan;
+
+use crate::results::Run;
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +55,69 @@ pub fn plan(plan: &Plan) -> anyhow::Result<()> {
     line(&format!(
         "left out in all: at most {:.4} grey levels before rounding",
         plan.left_out_grey()
+    ))
+}
+
+#[derive(Serialize)]
+struct Evaluated<'a> {
+    frames: u64,
+    bvar: f64,
+    wvar: f64,
+    b2w: f64,
+    ber: f64,
+    ber_95: [f64; 2],
+    bits: u64,
+    bit_errors: u64,
+    seconds: Option<f64>,
+    seed: u64,
+    level: Level,
+    plan: &'a Plan,
+}
+
+/// Prints the outcome of an evaluation; `seconds` where it is known how long it took.
+pub fn evaluation(
+    run: &Run,
+    evaluation: &Evaluation,
+    seconds: Option<f64>,
+    as_json: bool,
+) -> anyhow::Result<()> {
+    let (variances, errors) = (evaluation.distinguishability(), evaluation.errors);
+    let decided = Plan::of(&run.view()?);
+    let report = Evaluated {
+        frames: errors.frames(),
+        bvar: variances.bvar,
+        wvar: variances.wvar,
+        b2w: variances.b2w,
+        ber: errors.rate(),
+        ber_95: errors.interval_95(),
+        bits: errors.bits(),
+        bit_errors: errors.errors(),
+        seconds,
+        seed: run.seed(),
+        level: run.level(),
+        plan: &decided,
+    };
+    if as_json {
+        return json(&report);
+    }
+    plan(report.plan)?;
+    match seconds {
+        Some(seconds) => line(&format!(
+            "frames     {} in all, {seconds:.2} s of work",
+            report.frames
+        ))?,
+        None => line(&format!("frames     {}", report.frames))?,
+    }
+    line(&format!("Bvar       {:.2}", report.bvar))?;
+    line(&format!("Wvar       {:.2}", report.wvar))?;
+    line(&format!("B2W        {:.2}", report.b2w))?;
+    line(&format!(
+        "bit errors {} of {}",
+        report.bit_errors, report.bits
+    ))?;
+    line(&format!(
+        "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
+        report.ber, report.ber_95[0], report.ber_95[1]
     ))
 }
 

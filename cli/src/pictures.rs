@@ -70,7 +70,10 @@ pub fn write_npy<T: npyz::AutoSerialize + Copy>(
 }
 
 /// Writes a file beside its place and then moves it there, so that nobody finds half a file.
-fn write_aside(path: &Path, write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
+pub fn write_aside(
+    path: &Path,
+    write: impl FnOnce(&Path) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
     let mut name = path
         .file_name()
         .with_context(|| format!("{} names no file", path.display()))?

@@ -14,7 +14,7 @@ use crate::grey;
 use crate::kernel::CURVATURE;
 
 /// A choice between exactness and time; see the [module](self).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// Double precision and the error function itself.

@@ -1,8 +1,8 @@
 //! Monte Carlo at one setting: how well On and Off can be told apart, and how often they are not.
 //!
 //! Every frame has random bits, a random sub-pixel phase and, if asked for, a random reflectance, all drawn from the frame's
-//! own stream. Frames are worked on in fixed chunks whose results are folded in order, so that the outcome does not depend on
-//! the number of threads.
+//! own stream. Frames are worked on in fixed chunks whose results are added up in a fixed order, so that the outcome does not depend
+//! on threads, shards or interruptions.
 
 use rand::Rng;
 use rayon::prelude::*;
@@ -11,6 +11,7 @@ use rx_pipeline::corners::{Corners, CornersError};
 use rx_pipeline::detect::{Detector, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 use rx_pipeline::features::{Features, FeaturesError};
 use rx_pipeline::frame::{Frame, FrameError};
+use serde::{Deserialize, Serialize};
 
 use link::panel::PanelFrame;
 
@@ -21,6 +22,7 @@ use crate::random::{Purpose, stream, uniform};
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::statistics::{Distinguishability, FrameErrors, Moments};
+use crate::tally::{Tally, TallyError};
 use crate::view::{View, ViewError};
 
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
@@ -52,6 +54,9 @@ pub enum EvaluateError {
     /// The frame is none.
     #[error("the panel cannot be measured: {0}")]
     Frame(#[from] FrameError),
+    /// A chunk was counted twice.
+    #[error(transparent)]
+    Tally(#[from] TallyError),
     /// The detector cannot be trained.
     #[error("the detector cannot be trained on this scene: {0}")]
     Training(#[from] FisherError),
@@ -73,7 +78,8 @@ pub struct Settings {
 }
 
 /// What came out so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Evaluation {
     /// Features (AGR, GRI) of On LEDs.
     pub on: Moments,
@@ -95,6 +101,19 @@ impl Evaluation {
     pub fn distinguishability(&self) -> Distinguishability {
         Distinguishability::of(&self.on, &self.off)
     }
+}
+
+/// The scene as an evaluation sees it: with bounds that hold for all reflectances it will draw.
+///
+/// # Errors
+/// When the scene cannot be seen.
+pub fn view(scene: &Scene, random_reflectance: bool) -> Result<View, ViewError> {
+    View::with_reflectances(scene, random_reflectance.then_some(REFLECTANCES))
+}
+
+/// How many chunks a number of frames is worked on in: the unit of shards and of what an interrupted run keeps.
+pub fn chunks(frames: u64) -> u64 {
+    frames.div_ceil(CHUNK)
 }
 
 /// Renders, measures and reads random frames of one scene.
@@ -128,8 +147,7 @@ impl Evaluator {
     /// # Errors
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
-        let range = settings.random_reflectance.then_some(REFLECTANCES);
-        let renderer = Renderer::of(View::with_reflectances(scene, range)?, settings.level)?;
+        let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level)?;
         let region = renderer.surroundings(0);
         let corners = region_corners(&renderer, region)?;
         let mut evaluator = Self {
@@ -175,31 +193,49 @@ impl Evaluator {
     /// # Errors
     /// When a frame cannot be measured.
     pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
-        let mut total = Evaluation::default();
-        let (frames, batch) = (
-            self.settings.frames,
-            CHUNK * 16 * rayon::current_num_threads() as u64,
-        );
-        let mut done = 0;
-        while done < frames {
-            let end = frames.min(done.saturating_add(batch));
-            let chunks: Vec<u64> = (done..end).step_by(CHUNK as usize).collect();
-            let part = |workspace: &mut Workspace, &from: &u64| {
-                self.evaluate(from..end.min(from + CHUNK), workspace)
+        let mut tally = Tally::default();
+        self.run_chunks(0..chunks(self.settings.frames), &mut tally, |tally| {
+            progress(tally.total().errors.frames())
+        })?;
+        Ok(tally.total())
+    }
+
+    /// Evaluates those of a range of chunks (see [`chunks`]) that `tally` does not hold yet, and adds them; `progress` is shown
+    /// the tally now and then and may end the run by returning false.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn run_chunks(
+        &self,
+        range: std::ops::Range<u64>,
+        tally: &mut Tally,
+        mut progress: impl FnMut(&Tally) -> bool,
+    ) -> Result<(), EvaluateError> {
+        let batch = 16 * rayon::current_num_threads();
+        let frames_of = |chunk: u64| chunk * CHUNK..self.settings.frames.min((chunk + 1) * CHUNK);
+        let mut next = range.start;
+        while next < range.end {
+            let missing: Vec<u64> = (next..range.end)
+                .filter(|&chunk| !tally.contains(chunk))
+                .take(batch)
+                .collect();
+            let Some(last) = missing.last() else { break };
+            next = last + 1;
+            let part = |workspace: &mut Workspace, &chunk: &u64| {
+                self.evaluate(frames_of(chunk), workspace)
             };
-            let parts: Vec<_> = chunks
+            let parts: Vec<_> = missing
                 .par_iter()
                 .map_init(|| self.workspace(), part)
                 .collect();
-            for part in parts {
-                total.merge(&part?);
+            for (chunk, part) in missing.into_iter().zip(parts) {
+                tally.add(chunk, part?)?;
             }
-            done = end;
-            if !progress(done) {
+            if !progress(tally) {
                 break;
             }
         }
-        Ok(total)
+        Ok(())
     }
 
     /// Evaluates a range of frames.

@@ -8,7 +8,7 @@
 //!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
 //! accuracy ── kernel, chords ── layout ─┘
 //!
-//! evaluate ── statistics            Monte Carlo at one setting
+//! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
 //! road                              the transmitter's code, the frames, the receiver's code
 //! ```
 //!
@@ -58,4 +58,5 @@ pub mod renderer;
 pub mod road;
 pub mod scene;
 pub mod statistics;
+pub mod tally;
 pub mod view;

@@ -2,7 +2,7 @@
 
 use rand::Rng;
 use rand_distr::{Binomial, Distribution};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::random::{Purpose, stream};
 
@@ -18,7 +18,8 @@ use crate::random::{Purpose, stream};
 /// assert_eq!(moments.mean(), [2.0, 20.0]);
 /// assert_eq!(moments.covariance(), [[1.0, 10.0], [10.0, 100.0]]);
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Moments {
     count: u64,
     first: [f64; 2],
@@ -119,12 +120,31 @@ impl Distinguishability {
 }
 
 /// Bit errors by frame: how many frames had 0, 1, … 64 of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<u64>", into = "Vec<u64>")]
 pub struct FrameErrors([u64; 65]);
 
 impl Default for FrameErrors {
     fn default() -> Self {
         Self([0; 65])
+    }
+}
+
+impl From<FrameErrors> for Vec<u64> {
+    fn from(errors: FrameErrors) -> Self {
+        errors.0.to_vec()
+    }
+}
+
+impl TryFrom<Vec<u64>> for FrameErrors {
+    type Error = String;
+
+    fn try_from(counts: Vec<u64>) -> Result<Self, String> {
+        let length = counts.len();
+        let counts = counts.try_into().map_err(|_| {
+            format!("{length} counts of bit errors instead of 65: the file is damaged")
+        })?;
+        Ok(Self(counts))
     }
 }
 

@@ -1,18 +1,23 @@
 //! `vocc evaluate`: Monte Carlo at one setting.
 
-use std::time::Instant;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use anyhow::ensure;
 use sim::accuracy::Level;
 use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluator, Settings};
-use sim::plan::Plan;
+use sim::tally::Tally;
 
 use crate::options::{Shared, detector, until_interrupted};
-use crate::output::{self, Answer, Progress, line};
+use crate::output::{Answer, Progress};
+use crate::results::{Results, Run};
 
 /// The most frames of a run: at 100 000 a second, four months.
 const MOST_FRAMES: u64 = 1_000_000_000_000;
+
+/// The most parts of a run.
+const MOST_SHARDS: u64 = 1_000_000;
 
 /// Arguments of `vocc evaluate`.
 #[derive(clap::Args)]
@@ -32,22 +37,31 @@ pub struct Arguments {
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
+    /// Do only the i-th of n parts of the frames, i from 0; needs --out, and `vocc merge` to add the parts up.
+    #[arg(long, value_name = "i/n", value_parser = shard, requires = "out")]
+    shard: Option<(u64, u64)>,
+    /// Keep what is finished in this file.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Go on from what --out holds already.
+    #[arg(long, requires = "out")]
+    resume: bool,
 }
 
-#[derive(Serialize)]
-struct Report<'a> {
-    frames: u64,
-    bvar: f64,
-    wvar: f64,
-    b2w: f64,
-    ber: f64,
-    ber_95: [f64; 2],
-    bits: u64,
-    bit_errors: u64,
-    seconds: f64,
-    seed: u64,
-    level: Level,
-    plan: &'a Plan,
+/// Between two times that a run keeps what it has finished.
+const KEEP_EVERY: Duration = Duration::from_secs(10);
+
+/// One part of several.
+fn shard(text: &str) -> Result<(u64, u64), String> {
+    let parsed = text
+        .split_once('/')
+        .and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parsed {
+        Some((i, n)) if i < n && n <= MOST_SHARDS => Ok((i, n)),
+        _ => Err(format!(
+            "{text:?} is not i/n with i from 0 and below n, and n at most {MOST_SHARDS}, such as 0/8"
+        )),
+    }
 }
 
 /// A level that the Monte Carlo can run at.
@@ -69,56 +83,51 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         detector: arguments.detector,
         level: arguments.level,
     };
-    let evaluator = Evaluator::new(&shared.scene(&arguments.scene)?, settings)?;
+    let scene = shared.scene(&arguments.scene)?;
+    let run = Run::new(&scene, &settings);
+    let mut results = Results {
+        run,
+        tally: Tally::default(),
+    };
+    if let Some(path) = arguments.out.as_ref().filter(|path| path.exists()) {
+        ensure!(
+            arguments.resume,
+            "{} exists: go on from it with --resume, or name another file",
+            path.display()
+        );
+        results.merge(path)?;
+    }
+    let (shard, shards) = arguments.shard.unwrap_or((0, 1));
+    let chunks = u128::from(results.run.chunks());
+    let border = |shard: u64| (chunks * u128::from(shard) / u128::from(shards)) as u64;
+    let mine = border(shard)..border(shard + 1);
+    let evaluator = Evaluator::new(&scene, settings)?;
     let going_on = until_interrupted()?;
-    let mut progress = Progress::new(arguments.frames, "frames");
-    let started = Instant::now();
-    let evaluation = evaluator.run(|frames| {
-        progress.done(frames);
-        going_on()
+    let mut progress = Progress::new(arguments.frames.div_ceil(shards), "frames");
+    let (started, mut kept, mut trouble) = (Instant::now(), Instant::now(), None);
+    let run = results.run.clone();
+    evaluator.run_chunks(mine.clone(), &mut results.tally, |tally| {
+        progress.done(tally.total().errors.frames());
+        if let Some(path) = arguments
+            .out
+            .as_ref()
+            .filter(|_| kept.elapsed() > KEEP_EVERY)
+        {
+            kept = Instant::now();
+            let so_far = Results {
+                run: run.clone(),
+                tally: tally.clone(),
+            };
+            trouble = so_far.write(path).err();
+        }
+        trouble.is_none() && going_on()
     })?;
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);
-    let variances = evaluation.distinguishability();
-    let errors = evaluation.errors;
-    let report = Report {
-        frames: errors.frames(),
-        bvar: variances.bvar,
-        wvar: variances.wvar,
-        b2w: variances.b2w,
-        ber: errors.rate(),
-        ber_95: errors.interval_95(),
-        bits: errors.bits(),
-        bit_errors: errors.errors(),
-        seconds,
-        seed: shared.seed,
-        level: arguments.level,
-        plan: evaluator.renderer().plan(),
-    };
-    if shared.json {
-        output::json(&report)?;
-    } else {
-        output::plan(report.plan)?;
-        line(&format!(
-            "frames     {} in {seconds:.2} s ({:.0} a second)",
-            report.frames,
-            report.frames as f64 / seconds
-        ))?;
-        line(&format!("Bvar       {:.2}", report.bvar))?;
-        line(&format!("Wvar       {:.2}", report.wvar))?;
-        line(&format!("B2W        {:.2}", report.b2w))?;
-        line(&format!(
-            "bit errors {} of {}",
-            report.bit_errors, report.bits
-        ))?;
-        line(&format!(
-            "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
-            report.ber, report.ber_95[0], report.ber_95[1]
-        ))?;
+    if let Some(path) = &arguments.out {
+        results.write(path)?;
     }
-    Ok(if report.frames == arguments.frames {
-        Answer::Yes
-    } else {
-        Answer::No
-    })
+    results.report(Some(seconds), shared.json)?;
+    let finished = mine.into_iter().all(|chunk| results.tally.contains(chunk));
+    Ok(if finished { Answer::Yes } else { Answer::No })
 }

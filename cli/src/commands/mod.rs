@@ -3,6 +3,7 @@
 pub mod decode;
 pub mod evaluate;
 pub mod link;
+pub mod merge;
 pub mod plan;
 pub mod receive;
 pub mod render;

@@ -1,0 +1,257 @@
+//! Results of chunks, added up so that the outcome does not depend on who worked on which chunk, or when.
+//!
+//! A sum of floating-point numbers depends on its order. Here the order is fixed by the chunks' numbers alone: two neighbours
+//! that fill an aligned pair (2k, 2k + 1) are merged, left before right, then two such pairs, and so on, like carries
+//! of a binary counter. Shards of a run so add up to what one run gives, bit for bit, and of n chunks in a row about log₂ n sums
+//! are kept.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::evaluate::Evaluation;
+
+/// Sums over spans of 2^level chunks, by the span's first chunk.
+///
+/// ```
+/// use sim::{evaluate::Evaluation, tally::Tally};
+/// let mut tally = Tally::default();
+/// for chunk in [2, 0, 3, 1] {
+///     tally.add(chunk, Evaluation::default())?;
+/// }
+/// assert!(tally.contains(3) && !tally.contains(4));
+/// assert!(tally.add(3, Evaluation::default()).is_err());
+/// # Ok::<(), sim::tally::TallyError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Node>", into = "Vec<Node>")]
+pub struct Tally {
+    nodes: BTreeMap<u64, (u32, Evaluation)>,
+}
+
+/// One sum as it is written to a file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Node {
+    first_chunk: u64,
+    level: u32,
+    sums: Evaluation,
+}
+
+/// Why a chunk cannot be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TallyError {
+    /// Some chunk is there already.
+    #[error(
+        "chunks {first} to {last} are in the sum already, all or in part: give each shard once"
+    )]
+    Doubled {
+        /// The first chunk to be added.
+        first: u64,
+        /// The last.
+        last: u64,
+    },
+    /// A span that cannot be.
+    #[error(
+        "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length; the file is damaged"
+    )]
+    Misaligned {
+        /// Its first chunk.
+        first: u64,
+        /// The logarithm of its length.
+        level: u32,
+    },
+}
+
+/// The longest span is 2^40 chunks.
+const MOST_LEVELS: u32 = 40;
+
+impl Tally {
+    /// Adds the result of one chunk.
+    ///
+    /// # Errors
+    /// When it is there already.
+    pub fn add(&mut self, chunk: u64, result: Evaluation) -> Result<(), TallyError> {
+        self.add_span(chunk, 0, result)
+    }
+
+    /// Adds all that `other` holds.
+    ///
+    /// # Errors
+    /// When both hold the same chunk; nothing of the offending span is added.
+    pub fn merge(&mut self, other: &Self) -> Result<(), TallyError> {
+        for (&first, &(level, sums)) in &other.nodes {
+            self.add_span(first, level, sums)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a chunk is in the sum.
+    pub fn contains(&self, chunk: u64) -> bool {
+        self.before(chunk).is_some_and(|end| end > chunk)
+    }
+
+    /// The sum over all chunks.
+    pub fn total(&self) -> Evaluation {
+        let mut total = Evaluation::default();
+        for (_, sums) in self.nodes.values() {
+            total.merge(sums);
+        }
+        total
+    }
+
+    fn add_span(&mut self, first: u64, level: u32, sums: Evaluation) -> Result<(), TallyError> {
+        if level > MOST_LEVELS
+            || !first.is_multiple_of(1 << level)
+            || first.checked_add(1 << level).is_none()
+        {
+            return Err(TallyError::Misaligned { first, level });
+        }
+        let last = first + (1 << level) - 1;
+        let overlaps_next = self
+            .nodes
+            .range(first..)
+            .next()
+            .is_some_and(|(&next, _)| next <= last);
+        if overlaps_next || self.contains(first) {
+            return Err(TallyError::Doubled { first, last });
+        }
+        let (mut first, mut level, mut sums) = (first, level, sums);
+        while level < MOST_LEVELS {
+            let sibling = first ^ (1 << level);
+            match self.nodes.get(&sibling) {
+                Some(&(its_level, other)) if its_level == level => {
+                    self.nodes.remove(&sibling);
+                    let (mut left, right) = if sibling < first {
+                        (other, sums)
+                    } else {
+                        (sums, other)
+                    };
+                    left.merge(&right);
+                    (first, level, sums) = (first.min(sibling), level + 1, left);
+                }
+                _ => break,
+            }
+        }
+        self.nodes.insert(first, (level, sums));
+        Ok(())
+    }
+
+    /// The end of the last span that begins at or before `chunk`.
+    fn before(&self, chunk: u64) -> Option<u64> {
+        let (&first, &(level, _)) = self.nodes.range(..=chunk).next_back()?;
+        Some(first + (1 << level))
+    }
+}
+
+impl From<Tally> for Vec<Node> {
+    fn from(tally: Tally) -> Self {
+        tally
+            .nodes
+            .into_iter()
+            .map(|(first_chunk, (level, sums))| Node {
+                first_chunk,
+                level,
+                sums,
+            })
+            .collect()
+    }
+}
+
+impl TryFrom<Vec<Node>> for Tally {
+    type Error = TallyError;
+
+    fn try_from(nodes: Vec<Node>) -> Result<Self, TallyError> {
+        let mut tally = Self::default();
+        for node in nodes {
+            tally.add_span(node.first_chunk, node.level, node.sums)?;
+        }
+        Ok(tally)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A result that sums differently in every order.
+    fn result(chunk: u64) -> Evaluation {
+        let mut result = Evaluation::default();
+        for k in 0..5 {
+            let x = ((chunk * 5 + k) as f64 * 0.7351 + 1.0).sin() * 1e3;
+            result.on.push([x, 1.0 / x]);
+            result.off.push([x * x, -x]);
+            result.errors.push((chunk % 3) as u32);
+        }
+        result
+    }
+
+    fn sum(chunks: impl IntoIterator<Item = u64>) -> Tally {
+        let mut tally = Tally::default();
+        for chunk in chunks {
+            tally.add(chunk, result(chunk)).expect("each chunk once");
+        }
+        tally
+    }
+
+    #[test]
+    fn a_plain_sum_depends_on_its_order() {
+        let plain = |chunks: Vec<u64>| {
+            let mut total = Evaluation::default();
+            chunks
+                .into_iter()
+                .for_each(|chunk| total.merge(&result(chunk)));
+            total
+        };
+        assert_ne!(
+            plain((0..40).collect()),
+            plain((0..40).rev().collect()),
+            "or the tests below show nothing"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_order_and_any_shards_give_the_same_bits(order in Just((0..40u64).collect::<Vec<_>>()).prop_shuffle(), cut in 0usize..40) {
+            let whole = sum(0..40);
+            prop_assert_eq!(&sum(order.clone()), &whole);
+            let mut merged = sum(order[..cut].iter().copied());
+            merged.merge(&sum(order[cut..].iter().copied())).expect("no chunk twice");
+            prop_assert_eq!(merged.total(), whole.total());
+            prop_assert_eq!(merged, whole);
+        }
+
+        #[test]
+        fn what_was_written_is_read_back(chunks in prop::collection::btree_set(0..1000u64, 0..30)) {
+            let tally = sum(chunks);
+            let nodes: Vec<Node> = tally.clone().into();
+            prop_assert_eq!(Tally::try_from(nodes), Ok(tally));
+        }
+    }
+
+    #[test]
+    fn few_sums_are_kept() {
+        assert!(sum(0..1000).nodes.len() <= 10);
+    }
+
+    #[test]
+    fn doubled_and_damaged_spans_are_refused() {
+        let mut tally = sum(0..8);
+        assert_eq!(
+            tally.merge(&sum(7..9)),
+            Err(TallyError::Doubled { first: 7, last: 7 })
+        );
+        let damaged = |first_chunk, level| {
+            Tally::try_from(vec![Node {
+                first_chunk,
+                level,
+                sums: Evaluation::default(),
+            }])
+        };
+        assert_eq!(
+            damaged(3, 1),
+            Err(TallyError::Misaligned { first: 3, level: 1 })
+        );
+        assert!(damaged(0, 64).is_err() && damaged(u64::MAX, 0).is_err());
+    }
+}
