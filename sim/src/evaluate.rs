@@ -148,7 +148,7 @@ impl Evaluator {
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level)?;
-        let region = renderer.surroundings(0);
+        let region = renderer.cells_region(0);
         let corners = region_corners(&renderer, region)?;
         let mut evaluator = Self {
             renderer,

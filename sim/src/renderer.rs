@@ -155,6 +155,16 @@ impl Renderer {
 
     /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel.
     pub fn surroundings(&self, index: usize) -> Region {
+        self.around(index, self.margin_px)
+    }
+
+    /// The part of the sensor that the cells of panel `index` cover, with a rim of one pixel for their gradient and room for a shift of
+    /// less than one pixel.
+    pub fn cells_region(&self, index: usize) -> Region {
+        self.around(index, 0.0)
+    }
+
+    fn around(&self, index: usize, margin_px: f64) -> Region {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
         let corners = BOARD_CORNERS.map(|(row, column)| {
@@ -184,7 +194,7 @@ impl Renderer {
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
                 (l.min(p), h.max(p))
             });
-        let (low, high) = (low - self.margin_px - 2.0, high + self.margin_px + 3.0);
+        let (low, high) = (low - margin_px - 2.0, high + margin_px + 3.0);
         let sensor = self.sensor();
         let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
         let (x, y) = (
