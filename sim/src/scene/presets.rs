@@ -8,7 +8,7 @@ pub struct Preset {
     /// What it is, in a line.
     pub summary: &'static str,
     /// What it sets apart from the defaults.
-    settings: &'static str,
+    settings: &'static [&'static str],
 }
 
 /// All presets, the default first.
@@ -16,37 +16,37 @@ pub const PRESETS: [Preset; 7] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
-        settings: PAPER,
+        settings: &[PAPER],
     },
     Preset {
         name: "paper-18mm",
         summary: "the paper with the 18 mm lens of its text",
-        settings: PAPER_18MM,
+        settings: &[PAPER_18MM],
     },
     Preset {
         name: "paper-iso3200",
         summary: "the paper with the ISO limit of its Table 1",
-        settings: PAPER_ISO3200,
+        settings: &[PAPER_ISO3200],
     },
     Preset {
         name: "day",
         summary: "an overcast day: noise, free-running clocks, PWM dimming",
-        settings: DAY,
+        settings: &[DAY, ROAD],
     },
     Preset {
         name: "dusk",
         summary: "dusk at 500 lx: more noise, free-running clocks, PWM dimming",
-        settings: DUSK,
+        settings: &[DUSK, ROAD],
     },
     Preset {
         name: "night",
         summary: "a lit street at 50 lx: ISO 32 000, free-running clocks, PWM dimming",
-        settings: NIGHT,
+        settings: &[NIGHT, ROAD],
     },
     Preset {
         name: "fog",
         summary: "day in fog of 160 m visibility",
-        settings: FOG,
+        settings: &[FOG, ROAD],
     },
 ];
 
@@ -60,7 +60,9 @@ pub fn preset_toml(name: &str) -> Option<String> {
     let preset = PRESETS.iter().find(|preset| preset.name == name)?;
     Some(format!(
         "# {}: {}.\n# Keys left out keep the defaults of `paper`.\n{}",
-        preset.name, preset.summary, preset.settings
+        preset.name,
+        preset.summary,
+        preset.settings.concat()
     ))
 }
 
@@ -142,49 +144,31 @@ noise = "off"
 "#;
 
 const DAY: &str = r#"
-[[panel]]
-pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 10000
-[link]
-l2a = "table"
-symbol_rate_hz = 90
-phase = 0.3
-clock_ppm = 100
 "#;
 
 const DUSK: &str = r#"
-[[panel]]
-pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 500
-[link]
-l2a = "table"
-symbol_rate_hz = 90
-phase = 0.3
-clock_ppm = 100
 "#;
 
 const NIGHT: &str = r#"
-[[panel]]
-pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 50
-[link]
-l2a = "table"
-symbol_rate_hz = 90
-phase = 0.3
-clock_ppm = 100
 "#;
 
 const FOG: &str = r#"
-[[panel]]
-pwm_hz = 61803             # no multiple of the frame rate, so that its phase wanders
 [ambient]
 illuminance_lx = 5000
 [atmosphere]
 transmission_at_70m = 0.27   # extinction 0.0187 per metre: 5 % contrast is left at 160 m
 airlight = true
+"#;
+
+/// What a road has and the paper has not: a table, PWM dimming, clocks that nobody synchronises.
+const ROAD: &str = r#"[[panel]]
+pwm_hz = 61803               # no multiple of the frame rate, so that its phase wanders
 [link]
 l2a = "table"
 symbol_rate_hz = 90
