@@ -31,8 +31,8 @@ pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
 const CHUNK: u64 = 256;
 /// Frames that a trained detector learns from.
 const TRAINING_FRAMES: u64 = 500;
-/// The first of them: far from all that are evaluated.
-const FIRST_TRAINING_FRAME: u64 = 1 << 62;
+/// What turns the seed of an evaluation into that of the frames learnt from.
+const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 128 * 128;
 
@@ -273,6 +273,16 @@ impl Evaluator {
     /// # Errors
     /// When it cannot be measured.
     pub fn read(&self, frame: u64, workspace: &mut Workspace) -> Result<Reading, EvaluateError> {
+        self.read_of(self.settings.seed, frame, workspace)
+    }
+
+    /// The same of another seed.
+    fn read_of(
+        &self,
+        seed: u64,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Reading, EvaluateError> {
         let Workspace {
             canvas,
             grey,
@@ -280,11 +290,10 @@ impl Evaluator {
             shown,
         } = workspace;
         let moment = self.renderer.moment(frame);
-        self.draw_frame(frame, shown);
+        self.draw_frame(seed, frame, shown);
         self.renderer.draw(&moment, shown, canvas);
         let shown = shown[0];
-        self.renderer
-            .read_out(self.settings.seed, frame, canvas, grey);
+        self.renderer.read_out(seed, frame, canvas, grey);
         let Region { width, height, .. } = self.region;
         map.build(
             &self
@@ -301,8 +310,8 @@ impl Evaluator {
     }
 
     /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
-    fn draw_frame(&self, frame: u64, shown: &mut [Shown]) {
-        let mut random = stream(self.settings.seed, frame, Purpose::Phase);
+    fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
+        let mut random = stream(seed, frame, Purpose::Phase);
         let view = self.renderer.view();
         for (index, shown) in shown.iter_mut().enumerate() {
             shown.symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
@@ -325,8 +334,9 @@ impl Evaluator {
     fn train(&self) -> Result<rx_pipeline::detect::Fisher, EvaluateError> {
         let mut training = FisherTraining::new(FisherFeatures::AgrGri, FisherScaling::ByPanel);
         let mut workspace = self.workspace();
-        for frame in FIRST_TRAINING_FRAME..FIRST_TRAINING_FRAME + TRAINING_FRAMES {
-            let reading = self.read(frame, &mut workspace)?;
+        let seed = self.settings.seed ^ TRAINING_SEED;
+        for frame in 0..TRAINING_FRAMES {
+            let reading = self.read_of(seed, frame, &mut workspace)?;
             training.add(&reading.features, reading.bits);
         }
         Ok(training.finish()?)
