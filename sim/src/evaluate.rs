@@ -147,7 +147,7 @@ impl Evaluator {
     /// # Errors
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
-        let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level)?;
+        let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = region_corners(&renderer, region)?;
         let mut evaluator = Self {

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 use link::panel::{LEDS, PanelFrame, SIDE};
+use rand::Rng;
 
 use crate::accuracy::{Accuracy, Level};
 use crate::canvas::{Canvas, Region};
@@ -61,14 +62,11 @@ impl Renderer {
     /// # Errors
     /// When the scene cannot be seen: see [`ViewError`].
     pub fn new(scene: &Scene, level: Level) -> Result<Self, ViewError> {
-        Self::of(View::new(scene)?, level)
+        Ok(Self::of(View::new(scene)?, level))
     }
 
     /// A renderer for a scene worked out.
-    ///
-    /// # Errors
-    /// When an effect moves a panel off the sensor.
-    pub fn of(view: View, level: Level) -> Result<Self, ViewError> {
+    pub fn of(view: View, level: Level) -> Self {
         let scene = &view.scene;
         let plan = Plan::of(&view);
         let recipe = plan.recipe(&view);
@@ -112,7 +110,7 @@ impl Renderer {
             b.total_cmp(&a)
         });
         let per_px = accuracy.table_per_px.max(1);
-        Ok(Self {
+        Self {
             exact: Exact::new(recipe.sigma_px),
             table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(scene.camera.gamma),
@@ -125,7 +123,7 @@ impl Renderer {
             plan,
             recipe,
             level,
-        })
+        }
     }
 
     /// The scene, worked out.
@@ -256,12 +254,17 @@ impl Renderer {
 
     /// Reads a drawn canvas out as grey levels, row by row, with the sensor's noise for that seed and frame.
     pub fn read_out(&self, seed: u64, frame: u64, canvas: &Canvas<f32>, grey: &mut [u8]) {
+        let mut random = stream(seed, frame, Purpose::Noise);
+        self.read_pixels(canvas.values(), &mut random, grey);
+    }
+
+    /// Reads pixels out one after another.
+    fn read_pixels(&self, linear: &[f32], random: &mut impl Rng, grey: &mut [u8]) {
         match &self.recipe.noise {
-            None => self.encoder.encode(canvas.values(), grey),
+            None => self.encoder.encode(linear, grey),
             Some(noise) => {
-                let mut random = stream(seed, frame, Purpose::Noise);
-                for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
-                    *grey = noise.read(linear, &mut random);
+                for (grey, &linear) in grey.iter_mut().zip(linear) {
+                    *grey = noise.read(linear, random);
                 }
             }
         }
@@ -312,14 +315,7 @@ impl Renderer {
             .chunks_exact(width)
             .zip(grey.chunks_exact_mut(sensor.width).skip(y))
         {
-            let row = &mut row[x..x + width];
-            match &self.recipe.noise {
-                None => self.encoder.encode(values, row),
-                Some(noise) => row
-                    .iter_mut()
-                    .zip(values)
-                    .for_each(|(grey, &linear)| *grey = noise.read(linear, &mut random)),
-            }
+            self.read_pixels(values, &mut random, &mut row[x..x + width]);
         }
     }
 
