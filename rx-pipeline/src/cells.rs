@@ -147,6 +147,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
     ///
     /// # Errors
     /// As [`CellMap::new`].
+    #[inline(always)]
     pub fn build(
         &mut self,
         corners: &Corners,
@@ -219,6 +220,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
             .then(|| row * self.bounds.width + column)
     }
 
+    #[inline(always)]
     fn fill(&mut self, corners: &Corners, bounds: Bounds) -> Result<(), CellsError> {
         let homography = corners.homography();
         let (origin_x, origin_y) = (bounds.x as f64, bounds.y as f64);
@@ -227,16 +229,11 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
             let [x, y] = homography.to_image([(led % SIDE) as f64, (led / SIDE) as f64]);
             [(x - origin_x) as f32, (y - origin_y) as f32]
         });
-        let area = bounds.width * bounds.height;
         let mut pixels = [0u32; LEDS];
-        let rho_x = self.rho_x[..area].chunks_exact_mut(bounds.width);
-        let rho_y = self.rho_y[..area].chunks_exact_mut(bounds.width);
-        let cell = self.cell[..area].chunks_exact_mut(bounds.width);
-        let run = self.run[..area].chunks_exact_mut(bounds.width);
-        for (y, (((rho_x, rho_y), cell), run)) in rho_x.zip(rho_y).zip(cell).zip(run).enumerate() {
-            cells_of_row(&matrix, y as f32, cell);
-            runs_of_row(&centres, y as f32, cell, run, rho_x, rho_y, &mut pixels);
-            to_unit_length(rho_x, rho_y);
+        if is_upright(&matrix) {
+            self.fill_upright(&matrix, &centres, bounds, &mut pixels);
+        } else {
+            self.fill_slanted(&matrix, &centres, bounds, &mut pixels);
         }
         for (cell, (to, &from)) in self.pixels.iter_mut().zip(&pixels).enumerate() {
             *to = u16::try_from(from).map_err(|_| CellsError::CellTooLarge { cell })?;
@@ -246,6 +243,83 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         }
         Ok(())
     }
+
+    /// Fills the map of a panel in any pose, pixel by pixel.
+    #[inline(always)]
+    fn fill_slanted(
+        &mut self,
+        matrix: &[[f32; 3]; 3],
+        centres: &[[f32; 2]; LEDS],
+        Bounds { width, height, .. }: Bounds,
+        pixels: &mut [u32; LEDS],
+    ) {
+        for y in 0..height {
+            let row = width * y..width * (y + 1);
+            let (rho_x, rho_y) = (&mut self.rho_x[row.clone()], &mut self.rho_y[row.clone()]);
+            let (cell, run) = (&mut self.cell[row.clone()], &mut self.run[row]);
+            cells_of_row(matrix, y as f32, cell);
+            runs_of_row(centres, y as f32, cell, run, rho_x, rho_y, pixels);
+            to_unit_length(rho_x, rho_y);
+        }
+    }
+
+    /// Fills the map of a panel whose rows are rows of the frame: what lies to the right of what, and in which cell, is the
+    /// same in all pixel rows of one row of cells, so only the vectors' lengths are worked out for each pixel.
+    #[inline(always)]
+    fn fill_upright(
+        &mut self,
+        matrix: &[[f32; 3]; 3],
+        centres: &[[f32; 2]; LEDS],
+        Bounds { width, height, .. }: Bounds,
+        pixels: &mut [u32; LEDS],
+    ) {
+        let [_, [_, row_factor, row_offset], [_, _, scale]] = *matrix;
+        let (mut to_right, mut down) = ([0.0; MAX_WIDTH_PX], [0.0; MAX_WIDTH_PX]);
+        let (to_right, down) = (&mut to_right[..width], &mut down[..width]);
+        let mut above = None;
+        let (mut in_row, mut first) = ([0; LEDS], 0);
+        for y in 0..height {
+            let row = width * y..width * (y + 1);
+            // By the very operations of `cells_of_row`, so that both change at the same row.
+            let from_top = from_border((row_factor * y as f32 + row_offset) * (1.0 / scale));
+            let led_row = is_within(from_top).then(|| floor(from_top));
+            if above == Some(led_row) {
+                let from = row.start - width..row.start;
+                self.cell.copy_within(from.clone(), row.start);
+                self.run.copy_within(from, row.start);
+            } else {
+                let (cell, run) = (&mut self.cell[row.clone()], &mut self.run[row.clone()]);
+                cells_of_row(matrix, y as f32, cell);
+                in_row = [0; LEDS];
+                runs_of_row(centres, y as f32, cell, run, to_right, down, &mut in_row);
+                (above, first) = (Some(led_row), y);
+            }
+            for (pixels, in_row) in pixels.iter_mut().zip(in_row) {
+                *pixels += in_row;
+            }
+            let since_first = (y - first) as f32;
+            let (rho_x, rho_y) = (&mut self.rho_x[row.clone()], &mut self.rho_y[row.clone()]);
+            let offsets = to_right.iter().zip(&*down).zip(&self.cell[row]);
+            for ((rho_x, rho_y), ((&right, &down), &cell)) in
+                rho_x.iter_mut().zip(rho_y).zip(offsets)
+            {
+                let down = if cell == NO_CELL {
+                    0.0
+                } else {
+                    down - since_first
+                };
+                let scale = inverse_sqrt(right * right + down * down);
+                *rho_x = right * scale;
+                *rho_y = down * scale;
+            }
+        }
+    }
+}
+
+/// Whether pixel rows run along rows of LEDs.
+fn is_upright(matrix: &[[f32; 3]; 3]) -> bool {
+    let [[_, column_down, _], [row_across, _, _], [across, down, _]] = *matrix;
+    [column_down, row_across, across, down] == [0.0; 4]
 }
 
 /// The pixels whose centres lie within the box around all cells, if they and their neighbours are in the frame.
@@ -280,47 +354,63 @@ fn bounds(corners: &Corners, width: usize, height: usize) -> Result<Bounds, Cell
 }
 
 /// Each pixel's cell.
+#[inline(always)]
 fn cells_of_row(matrix: &[[f32; 3]; 3], y: f32, cell: &mut [u8]) {
-    // The half moves the cells' borders to whole numbers.
     let [[ux, u], [vx, v], [wx, w]] =
         matrix.map(|[x_factor, y_factor, offset]| [x_factor, y_factor * y + offset]);
-    let side = SIDE as f32;
     for (x, cell) in cell.iter_mut().enumerate() {
         let x = x as i32 as f32;
         let scale = 1.0 / (wx * x + w);
-        let (column, row) = ((ux * x + u) * scale + 0.5, (vx * x + v) * scale + 0.5);
-        let within = (column >= 0.0) & (column < side) & (row >= 0.0) & (row < side);
-        let index = SIDE as f32 * floor(row) + floor(column);
+        let (column, row) = (
+            from_border((ux * x + u) * scale),
+            from_border((vx * x + v) * scale),
+        );
         // The last bits of a float just above 2²³ are an integer: unlike a cast, this is vectorised.
-        let index = (index + INTEGERS).to_bits() as u8;
-        *cell = if within { index } else { NO_CELL };
+        let index = (SIDE as f32 * floor(row) + floor(column) + INTEGERS).to_bits() as u8;
+        *cell = if is_within(column) & is_within(row) {
+            index
+        } else {
+            NO_CELL
+        };
     }
+}
+
+/// A position in pitches from the first LED, counted from the first cell's border: the half moves borders to whole numbers.
+#[inline(always)]
+fn from_border(position: f32) -> f32 {
+    position + 0.5
+}
+
+#[inline(always)]
+fn is_within(from_border: f32) -> bool {
+    (from_border >= 0.0) & (from_border < SIDE as f32)
 }
 
 /// From here on neighbouring floats are integers.
 const INTEGERS: f32 = 8_388_608.0;
 
 /// The largest integer that is no larger, for numbers from 0 to 2²².
+#[inline(always)]
 fn floor(x: f32) -> f32 {
     let rounded = (x + INTEGERS) - INTEGERS;
     if rounded > x { rounded - 1.0 } else { rounded }
 }
 
-/// The runs of one cell, and the vectors from their pixels to the cell's centre.
+/// The runs of one cell, and the vectors from their pixels to the cell's centre; zero where there is no cell.
 fn runs_of_row(
     centres: &[[f32; 2]; LEDS],
     y: f32,
     cell: &[u8],
     run: &mut [u8],
-    rho_x: &mut [f32],
-    rho_y: &mut [f32],
+    to_right: &mut [f32],
+    down: &mut [f32],
     pixels: &mut [u32; LEDS],
 ) {
     let mut start = 0;
     for cells in cell.chunk_by(|a, b| a == b) {
         let end = start + cells.len();
         run[start] = cells.len() as u8;
-        let (xs, ys) = (&mut rho_x[start..end], &mut rho_y[start..end]);
+        let (xs, ys) = (&mut to_right[start..end], &mut down[start..end]);
         if let Some(&[centre_x, centre_y]) = centres.get(usize::from(cells[0])) {
             pixels[usize::from(cells[0])] += cells.len() as u32;
             ys.fill(centre_y - y);
@@ -336,6 +426,7 @@ fn runs_of_row(
 }
 
 /// Scales vectors to length 1; zero stays zero.
+#[inline(always)]
 fn to_unit_length(xs: &mut [f32], ys: &mut [f32]) {
     for (x, y) in xs.iter_mut().zip(ys) {
         let scale = inverse_sqrt(*x * *x + *y * *y);
@@ -346,6 +437,7 @@ fn to_unit_length(xs: &mut [f32], ys: &mut [f32]) {
 
 /// 1/√x for positive normal x to a relative error of 4e-7, finite at 0. In multiplications only, so that a whole row of it is
 /// vectorised on every processor: a first guess from the exponent, then three of Newton's steps.
+#[inline(always)]
 fn inverse_sqrt(x: f32) -> f32 {
     let guess = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
     let half = 0.5 * x;
@@ -486,6 +578,33 @@ mod tests {
                         prop_assert!((rx * distance - dx).abs() < 1e-4 && (ry * distance - dy).abs() < 1e-4);
                     }
                 }
+            }
+        }
+
+        #[test]
+        fn upright_panels_need_no_way_of_their_own(
+            x in 9.0f32..11.0, y in 9.0f32..11.0, across in 2.0f32..4.2, down in 2.0f32..4.2,
+        ) {
+            let (right, bottom) = (x + 7.0 * across, y + 7.0 * down);
+            let corners = Corners::new([[x, y], [right, y], [right, bottom], [x, bottom]]).unwrap();
+            let map = CellMap::<2304>::new(&corners, 48, 48).unwrap();
+            let homography = corners.homography();
+            let Bounds { x: left, y: top, width, height } = map.bounds();
+            let matrix = homography.inverse_from(left as f64, top as f64);
+            prop_assert!(is_upright(&matrix));
+            let centres = core::array::from_fn(|led| {
+                let [x, y] = homography.to_image([(led % SIDE) as f64, (led / SIDE) as f64]);
+                [(x - left as f64) as f32, (y - top as f64) as f32]
+            });
+            let mut slanted = CellMap::<2304>::empty();
+            let mut pixels = [0; LEDS];
+            slanted.fill_slanted(&matrix, &centres, map.bounds(), &mut pixels);
+            let area = width * height;
+            prop_assert_eq!(&map.cell[..area], &slanted.cell[..area]);
+            prop_assert_eq!(map.pixels.map(u32::from), pixels);
+            for (one, other) in [(&map.rho_x, &slanted.rho_x), (&map.rho_y, &slanted.rho_y)] {
+                let apart = one[..area].iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                prop_assert!(apart < 1e-5, "{}", apart);
             }
         }
 

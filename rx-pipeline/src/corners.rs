@@ -176,6 +176,7 @@ impl Homography {
     }
 
     /// The pixel position of a point in panel coordinates, for instance `[2.0, 0.0]` for the third LED of the top row.
+    #[inline]
     pub fn to_image(&self, panel: [f64; 2]) -> [f64; 2] {
         project(&self.forward, panel)
     }
@@ -215,6 +216,7 @@ const OUTLINE: [[f64; 2]; 4] = [
     [-0.5, LAST + 0.5],
 ];
 
+#[inline]
 fn project(matrix: &[[f64; 3]; 3], [x, y]: [f64; 2]) -> [f64; 2] {
     let [px, py, w] = matrix.map(|[a, b, c]| a * x + b * y + c);
     [px / w, py / w]

@@ -107,38 +107,41 @@ impl Detector {
     /// Reads the panel.
     ///
     /// # Errors
+    /// As [`Detector::decide`].
+    pub fn detect(&self, features: &Features) -> Result<Detection, DetectError> {
+        let bits = self.decide(features)?;
+        let llr = match self {
+            Self::KMeans | Self::KMeansRaw => {
+                let (agr, gri) = (standardised(&features.agr), standardised(&features.gri));
+                let samples = core::array::from_fn(|cell| [agr[cell], gri[cell]]);
+                discriminant::llr_by_split(&samples, bits)?
+            }
+            Self::Otsu => {
+                let samples = standardised(&features.mean_grey).map(|grey| [grey]);
+                discriminant::llr_by_split(&samples, bits)?
+            }
+            Self::Fisher(fisher) => fisher.llr(features),
+        };
+        Ok(Detection::new(bits, llr))
+    }
+
+    /// The bits of the panel alone, for who needs no soft values: a third of the time of [`Detector::detect`] or less.
+    ///
+    /// # Errors
     /// [`DetectError::ContrastTooLow`] if all cells look alike, [`DetectError::OneClass`] if they do in the features that
     /// the detector goes by.
-    pub fn detect(&self, features: &Features) -> Result<Detection, DetectError> {
+    #[inline(always)]
+    pub fn decide(&self, features: &Features) -> Result<PanelFrame, DetectError> {
         check_contrast(features)?;
         match self {
             Self::KMeans => {
-                let samples = pairs(&standardised(&features.agr), &standardised(&features.gri));
-                let bits = kmeans::split(&samples)?;
-                Ok(Detection::new(
-                    bits,
-                    discriminant::llr_by_split(&samples, bits)?,
-                ))
+                kmeans::split(&standardised(&features.agr), &standardised(&features.gri))
             }
-            Self::KMeansRaw => {
-                let bits = kmeans::split(&pairs(&features.agr, &features.gri))?;
-                let samples = pairs(&standardised(&features.agr), &standardised(&features.gri));
-                Ok(Detection::new(
-                    bits,
-                    discriminant::llr_by_split(&samples, bits)?,
-                ))
-            }
-            Self::Otsu => {
-                let bits = otsu::split(&features.mean_grey)?;
-                let samples = standardised(&features.mean_grey).map(|grey| [grey]);
-                Ok(Detection::new(
-                    bits,
-                    discriminant::llr_by_split(&samples, bits)?,
-                ))
-            }
+            Self::KMeansRaw => kmeans::split(&features.agr, &features.gri),
+            Self::Otsu => otsu::split(&features.mean_grey),
             Self::Fisher(fisher) => {
                 let llr = fisher.llr(features);
-                Ok(Detection::new(bits_where(|cell| llr[cell] > 0.0), llr))
+                Ok(bits_where(|cell| llr[cell] > 0.0))
             }
         }
     }
@@ -161,11 +164,9 @@ fn quantised(llr: f32) -> Llr {
 }
 
 fn check_contrast(features: &Features) -> Result<(), DetectError> {
-    let brightest = features
-        .mean_grey
-        .into_iter()
-        .fold(f32::NEG_INFINITY, f32::max);
-    let darkest = features.mean_grey.into_iter().fold(f32::INFINITY, f32::min);
+    let grey = &features.mean_grey;
+    let brightest = grey.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let darkest = grey.iter().copied().fold(f32::INFINITY, f32::min);
     let range_grey = brightest - darkest;
     if range_grey >= MIN_CONTRAST_GREY {
         Ok(())
@@ -175,10 +176,11 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
 }
 
 /// The values with their mean taken off, divided by their standard deviation; all 0 if they are equal.
+#[inline(always)]
 fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
-    let mean = values.iter().sum::<f32>() / LEDS as f32;
+    let mean = sum(values) / LEDS as f32;
     let centred = values.map(|value| value - mean);
-    let variance = centred.iter().map(|value| value * value).sum::<f32>() / LEDS as f32;
+    let variance = sum(&centred.map(|value| value * value)) / LEDS as f32;
     let scale = if variance > f32::MIN_POSITIVE {
         1.0 / libm::sqrtf(variance)
     } else {
@@ -187,8 +189,16 @@ fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
     centred.map(|value| value * scale)
 }
 
-fn pairs(a: &[f32; LEDS], b: &[f32; LEDS]) -> [[f32; 2]; LEDS] {
-    core::array::from_fn(|cell| [a[cell], b[cell]])
+/// The sum of a panel's values, eight side by side: the order that processors can keep, and the same on all of them.
+#[inline(always)]
+fn sum(values: &[f32; LEDS]) -> f32 {
+    let mut lanes = [0.0; 8];
+    for eight in values.chunks_exact(8) {
+        for (lane, value) in lanes.iter_mut().zip(eight) {
+            *lane += value;
+        }
+    }
+    lanes.iter().sum()
 }
 
 fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {

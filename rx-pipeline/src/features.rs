@@ -6,7 +6,7 @@
 //! - **NGR**, neighbour greyscale ratio: the cell's mean grey over that of its up to eight neighbours (Do & Yoo 2019,
 //!   IEEE Access).
 
-use crate::cells::{CellMap, MAX_WIDTH_PX, NO_CELL};
+use crate::cells::{CellMap, MAX_WIDTH_PX, MapRow, NO_CELL};
 use crate::frame::Frame;
 use core::array;
 use link::panel::{LEDS, SIDE};
@@ -71,6 +71,7 @@ impl Features {
     ///
     /// # Errors
     /// [`FeaturesError::EmptyMap`], and [`FeaturesError::FrameTooSmall`] if the map was built for larger frames.
+    #[inline(always)]
     pub fn measure<const PIXELS: usize>(
         frame: &Frame<'_>,
         map: &CellMap<PIXELS>,
@@ -133,12 +134,8 @@ struct Sums {
     radial: [f32; LEDS],
 }
 
-/// A grey level and, 16 bits above it, 1 if it is 255: a run of up to 255 pixels adds up without a carry between the two.
-fn packed(grey: u8) -> u32 {
-    u32::from(grey) | u32::from(grey == u8::MAX) << 16
-}
-
 impl Sums {
+    #[inline(always)]
     fn of<const PIXELS: usize>(
         frame: &Frame<'_>,
         map: &CellMap<PIXELS>,
@@ -164,8 +161,6 @@ impl Sums {
             saturated: [0; LEDS],
             radial: [0.0; LEDS],
         };
-        let mut radial = [0.0; MAX_WIDTH_PX];
-        let mut grey = [0; MAX_WIDTH_PX];
         let columns = bounds.x - 1..needed_width;
         let row = |y: usize| {
             frame
@@ -174,39 +169,92 @@ impl Sums {
                 .ok_or(too_small)
         };
         let (mut above, mut here) = (row(bounds.y - 1)?, row(bounds.y)?);
+        let mut band = Band::new(bounds.width);
         for (y, map_row) in (bounds.y + 1..).zip(map.rows()) {
             let below = row(y)?;
-            let (radial, grey) = (&mut radial[..bounds.width], &mut grey[..bounds.width]);
-            radial_gradient(above, here, below, map_row.rho_x, map_row.rho_y, radial);
-            for (to, &from) in grey.iter_mut().zip(&here[1..]) {
-                *to = packed(from);
+            if !band.continues(&map_row) {
+                sums.add(&band);
+                band.begin(map_row);
             }
-            sums.add_runs(map_row.cell, map_row.run, radial, grey);
+            band.add(above, here, below, &map_row);
             (above, here) = (here, below);
         }
+        sums.add(&band);
         Ok(sums)
     }
 
-    fn add_runs(&mut self, cell: &[u8], run: &[u8], radial: &[f32], grey: &[u32]) {
+    /// Adds a band's columns to their cells.
+    fn add(&mut self, band: &Band<'_>) {
         let mut start = 0;
-        while let (Some(&cell), Some(&length)) = (cell.get(start), run.get(start)) {
+        while let (Some(&cell), Some(&length)) = (band.cell.get(start), band.run.get(start)) {
             let end = start + usize::from(length.max(1));
-            let (radial, grey) = (&radial[start..end], &grey[start..end]);
+            let (radial, packed) = (&band.radial[start..end], &band.packed[start..end]);
             start = end;
             if cell >= NO_CELL {
                 continue;
             }
             let cell = usize::from(cell);
-            let packed: u32 = grey.iter().sum();
-            self.grey[cell] += packed & 0xffff;
-            self.saturated[cell] += (packed >> 16) as u16;
-            self.radial[cell] += radial.iter().sum::<f32>();
+            for (radial, packed) in radial.iter().zip(packed) {
+                self.grey[cell] += packed & 0xffff;
+                self.saturated[cell] += (packed >> 16) as u16;
+                self.radial[cell] += radial;
+            }
         }
     }
 }
 
-/// ∇G·ρ̂ of one row; the grey rows hold one pixel more on either side.
-fn radial_gradient(
+/// The most rows whose greys add up in 16 bits.
+const MAX_ROWS: u32 = 255;
+
+/// Successive pixel rows of the same runs of cells, summed column by column: whole rows at a time, whatever the cells' size. In
+/// an upright panel that is a row of cells, else a single row of pixels.
+struct Band<'a> {
+    cell: &'a [u8],
+    run: &'a [u8],
+    rows: u32,
+    width: usize,
+    packed: [u32; MAX_WIDTH_PX],
+    radial: [f32; MAX_WIDTH_PX],
+}
+
+impl<'a> Band<'a> {
+    /// A band of no rows.
+    fn new(width: usize) -> Self {
+        Self {
+            cell: &[],
+            run: &[],
+            rows: 0,
+            width,
+            packed: [0; MAX_WIDTH_PX],
+            radial: [0.0; MAX_WIDTH_PX],
+        }
+    }
+
+    fn continues(&self, row: &MapRow<'_>) -> bool {
+        self.cell == row.cell && self.rows < MAX_ROWS
+    }
+
+    fn begin(&mut self, row: MapRow<'a>) {
+        (self.cell, self.run, self.rows) = (row.cell, row.run, 0);
+        self.packed[..self.width].fill(0);
+        self.radial[..self.width].fill(0.0);
+    }
+
+    /// Adds a row; the grey rows hold one pixel more on either side.
+    #[inline(always)]
+    fn add(&mut self, above: &[u8], here: &[u8], below: &[u8], row: &MapRow<'_>) {
+        self.rows += 1;
+        let radial = &mut self.radial[..self.width];
+        add_radial_gradient(above, here, below, row.rho_x, row.rho_y, radial);
+        for (packed, &grey) in self.packed[..self.width].iter_mut().zip(&here[1..]) {
+            *packed += u32::from(grey) | u32::from(grey == u8::MAX) << 16;
+        }
+    }
+}
+
+/// Adds ∇G·ρ̂ of one row; the grey rows hold one pixel more on either side.
+#[inline(always)]
+fn add_radial_gradient(
     above: &[u8],
     here: &[u8],
     below: &[u8],
@@ -221,7 +269,7 @@ fn radial_gradient(
     for x in 0..width {
         let across = i32::from(right[x]) - i32::from(left[x]);
         let down = i32::from(below[x]) - i32::from(above[x]);
-        radial[x] = across as f32 * rho_x[x] + down as f32 * rho_y[x];
+        radial[x] += across as f32 * rho_x[x] + down as f32 * rho_y[x];
     }
 }
 
