@@ -5,6 +5,17 @@
 //! | `reference` | f64, error function | 0 (it is the yardstick; its own linear error is about 1e-12, 1e-4 where the blur is left out) | tests, other levels |
 //! | `fine` | f32, table | 0.01 | figures, pictures |
 //! | `fast` | f32, table | 0.25: half of what rounding does | Monte Carlo |
+//!
+//! A level is a promise; [`Accuracy`] holds the knobs that keep it in one scene, and a renderer can be made of knobs set by hand
+//! ([`crate::renderer::Renderer::with_accuracy`]). The errors and what bounds them:
+//!
+//! | error | knob | why this way |
+//! |---|---|---|
+//! | a disc as a few chords | [`Accuracy::quadrature`] | chords at Chebyshev's nodes converge faster than any power of their number: 4 of them do for `fast` at 50 m |
+//! | light beyond the drawn margin | [`Accuracy::truncation`] | the blur falls off as a Gaussian, so a tenth of the error costs half a pixel |
+//! | values between tabulated phases | [`Accuracy::phases`] | linear, for that is one vector operation; the table grows with the inverse root of the error |
+//! | rounding of f32 | none: [`Level::Reference`] draws in f64 | some 1e-7 of a pixel's value |
+//! | the gamma curve | none: [`crate::grey::CURVE_ERROR_GREY`] | a polynomial of vectors that is closer than either level asks |
 
 use std::str::FromStr;
 
@@ -53,15 +64,16 @@ impl FromStr for Level {
 /// The relative step of f32, rounded up.
 const F32_STEP: f64 = 1e-7;
 
-/// The knobs that a level turns, for one scene. Each bounds one error, as a part of an LED's light.
+/// The knobs that a level turns, for one scene; they do not change while it is rendered. Each bounds one error, as a part of an
+/// LED's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Largest error of the integral over a disc; sets the number of chords.
     pub quadrature: f64,
     /// Most light of a plane full of LEDs that may be cut off; sets how far the blur reaches.
     pub truncation: f64,
-    /// Table entries a pixel; bounds the interpolation (see [`crate::kernel::Tabulated`]).
-    pub table_per_px: usize,
+    /// Table entries a pixel, 0 for none; bounds the interpolation (see [`crate::polyphase`], [`crate::kernel::Tabulated`]).
+    pub phases: usize,
 }
 
 impl Accuracy {
@@ -76,7 +88,7 @@ impl Accuracy {
                 return Self {
                     quadrature: 1e-13,
                     truncation: 1e-13,
-                    table_per_px: 0,
+                    phases: 0,
                 };
             }
             Level::Fine | Level::Fast => level.error_bound_grey() / 4.0,
@@ -89,7 +101,7 @@ impl Accuracy {
         Self {
             quadrature: part,
             truncation: part,
-            table_per_px: (per_px as usize).next_power_of_two().clamp(16, 4096),
+            phases: (per_px as usize).next_power_of_two().clamp(16, 4096),
         }
     }
 

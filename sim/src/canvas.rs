@@ -3,8 +3,8 @@
 use glam::DVec2;
 use link::panel::{LEDS, SIDE};
 
-use crate::chords::Chords;
-use crate::kernel::{Kernel, Real};
+use crate::kernel::Real;
+use crate::stamp::Stamp;
 
 /// A rectangle of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,10 +24,10 @@ pub struct Region {
 pub struct Canvas<R> {
     region: Region,
     values: Vec<R>,
-    /// Scratch of one row's bell values, and of one LED's bells and steps.
+    /// Scratch: one row of LEDs, the values across of its columns, the values down of one row.
     row: Vec<R>,
-    bells: Vec<R>,
-    steps: Vec<R>,
+    across: Vec<R>,
+    down: Vec<R>,
 }
 
 impl<R: Real> Canvas<R> {
@@ -36,9 +36,9 @@ impl<R: Real> Canvas<R> {
         Self {
             region,
             values: vec![R::default(); region.width * region.height],
-            row: vec![R::default(); region.width],
-            bells: Vec::new(),
-            steps: Vec::new(),
+            row: Vec::new(),
+            across: Vec::new(),
+            down: Vec::new(),
         }
     }
 
@@ -62,112 +62,94 @@ impl<R: Real> Canvas<R> {
         self.values.fill(value);
     }
 
-    /// Adds 64 equal LEDs whose centres lie on upright rows and columns (in px of the sensor).
+    /// Adds 64 LEDs of one shape whose centres lie on upright rows and columns (in px of the sensor).
     ///
-    /// What a column's bells are is worked out once for its eight LEDs, and a row of eight LEDs is spread over its
-    /// pixel rows together: an eighth of the work of [`Canvas::add_led`] 64 times.
-    pub fn add_lattice<K: Kernel<Real = R>>(
+    /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
+    /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
+    #[inline(always)]
+    pub fn add_lattice<S: Stamp<Real = R>>(
         &mut self,
-        kernel: &K,
-        chords: &Chords,
-        margin_px: f64,
+        stamp: &S,
         columns: &[f64; SIDE],
         rows: &[f64; SIDE],
         light: &[R; LEDS],
     ) {
-        let (reach_x, reach_y) = (chords.reach() + margin_px).into();
-        let half = chords.0.len().div_ceil(2);
-        // Chords come in pairs ±u of equal ends; an odd one out stands in the middle and counts once.
-        for (k, chord) in chords.0.iter().take(half).enumerate() {
-            let alone = 2 * k + 1 == chords.0.len();
-            let spans_x =
-                columns.map(|c| self.span(c - self.region.x as f64, reach_x, self.region.width));
-            let spans_y =
-                rows.map(|r| self.span(r - self.region.y as f64, reach_y, self.region.height));
-            self.bells.clear();
-            for (&(from, to), column) in spans_x.iter().zip(columns) {
-                let centre = column - self.region.x as f64;
-                let bell = |i: usize| {
-                    let s = i as f64 - centre;
-                    let right = kernel.bell(s - chord.u, chord.weight);
-                    R::from_f64(chord.weight)
-                        * if alone {
-                            right
-                        } else {
-                            right + kernel.bell(s + chord.u, chord.weight)
-                        }
-                };
-                self.bells.extend((from..to).map(bell));
+        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+        let Region { x, y, .. } = self.region;
+        // Room on either side for LEDs that are not wholly in the region.
+        let row_length = self.region.width + 2 * width;
+        self.row.resize(self.region.width, R::default());
+        self.across.resize(SIDE * row_length, R::default());
+        self.down.resize(height, R::default());
+        let starts = columns.map(|column| {
+            let first = column.floor() as i64 - before_x as i64 - x as i64 + width as i64;
+            first.clamp(0, (row_length - width) as i64) as usize
+        });
+        for term in 0..stamp.terms() {
+            // Each column over the whole row, dark where it does not reach: to add up whole rows is faster than to add short
+            // overlapping pieces, which would each wait for the one before.
+            self.across.fill(R::default());
+            let all_columns = self.across.chunks_exact_mut(row_length);
+            for ((values, column), &start) in all_columns.zip(columns).zip(&starts) {
+                let fraction = column - column.floor();
+                stamp.across(term, fraction, &mut values[start..start + width]);
             }
-            for (r, (&(from_y, to_y), row)) in spans_y.iter().zip(rows).enumerate() {
-                self.row.fill(R::default());
-                let mut bells = self.bells.as_slice();
-                for (c, &(from, to)) in spans_x.iter().enumerate() {
-                    let (mine, rest) = bells.split_at(to - from);
-                    add_scaled(&mut self.row[from..to], mine, light[SIDE * r + c]);
-                    bells = rest;
+            for (row, light) in rows.iter().zip(light.chunks_exact(SIDE)) {
+                let lit = &mut self.row[..self.region.width];
+                lit.fill(R::default());
+                for (values, &light) in self.across.chunks_exact(row_length).zip(light) {
+                    add_scaled(lit, &values[width..width + lit.len()], light);
                 }
-                let (first, last) = (spans_x[0].0, spans_x[SIDE - 1].1);
-                let centre = row - self.region.y as f64;
-                for j in from_y..to_y {
-                    let s = j as f64 - centre;
-                    let step = kernel.step(s - chord.top) - kernel.step(s - chord.bottom);
-                    let start = j * self.region.width;
-                    add_scaled(
-                        &mut self.values[start + first..start + last],
-                        &self.row[first..last],
-                        step,
-                    );
+                stamp.down(term, row - row.floor(), &mut self.down);
+                let first = row.floor() as i64 - before_y as i64 - y as i64;
+                for (j, &down) in (first..).zip(&self.down) {
+                    if (0..self.region.height as i64).contains(&j) {
+                        let start = j as usize * self.region.width;
+                        add_scaled(&mut self.values[start..start + lit.len()], lit, down);
+                    }
                 }
             }
         }
     }
 
     /// Adds one LED of the given linear `light` with its centre at `centre` (in px of the sensor).
-    pub fn add_led<K: Kernel<Real = R>>(
-        &mut self,
-        kernel: &K,
-        chords: &Chords,
-        margin_px: f64,
-        centre: DVec2,
-        light: R,
-    ) {
-        let (reach_x, reach_y) = (chords.reach() + margin_px).into();
-        let centre = centre - DVec2::new(self.region.x as f64, self.region.y as f64);
-        let (from_x, to_x) = self.span(centre.x, reach_x, self.region.width);
-        let (from_y, to_y) = self.span(centre.y, reach_y, self.region.height);
-        for chord in &chords.0 {
-            let scale = light * R::from_f64(chord.weight);
-            self.bells.clear();
-            self.bells.extend(
-                (from_x..to_x)
-                    .map(|i| kernel.bell(i as f64 - centre.x - chord.u, chord.weight) * scale),
-            );
-            self.steps.clear();
-            let step = |s: f64| kernel.step(s - chord.top) - kernel.step(s - chord.bottom);
-            self.steps
-                .extend((from_y..to_y).map(|j| step(j as f64 - centre.y)));
-            for (j, &step) in (from_y..to_y).zip(&self.steps) {
-                let start = j * self.region.width;
-                add_scaled(
-                    &mut self.values[start + from_x..start + to_x],
-                    &self.bells,
-                    step,
-                );
+    #[inline(always)]
+    pub fn add_led<S: Stamp<Real = R>>(&mut self, stamp: &S, centre: DVec2, light: R) {
+        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+        let Region { x, y, .. } = self.region;
+        self.across.resize(width, R::default());
+        self.down.resize(height, R::default());
+        let (floor, fraction) = (centre.floor(), centre - centre.floor());
+        let first_x = floor.x as i64 - before_x as i64 - x as i64;
+        let first_y = floor.y as i64 - before_y as i64 - y as i64;
+        let end = self.region.width as i64;
+        let (from, to) = (
+            first_x.clamp(0, end),
+            (first_x + width as i64).clamp(0, end),
+        );
+        if from >= to {
+            return;
+        }
+        for term in 0..stamp.terms() {
+            stamp.across(term, fraction.x, &mut self.across);
+            stamp.down(term, fraction.y, &mut self.down);
+            let across = &self.across[(from - first_x) as usize..(to - first_x) as usize];
+            for (j, &down) in (first_y..).zip(&self.down) {
+                if (0..self.region.height as i64).contains(&j) {
+                    let start = j as usize * self.region.width + from as usize;
+                    add_scaled(
+                        &mut self.values[start..start + across.len()],
+                        across,
+                        down * light,
+                    );
+                }
             }
         }
-    }
-
-    /// The pixels within `reach` of `centre`, as a half-open span inside `0..end`.
-    fn span(&self, centre: f64, reach: f64, end: usize) -> (usize, usize) {
-        let from = (centre - reach).ceil().clamp(0.0, end as f64) as usize;
-        let to = ((centre + reach).floor() + 1.0).clamp(from as f64, end as f64) as usize;
-        (from, to)
     }
 }
 
 /// target += source·scale, element by element.
-#[inline]
+#[inline(always)]
 fn add_scaled<R: Real>(target: &mut [R], source: &[R], scale: R) {
     for (target, &source) in target.iter_mut().zip(source) {
         *target += source * scale;

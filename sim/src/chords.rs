@@ -117,6 +117,20 @@ impl Chords {
         Self(chords)
     }
 
+    /// Whether the chord k from either end stands mirrored about the centre, between the same heights.
+    pub fn are_mirrored(&self) -> bool {
+        let mut pairs = self.0.iter().zip(self.0.iter().rev());
+        pairs.all(|(one, other)| {
+            // Rounding apart, which is some 1e-15 px.
+            let apart = [
+                one.u + other.u,
+                one.top - other.top,
+                one.bottom - other.bottom,
+            ];
+            apart.iter().all(|distance| distance.abs() < 1e-11) && one.weight - other.weight < 1e-11
+        })
+    }
+
     /// How far the outermost light is from the centre along x, and along y.
     pub fn reach(&self) -> DVec2 {
         self.0.iter().fold(DVec2::ZERO, |reach, c| {

@@ -13,7 +13,8 @@ use rx_pipeline::features::{Features, FeaturesError};
 use rx_pipeline::frame::{Frame, FrameError};
 use serde::{Deserialize, Serialize};
 
-use link::panel::PanelFrame;
+use fearless_simd::{self as simd, dispatch};
+use link::panel::{LEDS, PanelFrame};
 
 use crate::accuracy::Level;
 use crate::canvas::{Canvas, Region};
@@ -250,20 +251,12 @@ impl Evaluator {
         let mut part = Evaluation::default();
         for frame in frames {
             let Reading { bits, features } = self.read(frame, workspace)?;
-            for (led, (&agr, &gri)) in features.agr.iter().zip(&features.gri).enumerate() {
-                let class = if bits.led(led) {
-                    &mut part.on
-                } else {
-                    &mut part.off
-                };
-                class.push([agr.into(), gri.into()]);
-            }
+            part.on.merge(&class(&features, bits));
+            part.off
+                .merge(&class(&features, PanelFrame::from_bits(!bits.bits())));
             // A frame that cannot be read tells nothing: all its On bits count as wrong.
-            let read = self
-                .detector
-                .detect(&features)
-                .map_or(PanelFrame::default(), |detection| detection.bits);
-            part.errors.push(read.distance(bits));
+            let decided = dispatch!(simd::Level::new(), _simd => self.detector.decide(&features));
+            part.errors.push(decided.unwrap_or_default().distance(bits));
         }
         Ok(part)
     }
@@ -294,15 +287,12 @@ impl Evaluator {
         self.renderer.draw(&moment, shown, canvas);
         let shown = shown[0];
         self.renderer.read_out(seed, frame, canvas, grey);
-        let Region { width, height, .. } = self.region;
-        map.build(
-            &self
-                .corners
-                .shifted(shown.shift_px[0] as f32, shown.shift_px[1] as f32)?,
-            width,
-            height,
+        let [x, y] = shown.shift_px.map(|shift| shift as f32);
+        let corners = self.corners.shifted(x, y)?;
+        let features = dispatch!(
+            simd::Level::new(),
+            _simd => measure(grey, self.region, &corners, map)
         )?;
-        let features = Features::measure(&Frame::new(grey, width, height)?, map)?;
         Ok(Reading {
             bits: self.renderer.truth(0, &moment, &shown),
             features,
@@ -341,6 +331,29 @@ impl Evaluator {
         }
         Ok(training.finish()?)
     }
+}
+
+/// The features of a panel at `corners`.
+#[inline(always)]
+fn measure(
+    grey: &[u8],
+    Region { width, height, .. }: Region,
+    corners: &Corners,
+    map: &mut CellMap<PANEL_PIXELS>,
+) -> Result<Features, EvaluateError> {
+    map.build(corners, width, height)?;
+    Ok(Features::measure(&Frame::new(grey, width, height)?, map)?)
+}
+
+/// The moments of (AGR, GRI) of the cells that are On in `members`.
+fn class(features: &Features, members: PanelFrame) -> Moments {
+    let mut pairs = [[0.0; 2]; LEDS];
+    let mut count = 0;
+    for led in (0..LEDS).filter(|&led| members.led(led)) {
+        pairs[count] = [features.agr[led].into(), features.gri[led].into()];
+        count += 1;
+    }
+    Moments::of(&pairs[..count])
 }
 
 /// The corner LEDs of the renderer's first panel, in pixels of a region.

@@ -4,31 +4,39 @@ use glam::{DMat2, DVec2, DVec3};
 use link::panel::{LEDS, SIDE};
 
 use crate::accuracy::Accuracy;
+use crate::canvas::Canvas;
 use crate::chords::Chords;
+use crate::kernel::Exact;
+use crate::polyphase::Polyphase;
 use crate::projection::{Ellipse, Projection};
 use crate::recipe::Recipe;
 use crate::scene::{Camera, Pose};
+use crate::stamp::Stamp;
 use crate::view::PanelView;
 
 /// The LEDs of one panel at one moment of the exposure.
 #[derive(Clone, Debug)]
-pub enum Layout {
-    /// Equal LEDs on upright rows and columns: a panel parallel to the sensor.
+pub struct Layout {
+    /// Where they are.
+    pub places: Places,
+    /// The image of each LED, or a single one for all.
+    pub shapes: Vec<Chords>,
+    /// The table of the one image of all, where there is one and it need not be exact.
+    pub table: Option<Polyphase>,
+}
+
+/// Where a panel's LEDs are, in px of the sensor.
+#[derive(Clone, Debug)]
+pub enum Places {
+    /// On upright rows and columns: a panel parallel to the sensor.
     Lattice {
         /// Pixel columns of the LEDs' centres.
         columns: [f64; SIDE],
         /// Pixel rows of the LEDs' centres.
         rows: [f64; SIDE],
-        /// The image of each LED.
-        chords: Chords,
     },
-    /// LEDs anywhere.
-    Scattered {
-        /// The LEDs' centres.
-        centres: Box<[DVec2; LEDS]>,
-        /// The image of each LED, or a single one for all.
-        chords: Vec<Chords>,
-    },
+    /// Anywhere.
+    Scattered(Box<[DVec2; LEDS]>),
 }
 
 impl Layout {
@@ -41,6 +49,12 @@ impl Layout {
         after_s: f64,
     ) -> Self {
         let ellipses = ellipses(camera, panel, recipe, after_s);
+        let places = places(&ellipses);
+        let alike = |ellipse: &Ellipse| {
+            // Rounding apart, which is some 1e-13 px.
+            (ellipse.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11)
+        };
+        let shapes = if ellipses.iter().all(alike) { 1 } else { LEDS };
         let largest = ellipses
             .iter()
             .max_by(|a, b| {
@@ -49,32 +63,82 @@ impl Layout {
                     .total_cmp(&b.half_extent().length())
             })
             .map_or(DMat2::IDENTITY, |e| e.shape);
-        let chords = Chords::within(largest, recipe.sigma_px, accuracy.quadrature);
-        if is_lattice(&ellipses) {
-            return Self::Lattice {
-                columns: std::array::from_fn(|c| ellipses[c].centre.x),
-                rows: std::array::from_fn(|r| ellipses[SIDE * r].centre.y),
-                chords,
-            };
-        }
-        let centres = Box::new(ellipses.map(|ellipse| ellipse.centre));
-        let shape = ellipses[0].shape;
-        let image = |shape| {
+        let count = Chords::within(largest, recipe.sigma_px, accuracy.quadrature)
+            .0
+            .len();
+        let image = |ellipse: &Ellipse| {
             if recipe.sigma_px == 0.0 {
-                Chords::strips(shape, chords.0.len())
+                Chords::strips(ellipse.shape, count)
             } else {
-                Chords::new(shape, chords.0.len())
+                Chords::new(ellipse.shape, count)
             }
         };
-        let chords = if ellipses.iter().all(|ellipse| ellipse.shape == shape) {
-            vec![image(shape)]
-        } else {
-            ellipses
-                .iter()
-                .map(|ellipse| image(ellipse.shape))
-                .collect()
+        let shapes: Vec<_> = ellipses[..shapes].iter().map(image).collect();
+        let table = match shapes.as_slice() {
+            [shape] if accuracy.phases > 0 && recipe.sigma_px > 0.0 => Some(Polyphase::new(
+                &Exact::new(recipe.sigma_px),
+                shape,
+                accuracy.margin_px(recipe.sigma_px),
+                accuracy.phases,
+            )),
+            _ => None,
         };
-        Self::Scattered { centres, chords }
+        Self {
+            places,
+            shapes,
+            table,
+        }
+    }
+
+    /// The image of LED `led`.
+    pub fn shape(&self, led: usize) -> &Chords {
+        self.shapes.get(led).unwrap_or(&self.shapes[0])
+    }
+
+    /// The centre of LED `led`, 0 to 63.
+    pub fn centre(&self, led: usize) -> DVec2 {
+        match &self.places {
+            Places::Lattice { columns, rows } => {
+                DVec2::new(columns[led % SIDE], rows[led / SIDE % SIDE])
+            }
+            Places::Scattered(centres) => centres[led % LEDS],
+        }
+    }
+
+    /// Adds the LEDs to a canvas, each by its stamp with its linear `light`, all moved by `shift`.
+    #[inline(always)]
+    pub fn paint<S: Stamp>(
+        &self,
+        stamp: impl Fn(usize) -> S,
+        shift: DVec2,
+        light: &[S::Real; LEDS],
+        canvas: &mut Canvas<S::Real>,
+    ) {
+        match &self.places {
+            Places::Lattice { columns, rows } => canvas.add_lattice(
+                &stamp(0),
+                &columns.map(|column| column + shift.x),
+                &rows.map(|row| row + shift.y),
+                light,
+            ),
+            Places::Scattered(centres) => {
+                for (led, (centre, &light)) in centres.iter().zip(light).enumerate() {
+                    canvas.add_led(&stamp(led), *centre + shift, light);
+                }
+            }
+        }
+    }
+}
+
+/// The places of LEDs, as rows and columns where they stand on such and look alike.
+fn places(ellipses: &[Ellipse; LEDS]) -> Places {
+    if is_lattice(ellipses) {
+        Places::Lattice {
+            columns: std::array::from_fn(|c| ellipses[c].centre.x),
+            rows: std::array::from_fn(|r| ellipses[SIDE * r].centre.y),
+        }
+    } else {
+        Places::Scattered(Box::new(ellipses.map(|ellipse| ellipse.centre)))
     }
 }
 

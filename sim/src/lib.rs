@@ -6,7 +6,7 @@
 //! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
 //!                  effects ────────┘
 //!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
-//! accuracy ── kernel, chords ── layout ─┘
+//! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┘
 //!
 //! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
 //! road                              the transmitter's code, the frames, the receiver's code
@@ -51,12 +51,14 @@ pub mod l2a;
 pub mod layout;
 pub mod noise;
 pub mod plan;
+pub mod polyphase;
 pub mod projection;
 pub mod random;
 pub mod recipe;
 pub mod renderer;
 pub mod road;
 pub mod scene;
+pub mod stamp;
 pub mod statistics;
 pub mod tally;
 pub mod view;

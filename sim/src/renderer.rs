@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use fearless_simd::dispatch;
 use glam::DVec2;
 use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::Rng;
@@ -12,7 +13,7 @@ use crate::chords::Chords;
 use crate::clock::{Moment, WINDOW};
 use crate::effects;
 use crate::exposure::LedLight;
-use crate::grey::{self, Encoder};
+use crate::grey::{self, Curve};
 use crate::kernel::{Exact, Kernel, Real, Square, Tabulated};
 use crate::layout::{self, Layout};
 use crate::noise::FlatNoise;
@@ -20,6 +21,7 @@ use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::recipe::Recipe;
 use crate::scene::{Camera, Scene};
+use crate::stamp::Chorded;
 use crate::view::{BOARD_CORNERS, PanelView, View, ViewError};
 
 /// What one panel shows during one exposure.
@@ -51,7 +53,7 @@ pub struct Renderer {
     far_to_near: Vec<usize>,
     /// For each panel drawn: its board's centre and image.
     boards: Vec<Option<(DVec2, Chords)>>,
-    encoder: Encoder,
+    curve: Curve,
     /// Noise of the plain background, made when a whole frame is first asked for.
     flat_noise: OnceLock<FlatNoise>,
 }
@@ -67,7 +69,6 @@ impl Renderer {
 
     /// A renderer for a scene worked out.
     pub fn of(view: View, level: Level) -> Self {
-        let scene = &view.scene;
         let plan = Plan::of(&view);
         let recipe = plan.recipe(&view);
         let accuracy = Accuracy::new(
@@ -75,8 +76,20 @@ impl Renderer {
             view.floor,
             view.peak - view.floor,
             recipe.sigma_px,
-            scene.camera.gamma,
+            view.scene.camera.gamma,
         );
+        Self::with(view, plan, recipe, level, accuracy)
+    }
+
+    /// A renderer with the knobs set by hand; the bound of `level` is then the caller's to keep.
+    pub fn with_accuracy(view: View, level: Level, accuracy: Accuracy) -> Self {
+        let plan = Plan::of(&view);
+        let recipe = plan.recipe(&view);
+        Self::with(view, plan, recipe, level, accuracy)
+    }
+
+    fn with(view: View, plan: Plan, recipe: Recipe, level: Level, accuracy: Accuracy) -> Self {
+        let scene = &view.scene;
         let margin_px = accuracy.margin_px(recipe.sigma_px);
         let drawn = if recipe.neighbours {
             view.panels.len()
@@ -109,11 +122,11 @@ impl Renderer {
             let [a, b] = [a, b].map(|index| view.panels[index].pose.distance_m);
             b.total_cmp(&a)
         });
-        let per_px = accuracy.table_per_px.max(1);
+        let per_px = accuracy.phases.max(1);
         Self {
             exact: Exact::new(recipe.sigma_px),
             table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
-            encoder: Encoder::new(scene.camera.gamma),
+            curve: Curve::new(scene.camera.gamma),
             margin_px,
             layouts,
             boards,
@@ -179,13 +192,7 @@ impl Renderer {
             .get(index)
             .into_iter()
             .flatten()
-            .flat_map(|(_, layout)| match layout {
-                Layout::Lattice { columns, rows, .. } => vec![
-                    DVec2::new(columns[0], rows[0]),
-                    DVec2::new(columns[SIDE - 1], rows[SIDE - 1]),
-                ],
-                Layout::Scattered { centres, .. } => centres.to_vec(),
-            });
+            .flat_map(|(_, layout)| (0..LEDS).map(|led| layout.centre(led)));
         let (low, high) = corners
             .into_iter()
             .chain(centres)
@@ -223,10 +230,25 @@ impl Renderer {
 
     /// Draws the linear image, in single precision, at the level [`Level::Fine`] or [`Level::Fast`].
     pub fn draw(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
+        dispatch!(fearless_simd::Level::new(), _simd => self.draw_f32(moment, shown, canvas));
+    }
+
+    #[inline(always)]
+    fn draw_f32(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
         if self.recipe.sigma_px > 0.0 {
-            self.compose(&self.table, moment, shown, canvas);
+            self.compose(
+                &self.table,
+                moment,
+                shown,
+                canvas,
+                #[inline(always)]
+                |layout, shift, light, canvas| match &layout.table {
+                    Some(table) => layout.paint(|_| table, shift, light, canvas),
+                    None => self.paint_chords(&self.table, layout, shift, light, canvas),
+                },
+            );
         } else {
-            self.compose(&Square::default(), moment, shown, canvas);
+            self.compose_chords(&Square::default(), moment, shown, canvas);
         }
         let Region { x, y, width, .. } = canvas.region();
         for stage in &self.recipe.row_stages {
@@ -240,9 +262,9 @@ impl Renderer {
     /// [`Level::Reference`] to be as exact as that.
     pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
         if self.recipe.sigma_px > 0.0 {
-            self.compose(&self.exact, moment, shown, canvas);
+            self.compose_chords(&self.exact, moment, shown, canvas);
         } else {
-            self.compose(&Square::default(), moment, shown, canvas);
+            self.compose_chords(&Square::default(), moment, shown, canvas);
         }
         let Region { x, y, width, .. } = canvas.region();
         for stage in &self.recipe.row_stages {
@@ -261,7 +283,9 @@ impl Renderer {
     /// Reads pixels out one after another.
     fn read_pixels(&self, linear: &[f32], random: &mut impl Rng, grey: &mut [u8]) {
         match &self.recipe.noise {
-            None => self.encoder.encode(linear, grey),
+            None => {
+                dispatch!(fearless_simd::Level::new(), _simd => self.curve.encode(linear, grey))
+            }
             Some(noise) => {
                 for (grey, &linear) in grey.iter_mut().zip(linear) {
                     *grey = noise.read(linear, random);
@@ -302,7 +326,11 @@ impl Renderer {
         if width < sensor.width || height < sensor.height {
             let background = self.view.exposure.background;
             match &self.recipe.noise {
-                None => grey.fill(self.encoder.grey(background as f32)),
+                None => {
+                    let mut plain = [0];
+                    self.curve.encode(&[background as f32], &mut plain);
+                    grey.fill(plain[0]);
+                }
                 Some(noise) => self
                     .flat_noise
                     .get_or_init(|| FlatNoise::new(noise, background))
@@ -344,18 +372,23 @@ impl Renderer {
         let panel = &self.view.panels[index];
         let corners = [(0, 0), (0, 7), (7, 7), (7, 0)];
         let drawn = self.layouts.get(index).and_then(|layouts| layouts.first());
-        corners.map(|(row, column)| match drawn {
-            Some((_, Layout::Lattice { columns, rows, .. })) => [columns[column], rows[row]],
-            Some((_, Layout::Scattered { centres, .. })) => centres[SIDE * row + column].into(),
-            None => panel
-                .projection
-                .pixel(panel.projection.led_m(row as f64, column as f64))
-                .into(),
+        corners.map(|(row, column)| {
+            let place = match drawn {
+                Some((_, layout)) => layout.centre(SIDE * row + column),
+                None => {
+                    let at = panel.projection.led_m(row as f64, column as f64);
+                    panel.projection.pixel(at)
+                }
+            };
+            place.into()
         })
     }
 
     /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
     pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
+        if self.recipe.row_delay_s == 0.0 {
+            return shown.symbols[moment.middle_symbol(0.0)];
+        }
         let delay_s = self.delays_s(index);
         let on =
             (0..LEDS).filter(|&led| shown.symbols[moment.middle_symbol(delay_s[led])].led(led));
@@ -381,12 +414,46 @@ impl Renderer {
         std::array::from_fn(|led| self.recipe.row_delay_s * ellipses[led].centre.y)
     }
 
+    /// Composes the image with every LED drawn by its chords.
+    fn compose_chords<K: Kernel>(
+        &self,
+        kernel: &K,
+        moment: &Moment,
+        shown: &[Shown],
+        canvas: &mut Canvas<K::Real>,
+    ) {
+        self.compose(
+            kernel,
+            moment,
+            shown,
+            canvas,
+            |layout, shift, light, canvas| {
+                self.paint_chords(kernel, layout, shift, light, canvas);
+            },
+        );
+    }
+
+    fn paint_chords<K: Kernel>(
+        &self,
+        kernel: &K,
+        layout: &Layout,
+        shift: DVec2,
+        light: &[K::Real; LEDS],
+        canvas: &mut Canvas<K::Real>,
+    ) {
+        let stamp = |led| Chorded::new(kernel, layout.shape(led), self.margin_px);
+        layout.paint(stamp, shift, light, canvas);
+    }
+
+    /// Background, boards and LEDs, the farthest panel first; `paint` adds the LEDs of a layout.
+    #[inline(always)]
     fn compose<K: Kernel>(
         &self,
         kernel: &K,
         moment: &Moment,
         shown: &[Shown],
         canvas: &mut Canvas<K::Real>,
+        paint: impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
     ) {
         self.draw_background(canvas);
         for &index in &self.far_to_near {
@@ -400,28 +467,7 @@ impl Renderer {
             let light = self.amplitudes(index, moment, shown);
             for (weight, layout) in layouts {
                 let weighted = light.map(|light| K::Real::from_f64(light * weight));
-                match layout {
-                    Layout::Lattice {
-                        columns,
-                        rows,
-                        chords,
-                    } => {
-                        canvas.add_lattice(
-                            kernel,
-                            chords,
-                            self.margin_px,
-                            &columns.map(|c| c + shift.x),
-                            &rows.map(|r| r + shift.y),
-                            &weighted,
-                        );
-                    }
-                    Layout::Scattered { centres, chords } => {
-                        for (led, (centre, light)) in centres.iter().zip(weighted).enumerate() {
-                            let chords = chords.get(led).unwrap_or(&chords[0]);
-                            canvas.add_led(kernel, chords, self.margin_px, *centre + shift, light);
-                        }
-                    }
-                }
+                paint(layout, shift, &weighted, canvas);
             }
         }
     }
@@ -454,13 +500,8 @@ impl Renderer {
         canvas: &mut Canvas<K::Real>,
     ) {
         let mut mask = Canvas::new(canvas.region());
-        mask.add_led(
-            kernel,
-            chords,
-            self.margin_px,
-            centre,
-            K::Real::from_f64(1.0),
-        );
+        let board_stamp = Chorded::new(kernel, chords, self.margin_px);
+        mask.add_led(&board_stamp, centre, K::Real::from_f64(1.0));
         let board = self
             .board_light(index)
             .unwrap_or(self.view.exposure.background);

@@ -30,6 +30,29 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Those of a few pairs at once, in two passes: first the mean, then what is left about it.
+    pub fn of(values: &[[f64; 2]]) -> Self {
+        let Some(&first) = values.first() else {
+            return Self::default();
+        };
+        let from_first = values.iter().map(|v| [v[0] - first[0], v[1] - first[1]]);
+        let share = 1.0 / values.len() as f64;
+        let sum = from_first
+            .clone()
+            .fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
+        let mean = sum.map(|sum| sum * share);
+        let scatter = from_first.fold([0.0; 3], |scatter, x| {
+            let [a, b] = [x[0] - mean[0], x[1] - mean[1]];
+            [scatter[0] + a * a, scatter[1] + a * b, scatter[2] + b * b]
+        });
+        Self {
+            count: values.len() as u64,
+            first,
+            mean,
+            scatter,
+        }
+    }
+
     /// Takes one pair.
     pub fn push(&mut self, value: [f64; 2]) {
         if self.count == 0 {
@@ -268,7 +291,8 @@ mod tests {
                 moments
             };
             let (whole, mut merged) = (of(&values), of(&values[..cut]));
-            merged.merge(&of(&values[cut..]));
+            let rest: Vec<_> = values[cut..].iter().map(|&(x, y)| [x, y]).collect();
+            merged.merge(&Moments::of(&rest));
             prop_assert_eq!(whole.count(), merged.count());
             for i in 0..2 {
                 prop_assert!((whole.mean()[i] - merged.mean()[i]).abs() < 1e-9);
