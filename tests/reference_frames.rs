@@ -141,10 +141,10 @@ fn a_tilted_panel_agrees_with_brute_force() {
                 (centre as usize).saturating_sub(11)..(centre as usize + 12).min(end)
             };
             let columns: Vec<f64> = near(place.x, region.width)
-                .map(|x| kernel.bell(x as f64 - place.x, 0.0))
+                .map(|x| kernel.bell(x as f64 - place.x))
                 .collect();
             for y in near(place.y, region.height) {
-                let share = light * area_px * kernel.bell(y as f64 - place.y, 0.0);
+                let share = light * area_px * kernel.bell(y as f64 - place.y);
                 let row = &mut seen[y * region.width..][near(place.x, region.width)];
                 row.iter_mut()
                     .zip(&columns)

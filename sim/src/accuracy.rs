@@ -1,10 +1,13 @@
 //! How exactly an image is drawn, and which knob bounds which error.
 //!
-//! | level | numbers | declared bound against the reference, unrounded grey | for |
+//! | level | numbers | declared bound | for |
 //! |---|---|---|---|
-//! | `reference` | f64, error function | 0 (it is the yardstick; its own linear error is about 1e-12, 1e-4 where the blur is left out) | tests, other levels |
-//! | `fine` | f32, table | 0.01 | figures, pictures |
-//! | `fast` | f32, table | 0.25: half of what rounding does | Monte Carlo |
+//! | `reference` | f64, error function | 1e-9 of an LED's light, linear | tests, other levels |
+//! | `fine` | f32, table | 0.01 unrounded grey levels from the reference | figures, pictures |
+//! | `fast` | f32, table | 0.25 unrounded grey levels from the reference: half of what rounding does | Monte Carlo |
+//!
+//! The bound of `reference` is held against values of thirty digits by `cargo test -p vocc-tests --test high_precision`,
+//! those of the others against the reference by `cargo test -p vocc-tests --test levels`.
 //!
 //! A level is a promise; [`Accuracy`] holds the knobs that keep it in one scene, and a renderer can be made of knobs set by hand
 //! ([`crate::renderer::Renderer::with_accuracy`]). The errors and what bounds them:
@@ -16,6 +19,12 @@
 //! | values between tabulated phases | [`Accuracy::phases`] | linear, for that is one vector operation; the table grows with the inverse root of the error |
 //! | rounding of f32 | none: [`Level::Reference`] draws in f64 | some 1e-7 of a pixel's value |
 //! | the gamma curve | none: [`crate::grey::CURVE_ERROR_GREY`] | a polynomial of vectors that is closer than either level asks |
+//!
+//! The knobs act where a blur spreads each LED over its neighbourhood, which is what makes few chords enough. Without a blur, or under
+//! one so small that no affordable number of chords keeps the bound, all levels draw pixel by pixel from the
+//! [`Outline`](crate::outline::Outline) itself: without a blur that is a closed form, which takes no more time than chords would
+//! (an LED then lights only the pixels it covers), so nothing is gained by an approximation and their error is that of f32
+//! alone.
 
 use std::str::FromStr;
 
@@ -61,6 +70,8 @@ impl FromStr for Level {
     }
 }
 
+/// What [`Level::Reference`] allows of each error, as a part of an LED's light: with rounding they stay far below 1e-9.
+pub const REFERENCE: f64 = 1e-13;
 /// The relative step of f32, rounded up.
 const F32_STEP: f64 = 1e-7;
 
@@ -86,8 +97,8 @@ impl Accuracy {
         let share = match level {
             Level::Reference => {
                 return Self {
-                    quadrature: 1e-13,
-                    truncation: 1e-13,
+                    quadrature: REFERENCE,
+                    truncation: REFERENCE,
                     phases: 0,
                 };
             }

@@ -4,6 +4,7 @@ use glam::DVec2;
 use link::panel::{LEDS, SIDE};
 
 use crate::kernel::Real;
+use crate::outline::Outline;
 use crate::stamp::Stamp;
 
 /// A rectangle of the sensor.
@@ -145,6 +146,35 @@ impl<R: Real> Canvas<R> {
                 }
             }
         }
+    }
+
+    /// Adds an outline of the given linear `light` with its centre at `centre` (in px of the sensor), pixel by pixel.
+    pub fn add_outline(
+        &mut self,
+        outline: &Outline,
+        sigma_px: f64,
+        margin_px: f64,
+        centre: DVec2,
+        light: R,
+    ) {
+        let (reach_x, reach_y) = (outline.reach() + margin_px).into();
+        let centre = centre - DVec2::new(self.region.x as f64, self.region.y as f64);
+        let (from_x, to_x) = self.span(centre.x, reach_x, self.region.width);
+        let (from_y, to_y) = self.span(centre.y, reach_y, self.region.height);
+        for j in from_y..to_y {
+            let row = &mut self.values[j * self.region.width..][from_x..to_x];
+            for (i, value) in (from_x..to_x).zip(row) {
+                let at = DVec2::new(i as f64, j as f64) - centre;
+                *value += light * R::from_f64(outline.light(sigma_px, at));
+            }
+        }
+    }
+
+    /// The pixels within `reach` of `centre`, as a half-open span inside `0..end`.
+    fn span(&self, centre: f64, reach: f64, end: usize) -> (usize, usize) {
+        let from = (centre - reach).ceil().clamp(0.0, end as f64) as usize;
+        let to = ((centre + reach).floor() + 1.0).clamp(from as f64, end as f64) as usize;
+        (from, to)
     }
 }
 

@@ -2,10 +2,13 @@
 //!
 //! The Gaussian and the square both separate into x and y, so a disc's image needs only two functions of one variable:
 //! the **bell** β(s) = ∫ over the pixel's width of the Gaussian at distance s, and the **step** ς(s) = ∫ β, which rises
-//! from 0 to 1. [`Exact`] computes them by the error function, [`Tabulated`] reads them from a table of f32, and
-//! [`Square`] is what is left where there is no blur.
+//! from 0 to 1. [`Exact`] computes them by the error function, [`Tabulated`] reads them from a table of f32.
+//! Without a blur there is nothing to approximate: see [`crate::overlap`].
 
 use libm::{erf, erfc};
+
+use crate::gauss;
+use crate::phases::Phases;
 
 /// Floating-point numbers that images are drawn in.
 pub trait Real:
@@ -43,45 +46,77 @@ impl Real for f32 {
     }
 }
 
-/// The bell and the step.
+/// The bell and the step, for rows of pixels.
 pub trait Kernel {
     /// The type images are drawn in.
     type Real: Real;
-    /// β at `s` px, for light from a strip `width` px wide.
-    ///
-    /// Where there is a blur the strip counts as a line, for its chord stands where quadrature wants it.
-    fn bell(&self, s: f64, width: f64) -> Self::Real;
-    /// ς at `s` px.
-    fn step(&self, s: f64) -> Self::Real;
+    /// Adds scale·β at `first`, `first` + 1, … px.
+    fn add_bells(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
+    /// Adds scale·ς at `first`, `first` + 1, … px.
+    fn add_steps(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
 }
 
-/// Bell and step of the pixel's square alone, where the lens blur is left out: the part of a strip that the pixel covers.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Square<R>(std::marker::PhantomData<R>);
-
-impl<R: Real> Kernel for Square<R> {
-    type Real = R;
-
-    fn bell(&self, s: f64, width: f64) -> R {
-        let overlap = (s + width / 2.0).min(0.5) - (s - width / 2.0).max(-0.5);
-        R::from_f64(overlap.max(0.0) / width)
-    }
-
-    fn step(&self, s: f64) -> R {
-        R::from_f64((s + 0.5).clamp(0.0, 1.0))
-    }
-}
-
-/// Bell and step by the error function; error about 1e-16.
+/// Bell and step by the error function: absolute error about 1e-15, and nothing cancels in the far tails.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     sigma_px: f64,
 }
 
+/// Steps that differ by less than this part of the blur's σ are not subtracted: the bell is integrated between them.
+const CLOSE: f64 = 1.0 / 16.0;
+
 impl Exact {
-    /// For a blur of `sigma_px`, over 0; see [`Square`] for none.
+    /// For a blur of `sigma_px`, over 0; see [`crate::overlap`] for none.
     pub fn new(sigma_px: f64) -> Self {
         Self { sigma_px }
+    }
+
+    /// β at `s` px.
+    pub fn bell(&self, s: f64) -> f64 {
+        let scale = std::f64::consts::FRAC_1_SQRT_2 / self.sigma_px;
+        let (near, far) = (s.abs() - 0.5, s.abs() + 0.5);
+        // Outside the pixel both error functions are almost 1: their complements are subtracted instead.
+        if near > 0.0 {
+            0.5 * (erfc(near * scale) - erfc(far * scale))
+        } else {
+            0.5 * (erf(far * scale) - erf(near * scale))
+        }
+    }
+
+    /// ς at `s` px.
+    pub fn step(&self, s: f64) -> f64 {
+        if s > 0.0 {
+            1.0 - self.rising(-s)
+        } else {
+            self.rising(s)
+        }
+    }
+
+    /// ς(`upper`) − ς(`lower`), where `upper` is at least `lower`: what the pixel sees between two edges.
+    ///
+    /// ```
+    /// use sim::kernel::Exact;
+    /// let exact = Exact::new(1.0);
+    /// // Both steps are 1 to the last bit, and yet there is light between them.
+    /// assert_eq!(exact.step(11.0) - exact.step(10.0), 0.0);
+    /// assert!((exact.between(10.0, 11.0) / 1.0814e-22 - 1.0).abs() < 1e-3);
+    /// ```
+    pub fn between(&self, lower: f64, upper: f64) -> f64 {
+        if upper - lower < CLOSE * self.sigma_px {
+            let bells = gauss::nodes(lower, upper).map(|(s, weight)| weight * self.bell(s));
+            bells.sum()
+        } else if lower > 0.0 {
+            self.rising(-lower) - self.rising(-upper)
+        } else if upper > 0.0 {
+            1.0 - self.rising(-upper) - self.rising(lower)
+        } else {
+            self.rising(upper) - self.rising(lower)
+        }
+    }
+
+    /// ς at `s` of at most 0, where it is a difference of two small ramps.
+    fn rising(&self, s: f64) -> f64 {
+        self.ramp(s + 0.5) - self.ramp(s - 0.5)
     }
 
     /// ∫ of the Gaussian's distribution function from −∞ to s: ψ(s) = s·Φ(s/σ) + σ·φ(s/σ).
@@ -95,17 +130,15 @@ impl Exact {
 impl Kernel for Exact {
     type Real = f64;
 
-    fn bell(&self, s: f64, _width: f64) -> f64 {
-        let scale = std::f64::consts::FRAC_1_SQRT_2 / self.sigma_px;
-        0.5 * (erf((s + 0.5) * scale) - erf((s - 0.5) * scale))
+    fn add_bells(&self, first: f64, scale: f64, values: &mut [f64]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value += scale * self.bell(first + i as f64);
+        }
     }
 
-    fn step(&self, s: f64) -> f64 {
-        // By symmetry from the side where both ramps are small.
-        if s > 0.0 {
-            1.0 - (self.ramp(0.5 - s) - self.ramp(-0.5 - s))
-        } else {
-            self.ramp(s + 0.5) - self.ramp(s - 0.5)
+    fn add_steps(&self, first: f64, scale: f64, values: &mut [f64]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value += scale * self.step(first + i as f64);
         }
     }
 }
@@ -113,57 +146,78 @@ impl Kernel for Exact {
 /// Twice the steepest slope of a Gaussian's density, 2·φ(1): this over σ² bounds the second derivative of bell and step.
 pub const CURVATURE: f64 = 0.484;
 
-/// Bell and step read from a table by linear interpolation, as f32.
+/// Bell and step read from a table, as f32.
 ///
-/// With n entries a pixel the interpolation errs by at most max|f''|/(8·n²), where max|f''| is at most
+/// With n phases a pixel the interpolation errs by at most max|f''|/(8·n²), where max|f''| is at most
 /// [`CURVATURE`]/σ²: 4.1e-7 for n = 256 at σ = 1.5 px. Rounding to f32 adds about 1e-7.
 #[derive(Clone, Debug)]
 pub struct Tabulated {
-    per_px: f32,
-    reach_px: f32,
-    entries: Vec<[f32; 2]>,
+    /// How many pixels before the middle a row of the tables begins.
+    before: i64,
+    bells: Phases,
+    steps: Phases,
 }
 
 impl Tabulated {
-    /// The table for a blur of `sigma_px` up to `reach_px` on either side with `per_px` entries a pixel. Beyond, the
+    /// The table for a blur of `sigma_px` up to `reach_px` on either side with `per_px` phases a pixel. Beyond, the
     /// bell is 0 and the step 0 or 1.
     pub fn new(sigma_px: f64, reach_px: f64, per_px: usize) -> Self {
         let exact = Exact::new(sigma_px);
-        let last = (2.0 * reach_px * per_px as f64).ceil() as usize + 1;
-        let position = |index: usize| index as f64 / per_px as f64 - reach_px;
-        let entries = (0..=last)
-            .map(|i| {
-                [
-                    exact.bell(position(i), 0.0) as f32,
-                    exact.step(position(i)) as f32,
-                ]
+        let before = reach_px.ceil();
+        let length = 2 * before as usize + 1;
+        let table = |add: fn(&Exact, f64, f64, &mut [f64])| {
+            Phases::new(per_px, length, |phase, values| {
+                values.fill(0.0);
+                add(&exact, phase - before, 1.0, values);
             })
-            .collect();
+        };
         Self {
-            per_px: per_px as f32,
-            reach_px: reach_px as f32,
-            entries,
+            before: before as i64,
+            bells: table(Exact::add_bells),
+            steps: table(Exact::add_steps),
         }
     }
 
-    fn interpolate(&self, s: f64, which: usize) -> f32 {
-        let place =
-            ((s as f32 + self.reach_px) * self.per_px).clamp(0.0, (self.entries.len() - 2) as f32);
-        let index = place as usize;
-        let (left, right) = (self.entries[index][which], self.entries[index + 1][which]);
-        left + (right - left) * (place - index as f32)
+    /// Adds scale·f at `first`, `first` + 1, … px where the table has f, and says which of the values those are.
+    #[inline(always)]
+    fn add(
+        &self,
+        table: &Phases,
+        first: f64,
+        scale: f32,
+        values: &mut [f32],
+    ) -> std::ops::Range<usize> {
+        let floor = first.floor();
+        let (left, right, part) = table.around(first - floor);
+        // Where the first value stands in the table's row.
+        let offset = (floor as i64).saturating_add(self.before);
+        let place = |i: i64| i.clamp(0, values.len() as i64) as usize;
+        let within = place(offset.saturating_neg())
+            ..place((table.length() as i64).saturating_sub(offset))
+                .max(place(offset.saturating_neg()));
+        let start = offset.max(0).min(table.length() as i64) as usize;
+        let rows = left[start..].iter().zip(&right[start..]);
+        for (value, (&left, &right)) in values[within.clone()].iter_mut().zip(rows) {
+            *value += scale * (left + (right - left) * part);
+        }
+        within
     }
 }
 
 impl Kernel for Tabulated {
     type Real = f32;
 
-    fn bell(&self, s: f64, _width: f64) -> f32 {
-        self.interpolate(s, 0)
+    #[inline(always)]
+    fn add_bells(&self, first: f64, scale: f32, values: &mut [f32]) {
+        self.add(&self.bells, first, scale, values);
     }
 
-    fn step(&self, s: f64) -> f32 {
-        self.interpolate(s, 1)
+    #[inline(always)]
+    fn add_steps(&self, first: f64, scale: f32, values: &mut [f32]) {
+        let within = self.add(&self.steps, first, scale, values);
+        values[within.end..]
+            .iter_mut()
+            .for_each(|value| *value += scale);
     }
 }
 
@@ -178,9 +232,9 @@ mod tests {
             let s = f64::from(i) * 0.1;
             let slope = (exact.step(s + 1e-5) - exact.step(s - 1e-5)) / 2e-5;
             assert!(
-                (slope - exact.bell(s, 0.0)).abs() < 1e-9,
+                (slope - exact.bell(s)).abs() < 1e-9,
                 "at {s}: {slope} against {}",
-                exact.bell(s, 0.0)
+                exact.bell(s)
             );
         }
         assert!((exact.step(-30.0)).abs() < 1e-15 && (exact.step(30.0) - 1.0).abs() < 1e-15);
@@ -189,33 +243,27 @@ mod tests {
     #[test]
     fn the_table_keeps_its_bound() {
         for (sigma, per_px) in [(1.5, 256), (0.7, 128)] {
-            let (exact, table) = (
-                Exact::new(sigma),
-                Tabulated::new(sigma, 8.0 * sigma, per_px),
-            );
+            let exact = Exact::new(sigma);
+            let table = Tabulated::new(sigma, 8.0 * sigma, per_px);
             let curvature = CURVATURE / (sigma * sigma);
             let bound = curvature / (8.0 * (per_px * per_px) as f64) + 3e-7;
-            for i in -4000..4000 {
-                let s = f64::from(i) * 0.002_3 * sigma;
-                assert!(
-                    (f64::from(table.bell(s, 0.0)) - exact.bell(s, 0.0)).abs() < bound,
-                    "bell at {s}"
-                );
-                assert!(
-                    (f64::from(table.step(s)) - exact.step(s)).abs() < bound,
-                    "step at {s}"
-                );
+            for i in -400..400 {
+                let first = f64::from(i) * 0.023 * sigma;
+                let (mut bells, mut steps) = ([0.0; 60], [0.0; 60]);
+                table.add_bells(first, 1.0, &mut bells);
+                table.add_steps(first, 1.0, &mut steps);
+                for (k, (bell, step)) in bells.into_iter().zip(steps).enumerate() {
+                    let s = first + k as f64;
+                    assert!(
+                        (f64::from(bell) - exact.bell(s)).abs() < bound,
+                        "bell at {s}"
+                    );
+                    assert!(
+                        (f64::from(step) - exact.step(s)).abs() < bound,
+                        "step at {s}"
+                    );
+                }
             }
         }
-    }
-
-    #[test]
-    fn without_blur_a_pixel_covers_its_part_of_a_strip() {
-        let square = Square::<f64>::default();
-        assert_eq!(
-            [0.0, 0.3, 0.5, 0.8].map(|s| square.bell(s, 0.4)),
-            [1.0, 1.0, 0.5, 0.0]
-        );
-        assert_eq!(square.step(0.0), 0.5);
     }
 }

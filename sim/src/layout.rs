@@ -7,6 +7,7 @@ use crate::accuracy::Accuracy;
 use crate::canvas::Canvas;
 use crate::chords::Chords;
 use crate::kernel::Exact;
+use crate::outline::Outline;
 use crate::polyphase::Polyphase;
 use crate::projection::{Ellipse, Projection};
 use crate::recipe::Recipe;
@@ -19,10 +20,22 @@ use crate::view::PanelView;
 pub struct Layout {
     /// Where they are.
     pub places: Places,
-    /// The image of each LED, or a single one for all.
-    pub shapes: Vec<Chords>,
-    /// The table of the one image of all, where there is one and it need not be exact.
-    pub table: Option<Polyphase>,
+    /// What they look like.
+    pub images: Images,
+}
+
+/// How a panel's LEDs are drawn; one image serves all, or each has its own.
+#[derive(Clone, Debug)]
+pub enum Images {
+    /// By chords.
+    Chords {
+        /// The chords.
+        shapes: Vec<Chords>,
+        /// The table of the one image of all, where there is one and it need not be exact.
+        table: Option<Polyphase>,
+    },
+    /// Pixel by pixel, where there is no blur or one far smaller than they are.
+    Outlines(Vec<Outline>),
 }
 
 /// Where a panel's LEDs are, in px of the sensor.
@@ -50,49 +63,10 @@ impl Layout {
     ) -> Self {
         let ellipses = ellipses(camera, panel, recipe, after_s);
         let places = places(&ellipses);
-        let alike = |ellipse: &Ellipse| {
-            // Rounding apart, which is some 1e-13 px.
-            (ellipse.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11)
-        };
-        let shapes = if ellipses.iter().all(alike) { 1 } else { LEDS };
-        let largest = ellipses
-            .iter()
-            .max_by(|a, b| {
-                a.half_extent()
-                    .length()
-                    .total_cmp(&b.half_extent().length())
-            })
-            .map_or(DMat2::IDENTITY, |e| e.shape);
-        let count = Chords::within(largest, recipe.sigma_px, accuracy.quadrature)
-            .0
-            .len();
-        let image = |ellipse: &Ellipse| {
-            if recipe.sigma_px == 0.0 {
-                Chords::strips(ellipse.shape, count)
-            } else {
-                Chords::new(ellipse.shape, count)
-            }
-        };
-        let shapes: Vec<_> = ellipses[..shapes].iter().map(image).collect();
-        let table = match shapes.as_slice() {
-            [shape] if accuracy.phases > 0 && recipe.sigma_px > 0.0 => Some(Polyphase::new(
-                &Exact::new(recipe.sigma_px),
-                shape,
-                accuracy.margin_px(recipe.sigma_px),
-                accuracy.phases,
-            )),
-            _ => None,
-        };
         Self {
+            images: images(&ellipses, recipe, accuracy),
             places,
-            shapes,
-            table,
         }
-    }
-
-    /// The image of LED `led`.
-    pub fn shape(&self, led: usize) -> &Chords {
-        self.shapes.get(led).unwrap_or(&self.shapes[0])
     }
 
     /// The centre of LED `led`, 0 to 63.
@@ -128,6 +102,38 @@ impl Layout {
             }
         }
     }
+}
+
+/// The one of a panel's images that LED `led` has.
+pub fn image_of<T>(images: &[T], led: usize) -> &T {
+    images.get(led).unwrap_or(&images[0])
+}
+
+/// The images of LEDs that appear as `ellipses`.
+fn images(ellipses: &[Ellipse; LEDS], recipe: &Recipe, accuracy: &Accuracy) -> Images {
+    // Rounding apart, which is some 1e-13 px.
+    let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
+    let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
+    let shapes = ellipses[..distinct].iter().map(|ellipse| ellipse.shape);
+    let extent = |ellipse: &Ellipse| ellipse.half_extent().length();
+    let largest = ellipses
+        .iter()
+        .max_by(|a, b| extent(a).total_cmp(&extent(b)));
+    let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
+    let Some(Chords(most)) = Chords::within(&largest, recipe.sigma_px, accuracy.quadrature) else {
+        return Images::Outlines(shapes.map(Outline::Ellipse).collect());
+    };
+    let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
+    let table = match shapes.as_slice() {
+        [one] if accuracy.phases > 0 => Polyphase::new(
+            &Exact::new(recipe.sigma_px),
+            one,
+            accuracy.margin_px(recipe.sigma_px),
+            accuracy.phases,
+        ),
+        _ => None,
+    };
+    Images::Chords { shapes, table }
 }
 
 /// The places of LEDs, as rows and columns where they stand on such and look alike.

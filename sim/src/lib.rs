@@ -6,7 +6,8 @@
 //! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
 //!                  effects ────────┘
 //!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
-//! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┘
+//! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┤   where a blur makes few chords enough
+//! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
 //!
 //! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
 //! road                              the transmitter's code, the frames, the receiver's code
@@ -14,7 +15,7 @@
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, projections, the range of linear values.
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
-//! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], then reads it out as [`grey`] levels with [`noise`].
+//! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
 //!
 //! # Which to choose
@@ -45,11 +46,15 @@ pub mod detectors;
 pub mod effects;
 pub mod evaluate;
 pub mod exposure;
+pub mod gauss;
 pub mod grey;
 pub mod kernel;
 pub mod l2a;
 pub mod layout;
 pub mod noise;
+pub mod outline;
+pub mod overlap;
+pub mod phases;
 pub mod plan;
 pub mod polyphase;
 pub mod projection;

@@ -14,9 +14,10 @@ use crate::clock::{Moment, WINDOW};
 use crate::effects;
 use crate::exposure::LedLight;
 use crate::grey::{self, Curve};
-use crate::kernel::{Exact, Kernel, Real, Square, Tabulated};
-use crate::layout::{self, Layout};
+use crate::kernel::{Exact, Kernel, Real, Tabulated};
+use crate::layout::{self, Images, Layout, image_of};
 use crate::noise::FlatNoise;
+use crate::outline::Outline;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::recipe::Recipe;
@@ -51,8 +52,8 @@ pub struct Renderer {
     layouts: Vec<Vec<(f64, Layout)>>,
     /// The panels drawn, the farthest first: a near board covers what is behind it.
     far_to_near: Vec<usize>,
-    /// For each panel drawn: its board's centre and image.
-    boards: Vec<Option<(DVec2, Chords)>>,
+    /// For each panel drawn: its board, where it has one.
+    boards: Vec<Option<Board>>,
     curve: Curve,
     /// Noise of the plain background, made when a whole frame is first asked for.
     flat_noise: OnceLock<FlatNoise>,
@@ -114,7 +115,7 @@ impl Renderer {
                 .panel
                 .board_reflectance
                 .filter(|_| recipe.boards)
-                .map(|_| board(&scene.camera, panel, &recipe))
+                .map(|_| Board::new(&scene.camera, panel, &recipe, &accuracy))
         });
         let boards = boards.collect();
         let mut far_to_near: Vec<usize> = (0..drawn).collect();
@@ -235,21 +236,19 @@ impl Renderer {
 
     #[inline(always)]
     fn draw_f32(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
-        if self.recipe.sigma_px > 0.0 {
-            self.compose(
-                &self.table,
-                moment,
-                shown,
-                canvas,
-                #[inline(always)]
-                |layout, shift, light, canvas| match &layout.table {
-                    Some(table) => layout.paint(|_| table, shift, light, canvas),
-                    None => self.paint_chords(&self.table, layout, shift, light, canvas),
-                },
-            );
-        } else {
-            self.compose_chords(&Square::default(), moment, shown, canvas);
-        }
+        self.compose(
+            &self.table,
+            moment,
+            shown,
+            canvas,
+            #[inline(always)]
+            |layout, shift, light, canvas| match &layout.images {
+                Images::Chords {
+                    table: Some(table), ..
+                } => layout.paint(|_| table, shift, light, canvas),
+                _ => self.paint(&self.table, layout, shift, light, canvas),
+            },
+        );
         let Region { x, y, width, .. } = canvas.region();
         for stage in &self.recipe.row_stages {
             for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
@@ -261,11 +260,15 @@ impl Renderer {
     /// Draws the linear image in double precision, by the error function. The renderer must have been made for
     /// [`Level::Reference`] to be as exact as that.
     pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
-        if self.recipe.sigma_px > 0.0 {
-            self.compose_chords(&self.exact, moment, shown, canvas);
-        } else {
-            self.compose_chords(&Square::default(), moment, shown, canvas);
-        }
+        self.compose(
+            &self.exact,
+            moment,
+            shown,
+            canvas,
+            |layout, shift, light, canvas| {
+                self.paint(&self.exact, layout, shift, light, canvas);
+            },
+        );
         let Region { x, y, width, .. } = canvas.region();
         for stage in &self.recipe.row_stages {
             for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
@@ -414,26 +417,9 @@ impl Renderer {
         std::array::from_fn(|led| self.recipe.row_delay_s * ellipses[led].centre.y)
     }
 
-    /// Composes the image with every LED drawn by its chords.
-    fn compose_chords<K: Kernel>(
-        &self,
-        kernel: &K,
-        moment: &Moment,
-        shown: &[Shown],
-        canvas: &mut Canvas<K::Real>,
-    ) {
-        self.compose(
-            kernel,
-            moment,
-            shown,
-            canvas,
-            |layout, shift, light, canvas| {
-                self.paint_chords(kernel, layout, shift, light, canvas);
-            },
-        );
-    }
-
-    fn paint_chords<K: Kernel>(
+    /// Adds the LEDs of a layout by a kernel.
+    #[inline(always)]
+    fn paint<K: Kernel>(
         &self,
         kernel: &K,
         layout: &Layout,
@@ -441,8 +427,23 @@ impl Renderer {
         light: &[K::Real; LEDS],
         canvas: &mut Canvas<K::Real>,
     ) {
-        let stamp = |led| Chorded::new(kernel, layout.shape(led), self.margin_px);
-        layout.paint(stamp, shift, light, canvas);
+        match &layout.images {
+            Images::Chords { shapes, .. } => {
+                let stamp = |led| Chorded::new(kernel, image_of(shapes, led), self.margin_px);
+                layout.paint(stamp, shift, light, canvas);
+            }
+            Images::Outlines(outlines) => {
+                for (led, &light) in light.iter().enumerate() {
+                    canvas.add_outline(
+                        image_of(outlines, led),
+                        self.recipe.sigma_px,
+                        self.margin_px,
+                        layout.centre(led) + shift,
+                        light,
+                    );
+                }
+            }
+        }
     }
 
     /// Background, boards and LEDs, the farthest panel first; `paint` adds the LEDs of a layout.
@@ -461,8 +462,8 @@ impl Renderer {
                 continue;
             };
             let shift = DVec2::from_array(shown.shift_px);
-            if let Some((centre, chords)) = &self.boards[index] {
-                self.draw_board(kernel, index, *centre + shift, chords, canvas);
+            if let Some(board) = &self.boards[index] {
+                self.draw_board(kernel, index, board, shift, canvas);
             }
             let light = self.amplitudes(index, moment, shown);
             for (weight, layout) in layouts {
@@ -495,18 +496,30 @@ impl Renderer {
         &self,
         kernel: &K,
         index: usize,
-        centre: DVec2,
-        chords: &Chords,
+        board: &Board,
+        shift: DVec2,
         canvas: &mut Canvas<K::Real>,
     ) {
         let mut mask = Canvas::new(canvas.region());
-        let board_stamp = Chorded::new(kernel, chords, self.margin_px);
-        mask.add_led(&board_stamp, centre, K::Real::from_f64(1.0));
-        let board = self
+        let (centre, full) = (board.centre + shift, K::Real::from_f64(1.0));
+        match &board.chords {
+            Some(chords) => {
+                let stamp = Chorded::new(kernel, chords, self.margin_px);
+                mask.add_led(&stamp, centre, full);
+            }
+            None => mask.add_outline(
+                &board.outline,
+                self.recipe.sigma_px,
+                self.margin_px,
+                centre,
+                full,
+            ),
+        }
+        let light = self
             .board_light(index)
             .unwrap_or(self.view.exposure.background);
         for (value, &covered) in canvas.values_mut().iter_mut().zip(mask.values()) {
-            *value += covered * (K::Real::from_f64(board) - *value);
+            *value += covered * (K::Real::from_f64(light) - *value);
         }
     }
 
@@ -559,20 +572,31 @@ impl Renderer {
     }
 }
 
-/// The centre and the image of a panel's board of 8 × 8 pitches, where it is in the middle of the exposure.
-fn board(camera: &Camera, panel: &PanelView, recipe: &Recipe) -> (DVec2, Chords) {
-    let corners = BOARD_CORNERS.map(|(row, column)| {
-        layout::place(
-            camera,
-            panel,
-            recipe,
-            0.0,
-            panel.projection.led_m(row, column),
-        )
-    });
-    let centre = corners.iter().sum::<DVec2>() / 4.0;
-    (
-        centre,
-        Chords::of_polygon(&corners.map(|corner| corner - centre), recipe.sigma_px),
-    )
+/// A panel's board of 8 × 8 pitches, where it is in the middle of the exposure.
+struct Board {
+    centre: DVec2,
+    outline: Outline,
+    /// None where it is drawn pixel by pixel.
+    chords: Option<Chords>,
+}
+
+impl Board {
+    fn new(camera: &Camera, panel: &PanelView, recipe: &Recipe, accuracy: &Accuracy) -> Self {
+        let corners = BOARD_CORNERS.map(|(row, column)| {
+            layout::place(
+                camera,
+                panel,
+                recipe,
+                0.0,
+                panel.projection.led_m(row, column),
+            )
+        });
+        let centre = corners.iter().sum::<DVec2>() / 4.0;
+        let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
+        Self {
+            centre,
+            outline,
+            chords: Chords::within(&outline, recipe.sigma_px, accuracy.quadrature),
+        }
+    }
 }
