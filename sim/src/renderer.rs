@@ -530,7 +530,8 @@ impl Renderer {
             .panel
             .board_reflectance
             .filter(|_| self.recipe.boards)?;
-        Some(air.transmission * effects::board::linear(&self.view, reflectance) + air.veil)
+        let board = effects::board::linear(&self.view.scene, &self.view.exposure, reflectance);
+        Some(air.transmission * board + air.veil)
     }
 
     /// By how much each LED of a panel is brighter than what is behind it.

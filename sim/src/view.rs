@@ -311,10 +311,9 @@ fn linear_range(
             peak = peak.max(light.off + (light.on - light.off) * gain + veil);
         }
         if let Some(reflectance) = view.panel.board_reflectance {
-            floor = floor.min(
-                exposure.linear(scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)
-                    * air,
-            );
+            let board = effects::board::linear(scene, exposure, reflectance);
+            floor = floor.min(board * air);
+            peak = peak.max(board + veil);
         }
     }
     for &value in photograph {

@@ -3,7 +3,9 @@
 use super::Effect;
 use super::airlight::veil;
 use super::atmosphere::transmission;
+use crate::exposure::Exposure;
 use crate::recipe::Recipe;
+use crate::scene::Scene;
 use crate::view::{PanelView, View};
 
 /// See the [module](self).
@@ -32,7 +34,10 @@ impl Effect for Board {
             let Some(reflectance) = panel.panel.board_reflectance else {
                 return 0.0;
             };
-            let (board, distance_m) = (linear(view, reflectance), panel.pose.distance_m);
+            let (board, distance_m) = (
+                linear(&view.scene, &view.exposure, reflectance),
+                panel.pose.distance_m,
+            );
             let dimmed = board * transmission(&view.scene, distance_m);
             let veiled = board + veil(&view.scene, &view.exposure, distance_m);
             if view.photograph.is_empty() {
@@ -53,7 +58,6 @@ impl Effect for Board {
 }
 
 /// The linear value of a board of that reflectance.
-pub fn linear(view: &View, reflectance: f64) -> f64 {
-    view.exposure
-        .linear(view.scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)
+pub fn linear(scene: &Scene, exposure: &Exposure, reflectance: f64) -> f64 {
+    exposure.linear(scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)
 }
