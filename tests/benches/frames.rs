@@ -1,6 +1,9 @@
-//! Frames a second of render + features at 50 m and interval 1, on one thread, against the straightforward renderer.
+//! Frames a second of render + features at 50 m and interval 1, on one thread, against the straightforward renderer and the
+//! fully supersampled one. The last lines are ratios of all of them, timed by turns.
 //!
 //! `cargo bench -p vocc-tests --bench frames`
+
+use std::time::Instant;
 
 use divan::{Bencher, black_box};
 use rx_pipeline::cells::CellMap;
@@ -13,12 +16,14 @@ use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluator, Settings};
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
-use vocc_tests::straightforward::{Panel, render};
+use vocc_tests::straightforward::{self, Panel};
+use vocc_tests::supersampled;
 
 use link::panel::PanelFrame;
 
 fn main() {
     divan::main();
+    print_ratios();
 }
 
 const BITS: u64 = 0x9d2c_5680_efc6_0b3a;
@@ -37,22 +42,11 @@ fn settings(level: Level) -> Settings {
     }
 }
 
-/// Render, read out, cell map at a new sub-pixel phase, AGR and GRI: one frame of the Monte Carlo.
+/// One frame of the Monte Carlo.
 #[divan::bench(args = [Level::Fast, Level::Fine])]
 fn render_and_features(bencher: Bencher, level: Level) {
-    let evaluator = Evaluator::new(&scene(), settings(level)).expect("a visible scene");
-    let mut workspace = evaluator.workspace();
-    let mut frame = 0;
-    bencher.bench_local(|| {
-        frame += 1;
-        black_box(
-            evaluator
-                .read(frame, &mut workspace)
-                .expect("a measurable frame")
-                .features
-                .gri,
-        )
-    });
+    let mut frame = evaluator_frame(level);
+    bencher.bench_local(|| black_box(frame()));
 }
 
 /// The same with detection and statistics.
@@ -93,14 +87,48 @@ fn render_only(bencher: Bencher, level: Level) {
     });
 }
 
-/// The same frames by the straightforward renderer: the baseline.
-#[divan::bench]
-fn straightforward_render_and_features(bencher: Bencher) {
+/// The same frames by a renderer that others are measured against.
+#[divan::bench(args = BASELINES)]
+fn baseline_render_and_features(bencher: Bencher, baseline: &Baseline) {
+    let mut frame = baseline_frame(baseline.render);
+    bencher.bench_local(|| black_box(frame()));
+}
+
+/// A renderer of a [`Panel`], blur, gamma and side in px.
+#[derive(Clone, Copy)]
+struct Baseline {
+    name: &'static str,
+    render: fn(&Panel, f64, f64, usize) -> Vec<u8>,
+}
+
+impl std::fmt::Display for Baseline {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+const BASELINES: [Baseline; 3] = [
+    Baseline {
+        name: "straightforward",
+        render: straightforward::render,
+    },
+    Baseline {
+        name: "straightforward by raster",
+        render: straightforward::render_by_raster,
+    },
+    Baseline {
+        name: "supersampled",
+        render: supersampled::render,
+    },
+];
+
+/// Renders the panel with its surroundings at a new sub-pixel phase and measures the features.
+fn baseline_frame(render: fn(&Panel, f64, f64, usize) -> Vec<u8>) -> impl FnMut() -> f32 {
     let pitch_px = 0.06 * 25e-3 / 6.875e-6 / 50.0;
     let side = (8.0 * pitch_px) as usize + 16;
     let mut map = Box::new(CellMap::<{ 128 * 128 }>::empty());
     let mut shift = 0.0;
-    bencher.bench_local(|| {
+    move || {
         shift = (shift + 0.37) % 1.0;
         let first_px = [7.0 + pitch_px / 2.0 + shift; 2];
         let panel = Panel {
@@ -117,10 +145,85 @@ fn straightforward_render_and_features(bencher: Bencher) {
             Corners::new([[near, near], [far, near], [far, far], [near, far]]).expect("a square");
         map.build(&corners, side, side)
             .expect("a panel in the picture");
-        black_box(
-            Features::measure(&Frame::new(&grey, side, side).expect("a picture"), &map)
-                .expect("cells")
-                .gri,
-        )
-    });
+        Features::measure(&Frame::new(&grey, side, side).expect("a picture"), &map)
+            .expect("cells")
+            .gri[0]
+    }
+}
+
+/// Render, read out, cell map at a new sub-pixel phase, AGR and GRI: one frame of the Monte Carlo.
+fn evaluator_frame(level: Level) -> impl FnMut() -> f32 {
+    let evaluator = Evaluator::new(&scene(), settings(level)).expect("a visible scene");
+    let mut workspace = evaluator.workspace();
+    let mut frame = 0;
+    move || {
+        frame += 1;
+        let read = evaluator.read(frame, &mut workspace);
+        read.expect("a measurable frame").features.gri[0]
+    }
+}
+
+/// A name, how many frames its turn has, and one frame.
+type Contender = (&'static str, usize, Box<dyn FnMut() -> f32>);
+
+/// Times all by turns and prints medians over the turns with their quartiles. The fastest frame of a turn counts: it is one in
+/// which nothing else had the processor. A frame of many milliseconds, like the supersampled one, has it alone only on an idle
+/// machine.
+fn print_ratios() {
+    let mut contenders: [Contender; 5] = [
+        (
+            "straightforward",
+            10,
+            Box::new(baseline_frame(straightforward::render)),
+        ),
+        (
+            "by raster",
+            10,
+            Box::new(baseline_frame(straightforward::render_by_raster)),
+        ),
+        (
+            "supersampled",
+            1,
+            Box::new(baseline_frame(supersampled::render)),
+        ),
+        ("fine", 40, Box::new(evaluator_frame(Level::Fine))),
+        ("fast", 40, Box::new(evaluator_frame(Level::Fast))),
+    ];
+    let mut micros = vec![Vec::new(); contenders.len()];
+    for _ in 0..TURNS {
+        for ((_, frames, frame), micros) in contenders.iter_mut().zip(&mut micros) {
+            let turn = (0..*frames).map(|_| {
+                let start = Instant::now();
+                black_box(frame());
+                start.elapsed().as_secs_f64() * 1e6
+            });
+            micros.push(turn.fold(f64::INFINITY, f64::min));
+        }
+    }
+    println!("\nrender and features, median of {TURNS} turns (quartiles)");
+    println!(
+        "{:>16} | {:^36} | {:^36}",
+        "", "µs a frame", "times as fast as straightforward"
+    );
+    for ((name, ..), own) in contenders.iter().zip(&micros) {
+        let ratios = own
+            .iter()
+            .zip(&micros[0])
+            .map(|(own, baseline)| baseline / own);
+        println!(
+            "{name:>16} | {} | {}",
+            quartiles(own.clone()),
+            quartiles(ratios.collect())
+        );
+    }
+}
+
+/// How often every contender has its turn.
+const TURNS: usize = 41;
+
+/// The median with the quartiles about it.
+fn quartiles(mut values: Vec<f64>) -> String {
+    values.sort_by(f64::total_cmp);
+    let at = |quarter: usize| values[(values.len() - 1) * quarter / 4];
+    format!("{:10.4} ({:10.4} to {:10.4})", at(2), at(1), at(3))
 }

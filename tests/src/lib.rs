@@ -1,6 +1,7 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
 pub mod straightforward;
+pub mod supersampled;
 
 use std::fs;
 use std::path::{Path, PathBuf};

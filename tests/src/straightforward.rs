@@ -1,9 +1,12 @@
 //! The renderer that one writes first: the yardstick of speed, and of what drawing on whole pixels does.
 //!
-//! Discs are sampled 8 × 8 times a pixel, the picture of whole pixels is blurred by a separable Gaussian cut at ±4σ, and every
-//! pixel goes through `powf`. The blur so acts on what the pixels have already averaged. A lens blurs before: the order
+//! Discs are sampled 8 × 8 times a pixel, each within the box around it; the picture of whole pixels is blurred by a separable Gaussian cut at ±4σ, and every
+//! pixel goes through `powf`. Only the panel's surroundings are drawn, and both passes of the blur run along rows of memory, as
+//! any version that is meant to be used would have it; nothing else is done for speed. The blur so acts on what the pixels have already averaged. A lens blurs before: the order
 //! matters because discs of a few pixels hold detail finer than pixels can carry, which comes out shifted with the
 //! sub-pixel phase (aliasing) and widens the spread of the features.
+
+use crate::supersampled::{cells, pixels};
 
 /// A parallel panel: centre of its first LED, pitch and LED radius in px, linear values of LEDs before a background of 1.
 #[derive(Clone, Copy, Debug)]
@@ -24,34 +27,53 @@ pub struct Panel {
 
 const SAMPLES: usize = 8;
 
-/// Draws the panel into a square of `side` pixels.
+/// Draws the panel into a square of `side` pixels, as grey levels.
 pub fn render(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
-    let mut linear = vec![1.0f64; side * side];
+    encode(&linear(panel, sigma_px, side), gamma)
+}
+
+/// The same picture with the discs drawn on a whole raster eight times finer, as one does who does not care about time: a
+/// pixel is the mean of its cells, and the blur acts on pixels.
+pub fn render_by_raster(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
+    let sharp = pixels(&cells(panel, side), side);
+    encode(&blur(&sharp, side, sigma_px), gamma)
+}
+
+/// The linear values of [`render`].
+pub fn linear(panel: &Panel, sigma_px: f64, side: usize) -> Vec<f64> {
+    let mut sharp = vec![1.0; side * side];
     for led in 0..64 {
-        let light = if panel.bits >> led & 1 == 1 {
-            panel.on
-        } else {
-            panel.off
-        };
-        let centre = [
-            panel.first_px[0] + (led % 8) as f64 * panel.pitch_px,
-            panel.first_px[1] + (led / 8) as f64 * panel.pitch_px,
-        ];
-        add_disc(&mut linear, side, centre, panel.radius_px, light - 1.0);
+        let (centre, light) = panel.led(led);
+        add_disc(&mut sharp, side, centre, panel.radius_px, light - 1.0);
     }
-    let kernel = gaussian(sigma_px);
-    let blurred = transpose(
-        &blur_rows(
-            &transpose(&blur_rows(&linear, side, &kernel), side),
-            side,
-            &kernel,
-        ),
-        side,
-    );
-    blurred
+    blur(&sharp, side, sigma_px)
+}
+
+impl Panel {
+    /// Centre and linear value of an LED.
+    pub fn led(&self, led: usize) -> ([f64; 2], f64) {
+        let centre = [
+            self.first_px[0] + (led % 8) as f64 * self.pitch_px,
+            self.first_px[1] + (led / 8) as f64 * self.pitch_px,
+        ];
+        let is_on = self.bits >> led & 1 == 1;
+        (centre, if is_on { self.on } else { self.off })
+    }
+}
+
+/// Grey levels by the formula, pixel by pixel.
+pub(crate) fn encode(linear: &[f64], gamma: f64) -> Vec<u8> {
+    linear
         .iter()
         .map(|&x| (118.0 * x.powf(1.0 / gamma)).round().clamp(0.0, 255.0) as u8)
         .collect()
+}
+
+/// A separable Gaussian cut at ±4σ, along the rows and then, the picture transposed, along the columns.
+pub(crate) fn blur(sharp: &[f64], side: usize, sigma_px: f64) -> Vec<f64> {
+    let kernel = gaussian(sigma_px);
+    let along_rows = transpose(&blur_rows(sharp, side, &kernel), side);
+    transpose(&blur_rows(&along_rows, side, &kernel), side)
 }
 
 fn add_disc(linear: &mut [f64], side: usize, centre: [f64; 2], radius: f64, light: f64) {
@@ -90,14 +112,14 @@ fn gaussian(sigma: f64) -> Vec<f64> {
 fn blur_rows(image: &[f64], side: usize, kernel: &[f64]) -> Vec<f64> {
     let reach = kernel.len() / 2;
     let mut padded = vec![1.0; side + 2 * reach];
-    let mut blurred = Vec::with_capacity(image.len());
-    for row in image.chunks_exact(side) {
+    let mut blurred = vec![0.0; image.len()];
+    for (row, target) in image.chunks_exact(side).zip(blurred.chunks_exact_mut(side)) {
         padded[reach..reach + side].copy_from_slice(row);
-        blurred.extend(
-            padded
-                .windows(kernel.len())
-                .map(|window| window.iter().zip(kernel).map(|(a, b)| a * b).sum::<f64>()),
-        );
+        for (weight, shifted) in kernel.iter().zip(padded.windows(side)) {
+            for (sum, value) in target.iter_mut().zip(shifted) {
+                *sum += weight * value;
+            }
+        }
     }
     blurred
 }
