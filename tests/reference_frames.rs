@@ -6,7 +6,7 @@ use sim::accuracy::Level;
 use sim::canvas::{Canvas, Region};
 use sim::exposure::LedLight;
 use sim::grey;
-use sim::kernel::{Exact, Kernel};
+use sim::kernel::Exact;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
 use vocc_tests::{ReferenceFrame, reference_frames};
