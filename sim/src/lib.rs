@@ -6,6 +6,7 @@
 //! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
 //!                  effects ────────┘
 //!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
+//!                                           └─ backdrop                  what no panel lights, worked out once
 //! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┤   where a blur makes few chords enough
 //! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
 //!
@@ -39,6 +40,7 @@
 //! Random numbers are counter-based ([`random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
 pub mod accuracy;
+pub mod backdrop;
 pub mod canvas;
 pub mod chords;
 pub mod clock;

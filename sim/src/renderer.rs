@@ -1,6 +1,6 @@
 //! From a scene and the panels' bits to what the camera records.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use fearless_simd::dispatch;
 use glam::DVec2;
@@ -8,15 +8,16 @@ use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::Rng;
 
 use crate::accuracy::{Accuracy, Level};
+use crate::backdrop::Backdrop;
 use crate::canvas::{Canvas, Region};
 use crate::chords::Chords;
 use crate::clock::{Moment, WINDOW};
 use crate::effects;
 use crate::exposure::LedLight;
-use crate::grey::{self, Curve};
+use crate::grey::{self, Encoder};
 use crate::kernel::{Exact, Kernel, Real, Tabulated};
 use crate::layout::{self, Images, Layout, image_of};
-use crate::noise::FlatNoise;
+use crate::noise::PixelNoise;
 use crate::outline::Outline;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
@@ -54,9 +55,11 @@ pub struct Renderer {
     far_to_near: Vec<usize>,
     /// For each panel drawn: its board, where it has one.
     boards: Vec<Option<Board>>,
-    curve: Curve,
-    /// Noise of the plain background, made when a whole frame is first asked for.
-    flat_noise: OnceLock<FlatNoise>,
+    encoder: Encoder,
+    /// Noise of the pixels drawn, made when it is first asked for.
+    pixel_noise: OnceLock<Arc<PixelNoise>>,
+    /// The sensor without panels, made when a whole frame is first asked for.
+    backdrop: OnceLock<Backdrop>,
 }
 
 impl Renderer {
@@ -127,11 +130,12 @@ impl Renderer {
         Self {
             exact: Exact::new(recipe.sigma_px),
             table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
-            curve: Curve::new(scene.camera.gamma),
+            encoder: Encoder::new(scene.camera.gamma),
             margin_px,
             layouts,
             boards,
-            flat_noise: OnceLock::new(),
+            pixel_noise: OnceLock::new(),
+            backdrop: OnceLock::new(),
             far_to_near,
             view,
             plan,
@@ -249,12 +253,7 @@ impl Renderer {
                 _ => self.paint(&self.table, layout, shift, light, canvas),
             },
         );
-        let Region { x, y, width, .. } = canvas.region();
-        for stage in &self.recipe.row_stages {
-            for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
-                stage.apply(x, y + j, row);
-            }
-        }
+        self.change_rows(canvas);
     }
 
     /// Draws the linear image in double precision, by the error function. The renderer must have been made for
@@ -285,27 +284,57 @@ impl Renderer {
 
     /// Reads pixels out one after another.
     fn read_pixels(&self, linear: &[f32], random: &mut impl Rng, grey: &mut [u8]) {
-        match &self.recipe.noise {
+        match self.pixel_noise() {
             None => {
-                dispatch!(fearless_simd::Level::new(), _simd => self.curve.encode(linear, grey))
+                dispatch!(fearless_simd::Level::new(), _simd => self.encoder.encode(linear, grey));
             }
-            Some(noise) => {
-                for (grey, &linear) in grey.iter_mut().zip(linear) {
-                    *grey = noise.read(linear, random);
-                }
+            Some(noise) => noise.read(linear, random, grey),
+        }
+    }
+
+    fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
+        let noise = self.recipe.noise.as_ref()?;
+        Some(
+            self.pixel_noise
+                .get_or_init(|| Arc::new(PixelNoise::new(noise))),
+        )
+    }
+
+    /// The sensor without panels.
+    fn backdrop(&self) -> Backdrop {
+        if !self.recipe.photograph && self.recipe.row_stages.is_empty() {
+            let background = self.view.exposure.background;
+            return Backdrop::even(background, &self.encoder, self.recipe.noise.as_ref());
+        }
+        let mut canvas = Canvas::new(self.sensor());
+        self.draw_background(&mut canvas);
+        self.change_rows(&mut canvas);
+        Backdrop::picture(canvas.values(), &self.encoder, self.pixel_noise().cloned())
+    }
+
+    fn change_rows(&self, canvas: &mut Canvas<f32>) {
+        let Region { x, y, width, .. } = canvas.region();
+        for stage in &self.recipe.row_stages {
+            for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
+                stage.apply(x, y + j, row);
             }
         }
     }
 
     /// The same of a canvas in double precision, by the formula itself.
     pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
-        let mut random = stream(seed, frame, Purpose::Noise);
-        for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
-            *grey = match &self.recipe.noise {
-                None => grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8,
-                Some(noise) => noise.read(linear as f32, &mut random),
-            };
+        if self.recipe.noise.is_none() {
+            for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
+                *grey = grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8;
+            }
+            return;
         }
+        let linear: Vec<f32> = canvas
+            .values()
+            .iter()
+            .map(|&linear| linear as f32)
+            .collect();
+        self.read_pixels(&linear, &mut stream(seed, frame, Purpose::Noise), grey);
     }
 
     /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
@@ -327,18 +356,10 @@ impl Renderer {
         } = canvas.region();
         let sensor = self.sensor();
         if width < sensor.width || height < sensor.height {
-            let background = self.view.exposure.background;
-            match &self.recipe.noise {
-                None => {
-                    let mut plain = [0];
-                    self.curve.encode(&[background as f32], &mut plain);
-                    grey.fill(plain[0]);
-                }
-                Some(noise) => self
-                    .flat_noise
-                    .get_or_init(|| FlatNoise::new(noise, background))
-                    .fill(grey, &mut stream(seed, moment.frame, Purpose::Background)),
-            }
+            let mut random = stream(seed, moment.frame, Purpose::Background);
+            self.backdrop
+                .get_or_init(|| self.backdrop())
+                .read_out(&mut random, grey);
         }
         let mut random = stream(seed, moment.frame, Purpose::Noise);
         for (values, row) in canvas
@@ -350,12 +371,8 @@ impl Renderer {
         }
     }
 
-    /// The part of the sensor that is not plain background: the panels' surroundings, or all of it where a photograph or
-    /// a change over the whole image asks for that.
+    /// The part of the sensor that panels light: all their surroundings.
     pub fn lit_region(&self) -> Region {
-        if self.recipe.photograph || !self.recipe.row_stages.is_empty() {
-            return self.sensor();
-        }
         let regions = (0..self.layouts.len()).map(|index| self.surroundings(index));
         regions
             .reduce(|a, b| {

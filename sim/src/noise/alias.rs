@@ -1,0 +1,143 @@
+//! Walker's alias method, reading eight random bits where eight decide.
+//!
+//! A law over N levels becomes N equally likely columns, each of which holds a part of its own level and is filled up by one
+//! other (Walker 1977). A column is split at a 40-bit place. Eight random bits tell on which side of it a draw falls, but
+//! for the one case in 256 where they equal its upper eight; then 32 more bits are drawn. So a draw costs 8 bits and the
+//! column's own, and a probability is off by at most 2⁻⁴⁰.
+
+use rand::Rng;
+
+/// One column: which of two levels is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C, align(4))]
+pub struct Column {
+    /// The upper eight bits of the part that is `own`, in 2⁻⁸.
+    part: u8,
+    /// The column's own level.
+    own: u8,
+    /// The level that fills it up.
+    other: u8,
+}
+
+/// The lower 32 bits of a column's part, for the draws that the upper eight leave open.
+pub type Fine = u32;
+
+impl Column {
+    /// The level for eight random bits, or nothing where they leave it open: see [`Column::settle`].
+    #[inline(always)]
+    pub fn level(self, chance: u8) -> Option<u8> {
+        let level = if chance < self.part {
+            self.own
+        } else {
+            self.other
+        };
+        (chance != self.part).then_some(level)
+    }
+
+    /// Adds `share` times the law of the column to a law of all levels.
+    pub fn add_law(self, fine: Fine, share: f64, law: &mut [f64; 256]) {
+        let own = (f64::from(self.part) + f64::from(fine) / 2f64.powi(32)) / 256.0;
+        law[usize::from(self.own)] += share * own;
+        law[usize::from(self.other)] += share * (1.0 - own);
+    }
+
+    /// The level where eight bits left it open.
+    #[cold]
+    #[inline(never)]
+    pub fn settle(self, fine: Fine, random: &mut impl Rng) -> u8 {
+        if random.next_u32() < fine {
+            self.own
+        } else {
+            self.other
+        }
+    }
+}
+
+/// Builds columns; holds the room that this takes.
+#[derive(Debug, Default)]
+pub struct Builder {
+    parts: Vec<f64>,
+    small: Vec<usize>,
+    large: Vec<usize>,
+}
+
+impl Builder {
+    /// Fills `columns`, and `fine` beside them, with the law of the levels from `first` on; levels of no probability fill
+    /// up what is left. There must be at least as many columns as probabilities.
+    pub fn build(
+        &mut self,
+        first: u8,
+        probabilities: &[f64],
+        columns: &mut [Column],
+        fine: &mut [Fine],
+    ) {
+        let sum: f64 = probabilities.iter().sum();
+        let scale = columns.len() as f64 / sum;
+        self.parts.clear();
+        self.parts.extend(probabilities.iter().map(|p| p * scale));
+        self.parts.resize(columns.len(), 0.0);
+        self.small.clear();
+        self.large.clear();
+        for (index, &part) in self.parts.iter().enumerate() {
+            let own = first.saturating_add(index as u8);
+            // A full column is its own level on either side.
+            (columns[index], fine[index]) = (split(own, own, 0.0), 0);
+            if part < 1.0 {
+                self.small.push(index);
+            } else {
+                self.large.push(index);
+            }
+        }
+        while let (Some(&less), Some(&more)) = (self.small.last(), self.large.last()) {
+            self.small.pop();
+            let part = self.parts[less];
+            columns[less] = split(columns[less].own, columns[more].own, part);
+            fine[less] = lower_bits(part);
+            self.parts[more] -= 1.0 - part;
+            if self.parts[more] < 1.0 {
+                self.large.pop();
+                self.small.push(more);
+            }
+        }
+    }
+}
+
+/// A column's part in 2⁻⁴⁰.
+fn in_steps(part: f64) -> u64 {
+    ((part * (1u64 << 40) as f64).round() as u64).min((1 << 40) - 1)
+}
+
+fn split(own: u8, other: u8, part: f64) -> Column {
+    Column {
+        part: (in_steps(part) >> 32) as u8,
+        own,
+        other,
+    }
+}
+
+fn lower_bits(part: f64) -> Fine {
+    in_steps(part) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_stand_for_the_law_they_were_built_from() {
+        let probabilities = [1e-9, 0.3, 0.001, 0.0, 0.648_999_999, 0.05];
+        let (mut columns, mut fine) = ([Column::default(); 16], [0; 16]);
+        Builder::default().build(250, &probabilities, &mut columns, &mut fine);
+        let mut built = [0.0; 256];
+        for (column, fine) in columns.iter().zip(fine) {
+            column.add_law(fine, 1.0 / 16.0, &mut built);
+        }
+        for (index, p) in probabilities.iter().enumerate() {
+            assert!(
+                (built[250 + index] - p).abs() < 2f64.powi(-40),
+                "level {index}: {} for {p}",
+                built[250 + index]
+            );
+        }
+    }
+}
