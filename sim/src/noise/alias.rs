@@ -5,6 +5,8 @@
 //! for the one case in 256 where they equal its upper eight; then 32 more bits are drawn. So a draw costs 8 bits and the
 //! column's own, and a probability is off by at most 2⁻⁴⁰.
 
+use std::hint::select_unpredictable;
+
 use rand::Rng;
 
 /// One column: which of two levels is drawn.
@@ -26,11 +28,7 @@ impl Column {
     /// The level for eight random bits, or nothing where they leave it open: see [`Column::settle`].
     #[inline(always)]
     pub fn level(self, chance: u8) -> Option<u8> {
-        let level = if chance < self.part {
-            self.own
-        } else {
-            self.other
-        };
+        let level = select_unpredictable(chance < self.part, self.own, self.other);
         (chance != self.part).then_some(level)
     }
 

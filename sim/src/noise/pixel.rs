@@ -156,14 +156,14 @@ impl PixelNoise {
     /// Reads pixels of linear values whose [sites](PixelNoise::site) are known.
     pub fn read_sites(&self, sites: &[Site], random: &mut impl Rng, grey: &mut [u8]) {
         let mut bytes = [0; 4 * BLOCK];
+        let spare_bits = 8 - self.column_bits;
         for (sites, grey) in sites.chunks(BLOCK).zip(grey.chunks_mut(BLOCK)) {
             let bytes = &mut bytes[..4 * sites.len()];
             random.fill_bytes(bytes);
             for ((grey, site), bits) in grey.iter_mut().zip(sites).zip(bytes.chunks_exact(4)) {
                 let bits = u32::from_le_bytes([bits[0], bits[1], bits[2], bits[3]]);
                 let knot = (site.0 + (bits & 0xffff)) >> 16;
-                let index =
-                    ((knot << self.column_bits) | (bits >> (32 - self.column_bits))) as usize;
+                let index = ((knot << 8 | bits >> 24) >> spare_bits) as usize;
                 let column = self.columns[index];
                 *grey = match column.level((bits >> 16) as u8) {
                     Some(level) => level,
