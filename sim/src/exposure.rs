@@ -5,6 +5,7 @@
 
 use std::f64::consts::PI;
 
+use crate::air::Air;
 use crate::scene::{Panel, Scene};
 
 /// What the automatic exposure set: the longest exposure and the ISO that puts the background at grey 118, times the
@@ -17,7 +18,7 @@ pub struct Exposure {
     pub iso: f64,
     /// Linear value of 1 cd/m².
     per_cd_m2: f64,
-    /// Linear value of the plain background.
+    /// Linear value of the plain background as it arrives through the air.
     pub background: f64,
 }
 
@@ -43,7 +44,7 @@ impl Exposure {
     /// ```
     pub fn of(scene: &Scene) -> Self {
         let camera = &scene.camera;
-        let luminance = scene.ambient.illuminance_lx * scene.ambient.background_reflectance / PI;
+        let luminance = Air::before_background(scene).through(background_cd_m2(scene));
         // H·S/10 of 1 cd/m², by H = 10·L·t/(K·N²), for t = 1 s and S = 1.
         let per_second_iso = 1.0 / (camera.meter_constant * camera.f_number.powi(2));
         let wanted = 2f64.powf(camera.exposure_bias_ev) / (luminance * per_second_iso);
@@ -55,6 +56,14 @@ impl Exposure {
             iso,
             per_cd_m2,
             background: luminance * per_cd_m2,
+        }
+    }
+
+    /// The same air with its veil, given in cd/m², as a linear value.
+    pub fn linear_air(&self, air: Air) -> Air {
+        Air {
+            veil: self.linear(air.veil),
+            ..air
         }
     }
 
@@ -77,6 +86,11 @@ impl Exposure {
             on: off * scene.link.contrast.on_over_off(l2a),
         }
     }
+}
+
+/// Luminance of the plain background, without the air before it.
+pub fn background_cd_m2(scene: &Scene) -> f64 {
+    scene.ambient.illuminance_lx * scene.ambient.background_reflectance / PI
 }
 
 #[cfg(test)]

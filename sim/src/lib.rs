@@ -14,7 +14,7 @@
 //! road                              the transmitter's code, the frames, the receiver's code
 //! ```
 //!
-//! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, projections, the range of linear values.
+//! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, the range of linear values.
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
 //! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
@@ -40,6 +40,7 @@
 //! Random numbers are counter-based ([`random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
 pub mod accuracy;
+pub mod air;
 pub mod backdrop;
 pub mod canvas;
 pub mod chords;

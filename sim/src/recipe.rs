@@ -5,6 +5,7 @@
 
 use link::panel::LEDS;
 
+use crate::air::Air;
 use crate::clock::Moment;
 use crate::noise::Noise;
 
@@ -29,15 +30,6 @@ pub trait RowStage: Send + Sync {
     fn apply_exact(&self, x: usize, y: usize, row: &mut [f64]);
 }
 
-/// How one panel's light reaches the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Air {
-    /// The part of the panel's light that arrives.
-    pub transmission: f64,
-    /// The linear value that the air adds where the panel is.
-    pub veil: f64,
-}
-
 /// The sum of what the included effects ask for.
 pub struct Recipe {
     /// Lens blur in px; 0: none.
@@ -46,8 +38,10 @@ pub struct Recipe {
     pub exact_perspective: bool,
     /// Radial distortion k₁; 0: none.
     pub distortion_k1: f64,
-    /// The air before each panel.
+    /// The air before each panel, its veil as a linear value.
     pub air: Vec<Air>,
+    /// The air before the background, likewise.
+    pub background_air: Air,
     /// Whether the boards are drawn.
     pub boards: bool,
     /// Whether the photograph is drawn.
@@ -76,13 +70,8 @@ impl Recipe {
             sigma_px: 0.0,
             exact_perspective: false,
             distortion_k1: 0.0,
-            air: vec![
-                Air {
-                    transmission: 1.0,
-                    veil: 0.0
-                };
-                panels
-            ],
+            air: vec![Air::NONE; panels],
+            background_air: Air::NONE,
             boards: false,
             photograph: false,
             neighbours: false,

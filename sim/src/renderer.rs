@@ -303,8 +303,8 @@ impl Renderer {
     /// The sensor without panels.
     fn backdrop(&self) -> Backdrop {
         if !self.recipe.photograph && self.recipe.row_stages.is_empty() {
-            let background = self.view.exposure.background;
-            return Backdrop::even(background, &self.encoder, self.recipe.noise.as_ref());
+            let noise = self.recipe.noise.as_ref();
+            return Backdrop::even(self.plain_background(), &self.encoder, noise);
         }
         let mut canvas = Canvas::new(self.sensor());
         self.draw_background(&mut canvas);
@@ -492,7 +492,7 @@ impl Renderer {
 
     fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
         if !self.recipe.photograph {
-            canvas.fill(R::from_f64(self.view.exposure.background));
+            canvas.fill(R::from_f64(self.plain_background()));
             return;
         }
         let Region { x, y, width, .. } = canvas.region();
@@ -503,7 +503,7 @@ impl Renderer {
             .skip(y);
         for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(photograph) {
             for (value, &source) in row.iter_mut().zip(&source[x..x + width]) {
-                *value = R::from_f64(source.into());
+                *value = R::from_f64(self.recipe.background_air.through(source.into()));
             }
         }
     }
@@ -534,7 +534,7 @@ impl Renderer {
         }
         let light = self
             .board_light(index)
-            .unwrap_or(self.view.exposure.background);
+            .unwrap_or_else(|| self.plain_background());
         for (value, &covered) in canvas.values_mut().iter_mut().zip(mask.values()) {
             *value += covered * (K::Real::from_f64(light) - *value);
         }
@@ -547,8 +547,7 @@ impl Renderer {
             .panel
             .board_reflectance
             .filter(|_| self.recipe.boards)?;
-        let board = effects::board::linear(&self.view.scene, &self.view.exposure, reflectance);
-        Some(air.transmission * board + air.veil)
+        Some(air.through(effects::board::linear(&self.view, reflectance)))
     }
 
     /// By how much each LED of a panel is brighter than what is behind it.
@@ -573,20 +572,25 @@ impl Renderer {
         let board = self.board_light(index);
         std::array::from_fn(|led| {
             let light = shown.light.off + own[led] * (shown.light.on - shown.light.off);
-            air.transmission * light + air.veil
-                - board.unwrap_or_else(|| self.behind(panel.ellipses[led].centre))
+            air.through(light) - board.unwrap_or_else(|| self.behind(panel.ellipses[led].centre))
         })
     }
 
     /// The linear value of the background at a pixel position.
     fn behind(&self, at: DVec2) -> f64 {
         if !self.recipe.photograph {
-            return self.view.exposure.background;
+            return self.plain_background();
         }
         let sensor = self.sensor();
         let clip = |value: f64, end: usize| value.round().clamp(0.0, end as f64 - 1.0) as usize;
-        self.view.photograph[clip(at.y, sensor.height) * sensor.width + clip(at.x, sensor.width)]
-            .into()
+        let seen = self.view.photograph
+            [clip(at.y, sensor.height) * sensor.width + clip(at.x, sensor.width)];
+        self.recipe.background_air.through(seen.into())
+    }
+
+    /// The linear value of a background without photograph.
+    fn plain_background(&self) -> f64 {
+        self.recipe.background_air.through(self.view.background)
     }
 }
 

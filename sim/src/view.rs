@@ -5,8 +5,9 @@ use std::path::Path;
 use glam::DVec2;
 use link::panel::{LEDS, SIDE};
 
+use crate::air::Air;
 use crate::effects;
-use crate::exposure::{Exposure, LedLight};
+use crate::exposure::{self, Exposure, LedLight};
 use crate::grey;
 use crate::l2a::{self, L2aError};
 use crate::projection::{Ellipse, Projection};
@@ -102,7 +103,14 @@ pub struct View {
     pub exposure: Exposure,
     /// The panels.
     pub panels: Vec<PanelView>,
-    /// Linear values of the photograph behind the panels, the whole sensor row by row; empty for a plain background.
+    /// The air before each panel, its veil as a linear value.
+    pub air: Vec<Air>,
+    /// The air before the background, likewise.
+    pub background_air: Air,
+    /// Linear value of the plain background, without the air before it.
+    pub background: f64,
+    /// Linear values of the photograph behind the panels, without the air before it, the whole sensor row by row; empty for a
+    /// plain background.
     pub photograph: Vec<f32>,
     /// No pixel is darker than this linear value, noise apart.
     pub floor: f64,
@@ -130,20 +138,25 @@ impl View {
         let panels = (0..scene.panels.len())
             .map(|index| panel_view(scene, &exposure, index))
             .collect::<Result<Vec<_>, _>>()?;
+        let background = exposure.linear(exposure::background_cd_m2(scene));
         let photograph = match &scene.ambient.background_image {
-            Some(path) => photograph(scene, Path::new(path), exposure.background)?,
+            Some(path) => photograph(scene, Path::new(path), background)?,
             None => Vec::new(),
         };
-        let (floor, peak) = linear_range(scene, &exposure, &panels, &photograph, range);
+        let air = |panel: &PanelView| exposure.linear_air(Air::over(scene, panel.pose.distance_m));
         let mut view = Self {
             scene: scene.clone(),
             exposure,
+            air: panels.iter().map(air).collect(),
+            background_air: exposure.linear_air(Air::before_background(scene)),
+            background,
             panels,
             photograph,
-            floor,
-            peak,
+            floor: 0.0,
+            peak: 0.0,
             sigma_px: scene.camera.blur_sigma_px,
         };
+        (view.floor, view.peak) = linear_range(&view, range);
         if !effects::is_included(&effects::blur::LensBlur, &view) {
             view.sigma_px = 0.0;
         }
@@ -288,37 +301,30 @@ fn photograph(scene: &Scene, path: &Path, mean: f64) -> Result<Vec<f32>, ViewErr
 }
 
 /// The darkest and the brightest linear value of any pixel, whichever effects are simulated.
-fn linear_range(
-    scene: &Scene,
-    exposure: &Exposure,
-    panels: &[PanelView],
-    photograph: &[f32],
-    reflectances: Option<[f64; 2]>,
-) -> (f64, f64) {
-    let mut floor = exposure.background;
-    let mut peak = exposure.background;
-    for (index, view) in panels.iter().enumerate() {
-        let air = effects::atmosphere::transmission(scene, view.pose.distance_m);
-        let gain = 1.0
-            + effects::pwm::stray(scene, exposure, view)
-                .max(effects::scanning::stray(exposure, view));
-        let gain = gain * effects::led_spread::greatest_gain(&view.panel, index);
-        let veil = effects::airlight::veil(scene, exposure, view.pose.distance_m);
-        let range = reflectances.filter(|_| index == 0).into_iter().flatten();
-        for reflectance in range.chain([view.panel.reflectance]) {
-            let light = exposure.led_light(scene, &view.panel, reflectance, view.l2a);
-            floor = floor.min(light.off * air);
-            peak = peak.max(light.off + (light.on - light.off) * gain + veil);
-        }
-        if let Some(reflectance) = view.panel.board_reflectance {
-            let board = effects::board::linear(scene, exposure, reflectance);
-            floor = floor.min(board * air);
-            peak = peak.max(board + veil);
-        }
+fn linear_range(view: &View, reflectances: Option<[f64; 2]>) -> (f64, f64) {
+    let (scene, exposure) = (&view.scene, &view.exposure);
+    let (mut floor, mut peak) = (f64::INFINITY, 0.0f64);
+    let mut seen = |light: f64, air: Air| {
+        floor = floor.min(light * air.transmission);
+        peak = peak.max(light + air.veil);
+    };
+    seen(view.background, view.background_air);
+    for &value in &view.photograph {
+        seen(value.into(), view.background_air);
     }
-    for &value in photograph {
-        floor = floor.min(value.into());
-        peak = peak.max(value.into());
+    for (index, (panel, &air)) in view.panels.iter().zip(&view.air).enumerate() {
+        let stray = effects::pwm::stray(scene, exposure, panel)
+            .max(effects::scanning::stray(exposure, panel));
+        let gain = (1.0 + stray) * effects::led_spread::greatest_gain(&panel.panel, index);
+        let range = reflectances.filter(|_| index == 0).into_iter().flatten();
+        for reflectance in range.chain([panel.panel.reflectance]) {
+            let light = exposure.led_light(scene, &panel.panel, reflectance, panel.l2a);
+            seen(light.off, air);
+            seen(light.off + (light.on - light.off) * gain, air);
+        }
+        if let Some(reflectance) = panel.panel.board_reflectance {
+            seen(effects::board::linear(view, reflectance), air);
+        }
     }
     if scene.camera.vignetting {
         floor *= effects::vignetting::corner_gain(scene);

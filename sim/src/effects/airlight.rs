@@ -1,9 +1,7 @@
-//! Light scattered into the line of sight by the air before the panel.
+//! Light scattered into the line of sight by the air before panels and background (see [`crate::air`]).
 
 use super::Effect;
-use crate::exposure::Exposure;
 use crate::recipe::Recipe;
-use crate::scene::Scene;
 use crate::view::View;
 
 /// See the [module](self).
@@ -15,7 +13,7 @@ impl Effect for Airlight {
     }
 
     fn model(&self) -> &'static str {
-        "Koschmieder 1924: the air before the panel adds (1 - exp(-beta d)) of the horizon luminance"
+        "Koschmieder 1924: the air adds (1 - exp(-beta d)) of the horizon luminance to panels and background"
     }
 
     fn keys(&self) -> &'static [&'static str] {
@@ -31,29 +29,14 @@ impl Effect for Airlight {
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
-        view.change(
-            view.panels
-                .iter()
-                .map(|panel| veil(&view.scene, &view.exposure, panel.pose.distance_m))
-                .fold(0.0, f64::max),
-        )
+        let panels = view.air.iter().map(|air| air.veil);
+        view.change(panels.fold(view.background_air.veil, f64::max))
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
-        for (air, panel) in recipe.air.iter_mut().zip(&view.panels) {
-            air.veil = veil(&view.scene, &view.exposure, panel.pose.distance_m);
+        for (air, seen) in recipe.air.iter_mut().zip(&view.air) {
+            air.veil = seen.veil;
         }
+        recipe.background_air.veil = view.background_air.veil;
     }
-}
-
-/// The linear value that `distance_m` of air adds.
-pub fn veil(scene: &Scene, exposure: &Exposure, distance_m: f64) -> f64 {
-    if !scene.atmosphere.airlight {
-        return 0.0;
-    }
-    let horizon = scene
-        .atmosphere
-        .airlight_cd_m2
-        .unwrap_or(scene.ambient.illuminance_lx / std::f64::consts::PI);
-    (1.0 - super::atmosphere::transmission(scene, distance_m)) * exposure.linear(horizon)
 }

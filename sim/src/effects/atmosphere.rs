@@ -1,4 +1,4 @@
-//! Attenuation by the air between panel and camera. The background is metered as it arrives, so the panel alone is dimmed.
+//! Attenuation by the air between camera and panels, and in lit air before the background (see [`crate::air`]).
 
 use super::Effect;
 use crate::recipe::Recipe;
@@ -13,7 +13,7 @@ impl Effect for Attenuation {
     }
 
     fn model(&self) -> &'static str {
-        "Beer-Lambert attenuation exp(-beta d) of the light from the panel, with exp(-beta 70 m) given"
+        "Beer-Lambert attenuation exp(-beta d) of the light from panels, and in lit air from the background, with exp(-beta 70 m) given"
     }
 
     fn keys(&self) -> &'static [&'static str] {
@@ -25,22 +25,14 @@ impl Effect for Attenuation {
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
-        let thickest = view
-            .panels
-            .iter()
-            .map(|panel| transmission(&view.scene, panel.pose.distance_m))
-            .fold(1.0, f64::min);
-        view.change_by_factor(thickest)
+        let panels = view.air.iter().map(|air| air.transmission);
+        view.change_by_factor(panels.fold(view.background_air.transmission, f64::min))
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
-        for (air, panel) in recipe.air.iter_mut().zip(&view.panels) {
-            air.transmission = transmission(&view.scene, panel.pose.distance_m);
+        for (air, seen) in recipe.air.iter_mut().zip(&view.air) {
+            air.transmission = seen.transmission;
         }
+        recipe.background_air.transmission = view.background_air.transmission;
     }
-}
-
-/// The part of the light that passes `distance_m` of the scene's air.
-pub fn transmission(scene: &crate::scene::Scene, distance_m: f64) -> f64 {
-    scene.atmosphere.transmission_at_70m.powf(distance_m / 70.0)
 }

@@ -1,11 +1,8 @@
 //! A board behind the LEDs.
 
 use super::Effect;
-use super::airlight::veil;
-use super::atmosphere::transmission;
-use crate::exposure::Exposure;
+use crate::air::Air;
 use crate::recipe::Recipe;
-use crate::scene::Scene;
 use crate::view::{PanelView, View};
 
 /// See the [module](self).
@@ -28,28 +25,35 @@ impl Effect for Board {
         "some 100 chords, drawn once a frame"
     }
 
-    /// Against the plain background, seen through the air or without it. A photograph can differ by the whole range.
+    /// Against the plain background, whether the air dims both, veils both or does not. A photograph can differ by the whole
+    /// range.
     fn bound_grey(&self, view: &View) -> f64 {
-        let difference = |panel: &PanelView| {
+        let difference = |(panel, air): (&PanelView, &Air)| {
             let Some(reflectance) = panel.panel.board_reflectance else {
                 return 0.0;
             };
-            let (board, distance_m) = (
-                linear(&view.scene, &view.exposure, reflectance),
-                panel.pose.distance_m,
-            );
-            let dimmed = board * transmission(&view.scene, distance_m);
-            let veiled = board + veil(&view.scene, &view.exposure, distance_m);
-            if view.photograph.is_empty() {
-                [dimmed, veiled]
-                    .map(|seen| (seen - view.exposure.background).abs())
-                    .into_iter()
-                    .fold(0.0, f64::max)
-            } else {
-                view.peak - view.floor
+            if !view.photograph.is_empty() {
+                return view.peak - view.floor;
             }
+            let board = linear(view, reflectance);
+            let [before, behind] = [*air, view.background_air];
+            let without_veil = |air: Air| Air { veil: 0.0, ..air };
+            let without_loss = |air: Air| Air {
+                transmission: 1.0,
+                ..air
+            };
+            [
+                (Air::NONE, Air::NONE),
+                (without_veil(before), without_veil(behind)),
+                (without_loss(before), without_loss(behind)),
+                (before, behind),
+            ]
+            .map(|(before, behind)| before.through(board) - behind.through(view.background))
+            .into_iter()
+            .fold(0.0, |most: f64, difference| most.max(difference.abs()))
         };
-        view.change(view.panels.iter().map(difference).fold(0.0, f64::max))
+        let panels = view.panels.iter().zip(&view.air);
+        view.change(panels.map(difference).fold(0.0, f64::max))
     }
 
     fn include(&self, _view: &View, recipe: &mut Recipe) {
@@ -58,6 +62,7 @@ impl Effect for Board {
 }
 
 /// The linear value of a board of that reflectance.
-pub fn linear(scene: &Scene, exposure: &Exposure, reflectance: f64) -> f64 {
-    exposure.linear(scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI)
+pub fn linear(view: &View, reflectance: f64) -> f64 {
+    let luminance = view.scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI;
+    view.exposure.linear(luminance)
 }

@@ -13,7 +13,7 @@ impl Effect for Photograph {
     }
 
     fn model(&self) -> &'static str {
-        "a photograph behind the panels, its mean at the background reflectance; it has its own blur"
+        "a photograph behind the panels, its mean at the background reflectance, seen through the air; it has its own blur"
     }
 
     fn keys(&self) -> &'static [&'static str] {
@@ -25,7 +25,7 @@ impl Effect for Photograph {
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
-        let change = |&value: &f32| (f64::from(value) - view.exposure.background).abs();
+        let change = |&value: &f32| (f64::from(value) - view.background).abs();
         view.change(view.photograph.iter().map(change).fold(0.0, f64::max))
             .min(255.0)
     }

@@ -1,0 +1,71 @@
+//! The air between: what it takes of the light and what it adds.
+//!
+//! Air of the extinction β lets the part τ = exp(−β·d) of the light through (Beer–Lambert). Lit air adds the veil
+//! (1 − τ)·L of the horizon's luminance L (Koschmieder 1924), where the scene says that it shines.
+//!
+//! The background stands where the farthest panel stands, so that a panel is seen through no more air than what is behind
+//! it, and an LED as bright as the background is not seen at any distance. The light meter sees the background as the
+//! camera does: dimmed and veiled. Air that does not shine is too clear for the meter to tell; there
+//! `ambient.background_reflectance` is that of the background as it arrives, which Do & Yoo 2020 expose for at all distances.
+
+use crate::scene::Scene;
+
+/// What air does to light: `transmission`·light + `veil`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    /// The part of the light that arrives.
+    pub transmission: f64,
+    /// What the air adds, in the unit of the light.
+    pub veil: f64,
+}
+
+impl Air {
+    /// No air.
+    pub const NONE: Self = Self {
+        transmission: 1.0,
+        veil: 0.0,
+    };
+
+    /// The air over `distance_m` of the scene, its veil in cd/m².
+    pub fn over(scene: &Scene, distance_m: f64) -> Self {
+        let air = &scene.atmosphere;
+        let transmission = air.transmission_at_70m.powf(distance_m / 70.0);
+        let veil = if air.airlight {
+            (1.0 - transmission) * horizon_cd_m2(scene)
+        } else {
+            0.0
+        };
+        Self { transmission, veil }
+    }
+
+    /// The air before the background, its veil in cd/m².
+    pub fn before_background(scene: &Scene) -> Self {
+        if !scene.atmosphere.airlight {
+            return Self::NONE;
+        }
+        let distances = (0..scene.panels.len()).map(|index| scene.pose_of(index).distance_m);
+        Self::over(scene, distances.fold(0.0, f64::max))
+    }
+
+    /// What arrives of `light`.
+    ///
+    /// ```
+    /// use sim::{air::Air, scene::Scene};
+    /// let fog = Scene::load("fog", &[])?;
+    /// let air = Air::over(&fog, 160.0);
+    /// // A twentieth of the contrast is left at the visibility.
+    /// assert!((air.through(100.0) - air.through(0.0) - 5.0).abs() < 0.1);
+    /// # Ok::<(), sim::scene::SceneError>(())
+    /// ```
+    pub fn through(self, light: f64) -> f64 {
+        self.transmission * light + self.veil
+    }
+}
+
+/// The luminance of the horizon: as said, or that of a white diffuser in the ambient light.
+fn horizon_cd_m2(scene: &Scene) -> f64 {
+    scene
+        .atmosphere
+        .airlight_cd_m2
+        .unwrap_or(scene.ambient.illuminance_lx / std::f64::consts::PI)
+}
