@@ -4,12 +4,15 @@ use super::Effect;
 use crate::recipe::Recipe;
 use crate::view::View;
 
+/// The effect's name.
+pub const NAME: &str = "distortion";
+
 /// See the [module](self).
 pub struct Distortion;
 
 impl Effect for Distortion {
     fn name(&self) -> &'static str {
-        "distortion"
+        NAME
     }
 
     fn model(&self) -> &'static str {
