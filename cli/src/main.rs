@@ -8,6 +8,8 @@ mod commands;
 mod options;
 mod output;
 mod pictures;
+#[expect(dead_code, reason = "the commands that plot come next")]
+mod plot;
 mod results;
 
 use std::process::ExitCode;

@@ -1,0 +1,125 @@
+//! Plots: drawn once as SVG, written as SVG and as PNG.
+//!
+//! Text is set in DejaVu Sans, which is part of the program: plots look the same where no fonts are installed.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use anyhow::{Context, anyhow};
+use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend, WHITE};
+use plotters::style::{FontStyle, register_font};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+
+use crate::pictures::write_aside;
+
+/// The font of all text.
+pub const FONT: &str = "DejaVu Sans";
+
+/// What plots are drawn on: white, in pixels from the top left.
+pub type Surface<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Pixels of the PNG for one of the SVG.
+const PNG_SCALE: f32 = 2.0;
+
+/// Draws a plot of that many pixels across and down, as an SVG document.
+///
+/// # Errors
+/// Those of `draw`.
+pub fn svg(
+    size_px: (u32, u32),
+    draw: impl FnOnce(&Surface) -> anyhow::Result<()>,
+) -> anyhow::Result<String> {
+    // Without its own font plotters cannot tell how wide a word is.
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .and_then(|()| register_font(FONT, FontStyle::Bold, dejavu::sans::bold()))
+        .map_err(|_| anyhow!("the font {FONT} is damaged"))?;
+    let mut document = String::new();
+    {
+        let surface = SVGBackend::with_string(&mut document, size_px).into_drawing_area();
+        surface.fill(&WHITE)?;
+        draw(&surface)?;
+        surface.present()?;
+    }
+    Ok(document)
+}
+
+/// An SVG document as a PNG image, twice as large, in [`FONT`] whatever the document asks for.
+///
+/// # Errors
+/// When it is no SVG document, or too large for an image.
+pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
+    let options = Options {
+        font_family: FONT.into(),
+        fontdb: Arc::clone(fonts()),
+        ..Options::default()
+    };
+    let tree = Tree::from_str(svg, &options).context("the plot is no SVG document")?;
+    let size = tree.size().to_int_size();
+    let size = size.scale_by(PNG_SCALE).context("the plot has no pixels")?;
+    let mut image = Pixmap::new(size.width(), size.height()).context("the plot is too large")?;
+    let scale = Transform::from_scale(PNG_SCALE, PNG_SCALE);
+    resvg::render(&tree, scale, &mut image.as_mut());
+    Ok(image.encode_png()?)
+}
+
+/// Writes a plot as `stem`.svg and `stem`.png, each whole or not at all.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn save(stem: &Path, svg: &str) -> anyhow::Result<()> {
+    let image = png(svg)?;
+    write_aside(&stem.with_extension("svg"), |aside| {
+        Ok(std::fs::write(aside, svg)?)
+    })?;
+    write_aside(&stem.with_extension("png"), |aside| {
+        Ok(std::fs::write(aside, &image)?)
+    })
+}
+
+fn fonts() -> &'static Arc<fontdb::Database> {
+    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
+    FONTS.get_or_init(|| {
+        let mut fonts = fontdb::Database::new();
+        fonts.load_font_data(dejavu::sans::regular().to_vec());
+        fonts.load_font_data(dejavu::sans::bold().to_vec());
+        fonts.set_sans_serif_family(FONT);
+        Arc::new(fonts)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plotters::prelude::*;
+
+    fn page(text: &str) -> String {
+        svg((200, 60), |surface| {
+            surface.draw(&Text::new(
+                text.to_string(),
+                (10, 20),
+                (FONT, 20).into_font(),
+            ))?;
+            Ok(())
+        })
+        .expect("a drawing")
+    }
+
+    fn dark_pixels(svg: &str) -> usize {
+        let image = image::load_from_memory(&png(svg).expect("an image")).expect("a PNG");
+        assert_eq!((image.width(), image.height()), (400, 120));
+        image.to_luma8().pixels().filter(|p| p.0[0] < 128).count()
+    }
+
+    #[test]
+    fn text_is_drawn_without_any_font_of_the_system() {
+        assert_eq!(dark_pixels(&page("")), 0);
+        assert!(dark_pixels(&page("σ ≥ 1/m²")) > 200);
+    }
+
+    #[test]
+    fn what_is_no_drawing_is_refused() {
+        assert!(png("no drawing").is_err());
+        assert!(svg((10, 10), |_| Err(anyhow!("no data"))).is_err());
+    }
+}
