@@ -55,6 +55,7 @@ pub mod kernel;
 pub mod l2a;
 pub mod layout;
 pub mod noise;
+pub mod optimum;
 pub mod outline;
 pub mod overlap;
 pub mod phases;

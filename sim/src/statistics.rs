@@ -125,6 +125,9 @@ pub struct Distinguishability {
     pub wvar: f64,
     /// Their ratio.
     pub b2w: f64,
+    /// Fisher's criterion, (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off): the largest such ratio of any linear combination of
+    /// the features, whatever their scales (Fisher 1936).
+    pub fisher: f64,
 }
 
 impl Distinguishability {
@@ -132,12 +135,16 @@ impl Distinguishability {
     pub fn of(on: &Moments, off: &Moments) -> Self {
         let (a, b) = (on.mean(), off.mean());
         let bvar = (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2);
-        let trace = |class: &Moments| class.covariance()[0][0] + class.covariance()[1][1];
-        let wvar = trace(on) + trace(off);
+        let (on, off) = (on.covariance(), off.covariance());
+        let within = |i: usize, j: usize| on[i][j] + off[i][j];
+        let (xx, xy, yy) = (within(0, 0), within(0, 1), within(1, 1));
+        let [x, y] = [a[0] - b[0], a[1] - b[1]];
+        let wvar = xx + yy;
         Self {
             bvar,
             wvar,
             b2w: bvar / wvar,
+            fisher: (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy),
         }
     }
 }
@@ -300,6 +307,27 @@ mod tests {
                     prop_assert!((whole.covariance()[i][j] - merged.covariance()[i][j]).abs() < 1e-6);
                 }
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn fishers_criterion_ignores_scales(values in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 8..40), scale in 0.01..100.0f64) {
+            let of = |scale: f64| {
+                let (mut on, mut off) = (Moments::default(), Moments::default());
+                for (k, (x, y)) in values.iter().enumerate() {
+                    if k % 2 == 0 {
+                        on.push([x + y + 1.0, scale * (y + 2.0)]);
+                    } else {
+                        off.push([x + y, scale * y]);
+                    }
+                }
+                Distinguishability::of(&on, &off)
+            };
+            let (one, other) = (of(1.0), of(scale));
+            prop_assert!((one.fisher / other.fisher - 1.0).abs() < 1e-6, "{:?} {:?}", one, other);
+            // No direction separates better, the sum of both axes neither.
+            prop_assert!(one.fisher >= one.b2w * (1.0 - 1e-9));
         }
     }
 

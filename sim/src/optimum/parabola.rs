@@ -1,0 +1,118 @@
+//! The top of a curve that is known at a few places, not exactly.
+
+/// A parabola fitted to points by weighted least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parabola {
+    centre: f64,
+    /// Of 1, (x − centre) and (x − centre)².
+    coefficients: [f64; 3],
+}
+
+impl Parabola {
+    /// The fit to points (x, y, weight); none of fewer than three different x.
+    pub fn fit(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
+        let (sum, weight) = points.clone().fold((0.0, 0.0), |(sum, total), (x, _, w)| {
+            (sum + w * x, total + w)
+        });
+        let centre = sum / weight;
+        // Moments of x from 0 to 4 and of y·x from 0 to 2.
+        let (mut x_moments, mut y_moments) = ([0.0; 5], [0.0; 3]);
+        for (x, y, weight) in points {
+            let mut term = weight;
+            for power in 0..5 {
+                x_moments[power] += term;
+                if power < 3 {
+                    y_moments[power] += term * y;
+                }
+                term *= x - centre;
+            }
+        }
+        let matrix =
+            std::array::from_fn(|row| std::array::from_fn(|column| x_moments[row + column]));
+        let coefficients = solved(matrix, y_moments)?;
+        Some(Self {
+            centre,
+            coefficients,
+        })
+    }
+
+    /// Its value at `x`.
+    pub fn at(&self, x: f64) -> f64 {
+        let [a, b, c] = self.coefficients;
+        let x = x - self.centre;
+        a + x * (b + x * c)
+    }
+
+    /// Where it is highest within a range.
+    pub fn top(&self, [low, high]: [f64; 2]) -> f64 {
+        let [_, slope, curvature] = self.coefficients;
+        if curvature < 0.0 {
+            return (self.centre - slope / (2.0 * curvature)).clamp(low, high);
+        }
+        if self.at(low) >= self.at(high) {
+            low
+        } else {
+            high
+        }
+    }
+}
+
+/// The solution of three linear equations by Cramer's rule; none where they have no single one.
+fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
+    let determinant = |m: &[[f64; 3]; 3]| {
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+    };
+    let whole = determinant(&matrix);
+    let solution = std::array::from_fn(|column| {
+        let mut replaced = matrix;
+        for (row, value) in right.iter().enumerate() {
+            replaced[row][column] = *value;
+        }
+        determinant(&replaced) / whole
+    });
+    solution
+        .iter()
+        .all(|value| value.is_finite())
+        .then_some(solution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_parabola_is_found_again(top in 0.2f64..4.0, height in -5.0f64..5.0, curvature in -50.0f64..-0.01, step in 0.01f64..0.5, count in 3u32..12) {
+            let y = |x: f64| height + curvature * (x - top).powi(2);
+            let points = (0..count).map(|k| {
+                let x = 1.0 + f64::from(k) * step;
+                (x, y(x), 1.0 + f64::from(k))
+            });
+            let fit = Parabola::fit(points).unwrap();
+            prop_assert!((fit.top([0.2, 4.0]) - top).abs() < 1e-4, "{:?} for {}", fit, top);
+        }
+    }
+
+    #[test]
+    fn what_rises_has_its_top_at_the_end() {
+        let rising = Parabola::fit((0..5).map(|k| (f64::from(k), f64::from(k * k), 1.0))).unwrap();
+        assert_eq!(rising.top([1.0, 3.0]), 3.0);
+        assert_eq!(rising.top([-3.0, -1.0]), -3.0);
+    }
+
+    #[test]
+    fn two_places_make_no_parabola() {
+        assert_eq!(
+            Parabola::fit([(1.0, 1.0, 1.0), (2.0, 2.0, 1.0), (2.0, 3.0, 1.0)].into_iter()),
+            None
+        );
+        assert_eq!(Parabola::fit(std::iter::empty()), None);
+        assert_eq!(
+            Parabola::fit([(1.0, f64::NAN, 1.0), (2.0, 2.0, 1.0), (3.0, 3.0, 1.0)].into_iter()),
+            None
+        );
+    }
+}
