@@ -8,7 +8,6 @@ mod commands;
 mod options;
 mod output;
 mod pictures;
-#[expect(dead_code, reason = "the commands that plot come next")]
 mod plot;
 mod results;
 
@@ -47,6 +46,10 @@ enum Command {
     Evaluate(commands::evaluate::Arguments),
     /// Add the shards of an evaluation up.
     Merge(commands::merge::Arguments),
+    /// The best LED-to-ambient ratios, and the table that the transmitter carries.
+    Optimize(commands::optimize::Arguments),
+    /// Show or check a table.
+    Table(commands::table::Arguments),
     /// The panels that the transmitter would show.
     Transmit(commands::transmit::Arguments),
     /// The bits of single frames.
@@ -84,6 +87,8 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
         Some(Command::Merge(arguments)) => commands::merge::run(&arguments, shared),
+        Some(Command::Optimize(arguments)) => commands::optimize::run(&arguments, shared),
+        Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),
         Some(Command::Transmit(arguments)) => commands::transmit::run(&arguments, shared),
         Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
         Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),

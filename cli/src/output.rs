@@ -154,6 +154,12 @@ impl Progress {
         }
     }
 
+    /// Tells that another number of steps is expected in all.
+    pub fn expect(&mut self, total: u64) {
+        self.total = total;
+        self.bar.set_length(total);
+    }
+
     /// Tells that so many steps are done.
     pub fn done(&mut self, steps: u64) {
         self.bar.set_position(steps);

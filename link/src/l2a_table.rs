@@ -20,6 +20,8 @@ use fixed::types::extra::{U12, U13};
 use fixed::{FixedU16, FixedU32};
 use heapless::Vec;
 
+use crate::shipped_table;
+
 /// An ambient illuminance in lux.
 pub type Illuminance = FixedU32<U12>;
 /// A normalised LED interval.
@@ -189,19 +191,13 @@ impl L2aTable {
         ))
     }
 
-    /// **Placeholder**, to be used until an optimiser has computed a table for the camera and the road at
-    /// hand.
-    ///
-    /// L2A 1.35, 2.05, 2.95 and 3.9 at intervals 0.5, 1, 1.5 and 2, the same for every illuminance: the means
-    /// over distances of 30 to 70 m, rounded, of the optima that a prototype without noise found for the
-    /// camera of Do & Yoo 2020, Table 1.
-    pub fn placeholder() -> Self {
-        let intervals = [0.5, 1.0, 1.5, 2.0].map(Interval::saturating_from_num);
-        let values = [1.35, 2.05, 2.95, 3.9].map(L2a::saturating_from_num);
+    /// The table that the firmware ships with, of the camera of Do & Yoo 2020, Table 1, with noise: computed by
+    /// `vocc optimize` and checked in as `link/shipped_table.toml`, which says from what.
+    pub fn shipped() -> Self {
         Self::of(
-            Vec::from_array([Illuminance::from_num(1000)]),
-            Vec::from_array(intervals),
-            Vec::from_array(values),
+            Vec::from_array(shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num)),
+            Vec::from_array(shipped_table::INTERVALS.map(Interval::saturating_from_num)),
+            Vec::from_array(shipped_table::L2A.map(L2a::saturating_from_num)),
         )
     }
 
@@ -255,9 +251,9 @@ impl L2aTable {
 }
 
 impl Default for L2aTable {
-    /// [`L2aTable::placeholder`].
+    /// [`L2aTable::shipped`].
     fn default() -> Self {
-        Self::placeholder()
+        Self::shipped()
     }
 }
 
@@ -521,17 +517,10 @@ mod tests {
     }
 
     #[test]
-    fn the_placeholder_depends_on_the_interval_alone() {
-        let table = L2aTable::placeholder();
-        for (interval, l2a) in [(0.5, 1.35), (1.0, 2.05), (1.5, 2.95), (2.0, 3.9)] {
-            for illuminance_lx in [0, 50, 1_000, 100_000] {
-                let found = table.l2a(
-                    Illuminance::from_num(illuminance_lx),
-                    Interval::from_num(interval),
-                );
-                assert!((found.to_num::<f64>() - l2a).abs() < 1.0 / 8192.0);
-            }
-        }
+    fn the_shipped_table_is_one() {
+        let (illuminances, intervals) = (shipped_table::ILLUMINANCES_LX, shipped_table::INTERVALS);
+        let checked = L2aTable::new(&illuminances, &intervals, &shipped_table::L2A);
+        assert_eq!(checked, Ok(L2aTable::shipped()));
     }
 
     #[test]

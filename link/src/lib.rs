@@ -61,3 +61,4 @@ pub mod l2a_table;
 pub mod panel;
 pub mod raw;
 pub mod scramble;
+mod shipped_table;

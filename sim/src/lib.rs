@@ -11,6 +11,7 @@
 //! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
 //!
 //! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
+//! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
 //! road                              the transmitter's code, the frames, the receiver's code
 //! ```
 //!
@@ -18,6 +19,7 @@
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
 //! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
+//! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
 //!
 //! # Which to choose
 //!
@@ -69,5 +71,6 @@ pub mod road;
 pub mod scene;
 pub mod stamp;
 pub mod statistics;
+pub mod table;
 pub mod tally;
 pub mod view;

@@ -47,7 +47,7 @@ use crate::{
 /// })?;
 /// let matrix = RecordingMatrix::default();
 /// let mut transmitter =
-///     Transmitter::new(matrix, calibration, L2aTable::placeholder(), Smoothing::default());
+///     Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default());
 ///
 /// transmitter.send(b"ice ahead", Code::for_length(9), Repeats::Forever)?;
 /// transmitter.sense(I32F32::lit("2000"))?;
@@ -218,7 +218,7 @@ mod tests {
         Transmitter::new(
             matrix,
             calibration,
-            L2aTable::placeholder(),
+            L2aTable::shipped(),
             Smoothing::default(),
         )
     }

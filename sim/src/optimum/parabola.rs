@@ -57,6 +57,9 @@ impl Parabola {
     }
 }
 
+/// A determinant this small against its diagonal is that of places that are not three.
+const SINGULAR: f64 = 1e-9;
+
 /// The solution of three linear equations by Cramer's rule; none where they have no single one.
 fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     let determinant = |m: &[[f64; 3]; 3]| {
@@ -65,6 +68,10 @@ fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
     };
     let whole = determinant(&matrix);
+    let size = matrix[0][0] * matrix[1][1] * matrix[2][2];
+    if whole.abs() <= SINGULAR * size {
+        return None;
+    }
     let solution = std::array::from_fn(|column| {
         let mut replaced = matrix;
         for (row, value) in right.iter().enumerate() {

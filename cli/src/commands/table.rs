@@ -1,0 +1,125 @@
+//! `vocc table`: what a table holds, and whether a transmitter can use it.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use link::l2a_table::L2aTable;
+use serde::Serialize;
+use sim::l2a::read_table;
+use sim::table::TableFile;
+
+use crate::options::Shared;
+use crate::output::{Answer, json, line};
+
+/// Arguments of `vocc table`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// Print a table's ratios as a transmitter carries them.
+    Show {
+        /// The table's TOML file; without it, the table that the firmware ships with.
+        file: Option<PathBuf>,
+        /// Print the Rust source that the firmware's own table is built from.
+        #[arg(long, requires = "file")]
+        rust: bool,
+    },
+    /// Whether a file holds a table that a transmitter can use.
+    Check {
+        /// The table's TOML file.
+        file: PathBuf,
+    },
+}
+
+/// A table as a transmitter carries it: its ratios rounded to 1/8192.
+#[derive(Serialize)]
+struct Carried {
+    illuminance_lx: Vec<f64>,
+    interval: Vec<f64>,
+    l2a: Vec<Vec<f64>>,
+}
+
+/// Shows or checks.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    match &arguments.action {
+        Action::Show {
+            file: Some(path),
+            rust: true,
+        } => {
+            // A table that no transmitter takes is not shipped.
+            read_table(path)?;
+            line(source(&TableFile::read(path)?).trim_end())?;
+        }
+        Action::Show { file, .. } => {
+            let table = match file {
+                Some(path) => read_table(path)?,
+                None => L2aTable::shipped(),
+            };
+            let carried = Carried::of(&table);
+            match shared.json {
+                true => json(&carried)?,
+                false => carried.print()?,
+            }
+        }
+        Action::Check { file } => {
+            let carried = Carried::of(&read_table(file)?);
+            match shared.json {
+                true => json(&carried)?,
+                false => line(&format!(
+                    "{}: a table of {} illuminances and {} intervals",
+                    file.display(),
+                    carried.illuminance_lx.len(),
+                    carried.interval.len()
+                ))?,
+            }
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+impl Carried {
+    fn of(table: &L2aTable) -> Self {
+        let interval: Vec<f64> = table.intervals().iter().map(|i| i.to_num()).collect();
+        let ratios: Vec<f64> = table.values().iter().map(|ratio| ratio.to_num()).collect();
+        Self {
+            illuminance_lx: table.illuminances_lx().iter().map(|e| e.to_num()).collect(),
+            l2a: ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect(),
+            interval,
+        }
+    }
+
+    fn print(&self) -> anyhow::Result<()> {
+        let columns = self
+            .interval
+            .iter()
+            .map(|interval| format!("{interval:>8.2}"));
+        line(&format!("L2A at interval {}", columns.collect::<String>()))?;
+        for (illuminance, ratios) in self.illuminance_lx.iter().zip(&self.l2a) {
+            let ratios = ratios.iter().map(|ratio| format!("{ratio:>8.3}"));
+            line(&format!(
+                "{illuminance:>12} lx {}",
+                ratios.collect::<String>()
+            ))?;
+        }
+        Ok(())
+    }
+}
+
+/// The Rust source of a table: what `link` is built with.
+fn source(file: &TableFile) -> String {
+    let of = |name: &str, about: &str, values: &[f64]| {
+        let count = values.len();
+        format!("/// {about}\n#[rustfmt::skip]\npub const {name}: [f32; {count}] = {values:?};\n")
+    };
+    [
+        "//! The table that the firmware ships with, made from a table file by `vocc table show FILE --rust`.\n".into(),
+        of("ILLUMINANCES_LX", "Ambient illuminances of its rows, lx.", &file.illuminance_lx),
+        of("INTERVALS", "LED intervals of its columns.", &file.interval),
+        of("L2A", "Its ratios, row by row.", &file.l2a.concat()),
+    ]
+    .join("\n")
+}
