@@ -43,9 +43,13 @@ impl Parabola {
         a + x * (b + x * c)
     }
 
-    /// Where it is highest within a range.
+    /// Where it is highest within a range; in the middle of its points where it is flat.
     pub fn top(&self, [low, high]: [f64; 2]) -> f64 {
         let [_, slope, curvature] = self.coefficients;
+        let width = high - low;
+        if (slope * width).abs().max((curvature * width * width).abs()) < FLAT {
+            return self.centre.clamp(low, high);
+        }
         if curvature < 0.0 {
             return (self.centre - slope / (2.0 * curvature)).clamp(low, high);
         }
@@ -56,6 +60,9 @@ impl Parabola {
         }
     }
 }
+
+/// What rises by no more than this over the range is flat.
+const FLAT: f64 = 1e-9;
 
 /// A determinant this small against its diagonal is that of places that are not three.
 const SINGULAR: f64 = 1e-9;
@@ -108,6 +115,12 @@ mod tests {
         let rising = Parabola::fit((0..5).map(|k| (f64::from(k), f64::from(k * k), 1.0))).unwrap();
         assert_eq!(rising.top([1.0, 3.0]), 3.0);
         assert_eq!(rising.top([-3.0, -1.0]), -3.0);
+    }
+
+    #[test]
+    fn what_is_flat_has_its_top_in_the_middle() {
+        let flat = Parabola::fit((0..5).map(|k| (f64::from(k), 0.1, 1.0))).unwrap();
+        assert!((flat.top([-10.0, 10.0]) - 2.0).abs() < 1e-9);
     }
 
     #[test]

@@ -32,6 +32,19 @@ pub struct Point {
 }
 
 impl Point {
+    /// One round of batches at a ratio.
+    #[cfg(test)]
+    pub fn of(l2a: f64, batches: Vec<Evaluation>) -> Self {
+        let rounds = vec![batches];
+        Self { l2a, rounds }
+    }
+
+    /// A batch of the first round.
+    #[cfg(test)]
+    pub fn batch_mut(&mut self, batch: usize) -> &mut Evaluation {
+        &mut self.rounds[0][batch]
+    }
+
     /// All of its frames.
     pub fn total(&self) -> Evaluation {
         merged(self.rounds.iter().flatten())
@@ -197,4 +210,116 @@ fn round(
             |workspace, batch| evaluator.evaluate(border(batch)..border(batch + 1), workspace),
         )
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::Level;
+    use crate::detectors::DetectorChoice;
+
+    const SETTINGS: Settings = Settings {
+        frames: 3000,
+        seed: 5,
+        random_reflectance: true,
+        detector: DetectorChoice::Best,
+        level: Level::Fast,
+    };
+
+    fn scene(distance_m: u32) -> Scene {
+        let settings = [
+            format!("pose.distance_m={distance_m}"),
+            "panel.interval=0.5".into(),
+        ];
+        Scene::load("paper", &settings).unwrap()
+    }
+
+    fn samples(distance_m: u32, order: &[(f64, usize)]) -> Samples {
+        let mut samples = Samples::default();
+        for &(l2a, rounds) in order {
+            assert!(
+                samples
+                    .extend(&scene(distance_m), SETTINGS, l2a, rounds, |_| true)
+                    .unwrap()
+            );
+        }
+        samples
+    }
+
+    #[test]
+    fn rounds_double_and_end_with_the_frames() {
+        assert_eq!(rounds(100), [0, 100]);
+        assert_eq!(rounds(2048), [0, 2048]);
+        assert_eq!(rounds(10_000), [0, 2048, 4096, 8192, 10_000]);
+        assert!(rounds(u64::MAX).len() < 60);
+    }
+
+    #[test]
+    fn all_ratios_see_the_same_frames_whatever_was_asked_first() {
+        let samples_one = samples(70, &[(1.0, 1), (2.0, 2), (1.0, 2)]);
+        assert_eq!(samples_one, samples(70, &[(2.0, 2), (1.0, 2)]));
+        let [one, two] = samples_one.points() else {
+            panic!("two ratios")
+        };
+        for (a, b) in one.rounds.iter().flatten().zip(two.rounds.iter().flatten()) {
+            assert_eq!((a.on.count(), a.off.count()), (b.on.count(), b.off.count()));
+        }
+        assert_eq!(one.total().errors.frames(), 3000);
+        let counts: Vec<u64> = one
+            .rounds
+            .iter()
+            .flatten()
+            .map(|batch| batch.on.count())
+            .collect();
+        assert!(
+            counts.windows(2).any(|pair| pair[0] != pair[1]),
+            "or equal counts show nothing"
+        );
+    }
+
+    #[test]
+    fn the_difference_of_two_ratios_is_known_better_than_either() {
+        let resampled = samples(70, &[(2.0, 1), (2.2, 1)]).resampled(Criterion::B2w, 1);
+        let spread = |of: &dyn Fn(&[f64]) -> f64| {
+            let values: Vec<f64> = resampled.iter().map(|row| of(row)).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            (values
+                .iter()
+                .map(|value| (value - mean).powi(2))
+                .sum::<f64>()
+                / values.len() as f64)
+                .sqrt()
+        };
+        let (alone, difference) = (spread(&|row| row[0]), spread(&|row| row[1] - row[0]));
+        // Frames of their own would make it √2 times as uncertain as one of them.
+        assert!(difference < alone / 2.0, "{difference} against {alone}");
+    }
+
+    #[test]
+    fn pooled_settings_have_all_frames_of_what_is_common() {
+        let (near, far) = (
+            samples(60, &[(1.0, 1), (2.0, 2)]),
+            samples(70, &[(2.0, 1), (3.0, 1)]),
+        );
+        let pooled = Samples::pooled(&[&near, &far]);
+        let [point] = pooled.points() else {
+            panic!("one common ratio")
+        };
+        let mut both = near.picked(&[2.0], 1).points()[0].total();
+        both.merge(&far.points()[0].total());
+        assert_eq!((point.l2a, point.rounds()), (2.0, 1));
+        assert_eq!(point.total().errors, both.errors);
+        assert_eq!(Samples::pooled(&[]), Samples::default());
+    }
+
+    #[test]
+    fn a_search_that_is_ended_keeps_nothing_half() {
+        let mut samples = Samples::default();
+        assert!(
+            !samples
+                .extend(&scene(70), SETTINGS, 1.0, 2, |_| false)
+                .unwrap()
+        );
+        assert_eq!(samples.points()[0].rounds(), 1);
+    }
 }

@@ -226,3 +226,104 @@ impl<P: FnMut(u64) -> bool> Lattice<'_, P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(settings: &[&str]) -> Scene {
+        let settings: Vec<String> = settings.iter().map(|text| text.to_string()).collect();
+        Scene::load("paper", &settings).unwrap()
+    }
+
+    fn search(criterion: Criterion) -> Search {
+        Search {
+            criterion,
+            frames: 200,
+            ..Search::default()
+        }
+    }
+
+    const FAR: [&str; 2] = ["pose.distance_m=70", "panel.interval=0.5"];
+
+    #[test]
+    fn senseless_searches_are_refused() {
+        let refused = |change: &dyn Fn(&mut Search)| {
+            let mut search = search(Criterion::B2w);
+            change(&mut search);
+            optimum(&scene(&FAR), &search, |_| true)
+                .unwrap_err()
+                .to_string()
+        };
+        assert!(refused(&|s| s.range = [2.0, 1.0]).contains("2 to 1"));
+        assert!(refused(&|s| s.range = [f64::NAN, 1.0]).contains("NaN to 1"));
+        assert!(refused(&|s| s.range = [0.0, 1.0]).contains("0.01 to 10"));
+        assert!(refused(&|s| s.frames = 63).contains("at least 64"));
+        assert!(refused(&|s| s.tolerance = -1.0).contains("-1"));
+        assert!(refused(&|s| s.tolerance = f64::NAN).contains("NaN"));
+        let behind = scene(&[
+            "pose.distance_m=0.5",
+            "pose.yaw_deg=80",
+            "panel.led_diameter_m=0.001",
+        ]);
+        let unseen = optimum(&behind, &search(Criterion::B2w), |_| true);
+        assert!(matches!(unseen, Ok(_) | Err(OptimumError::Evaluate { .. })));
+    }
+
+    #[test]
+    fn whoever_asked_can_end_it() {
+        let mut frames = 0;
+        let ended = optimum(&scene(&FAR), &search(Criterion::Ber), |more| {
+            frames += more;
+            frames < 1000
+        });
+        assert!(matches!(ended, Err(OptimumError::Interrupted)));
+        assert_eq!(frames, 1000);
+    }
+
+    #[test]
+    fn the_tolerance_ends_it_early() {
+        let search = Search {
+            frames: 10_000,
+            tolerance: 0.05,
+            ..Search::default()
+        };
+        let found = optimum(&scene(&FAR), &search, |_| true).unwrap();
+        assert!(
+            (found.l2a_95[1] - found.l2a_95[0]) / 2.0 <= 0.05,
+            "{:?}",
+            found.l2a_95
+        );
+        assert!(found.frames < 10_000);
+    }
+
+    #[test]
+    fn the_grid_has_twenty_points_and_a_loss_of_nothing_at_the_best() {
+        let found = optimum(&scene(&FAR), &search(Criterion::B2w), |_| true).unwrap();
+        assert_eq!(found.grid.points().len(), GRID);
+        assert!(found.curve.len() > GRID);
+        assert!(found.curve.is_sorted_by(|a, b| a.0 < b.0));
+        assert_eq!(found.loss_at(Criterion::B2w, found.l2a), 1.0);
+        assert!(found.loss_at(Criterion::B2w, 0.2) > 1.1);
+        assert!(
+            (0.2..4.0).contains(&found.l2a) && !found.at_border,
+            "{}",
+            found.l2a
+        );
+    }
+
+    #[test]
+    fn an_end_of_the_range_is_said_to_be_one() {
+        let narrow = Search {
+            range: [0.2, 0.8],
+            ..search(Criterion::B2w)
+        };
+        let found = optimum(&scene(&FAR), &narrow, |_| true).unwrap();
+        assert!(
+            found.at_border && found.l2a == 0.8,
+            "{} of {:?}",
+            found.l2a,
+            found.l2a_95
+        );
+    }
+}
