@@ -78,9 +78,11 @@ impl<P: FnMut(u64) -> bool> Lattice<'_, P> {
     /// The number of the last step.
     const LAST: usize = (GRID - 1) * FINER;
 
+    /// The ratio of a step, to a millionth, so that it reads well.
     fn l2a(&self, step: usize) -> f64 {
         let [low, high] = self.search.range;
-        low + (high - low) * step as f64 / Self::LAST as f64
+        let exact = low + (high - low) * step as f64 / Self::LAST as f64;
+        (exact * 1e6).round() / 1e6
     }
 
     /// The step nearest to a ratio.

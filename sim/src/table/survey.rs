@@ -1,7 +1,7 @@
 //! The best ratio at many settings of a scene.
 
 use link::l2a_table::{L2A_MIN, L2aTable, TableError};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::optimum::{Criterion, Optimum, OptimumError, Search, least_mean_ber, optimum};
 use crate::scene::{RangeError, Scene};
@@ -117,25 +117,33 @@ pub struct Cell {
     /// Turn about the vertical, degrees.
     pub yaw_deg: f64,
     /// The best ratio.
+    #[serde(serialize_with = "short")]
     pub l2a: f64,
     /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
     pub l2a_95: [f64; 2],
     /// Whether it is the end of the range.
     pub at_border: bool,
     /// The ratios that are not significantly worse.
+    #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
     /// B2W next to the best ratio.
+    #[serde(serialize_with = "short")]
     pub b2w: f64,
     /// Fisher's criterion there.
+    #[serde(serialize_with = "short")]
     pub fisher: f64,
     /// Bit error rate there.
+    #[serde(serialize_with = "short")]
     pub ber: f64,
     /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
     pub ber_95: [f64; 2],
     /// Frames that these are of.
     pub frames: u64,
     /// By which factor the criterion is worse (of the bit error rate: its odds) where the panel is driven to the ratio
     /// that the table holds.
+    #[serde(serialize_with = "short")]
     pub table_loss: f64,
 }
 
@@ -148,20 +156,27 @@ pub struct Entry {
     /// Normalised LED interval.
     pub interval: f64,
     /// The mean of the best ratios over the distances.
+    #[serde(serialize_with = "short")]
     pub mean_l2a: f64,
     /// Its 95 % interval: the mean of theirs. All distances have the same frames, so that their errors need not cancel.
+    #[serde(serialize_with = "short_pair")]
     pub mean_l2a_95: [f64; 2],
     /// The least and the greatest of the best ratios.
+    #[serde(serialize_with = "short_pair")]
     pub range_l2a: [f64; 2],
     /// Whether one of them is the end of the range, so that the mean may be too low (or too high).
     pub at_border: bool,
     /// The ratio of the least mean bit error rate.
+    #[serde(serialize_with = "short")]
     pub least_ber_l2a: f64,
     /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
     pub least_ber_l2a_95: [f64; 2],
     /// The ratios whose mean bit error rate is not significantly higher.
+    #[serde(serialize_with = "short_pair")]
     pub least_ber_not_worse: [f64; 2],
     /// The least mean bit error rate, by the fit.
+    #[serde(serialize_with = "short")]
     pub least_ber: f64,
 }
 
@@ -181,6 +196,20 @@ impl Entry {
             Rule::LeastBer => self.least_ber_l2a_95,
         }
     }
+}
+
+/// A number as it is written: five digits, which is more than chance leaves of it.
+fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    five_digits(*value).serialize(serializer)
+}
+
+/// The same of two.
+fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
+    values.map(five_digits).serialize(serializer)
+}
+
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
 }
 
 /// Why a survey cannot be done.
