@@ -22,6 +22,8 @@ use heapless::Vec;
 
 use crate::shipped_table;
 
+pub mod image;
+
 /// An ambient illuminance in lux.
 pub type Illuminance = FixedU32<U12>;
 /// A normalised LED interval.
@@ -61,6 +63,36 @@ pub enum Quantity {
     Interval,
     /// An L2A.
     L2a,
+}
+
+impl Quantity {
+    /// The smallest and the largest that a table may hold.
+    const fn range(self) -> (f32, f32) {
+        match self {
+            Self::IlluminanceLx => (ILLUMINANCE_MIN_LX, ILLUMINANCE_MAX_LX),
+            Self::Interval => (INTERVAL_MIN, INTERVAL_MAX),
+            Self::L2a => (L2A_MIN, L2A_MAX),
+        }
+    }
+
+    const fn wrong_length(self, count: usize, most: usize) -> TableError {
+        TableError::AxisLength {
+            quantity: self,
+            count,
+            most,
+        }
+    }
+
+    const fn out_of_range(self, index: usize, value: f32) -> TableError {
+        let (least, most) = self.range();
+        TableError::OutOfRange {
+            quantity: self,
+            index,
+            value,
+            least,
+            most,
+        }
+    }
 }
 
 impl core::fmt::Display for Quantity {
@@ -165,30 +197,32 @@ impl L2aTable {
         intervals: &[f32],
         l2a: &[f32],
     ) -> Result<Self, TableError> {
-        let illuminances = checked_axis(
-            Quantity::IlluminanceLx,
-            illuminances_lx,
-            ILLUMINANCE_MIN_LX,
-            ILLUMINANCE_MAX_LX,
-        )?;
-        let intervals = checked_axis(Quantity::Interval, intervals, INTERVAL_MIN, INTERVAL_MAX)?;
-        let needed = illuminances_lx.len() * intervals.len();
-        if l2a.len() != needed {
-            return Err(TableError::ValueCount {
-                count: l2a.len(),
-                needed,
-            });
-        }
+        let illuminances: Vec<_, ILLUMINANCES_MAX> =
+            quantised(Quantity::IlluminanceLx, illuminances_lx)?;
+        let intervals: Vec<_, INTERVALS_MAX> = quantised(Quantity::Interval, intervals)?;
+        check_count(l2a.len(), illuminances.len() * intervals.len())?;
+        let values: Vec<_, { ILLUMINANCES_MAX * INTERVALS_MAX }> = quantised(Quantity::L2a, l2a)?;
+        Self::from_fixed(&illuminances, &intervals, &values)
+    }
+
+    /// The table of numbers that are in fixed point already; [`Self::new`] otherwise.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`]; a limit counts as it is after rounding to the type.
+    pub fn from_fixed(
+        illuminances_lx: &[Illuminance],
+        intervals: &[Interval],
+        l2a: &[L2a],
+    ) -> Result<Self, TableError> {
+        let illuminances = checked_axis(Quantity::IlluminanceLx, illuminances_lx)?;
+        let intervals = checked_axis(Quantity::Interval, intervals)?;
+        check_count(l2a.len(), illuminances.len() * intervals.len())?;
         for (index, &value) in l2a.iter().enumerate() {
-            check_range(Quantity::L2a, index, value, L2A_MIN, L2A_MAX)?;
+            check_fixed(Quantity::L2a, index, value)?;
         }
-        Ok(Self::of(
-            illuminances,
-            intervals,
-            l2a.iter()
-                .map(|&value| L2a::saturating_from_num(value))
-                .collect(),
-        ))
+        let values = l2a.iter().copied().collect();
+        Ok(Self::of(illuminances, intervals, values))
     }
 
     /// The table that the firmware ships with, of the camera of Do & Yoo 2020, Table 1, with noise: computed by
@@ -323,59 +357,71 @@ pub fn log2(value: Illuminance) -> I6F26 {
     I6F26::from_bits(log)
 }
 
-fn check_range(
-    quantity: Quantity,
-    index: usize,
-    value: f32,
-    least: f32,
-    most: f32,
-) -> Result<(), TableError> {
-    if (least..=most).contains(&value) {
+fn check_count(count: usize, needed: usize) -> Result<(), TableError> {
+    if count == needed {
         Ok(())
     } else {
-        Err(TableError::OutOfRange {
-            quantity,
-            index,
-            value,
-            least,
-            most,
-        })
+        Err(TableError::ValueCount { count, needed })
     }
 }
 
-/// An axis in fixed point, checked for length, range and order.
-fn checked_axis<T: fixed::traits::Fixed + Into<Illuminance>, const MOST: usize>(
+/// Numbers rounded to fixed point, checked for count and range.
+fn quantised<T: fixed::traits::Fixed, const MOST: usize>(
     quantity: Quantity,
     given: &[f32],
-    least: f32,
-    most: f32,
 ) -> Result<Vec<T, MOST>, TableError> {
-    let mut axis = Vec::new();
-    let too_long = TableError::AxisLength {
-        quantity,
-        count: given.len(),
-        most: MOST,
-    };
-    if given.is_empty() {
-        return Err(too_long);
-    }
-    let mut before: Option<(f32, I6F26)> = None;
+    let (least, most) = quantity.range();
+    let mut numbers = Vec::new();
     for (index, &value) in given.iter().enumerate() {
-        check_range(quantity, index, value, least, most)?;
-        let entry = T::saturating_from_num(value);
-        let log = log2(entry.into());
+        if !(least..=most).contains(&value) {
+            return Err(quantity.out_of_range(index, value));
+        }
+        let too_long = |_| quantity.wrong_length(given.len(), MOST);
+        numbers
+            .push(T::saturating_from_num(value))
+            .map_err(too_long)?;
+    }
+    Ok(numbers)
+}
+
+fn check_fixed<T: fixed::traits::Fixed>(
+    quantity: Quantity,
+    index: usize,
+    value: T,
+) -> Result<(), TableError> {
+    let (least, most) = quantity.range();
+    if (T::saturating_from_num(least)..=T::saturating_from_num(most)).contains(&value) {
+        Ok(())
+    } else {
+        Err(quantity.out_of_range(index, value.to_num()))
+    }
+}
+
+/// An axis, checked for length, range and order.
+fn checked_axis<T: fixed::traits::Fixed + Into<Illuminance>, const MOST: usize>(
+    quantity: Quantity,
+    given: &[T],
+) -> Result<Vec<T, MOST>, TableError> {
+    let wrong_length = quantity.wrong_length(given.len(), MOST);
+    if given.is_empty() {
+        return Err(wrong_length);
+    }
+    let axis = Vec::from_slice(given).map_err(|_| wrong_length)?;
+    let mut before: Option<(T, I6F26)> = None;
+    for (index, &value) in given.iter().enumerate() {
+        check_fixed(quantity, index, value)?;
+        let log = log2(value.into());
         if let Some((previous, previous_log)) = before
             && log - previous_log < I6F26::from_num(AXIS_STEP_MIN_LOG2)
         {
             return Err(TableError::NotAscending {
                 quantity,
                 index,
-                value,
-                previous,
+                value: value.to_num(),
+                previous: previous.to_num(),
             });
         }
         before = Some((value, log));
-        axis.push(entry).map_err(|_| too_long)?;
     }
     Ok(axis)
 }

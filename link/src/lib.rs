@@ -55,10 +55,12 @@
 
 #![cfg_attr(not(test), no_std)]
 
+pub mod checksum;
 pub mod fec;
 pub mod framing;
 pub mod l2a_table;
 pub mod panel;
 pub mod raw;
 pub mod scramble;
+pub mod serial;
 mod shipped_table;

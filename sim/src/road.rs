@@ -15,6 +15,7 @@ use rx_pipeline::locate::LocatorSettings;
 use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
+use tx_firmware::light_watch::{Reading, Setting};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::schedule::Repeats;
 use tx_firmware::transmitter::Transmitter;
@@ -315,7 +316,11 @@ fn transmitter(scene: &Scene, message: &[u8]) -> Result<Transmitter<RecordingMat
         Smoothing::default(),
     );
     transmitter.send(message, Code::for_length(message.len()), Repeats::Forever)?;
-    let Ok(_) = transmitter.sense(I32F32::saturating_from_num(scene.ambient.illuminance_lx));
+    let light = Reading::Light {
+        lux: I32F32::saturating_from_num(scene.ambient.illuminance_lx),
+        word: 0,
+    };
+    let Ok(_) = transmitter.sense(0, Setting::Usual, light);
     Ok(transmitter)
 }
 

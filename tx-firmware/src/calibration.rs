@@ -4,30 +4,8 @@ use core::ops::RangeInclusive;
 
 use fixed::types::{U1F31, U12F20, U32F32};
 use link::l2a_table::Interval;
+pub use link::serial::Measured;
 use thiserror::Error;
-
-/// The measured values of one panel with its driver and its light sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// Luminance of an On LED at full duty, its own light only (ambient light shut out), cd/m²;
-    /// within [`LUMINANCE_CD_M2`].
-    pub luminance_full_cd_m2: U32F32,
-    /// The shortest pulse at which the LED's light is still proportional to the pulse, ns; 0 to the
-    /// PWM period. Power drivers need 100 to 500 ns. Half a step of the PWM counter added, rounding
-    /// cannot make a pulse shorter than this.
-    pub shortest_pulse_ns: u32,
-    /// Period of the dimming, ns; within [`PWM_PERIOD_NS`]. The light of a frame is uncertain by
-    /// one part in the number of periods that its exposure holds: 20 000 ns (50 kHz) gives 50
-    /// periods in 1 ms.
-    pub pwm_period_ns: u32,
-    /// Reflectance R of the LED's surface in the camera's direction; within [`REFLECTANCE`].
-    pub reflectance: U1F31,
-    /// LED interval: edge-to-edge gap over diameter; within [`INTERVAL`].
-    pub interval: Interval,
-    /// Lux at the panel over lux that the sensor reads: 1/transmission of the window before it;
-    /// within [`SENSOR_GAIN`].
-    pub sensor_gain: U12F20,
-}
 
 /// The luminance that a panel may have at full duty, cd/m²: an L2A of 4 on a white panel in the
 /// brightest sun takes 520 000.

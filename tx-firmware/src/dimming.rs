@@ -34,6 +34,7 @@
 
 use fixed::types::U32F32;
 use link::l2a_table::{Illuminance, L2a};
+pub use link::serial::Limit;
 
 use crate::{ambient::BRIGHTEST_LX, calibration::Calibration};
 
@@ -41,25 +42,16 @@ use crate::{ambient::BRIGHTEST_LX, calibration::Calibration};
 /// 1, examine, beyond which LEDs flare.
 pub const L2A_MAX: L2a = L2a::lit("4");
 
+/// The illuminance that counts as night, lx: a well-lit road. At an L2A of [`L2A_MAX`] it gives the night limit,
+/// 4·50 lx·R = 200·R cd/m², the most that a panel has which does not know how light it is.
+pub const NIGHT_LX: Illuminance = Illuminance::lit("50");
+
 /// Bound of the wanted luminance's error, cd/m²: one step of its type.
 pub const LUMINANCE_ERROR_CD_M2: f64 = 1.0 / (1u64 << 32) as f64;
 
 /// Bound of the duty's error, in steps of 1/65 535: half a step for the rounding and what the
 /// luminance's error adds on a panel of 1 cd/m².
 pub const DUTY_ERROR_STEPS: f64 = 0.5 + 65_535.0 * LUMINANCE_ERROR_CD_M2;
-
-/// What kept a panel from the wanted luminance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Limit {
-    /// It is above full luminance: the panel is at full luminance, its L2A too low.
-    Top,
-    /// It is below the shortest pulse: the panel is at that pulse, its L2A too high but not above
-    /// [`L2A_MAX`].
-    Floor,
-    /// It is so far below the shortest pulse that even this would be above [`L2A_MAX`]: the panel
-    /// is dark.
-    Off,
-}
 
 /// How bright the panel is, and why.
 ///

@@ -68,8 +68,11 @@
 pub mod ambient;
 pub mod calibration;
 pub mod dimming;
+pub mod light_watch;
 pub mod matrix;
 mod power;
 pub mod schedule;
+pub mod service;
 pub mod shift_register;
+pub mod store;
 pub mod transmitter;

@@ -1,17 +1,18 @@
 //! The whole transmitter, but for its timers.
 
-use fixed::types::I32F32;
 use link::{
     fec::Code,
     framing::FramingError,
-    l2a_table::{Illuminance, L2aTable},
+    l2a_table::{Illuminance, L2a, L2aTable},
     panel::PanelFrame,
+    serial::{Counters, Faults, Light, Status},
 };
 
 use crate::{
     ambient::{Ambient, Smoothing},
     calibration::Calibration,
-    dimming::Dimming,
+    dimming::{Dimming, L2A_MAX, NIGHT_LX},
+    light_watch::{Evidence, LightWatch, Reading, Setting},
     matrix::LedMatrix,
     schedule::{Repeats, Schedule},
 };
@@ -19,12 +20,17 @@ use crate::{
 /// Light in, panels out: what a board's program calls from its two timers, and a simulator from its
 /// own clock.
 ///
-/// - once a sensor period, [`sense`](Self::sense) with the reading, or [`miss`](Self::miss) when
-///   there was none: dims the panel;
+/// - once a sensor period, [`sense`](Self::sense) with what the sensor gave at the setting that
+///   [`next_setting`](Self::next_setting) asked for: dims the panel;
+/// - some ten times a second, [`watch`](Self::watch): makes the panel safe when readings stay away;
 /// - once a symbol, [`tick`](Self::tick): shows the next panel;
 /// - whenever there is something to say, [`send`](Self::send).
 ///
-/// Until the first reading the panel stays dark: there is no telling how bright it may be.
+/// Until the first reading the panel stays dark: there is no telling how bright it may be. **When light is lost**
+/// ([`light_watch`](crate::light_watch) says when) its luminance falls to the night limit, that of [`L2A_MAX`] at
+/// [`NIGHT_LX`], and stays as it is where it was below. A panel that never had a reading takes the night limit.
+///
+/// Times are milliseconds from the start, which never go back.
 ///
 /// ```
 /// use fixed::types::{I32F32, U1F31, U12F20, U32F32};
@@ -32,6 +38,7 @@ use crate::{
 /// use tx_firmware::{
 ///     ambient::Smoothing,
 ///     calibration::{Calibration, Measured},
+///     light_watch::{Reading, Setting},
 ///     matrix::RecordingMatrix,
 ///     schedule::Repeats,
 ///     transmitter::Transmitter,
@@ -50,7 +57,8 @@ use crate::{
 ///     Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default());
 ///
 /// transmitter.send(b"ice ahead", Code::for_length(9), Repeats::Forever)?;
-/// transmitter.sense(I32F32::lit("2000"))?;
+/// let reading = Reading::Light { lux: I32F32::lit("2000"), word: 0x5c35 };
+/// transmitter.sense(100, Setting::Usual, reading)?;
 /// let panel = transmitter.tick()?;
 ///
 /// assert_eq!(transmitter.matrix().panel, panel);
@@ -63,8 +71,14 @@ pub struct Transmitter<M> {
     calibration: Calibration,
     table: L2aTable,
     ambient: Ambient,
+    light_watch: LightWatch,
     schedule: Schedule,
+    /// The L2A and the illuminance that the panel was dimmed to while light was known.
+    known: Option<(L2a, Illuminance)>,
     dimming: Option<Dimming>,
+    now_ms: u64,
+    faults: Faults,
+    counters: Counters,
 }
 
 impl<M: LedMatrix> Transmitter<M> {
@@ -76,31 +90,54 @@ impl<M: LedMatrix> Transmitter<M> {
             calibration,
             table,
             ambient,
+            light_watch: LightWatch::new(),
             schedule: Schedule::new(),
+            known: None,
             dimming: None,
+            now_ms: 0,
+            faults: Faults::NONE,
+            counters: Counters::default(),
         }
     }
 
-    /// Takes a reading of the light sensor, in lux before its gain, and dims the panel to the
-    /// light.
+    /// Takes what the light sensor gave at `setting`, and dims the panel to the light; none while the panel stays
+    /// dark because nothing is known of it yet.
     ///
     /// # Errors
-    /// Of the matrix, which then may not have the new duty; the next reading tries again.
-    pub fn sense(&mut self, reading_lx: I32F32) -> Result<Dimming, M::Error> {
-        let illuminance_lx = self.ambient.sense(reading_lx);
-        self.dim(illuminance_lx)
+    /// Of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries
+    /// again.
+    pub fn sense(
+        &mut self,
+        now_ms: u64,
+        setting: Setting,
+        reading: Reading,
+    ) -> Result<Option<Dimming>, M::Error> {
+        self.now_ms = self.now_ms.max(now_ms);
+        count(match reading {
+            Reading::Missing => &mut self.counters.missed_readings,
+            Reading::Light { .. } | Reading::Saturated => &mut self.counters.readings,
+        });
+        let illuminance_lx = match self.light_watch.observe(self.now_ms, setting, reading) {
+            Evidence::Light(lux) => Some(self.ambient.sense(lux)),
+            Evidence::Daylight => Some(self.ambient.sense_daylight()),
+            Evidence::None => None,
+        };
+        if let Some(illuminance_lx) = illuminance_lx {
+            let interval = self.calibration.measured().interval;
+            self.known = Some((self.table.l2a(illuminance_lx, interval), illuminance_lx));
+        }
+        self.dim()
     }
 
-    /// Notes that a reading did not come: the panel keeps its luminance at first, and dims down if
-    /// the sensor stays away. None before the first reading ever.
+    /// Lets time pass: makes the panel's luminance a safe one when there has been no evidence of the light for too
+    /// long.
     ///
     /// # Errors
     /// As [`sense`](Self::sense).
-    pub fn miss(&mut self) -> Result<Option<Dimming>, M::Error> {
-        match self.ambient.miss() {
-            Some(illuminance_lx) => self.dim(illuminance_lx).map(Some),
-            None => Ok(None),
-        }
+    pub fn watch(&mut self, now_ms: u64) -> Result<Option<Dimming>, M::Error> {
+        self.now_ms = self.now_ms.max(now_ms);
+        self.light_watch.watch(self.now_ms);
+        self.dim()
     }
 
     /// Shows the panel of the next symbol, and returns it.
@@ -109,8 +146,14 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Of the matrix; the symbol is then lost, and the next call goes on with the one after it.
     pub fn tick(&mut self) -> Result<PanelFrame, M::Error> {
         let panel = self.schedule.next_panel();
-        self.matrix.show(panel)?;
-        Ok(panel)
+        let shown = self.matrix.show(panel);
+        self.faults.set(Faults::LEDS, shown.is_err());
+        count(if shown.is_ok() {
+            &mut self.counters.symbols
+        } else {
+            &mut self.counters.lost_symbols
+        });
+        shown.map(|()| panel)
     }
 
     /// Shows `message` (1 to 1024 bytes) under `code` from the next symbol on, see
@@ -137,17 +180,48 @@ impl<M: LedMatrix> Transmitter<M> {
         self.table = table;
     }
 
-    fn dim(&mut self, illuminance_lx: Illuminance) -> Result<Dimming, M::Error> {
-        let interval = self.calibration.measured().interval.saturating_to_num();
-        let l2a = self
-            .table
-            .l2a(illuminance_lx.saturating_to_num(), interval)
-            .to_num();
-        let dimming = Dimming::new(l2a, illuminance_lx, &self.calibration);
-        self.matrix.set_duty(dimming.duty)?;
-        self.dimming = Some(dimming);
+    /// Takes other measured values; they take effect with the next reading.
+    pub fn set_calibration(&mut self, calibration: Calibration) {
+        self.ambient
+            .set_sensor_gain(calibration.measured().sensor_gain);
+        self.calibration = calibration;
+    }
+
+    /// Reports faults that only the board knows of, such as [`Faults::WATCHDOG`], or takes them back.
+    pub fn set_faults(&mut self, faults: Faults, present: bool) {
+        self.faults.set(faults, present);
+    }
+
+    /// Counts from 0 again.
+    pub fn reset_counters(&mut self) {
+        self.counters = Counters::default();
+    }
+
+    fn dim(&mut self) -> Result<Option<Dimming>, M::Error> {
+        let dimmed = |(l2a, lx)| Dimming::new(l2a, lx, &self.calibration);
+        let dimming = match self.light_watch.light() {
+            Light::Unknown => return Ok(None),
+            Light::Measured | Light::Held | Light::Daylight => self.known.map(dimmed),
+            Light::Lost => {
+                self.ambient.fall_back(NIGHT_LX);
+                let night = Dimming::new(L2A_MAX, NIGHT_LX, &self.calibration);
+                let known = self.known.map(dimmed);
+                known
+                    .filter(|known| known.luminance_cd_m2 < night.luminance_cd_m2)
+                    .or(Some(night))
+            }
+        };
+        if let Some(dimming) = dimming {
+            self.matrix.set_duty(dimming.duty)?;
+            self.dimming = Some(dimming);
+        }
         Ok(dimming)
     }
+}
+
+/// One more, up to the greatest number there is.
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
 }
 
 impl<M> Transmitter<M> {
@@ -159,6 +233,36 @@ impl<M> Transmitter<M> {
     /// How bright the panel is, and why; none before the first reading.
     pub fn dimming(&self) -> Option<Dimming> {
         self.dimming
+    }
+
+    /// The setting at which the light sensor is to be asked next.
+    pub fn next_setting(&self) -> Setting {
+        self.light_watch.next_setting()
+    }
+
+    /// What is wrong.
+    pub fn faults(&self) -> Faults {
+        self.faults.with(self.light_watch.faults())
+    }
+
+    /// How the transmitter is; the serial port's own counters are 0.
+    pub fn status(&self) -> Status {
+        let (l2a, luminance_cd_m2, duty) = self.dimming.map_or_else(Default::default, |dimming| {
+            (dimming.l2a, dimming.luminance_cd_m2, dimming.duty)
+        });
+        Status {
+            uptime_s: u32::try_from(self.now_ms / 1000).unwrap_or(u32::MAX),
+            light: self.light_watch.light(),
+            illuminance_lx: self.ambient.illuminance_lx(),
+            l2a,
+            luminance_cd_m2,
+            duty,
+            limited: self.dimming.and_then(|dimming| dimming.limited),
+            faults: self.faults(),
+            table_crc: self.table.crc(),
+            sending: self.schedule.is_sending(),
+            counters: self.counters,
+        }
     }
 
     /// Whether the next panel is one of a message, not of a beacon.
@@ -193,9 +297,11 @@ mod tests {
 
     use super::*;
     use crate::{
-        ambient::MISSES_HELD, calibration::Measured, dimming::Limit, matrix::RecordingMatrix,
+        calibration::Measured,
+        light_watch::{HOLD_MS, RECOVERY, STUCK_MS},
+        matrix::RecordingMatrix,
     };
-    use fixed::types::{U1F31, U12F20, U32F32};
+    use fixed::types::{I32F32, U1F31, U12F20, U32F32};
     use link::{
         framing::{Deframer, Event},
         l2a_table::Interval,
@@ -227,6 +333,29 @@ mod tests {
     fn table() -> L2aTable {
         L2aTable::new(&[10.0, 10_000.0], &[1.0, 2.0], &[1.0, 0.5, 4.0, 0.5]).unwrap()
     }
+
+    fn light(lux: u32, word: u16) -> Reading {
+        Reading::Light {
+            lux: I32F32::from_num(lux),
+            word,
+        }
+    }
+
+    /// One reading at once.
+    fn lit<M: LedMatrix>(transmitter: &mut Transmitter<M>, lux: u32) -> Result<Dimming, M::Error> {
+        let now_ms = transmitter.now_ms;
+        let dimming = transmitter.sense(now_ms, Setting::Usual, light(lux, lux as u16))?;
+        Ok(dimming.expect("a reading dims"))
+    }
+
+    /// The night limit of [`MEASURED`]: 4·50 lx·0.5, cd/m².
+    const NIGHT_CD_M2: f64 = 100.0;
+
+    fn shown_cd_m2(transmitter: &Transmitter<RecordingMatrix>) -> f64 {
+        f64::from(transmitter.matrix().duty) / 65_535.0 * 8000.0
+    }
+
+    const HALF_A_STEP: f64 = 0.5001 / 65_535.0 * 8000.0;
 
     /// A matrix that refuses everything while `broken`.
     #[derive(Default)]
@@ -263,16 +392,23 @@ mod tests {
     }
 
     #[test]
-    fn it_is_dark_until_the_first_reading() {
+    fn it_is_dark_until_the_first_reading_or_until_it_is_clear_that_none_will_come() {
         let mut transmitter = transmitter(RecordingMatrix::default());
-        for _ in 0..2 * MISSES_HELD {
-            assert_eq!(transmitter.miss(), Ok(None));
+        for now_ms in (0..=HOLD_MS).step_by(100) {
+            assert_eq!(
+                transmitter.sense(now_ms, Setting::Usual, Reading::Missing),
+                Ok(None)
+            );
             transmitter.tick().unwrap();
+            assert_eq!(transmitter.matrix().duty, 0);
+            assert_eq!(transmitter.status().light, Light::Unknown);
         }
-        assert_eq!(transmitter.matrix().duty, 0);
+        transmitter.watch(HOLD_MS + 100).unwrap();
+        assert!((shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < HALF_A_STEP);
+        let status = transmitter.status();
         assert_eq!(
-            (transmitter.illuminance_lx(), transmitter.dimming()),
-            (None, None)
+            (status.light, status.faults),
+            (Light::Lost, Faults::SENSOR_MISSING)
         );
     }
 
@@ -280,7 +416,7 @@ mod tests {
     fn a_reading_sets_the_luminance_that_the_table_wants_at_that_light_and_interval() {
         let mut transmitter = transmitter(RecordingMatrix::default());
         transmitter.set_table(table());
-        let dimming = transmitter.sense(I32F32::from_num(1000)).unwrap();
+        let dimming = lit(&mut transmitter, 1000).unwrap();
         // Two thirds of the decades from 1 to 4: L2A 3, L* = 3·1000·0.5, duty 1500/8000.
         assert!((dimming.l2a.to_num::<f64>() - 3.0).abs() < 0.001);
         assert!((dimming.wanted_cd_m2.to_num::<f64>() - 1500.0).abs() < 0.5);
@@ -292,27 +428,103 @@ mod tests {
     #[test]
     fn another_table_takes_effect_with_the_next_reading() {
         let mut transmitter = transmitter(RecordingMatrix::default());
-        transmitter.sense(I32F32::from_num(1000)).unwrap();
+        lit(&mut transmitter, 1000).unwrap();
         let before = transmitter.matrix().duty;
         transmitter.set_table(table());
         assert_eq!(transmitter.table(), &table());
         assert_eq!(transmitter.matrix().duty, before);
-        transmitter.sense(I32F32::from_num(1000)).unwrap();
+        lit(&mut transmitter, 1000).unwrap();
         assert!(transmitter.matrix().duty > before);
     }
 
-    #[test]
-    fn a_panel_whose_sensor_is_gone_goes_dark() {
+    /// Goes on from 20 000 lx with `reading` in place of the sensor's, and tells after how many ms the panel was at
+    /// the night limit, and why.
+    fn time_to_night(reading: impl Fn(u64) -> Option<Reading>) -> (u64, Faults) {
         let mut transmitter = transmitter(RecordingMatrix::default());
-        transmitter.sense(I32F32::from_num(20_000)).unwrap();
+        lit(&mut transmitter, 20_000).unwrap();
+        assert_eq!(transmitter.matrix().duty, u16::MAX);
+        for now_ms in (100..).step_by(100) {
+            match reading(now_ms) {
+                Some(reading) => transmitter.sense(now_ms, transmitter.next_setting(), reading),
+                None => transmitter.watch(now_ms),
+            }
+            .unwrap();
+            if (shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < HALF_A_STEP {
+                return (now_ms, transmitter.faults());
+            }
+            assert_eq!(transmitter.matrix().duty, u16::MAX);
+            assert!(now_ms < 10_000, "the panel stays bright");
+        }
+        unreachable!()
+    }
+
+    #[test]
+    fn every_fault_of_the_sensor_leads_to_the_night_limit_in_its_stated_time() {
+        let soon = HOLD_MS + 100;
+        assert_eq!(
+            time_to_night(|_| Some(Reading::Missing)),
+            (soon, Faults::SENSOR_MISSING)
+        );
+        assert_eq!(time_to_night(|_| None), (soon, Faults::SENSOR_SILENT));
+        assert_eq!(
+            time_to_night(|_| Some(light(20_000, 20_000))),
+            (STUCK_MS + soon, Faults::SENSOR_STUCK)
+        );
+        let sometimes_saturated = |now_ms: u64| match now_ms % 200 {
+            0 => Reading::Saturated,
+            _ => Reading::Missing,
+        };
+        let (time_ms, _) = time_to_night(|now_ms| Some(sometimes_saturated(now_ms)));
+        assert_eq!(time_ms, soon);
+    }
+
+    #[test]
+    fn daylight_that_saturates_both_settings_holds_the_tables_top() {
+        let mut transmitter = transmitter(RecordingMatrix::default());
+        for now_ms in (0..60_000).step_by(100) {
+            let setting = transmitter.next_setting();
+            transmitter
+                .sense(now_ms, setting, Reading::Saturated)
+                .unwrap();
+        }
+        let dimming = transmitter.dimming().unwrap();
+        assert_eq!(transmitter.status().light, Light::Daylight);
+        assert_eq!(
+            dimming.l2a,
+            transmitter
+                .table()
+                .l2a(Illuminance::from_num(130_000), Interval::ONE)
+        );
+        assert_eq!(transmitter.matrix().duty, u16::MAX);
+    }
+
+    #[test]
+    fn a_panel_below_the_night_limit_stays_there_when_light_is_lost() {
+        let mut transmitter = transmitter(RecordingMatrix::default());
+        let before = lit(&mut transmitter, 60).unwrap();
+        transmitter.watch(HOLD_MS + 100).unwrap();
+        assert_eq!(transmitter.status().light, Light::Lost);
+        assert_eq!(transmitter.matrix().duty, before.duty);
+    }
+
+    #[test]
+    fn a_sensor_that_comes_back_is_believed_after_some_readings_and_the_panel_fades_in() {
+        let mut transmitter = transmitter(RecordingMatrix::default());
+        lit(&mut transmitter, 20_000).unwrap();
+        transmitter.watch(HOLD_MS + 100).unwrap();
+        let night = transmitter.matrix().duty;
         let mut duties = Vec::new();
-        for _ in 0..MISSES_HELD + 200 {
-            transmitter.miss().unwrap();
+        for n in 1..=60 {
+            let now_ms = HOLD_MS + 100 + 100 * n;
+            let reading = light(20_000, n as u16);
+            transmitter.sense(now_ms, Setting::Usual, reading).unwrap();
             duties.push(transmitter.matrix().duty);
         }
-        assert!(duties.is_sorted_by(|earlier, later| earlier >= later));
-        assert_eq!((duties.first(), duties.last()), (Some(&u16::MAX), Some(&0)));
-        assert_eq!(transmitter.dimming().unwrap().limited, Some(Limit::Off));
+        let doubtful = usize::from(RECOVERY) - 1;
+        assert!(duties[..doubtful].iter().all(|&duty| duty == night));
+        assert!(duties[doubtful..].is_sorted() && duties[doubtful] < u16::MAX / 2);
+        assert_eq!(duties.last(), Some(&u16::MAX));
+        assert_eq!(transmitter.faults(), Faults::NONE);
     }
 
     #[test]
@@ -343,38 +555,61 @@ mod tests {
     fn a_failing_matrix_is_reported_and_costs_one_symbol_or_one_reading() {
         let mut transmitter = transmitter(FragileMatrix::default());
         let mut beacons = Schedule::new();
-        let before = transmitter.sense(I32F32::from_num(100)).unwrap();
+        let before = lit(&mut transmitter, 100).unwrap();
         assert_eq!(transmitter.tick(), Ok(beacons.next_panel()));
 
         transmitter.matrix.broken = true;
         assert_eq!(transmitter.tick(), Err(Broken));
-        assert_eq!(transmitter.sense(I32F32::from_num(5000)), Err(Broken));
+        assert_eq!(transmitter.faults(), Faults::LEDS);
+        assert_eq!(lit(&mut transmitter, 5000), Err(Broken));
         assert_eq!(transmitter.dimming(), Some(before));
 
         transmitter.matrix.broken = false;
         beacons.next_panel();
         assert_eq!(transmitter.tick(), Ok(beacons.next_panel()));
-        let after = transmitter.sense(I32F32::from_num(5000)).unwrap();
+        assert_eq!(transmitter.faults(), Faults::NONE);
+        let after = lit(&mut transmitter, 5000).unwrap();
         assert_eq!(transmitter.matrix().inner.duty, after.duty);
         assert!(after.duty > before.duty);
     }
 
+    /// What may happen to a sensor, with the time until the next event, ms.
+    fn events() -> impl Strategy<Value = (u64, Option<Reading>)> {
+        let reading = prop_oneof![
+            any::<(i64, u16)>().prop_map(|(bits, word)| Some(Reading::Light {
+                lux: I32F32::from_bits(bits),
+                word
+            })),
+            (0u32..100_000, any::<u16>()).prop_map(|(lux, word)| Some(light(lux, word))),
+            Just(Some(Reading::Saturated)),
+            Just(Some(Reading::Missing)),
+            Just(None),
+        ];
+        (0u64..3000, reading)
+    }
+
     proptest! {
         #[test]
-        fn whatever_the_sensor_says_the_panel_never_outshines_its_surroundings(
-            readings in prop::collection::vec(any::<Option<i64>>(), 1..50),
+        fn whatever_the_sensor_says_the_panel_keeps_to_its_l2a_or_the_night_limit(
+            events in prop::collection::vec(events(), 1..80),
         ) {
             let mut transmitter = transmitter(RecordingMatrix::default());
-            for reading in readings {
+            let mut now_ms = 0;
+            for (wait_ms, reading) in events {
+                now_ms += wait_ms;
                 match reading {
-                    Some(bits) => transmitter.sense(I32F32::from_bits(bits)).map(Some).unwrap(),
-                    None => transmitter.miss().unwrap(),
-                };
+                    Some(reading) => transmitter.sense(now_ms, transmitter.next_setting(), reading),
+                    None => transmitter.watch(now_ms),
+                }
+                .unwrap();
                 transmitter.tick().unwrap();
                 let illuminance_lx = transmitter.illuminance_lx().map_or(0.0, |lx| lx.to_num::<f64>());
-                let shown_cd_m2 = f64::from(transmitter.matrix().duty) / 65_535.0 * 8000.0;
-                let half_a_step = 0.5 / 65_535.0 * 8000.0;
-                prop_assert!(shown_cd_m2 <= 4.0 * illuminance_lx * 0.5 + half_a_step * 1.001);
+                let most_cd_m2 = match transmitter.status().light {
+                    Light::Unknown => 0.0,
+                    Light::Measured | Light::Held | Light::Daylight => 4.0 * illuminance_lx * 0.5,
+                    Light::Lost => NIGHT_CD_M2,
+                };
+                prop_assert!(shown_cd_m2(&transmitter) <= most_cd_m2 + HALF_A_STEP);
             }
         }
     }

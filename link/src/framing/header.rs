@@ -1,9 +1,10 @@
 //! The header of a segment: 64 bits that say what the segment is part of.
 
 use super::{Layout, MESSAGE_MAX};
+use crate::checksum::crc32c;
 use crate::fec::{Block, Code};
 use crate::panel::PanelFrame;
-use crc::{CRC_8_AUTOSAR, CRC_32_ISCSI, Crc};
+use crc::{CRC_8_AUTOSAR, Crc};
 
 /// The version of the format that this crate speaks.
 pub const VERSION: u8 = 1;
@@ -16,7 +17,6 @@ pub const HEADER_BLOCK: Block = Block::new(Code::Tc128, HEADER_BYTES);
 const BEACON: u8 = 7;
 
 const CRC_8: Crc<u8> = Crc::<u8>::new(&CRC_8_AUTOSAR);
-const CRC_32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// Which segment of which message a segment is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,10 +107,7 @@ pub enum HeaderError {
 /// The length is part of it, so that messages which differ only in zeros at the end, which the shortened
 /// codes cannot tell apart, have different CRCs.
 pub fn message_crc(message: &[u8]) -> u32 {
-    let mut digest = CRC_32.digest();
-    digest.update(message);
-    digest.update(&(message.len() as u16).to_le_bytes());
-    digest.finalize()
+    crc32c(&[message, &(message.len() as u16).to_le_bytes()])
 }
 
 impl Announcement {

@@ -1,0 +1,22 @@
+//! The one 32-bit checksum of everything that is sent or stored: CRC-32C.
+
+use crc::{CRC_32_ISCSI, Crc, Digest};
+
+static CRC_32C: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// CRC-32C (CRC-32/ISCSI) of the parts, one after another.
+///
+/// ```
+/// use link::checksum::crc32c;
+/// assert_eq!(crc32c(&[b"12345", b"6789"]), 0xe306_9283);
+/// ```
+pub fn crc32c(parts: &[&[u8]]) -> u32 {
+    let mut digest = digest();
+    parts.iter().for_each(|part| digest.update(part));
+    digest.finalize()
+}
+
+/// A CRC-32C of bytes that come one by one.
+pub(crate) fn digest() -> Digest<'static, u32> {
+    CRC_32C.digest()
+}

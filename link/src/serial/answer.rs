@@ -1,0 +1,142 @@
+//! What a transmitter answers.
+
+use super::{Measured, Status};
+use serde::{Deserialize, Serialize};
+
+/// An answer; it carries the sequence number of its request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Answer<'a> {
+    /// The request was not done, and nothing changed.
+    Refused(Refusal),
+    /// Who is here.
+    #[serde(borrow)]
+    Hello(Hello<'a>),
+    /// How the transmitter is.
+    Status(Status),
+    /// A part of the running table.
+    Table(TablePart<'a>),
+    /// So many bytes of the new table are there.
+    Staged {
+        /// Bytes from its beginning without a gap.
+        received: u16,
+    },
+    /// This table is stored and in use.
+    Committed {
+        /// CRC-32C of its image.
+        crc: u32,
+    },
+    /// What was measured of the panel.
+    Calibration(Measured),
+    /// It is done.
+    Done,
+}
+
+/// Who a transmitter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello<'a> {
+    /// [`SCHEMA`](super::SCHEMA) of its messages.
+    pub schema: u32,
+    /// Version of its firmware, up to 32 bytes.
+    pub firmware: &'a str,
+    /// Name of its board, up to 32 bytes.
+    pub board: &'a str,
+    /// Most bytes of a table that it takes in one frame.
+    pub chunk_max: u16,
+    /// Most bytes of a message that it takes.
+    pub message_max: u16,
+}
+
+/// A part of the running table's image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TablePart<'a> {
+    /// Bytes of the whole image.
+    pub length: u16,
+    /// CRC-32C of the whole image.
+    pub crc: u32,
+    /// Where in the image the part begins.
+    pub offset: u16,
+    /// Its bytes; none at the end.
+    pub bytes: &'a [u8],
+}
+
+/// Why a transmitter did not do what was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum Refusal {
+    /// The request is of another version of the protocol; the answer's frame names its own.
+    #[error("the transmitter speaks protocol {speaks}: use a program that does, or update it")]
+    Version {
+        /// The version it speaks.
+        speaks: u8,
+    },
+    /// The request is whole, and no message of this version.
+    #[error("the transmitter does not know this request: update the older side")]
+    Unknown,
+    /// A table of that length there cannot be.
+    #[error("a table of {length} bytes is impossible, the most is {most}")]
+    TableLength {
+        /// The length announced.
+        length: u16,
+        /// The most possible.
+        most: u16,
+    },
+    /// No table was announced, or it was dropped or taken since.
+    #[error("no table is being written: begin again")]
+    NotBegun,
+    /// A part does not join on to those before it, or reaches beyond the table's end.
+    #[error("the transmitter expects the table from byte {expected} on: go on there")]
+    Offset {
+        /// The first byte that is missing.
+        expected: u16,
+    },
+    /// Parts of the table are missing.
+    #[error("{received} of the table's {length} bytes have come: send the rest")]
+    Incomplete {
+        /// Bytes received.
+        received: u16,
+        /// Bytes announced.
+        length: u16,
+    },
+    /// The table that came is not the one that was announced.
+    #[error("the table has CRC {found:08x}, {expected:08x} was announced: begin again")]
+    TableCrc {
+        /// CRC-32C of what came.
+        found: u32,
+        /// CRC-32C announced.
+        expected: u32,
+    },
+    /// The numbers are no table.
+    #[error("the numbers are no table of L2A: check the file")]
+    TableInvalid,
+    /// The flash memory did not take it.
+    #[error("the transmitter's flash memory failed: the old values stay in use")]
+    Store,
+    /// A measured value is out of its range.
+    #[error(
+        "{} is out of its range",
+        Self::CALIBRATION.get(usize::from(*.value)).copied().unwrap_or("a measured value")
+    )]
+    Calibration {
+        /// Its place in [`Measured`], from 0.
+        value: u8,
+    },
+    /// A message is empty or too long.
+    #[error("a message of {length} bytes is impossible, 1 to {most} are possible")]
+    MessageLength {
+        /// Its length.
+        length: u16,
+        /// The most possible.
+        most: u16,
+    },
+}
+
+impl Refusal {
+    /// The values of [`Measured`], in their order.
+    pub const CALIBRATION: [&'static str; 6] = [
+        "luminance_full_cd_m2",
+        "shortest_pulse_ns",
+        "pwm_period_ns",
+        "reflectance",
+        "interval",
+        "sensor_gain",
+    ];
+}

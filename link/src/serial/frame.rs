@@ -1,0 +1,282 @@
+//! Bodies to frames to bytes on the wire, and back.
+
+use super::{Answer, CHUNK_MAX, Request, VERSION};
+use crate::checksum::crc32c;
+use crate::framing::MESSAGE_MAX;
+use cobs::{CobsEncoder, DecodeResult, DecoderState};
+use postcard::ser_flavors::Flavor;
+use serde::{Deserialize, Serialize};
+
+/// Version, kind, sequence number.
+const HEADER: usize = 6;
+const CRC: usize = 4;
+/// Bytes of a frame beside its body: 6 before it, 4 behind it.
+pub const FRAME_OVERHEAD: usize = HEADER + CRC;
+/// Bytes of the longest request's frame: [`Request::Send`] with 1024 bytes.
+pub const REQUEST_FRAME_MAX: usize = FRAME_OVERHEAD + 9 + MESSAGE_MAX;
+/// Bytes of the longest answer's frame: [`Answer::Table`] with [`CHUNK_MAX`] bytes.
+pub const ANSWER_FRAME_MAX: usize = FRAME_OVERHEAD + 14 + CHUNK_MAX;
+
+/// Bytes on the wire of a frame of `length`, at most: COBS adds one in 254, and a 0 stands before and behind.
+pub const fn wire_length(length: usize) -> usize {
+    length + 1 + length / 254 + 2
+}
+
+/// Which way a frame goes. An echo of a request is not taken for an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// From the computer to the transmitter.
+    Request = 1,
+    /// From the transmitter to the computer.
+    Answer = 2,
+}
+
+/// Why a message was not encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the frame does not fit into {room} bytes: give wire_length of its length")]
+pub struct EncodeError {
+    /// The bytes there were.
+    pub room: usize,
+}
+
+/// Writes a [`Request`] or an [`Answer`] as a frame, ready for the wire, into `out`; returns its part that was
+/// written.
+///
+/// # Errors
+///
+/// [`EncodeError`] when `out` is too short; [`wire_length`] of [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`]
+/// always suffices for messages within their limits.
+pub fn encode<'a>(
+    kind: Kind,
+    sequence: u32,
+    message: &impl Serialize,
+    out: &'a mut [u8],
+) -> Result<&'a [u8], EncodeError> {
+    encode_version(VERSION, kind, sequence, message, out)
+}
+
+/// [`encode`] for another version of the protocol.
+fn encode_version<'a>(
+    version: u8,
+    kind: Kind,
+    sequence: u32,
+    message: &impl Serialize,
+    out: &'a mut [u8],
+) -> Result<&'a [u8], EncodeError> {
+    let too_short = EncodeError { room: out.len() };
+    let inner = out.get_mut(1..).ok_or(too_short)?;
+    let mut frame = OutgoingFrame {
+        encoder: CobsEncoder::new(inner),
+        digest: crate::checksum::digest(),
+    };
+    let written = frame
+        .try_extend(&[version, kind as u8])
+        .and_then(|()| frame.try_extend(&sequence.to_le_bytes()))
+        .and_then(|()| postcard::serialize_with_flavor(message, frame))
+        .map_err(|_| too_short)?;
+    let whole = out.get_mut(..written + 2).ok_or(too_short)?;
+    if let [first, .., last] = whole {
+        (*first, *last) = (0, 0);
+    }
+    Ok(whole)
+}
+
+/// A frame on its way into the wire's buffer: every byte is counted into the CRC and encoded at once.
+struct OutgoingFrame<'a> {
+    encoder: CobsEncoder<'a>,
+    digest: crc::Digest<'static, u32>,
+}
+
+impl Flavor for OutgoingFrame<'_> {
+    type Output = usize;
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.try_extend(&[byte])
+    }
+
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        self.digest.update(bytes);
+        self.encoder
+            .push(bytes)
+            .map_err(|_| postcard::Error::SerializeBufferFull)
+    }
+
+    fn finalize(mut self) -> postcard::Result<usize> {
+        let crc = self.digest.finalize().to_le_bytes();
+        self.encoder
+            .push(&crc)
+            .map_err(|_| postcard::Error::SerializeBufferFull)?;
+        Ok(self.encoder.finalize())
+    }
+}
+
+/// Why bytes between two zeros are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FrameError {
+    /// Bytes are missing: its lengths do not add up.
+    #[error("a frame was cut short: send it again")]
+    Truncated,
+    /// It is longer than any frame is.
+    #[error("a frame has more than {most} bytes: send less at once")]
+    TooLong {
+        /// The most that the reader takes.
+        most: usize,
+    },
+    /// Its bytes are not those that were sent.
+    #[error("a frame has CRC {found:08x} and should have {expected:08x}: send it again")]
+    Crc {
+        /// The CRC at its end.
+        found: u32,
+        /// That of its bytes.
+        expected: u32,
+    },
+}
+
+/// A frame that arrived as it was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    version: u8,
+    kind: u8,
+    sequence: u32,
+    body: &'a [u8],
+}
+
+/// Why the body of a frame is not understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BodyError {
+    /// It goes the other way.
+    #[error("the frame goes the other way: this is an echo, or two computers are connected")]
+    OtherKind,
+    /// It is of another version.
+    #[error("the frame is of protocol {version}, {VERSION} is spoken here: update the older side")]
+    Version {
+        /// The version of the frame.
+        version: u8,
+    },
+    /// It is no message of this version.
+    #[error("the frame holds no message of protocol {VERSION}: update the older side")]
+    Malformed,
+}
+
+impl<'a> Frame<'a> {
+    /// The frame of these bytes, COBS undone.
+    fn parse(bytes: &'a [u8]) -> Result<Self, FrameError> {
+        let (content, crc) = bytes.split_last_chunk().ok_or(FrameError::Truncated)?;
+        let (&[version, kind, s0, s1, s2, s3], body) =
+            content.split_first_chunk().ok_or(FrameError::Truncated)?;
+        let (found, expected) = (u32::from_le_bytes(*crc), crc32c(&[content]));
+        if found == expected {
+            let sequence = u32::from_le_bytes([s0, s1, s2, s3]);
+            Ok(Self {
+                version,
+                kind,
+                sequence,
+                body,
+            })
+        } else {
+            Err(FrameError::Crc { found, expected })
+        }
+    }
+
+    /// The version of the protocol that its sender speaks.
+    pub const fn version(&self) -> u8 {
+        self.version
+    }
+
+    /// The number that an answer shares with its request.
+    pub const fn sequence(&self) -> u32 {
+        self.sequence
+    }
+
+    /// Whether it goes that way, whatever its version.
+    pub const fn is(&self, kind: Kind) -> bool {
+        self.kind == kind as u8
+    }
+
+    /// The request in it.
+    ///
+    /// # Errors
+    ///
+    /// [`BodyError`] when it goes the other way, is of another version or no request.
+    pub fn request(&self) -> Result<Request<'a>, BodyError> {
+        self.message(Kind::Request)
+    }
+
+    /// The answer in it.
+    ///
+    /// # Errors
+    ///
+    /// [`BodyError`] when it goes the other way, is of another version or no answer.
+    pub fn answer(&self) -> Result<Answer<'a>, BodyError> {
+        self.message(Kind::Answer)
+    }
+
+    fn message<T: Deserialize<'a>>(&self, kind: Kind) -> Result<T, BodyError> {
+        if !self.is(kind) {
+            return Err(BodyError::OtherKind);
+        }
+        if self.version != VERSION {
+            return Err(BodyError::Version {
+                version: self.version,
+            });
+        }
+        match postcard::take_from_bytes(self.body) {
+            Ok((message, [])) => Ok(message),
+            _ => Err(BodyError::Malformed),
+        }
+    }
+}
+
+/// Finds frames in a stream of bytes, one byte at a time, in a buffer of `MOST` bytes:
+/// [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`].
+///
+/// After garbage of any kind it finds the next frame at the next 0.
+#[derive(Debug)]
+pub struct FrameReader<const MOST: usize> {
+    decoder: DecoderState,
+    buffer: [u8; MOST],
+    /// Bytes of the frame so far, those beyond the buffer counted too.
+    length: usize,
+}
+
+impl<const MOST: usize> FrameReader<MOST> {
+    /// A reader that has seen nothing; `const`, so that it can be a static.
+    pub const fn new() -> Self {
+        Self {
+            decoder: DecoderState::Idle,
+            buffer: [0; MOST],
+            length: 0,
+        }
+    }
+
+    /// Takes one byte: the end of a frame, of garbage, or, mostly, of nothing.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
+        match self.decoder.feed(byte) {
+            Ok(DecodeResult::NoData) => None,
+            Ok(DecodeResult::DataStart) => {
+                self.length = 0;
+                None
+            }
+            Ok(DecodeResult::DataContinue(decoded)) => {
+                if let Some(place) = self.buffer.get_mut(self.length) {
+                    *place = decoded;
+                }
+                self.length = self.length.saturating_add(1);
+                None
+            }
+            Ok(DecodeResult::DataComplete) => Some(
+                self.buffer
+                    .get(..self.length)
+                    .ok_or(FrameError::TooLong { most: MOST })
+                    .and_then(Frame::parse),
+            ),
+            Err(_) => Some(Err(FrameError::Truncated)),
+        }
+    }
+}
+
+impl<const MOST: usize> Default for FrameReader<MOST> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

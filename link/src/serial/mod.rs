@@ -1,0 +1,74 @@
+//! The messages of the transmitter's serial port: what a computer asks, and what the transmitter answers.
+//!
+//! # The layers
+//!
+//! ```text
+//!   Request, Answer            what is said                       request, answer, status, calibration
+//!      │   postcard: each field one after another, integers as varints
+//!   body
+//!      │   version, kind, sequence number before it; CRC-32C of all behind it
+//!   frame                      whole or not at all                frame
+//!      │   COBS: no byte is 0
+//!   0 … 0                      on the wire, found again after any garbage
+//! ```
+//!
+//! `docs/serial.md` describes it byte by byte, with test vectors; a test holds it to this code.
+//!
+//! # The conversation
+//!
+//! The computer asks, the transmitter answers each request once and says nothing by itself. An answer carries
+//! the sequence number of its request. A frame that does not arrive whole is as if it had never been: there is no
+//! answer to it. **So who gets no answer asks again**, in the very same frame, and that is safe: doing twice what
+//! any request asks for is the same as doing it once. (Showing a message anew is not, so the transmitter knows
+//! the number of the message it was given last, and answers the same number without another showing.)
+//!
+//! # Choosing
+//!
+//! * A transmitter hands its bytes to `tx_firmware::service`, which does all of this.
+//! * A computer encodes with [`encode`], reads with a [`FrameReader`] of [`ANSWER_FRAME_MAX`] bytes and
+//!   [`Frame::answer`].
+//!
+//! ```
+//! use link::serial::{Answer, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode};
+//! let mut wire = [0; 32];
+//! let sent = encode(Kind::Request, 7, &Request::ReadTable { offset: 128 }, &mut wire)?;
+//!
+//! let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
+//! let noise = b"login: ";
+//! let mut received = None;
+//! for &byte in noise.iter().chain(sent) {
+//!     if let Some(Ok(frame)) = reader.push(byte) {
+//!         received = Some((frame.sequence(), frame.request() == Ok(Request::ReadTable { offset: 128 })));
+//!     }
+//! }
+//! assert_eq!(received, Some((7, true)));
+//! # Ok::<(), link::serial::EncodeError>(())
+//! ```
+
+mod answer;
+mod calibration;
+mod frame;
+mod request;
+mod status;
+
+pub use answer::{Answer, Hello, Refusal, TablePart};
+pub use calibration::Measured;
+pub use frame::{
+    ANSWER_FRAME_MAX, BodyError, EncodeError, FRAME_OVERHEAD, Frame, FrameError, FrameReader, Kind,
+    REQUEST_FRAME_MAX, encode, wire_length,
+};
+pub use request::Request;
+pub use status::{Counters, Faults, Light, Limit, Status};
+
+/// The version of the protocol. The places of version, kind, sequence number and CRC in a frame hold for every
+/// version to come.
+pub const VERSION: u8 = 1;
+/// The most bytes of a table in one frame.
+pub const CHUNK_MAX: usize = 128;
+
+/// What all messages are made of, as `docs/serial.md` shows it.
+pub const SCHEMA_TEXT: &str = include_str!("schema.txt");
+
+/// Which messages there are: the CRC-32C of [`SCHEMA_TEXT`]. Two programs with the same number understand each
+/// other.
+pub const SCHEMA: u32 = crc::Crc::<u32>::new(&crc::CRC_32_ISCSI).checksum(SCHEMA_TEXT.as_bytes());

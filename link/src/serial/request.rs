@@ -1,0 +1,60 @@
+//! What a computer asks of a transmitter.
+
+use super::Measured;
+use serde::{Deserialize, Serialize};
+
+/// A request. Doing twice what it asks for is the same as doing it once.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Request<'a> {
+    /// Who is there? Answered by [`Answer::Hello`](super::Answer::Hello).
+    Hello,
+    /// Answered by [`Answer::Status`](super::Answer::Status).
+    Status,
+    /// A part of the running table's image. Answered by [`Answer::Table`](super::Answer::Table).
+    ReadTable {
+        /// The first byte wanted.
+        offset: u16,
+    },
+    /// A new table is to come, and what came of another is dropped. Answered by
+    /// [`Answer::Staged`](super::Answer::Staged).
+    BeginTable {
+        /// Bytes of its image: up to [`IMAGE_MAX`](crate::l2a_table::image::IMAGE_MAX).
+        length: u16,
+        /// CRC-32C of its image.
+        crc: u32,
+    },
+    /// A part of it: the next one, or one that came already. Answered by
+    /// [`Answer::Staged`](super::Answer::Staged).
+    WriteTable {
+        /// Where in the image it begins.
+        offset: u16,
+        /// Its bytes: up to [`CHUNK_MAX`](super::CHUNK_MAX).
+        bytes: &'a [u8],
+    },
+    /// Take the new table: check it, store it, use it. Answered by
+    /// [`Answer::Committed`](super::Answer::Committed).
+    CommitTable {
+        /// CRC-32C of its image.
+        crc: u32,
+    },
+    /// Drop what came of a new table; the running one stays. Answered by [`Answer::Done`](super::Answer::Done).
+    RollBackTable,
+    /// Answered by [`Answer::Calibration`](super::Answer::Calibration).
+    ReadCalibration,
+    /// Check, store and use these measured values. Answered by [`Answer::Done`](super::Answer::Done).
+    WriteCalibration(Measured),
+    /// Show this message from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
+    ///
+    /// The sequence number of the frame is the message's name: the same number again is taken for a request
+    /// whose answer was lost.
+    Send {
+        /// How often; none: until another message comes.
+        repeats: Option<u32>,
+        /// 1 to 1024 bytes.
+        message: &'a [u8],
+    },
+    /// Show beacons from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
+    StopSending,
+    /// Count from 0 again. Answered by [`Answer::Done`](super::Answer::Done).
+    ResetCounters,
+}

@@ -1,0 +1,420 @@
+//! The serial port's service: bytes in, bytes out.
+//!
+//! [`Service::receive`] takes one byte after another, from whatever port they come, and gives an answer when a
+//! request is complete. It answers each whole request once, at once, and says nothing else. Nothing it is given
+//! can make it wait, and a frame that did not arrive whole changes nothing but a counter. [`link::serial`] has
+//! the messages, `docs/serial.md` the bytes.
+//!
+//! **A table takes effect whole or not at all.** Its parts gather in a staging area. Only when all have come,
+//! their CRC is the one that was announced and [`L2aTable`] finds the numbers right is the table stored; only
+//! when it is stored does it become the running one, in one step, with the next reading of the light.
+
+use link::{
+    checksum::crc32c,
+    fec::Code,
+    framing::{FramingError, MESSAGE_MAX},
+    l2a_table::{L2aTable, image::IMAGE_MAX},
+    serial::{
+        ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind,
+        Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Status, TablePart, VERSION, encode,
+        wire_length,
+    },
+};
+
+use crate::{
+    calibration::{Calibration, CalibrationError},
+    matrix::LedMatrix,
+    schedule::Repeats,
+    store::Memory,
+    transmitter::Transmitter,
+};
+
+/// Bytes that an answer may take on the wire.
+pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
+
+/// What the service acts on. A [`Transmitter`] is one; a board that shares its transmitter with interrupts
+/// implements it with a lock around each method.
+pub trait Device {
+    /// How the transmitter is; the serial port's counters are the service's affair.
+    fn status(&self) -> Status;
+    /// The running table.
+    fn table(&self) -> L2aTable;
+    /// Puts another table in place.
+    fn set_table(&mut self, table: L2aTable);
+    /// What was measured of the panel.
+    fn calibration(&self) -> Measured;
+    /// Takes other measured values.
+    fn set_calibration(&mut self, calibration: Calibration);
+    /// Shows a message from the next symbol on.
+    ///
+    /// # Errors
+    /// [`FramingError`] when it is empty or too long.
+    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError>;
+    /// Beacons from the next symbol on.
+    fn stop(&mut self);
+    /// Counts from 0 again.
+    fn reset_counters(&mut self);
+}
+
+impl<M: LedMatrix> Device for Transmitter<M> {
+    fn status(&self) -> Status {
+        self.status()
+    }
+
+    fn table(&self) -> L2aTable {
+        self.table().clone()
+    }
+
+    fn set_table(&mut self, table: L2aTable) {
+        self.set_table(table);
+    }
+
+    fn calibration(&self) -> Measured {
+        *self.calibration().measured()
+    }
+
+    fn set_calibration(&mut self, calibration: Calibration) {
+        self.set_calibration(calibration);
+    }
+
+    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
+        self.send(message, Code::for_length(message.len()), repeats)
+    }
+
+    fn stop(&mut self) {
+        self.stop();
+    }
+
+    fn reset_counters(&mut self) {
+        self.reset_counters();
+    }
+}
+
+/// Who a transmitter says it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the firmware; the first 32 bytes count.
+    pub firmware: &'static str,
+    /// Name of the board; the first 32 bytes count.
+    pub board: &'static str,
+}
+
+/// A new table, as far as it has come.
+#[derive(Debug)]
+struct Staging {
+    image: [u8; IMAGE_MAX],
+    length: u16,
+    crc: u32,
+    received: u16,
+}
+
+/// One serial port's service.
+///
+/// ```
+/// # mod flash { include!("../tests/flash/mod.rs"); }
+/// # use fixed::types::{U1F31, U12F20, U32F32};
+/// # use link::l2a_table::{Interval, L2aTable};
+/// # use tx_firmware::{ambient::Smoothing, calibration::{Calibration, Measured}, matrix::RecordingMatrix, store::Store, transmitter::Transmitter};
+/// use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
+/// use tx_firmware::service::{ANSWER_MAX, Identity, Service};
+/// # let calibration = Calibration::new(Measured {
+/// #     luminance_full_cd_m2: U32F32::lit("8000"), shortest_pulse_ns: 100, pwm_period_ns: 20_000,
+/// #     reflectance: U1F31::lit("0.4"), interval: Interval::lit("1"), sensor_gain: U12F20::lit("1"),
+/// # })?;
+/// # let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::placeholder(), Smoothing::default());
+/// # let mut store = Store::new(flash::Flash::<4>::new(), 0..8192)?;
+/// let mut service = Service::new(Identity { firmware: "1.0.0", board: "bench" });
+///
+/// let (mut wire, mut answer) = ([0; 64], [0; ANSWER_MAX]);
+/// let request = encode(Kind::Request, 1, &Request::Hello, &mut wire)?;
+/// let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
+/// let mut board = None;
+/// for &byte in request {
+///     let Some(answer) = service.receive(byte, &mut transmitter, &mut store, &mut answer) else { continue };
+///     for &byte in answer {
+///         if let Some(Ok(frame)) = reader.push(byte) && let Ok(Answer::Hello(hello)) = frame.answer() {
+///             board = Some(hello.board.to_owned());
+///         }
+///     }
+/// }
+/// assert_eq!(board.as_deref(), Some("bench"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Service {
+    identity: Identity,
+    reader: FrameReader<REQUEST_FRAME_MAX>,
+    conversation: Conversation,
+}
+
+/// What a service remembers from one request to the next.
+#[derive(Debug)]
+struct Conversation {
+    staging: Option<Staging>,
+    /// The table that was committed last: the same commit again has lost its answer.
+    committed: Option<u32>,
+    /// The sequence number of the message that was taken last.
+    message: Option<u32>,
+    counters: Counters,
+}
+
+impl Service {
+    /// A service that has received nothing; `const`, so that it can be a static.
+    pub const fn new(identity: Identity) -> Self {
+        Self {
+            identity,
+            reader: FrameReader::new(),
+            conversation: Conversation {
+                staging: None,
+                committed: None,
+                message: None,
+                counters: Counters {
+                    frames: 0,
+                    bad_frames: 0,
+                    refusals: 0,
+                    symbols: 0,
+                    lost_symbols: 0,
+                    readings: 0,
+                    missed_readings: 0,
+                },
+            },
+        }
+    }
+
+    /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
+    ///
+    /// All but [`Request::CommitTable`] and [`Request::WriteCalibration`] are answered without waiting for
+    /// anything; these two wait for `memory`.
+    pub fn receive<'a>(
+        &mut self,
+        byte: u8,
+        device: &mut impl Device,
+        memory: &mut impl Memory,
+        answer: &'a mut [u8; ANSWER_MAX],
+    ) -> Option<&'a [u8]> {
+        let conversation = &mut self.conversation;
+        let frame = match self.reader.push(byte)? {
+            Ok(frame) => frame,
+            Err(_) => {
+                count(&mut conversation.counters.bad_frames);
+                return None;
+            }
+        };
+        count(&mut conversation.counters.frames);
+        let sequence = frame.sequence();
+        let table;
+        let outcome = match frame.request() {
+            // An answer that came back: whoever speaks there is no computer.
+            Err(BodyError::OtherKind) => return None,
+            Err(BodyError::Version { .. }) => Err(Refusal::Version { speaks: VERSION }),
+            Err(BodyError::Malformed) => Err(Refusal::Unknown),
+            Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),
+            Ok(Request::ReadTable { offset }) => {
+                table = device.table().image();
+                Ok(Answer::Table(part(&table, offset)))
+            }
+            Ok(request) => conversation.act(sequence, request, device, memory),
+        };
+        let message = outcome.unwrap_or_else(|refusal| {
+            count(&mut conversation.counters.refusals);
+            Answer::Refused(refusal)
+        });
+        encode(Kind::Answer, sequence, &message, answer).ok()
+    }
+}
+
+impl Conversation {
+    fn act(
+        &mut self,
+        sequence: u32,
+        request: Request<'_>,
+        device: &mut impl Device,
+        memory: &mut impl Memory,
+    ) -> Result<Answer<'static>, Refusal> {
+        match request {
+            Request::Hello | Request::ReadTable { .. } => Err(Refusal::Unknown),
+            Request::Status => Ok(Answer::Status(self.status(device.status()))),
+            Request::BeginTable { length, crc } => self.begin(length, crc),
+            Request::WriteTable { offset, bytes } => self.write(offset, bytes),
+            Request::CommitTable { crc } => self.commit(crc, device, memory),
+            Request::RollBackTable => {
+                self.staging = None;
+                Ok(Answer::Done)
+            }
+            Request::ReadCalibration => Ok(Answer::Calibration(device.calibration())),
+            Request::WriteCalibration(measured) => calibrate(measured, device, memory),
+            Request::Send { repeats, message } => self.send(sequence, repeats, message, device),
+            Request::StopSending => {
+                device.stop();
+                Ok(Answer::Done)
+            }
+            Request::ResetCounters => {
+                self.counters = Counters::default();
+                device.reset_counters();
+                Ok(Answer::Done)
+            }
+        }
+    }
+
+    fn status(&self, status: Status) -> Status {
+        Status {
+            counters: Counters {
+                frames: self.counters.frames,
+                bad_frames: self.counters.bad_frames,
+                refusals: self.counters.refusals,
+                ..status.counters
+            },
+            ..status
+        }
+    }
+
+    fn begin(&mut self, length: u16, crc: u32) -> Result<Answer<'static>, Refusal> {
+        if length == 0 || usize::from(length) > IMAGE_MAX {
+            let most = IMAGE_MAX as u16;
+            return Err(Refusal::TableLength { length, most });
+        }
+        self.staging = Some(Staging {
+            image: [0; IMAGE_MAX],
+            length,
+            crc,
+            received: 0,
+        });
+        Ok(Answer::Staged { received: 0 })
+    }
+
+    fn write(&mut self, offset: u16, bytes: &[u8]) -> Result<Answer<'static>, Refusal> {
+        let staging = self.staging.as_mut().ok_or(Refusal::NotBegun)?;
+        let expected = staging.received;
+        let (from, to) = (usize::from(offset), usize::from(offset) + bytes.len());
+        let place = staging.image[..usize::from(staging.length)].get_mut(from..to);
+        match place {
+            Some(place) if offset <= expected => place.copy_from_slice(bytes),
+            _ => return Err(Refusal::Offset { expected }),
+        }
+        staging.received = expected.max(to as u16);
+        Ok(Answer::Staged {
+            received: staging.received,
+        })
+    }
+
+    fn commit(
+        &mut self,
+        crc: u32,
+        device: &mut impl Device,
+        memory: &mut impl Memory,
+    ) -> Result<Answer<'static>, Refusal> {
+        let Some(staging) = &self.staging else {
+            return if self.committed == Some(crc) {
+                Ok(Answer::Committed { crc })
+            } else {
+                Err(Refusal::NotBegun)
+            };
+        };
+        let table = staging.table(crc)?;
+        memory.save_table(&table).map_err(|_| Refusal::Store)?;
+        device.set_table(table);
+        self.staging = None;
+        self.committed = Some(crc);
+        Ok(Answer::Committed { crc })
+    }
+
+    fn send(
+        &mut self,
+        sequence: u32,
+        repeats: Option<u32>,
+        message: &[u8],
+        device: &mut impl Device,
+    ) -> Result<Answer<'static>, Refusal> {
+        if self.message != Some(sequence) {
+            let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
+            device
+                .send(message, repeats)
+                .map_err(|_| Refusal::MessageLength {
+                    length: message.len() as u16,
+                    most: MESSAGE_MAX as u16,
+                })?;
+            self.message = Some(sequence);
+        }
+        Ok(Answer::Done)
+    }
+}
+
+impl Staging {
+    /// The table that has come, if it has come whole and is the one with that CRC.
+    fn table(&self, crc: u32) -> Result<L2aTable, Refusal> {
+        if self.received != self.length {
+            return Err(Refusal::Incomplete {
+                received: self.received,
+                length: self.length,
+            });
+        }
+        let image = &self.image[..usize::from(self.length)];
+        let found = crc32c(&[image]);
+        for expected in [self.crc, crc] {
+            if found != expected {
+                return Err(Refusal::TableCrc { found, expected });
+            }
+        }
+        L2aTable::from_image(image).map_err(|_| Refusal::TableInvalid)
+    }
+}
+
+impl Identity {
+    fn hello(&self) -> Hello<'static> {
+        Hello {
+            schema: SCHEMA,
+            firmware: shortened(self.firmware),
+            board: shortened(self.board),
+            chunk_max: CHUNK_MAX as u16,
+            message_max: MESSAGE_MAX as u16,
+        }
+    }
+}
+
+/// As much of a name as an answer has room for.
+fn shortened(name: &'static str) -> &'static str {
+    const MOST: usize = 32;
+    let end = (0..=MOST.min(name.len()))
+        .rev()
+        .find(|&end| name.is_char_boundary(end));
+    name.get(..end.unwrap_or(0)).unwrap_or("")
+}
+
+/// The part of a table's image from `offset` on; nothing beyond its end.
+fn part(image: &[u8], offset: u16) -> TablePart<'_> {
+    let from = usize::from(offset).min(image.len());
+    let to = (from + CHUNK_MAX).min(image.len());
+    TablePart {
+        length: image.len() as u16,
+        crc: crc32c(&[image]),
+        offset,
+        bytes: &image[from..to],
+    }
+}
+
+fn calibrate(
+    measured: Measured,
+    device: &mut impl Device,
+    memory: &mut impl Memory,
+) -> Result<Answer<'static>, Refusal> {
+    let calibration = Calibration::new(measured).map_err(|error| Refusal::Calibration {
+        value: match error {
+            CalibrationError::LuminanceFull(_) => 0,
+            CalibrationError::ShortestPulse { .. } => 1,
+            CalibrationError::PwmPeriod(_) => 2,
+            CalibrationError::Reflectance(_) => 3,
+            CalibrationError::Interval(_) => 4,
+            CalibrationError::SensorGain(_) => 5,
+        },
+    })?;
+    memory
+        .save_calibration(&calibration)
+        .map_err(|_| Refusal::Store)?;
+    device.set_calibration(calibration);
+    Ok(Answer::Done)
+}
+
+/// One more, up to the greatest number there is.
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
+}

@@ -1,0 +1,224 @@
+//! The table and the calibration in flash memory, which lose nothing when the power goes.
+//!
+//! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
+//! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
+//! single word and erase of updates, with torn words, and looks: `cargo test -p tx-firmware --test power_cut`.
+//!
+//! The flash is anything that implements the blocking traits of [`embedded_storage`]. Two erase units of it are
+//! enough; with more each wears less. With 4 KiB units and a table of the largest size, an update erases one
+//! unit in eleven times.
+//!
+//! ```
+//! # mod flash { include!("../tests/flash/mod.rs"); }
+//! # use flash::Flash;
+//! use link::l2a_table::L2aTable;
+//! use tx_firmware::store::{Memory, Store};
+//!
+//! let mut store = Store::new(Flash::<4>::new(), 0..8192)?;
+//! assert_eq!(store.table(), Ok(None));
+//! store.save_table(&L2aTable::placeholder())?;
+//! assert_eq!(store.table(), Ok(Some(L2aTable::placeholder())));
+//! # Ok::<(), tx_firmware::store::StoreError>(())
+//! ```
+
+use core::ops::Range;
+
+use embassy_futures::block_on;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use link::{
+    checksum::crc32c,
+    l2a_table::{L2aTable, image::IMAGE_MAX},
+    serial::Measured,
+};
+use sequential_storage::{
+    Error,
+    cache::{Cache, Uncached},
+    map::{MapConfig, MapStorage},
+};
+use thiserror::Error;
+
+use crate::calibration::Calibration;
+
+/// The format of what is stored, before each value; another one is taken for nothing stored.
+const FORMAT: u8 = 1;
+const TABLE: u8 = 1;
+const CALIBRATION: u8 = 2;
+
+/// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
+const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
+
+/// Why the flash memory gave or took nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum StoreError {
+    /// The place is none for a store.
+    #[error(
+        "the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units"
+    )]
+    Place {
+        /// Its first address.
+        start: u32,
+        /// The address after its last.
+        end: u32,
+    },
+    /// The flash memory reported an error.
+    #[error("the flash memory failed: the old value stays in use; try again")]
+    Flash,
+    /// What is stored makes no sense.
+    #[error("what the flash memory holds is damaged: write it again")]
+    Damaged,
+    /// There is no room for it.
+    #[error("the store is full: give it more erase units")]
+    Full,
+}
+
+/// Where a transmitter keeps what it must not forget.
+pub trait Memory {
+    /// Keeps `table` in place of the one before: wholly, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the one before is then still there.
+    fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError>;
+
+    /// Keeps `calibration` in place of the one before: wholly, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the one before is then still there.
+    fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError>;
+}
+
+/// A store in a part of a flash memory.
+pub struct Store<F: NorFlash> {
+    map: MapStorage<u8, Awaited<F>, Cache<Uncached, Uncached, Uncached, u8>>,
+    buffer: [u8; BUFFER],
+}
+
+impl<F: NorFlash> Store<F> {
+    /// A store in the addresses `place` of `flash`: two or more whole erase units. Reads nothing yet.
+    ///
+    /// # Errors
+    /// [`StoreError::Place`] when they are no whole units, or fewer than two.
+    pub fn new(flash: F, place: Range<u32>) -> Result<Self, StoreError> {
+        let (start, end) = (place.start, place.end);
+        if start > end {
+            return Err(StoreError::Place { start, end });
+        }
+        let config = MapConfig::try_new(place).map_err(|_| StoreError::Place { start, end })?;
+        Ok(Self {
+            map: MapStorage::new(Awaited(flash), config, Cache::new_uncached()),
+            buffer: [0; BUFFER],
+        })
+    }
+
+    /// The table that was saved last; none when there never was one.
+    ///
+    /// # Errors
+    /// [`StoreError`] when the flash cannot be read, or holds damaged values.
+    pub fn table(&mut self) -> Result<Option<L2aTable>, StoreError> {
+        self.load(TABLE)?
+            .map(|image| L2aTable::from_image(image).map_err(|_| StoreError::Damaged))
+            .transpose()
+    }
+
+    /// The calibration that was saved last; none when there never was one.
+    ///
+    /// # Errors
+    /// As [`Self::table`].
+    pub fn calibration(&mut self) -> Result<Option<Calibration>, StoreError> {
+        self.load(CALIBRATION)?
+            .map(|bytes| {
+                let measured: Measured =
+                    postcard::from_bytes(bytes).map_err(|_| StoreError::Damaged)?;
+                Calibration::new(measured).map_err(|_| StoreError::Damaged)
+            })
+            .transpose()
+    }
+
+    /// Gives the flash back.
+    pub fn release(self) -> F {
+        self.map.destroy().0.0
+    }
+
+    /// The content of an item: what stands between its format and its CRC.
+    fn load(&mut self, key: u8) -> Result<Option<&[u8]>, StoreError> {
+        let item: Option<&[u8]> = block_on(self.map.fetch_item(&mut self.buffer, &key))
+            .map_err(|error| store_error(&error))?;
+        item.map(|item| {
+            let (content, crc) = item.split_last_chunk().ok_or(StoreError::Damaged)?;
+            match content.split_first() {
+                Some((&FORMAT, value)) if crc32c(&[content]) == u32::from_le_bytes(*crc) => {
+                    Ok(value)
+                }
+                _ => Err(StoreError::Damaged),
+            }
+        })
+        .transpose()
+    }
+
+    fn save(&mut self, key: u8, value: &[u8]) -> Result<(), StoreError> {
+        let mut item = heapless::Vec::<u8, BUFFER>::new();
+        let mut append = |bytes: &[u8]| item.extend_from_slice(bytes).map_err(|_| StoreError::Full);
+        append(&[FORMAT])?;
+        append(value)?;
+        let crc = crc32c(&[&item]);
+        item.extend_from_slice(&crc.to_le_bytes())
+            .map_err(|_| StoreError::Full)?;
+        block_on(
+            self.map
+                .store_item(&mut self.buffer, &key, &item.as_slice()),
+        )
+        .map_err(|error| store_error(&error))
+    }
+}
+
+impl<F: NorFlash> Memory for Store<F> {
+    fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
+        self.save(TABLE, &table.image())
+    }
+
+    fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError> {
+        let mut bytes = [0; 64];
+        let bytes =
+            postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Full)?;
+        self.save(CALIBRATION, bytes)
+    }
+}
+
+fn store_error<E>(error: &Error<E>) -> StoreError {
+    match error {
+        Error::Storage { .. } => StoreError::Flash,
+        Error::FullStorage | Error::ItemTooBig => StoreError::Full,
+        _ => StoreError::Damaged,
+    }
+}
+
+/// A blocking flash where an asynchronous one is asked for: whatever is awaited is there at once.
+struct Awaited<F>(F);
+
+impl<F: ErrorType> ErrorType for Awaited<F> {
+    type Error = F::Error;
+}
+
+impl<F: ReadNorFlash> embedded_storage_async::nor_flash::ReadNorFlash for Awaited<F> {
+    const READ_SIZE: usize = F::READ_SIZE;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        self.0.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl<F: NorFlash> embedded_storage_async::nor_flash::NorFlash for Awaited<F> {
+    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const ERASE_SIZE: usize = F::ERASE_SIZE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.0.erase(from, to)
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.0.write(offset, bytes)
+    }
+}

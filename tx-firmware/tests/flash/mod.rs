@@ -1,0 +1,161 @@
+// A NOR flash memory in RAM, whose power can be cut at any word and any erase.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+
+/// Bytes of the whole memory.
+pub const CAPACITY: usize = 16 * 1024;
+/// Bytes of one erase unit.
+pub const ERASE: usize = 4096;
+
+/// Words of `WRITE` bytes, erase units of [`ERASE`].
+#[derive(Clone)]
+pub struct Flash<const WRITE: usize> {
+    /// What it holds; an erased byte is 0xff.
+    pub bytes: Vec<u8>,
+    /// How long the power lasts.
+    pub power: Power,
+    /// Words written and units erased.
+    pub operations: u64,
+    /// What decides which bits of a torn word or unit have changed.
+    pub tear: u64,
+}
+
+/// How long the power lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Power {
+    /// For ever.
+    Stays,
+    /// For so many more words or units; it goes during the one after them.
+    #[allow(dead_code, reason = "not every test cuts the power")]
+    For(u64),
+    /// It is gone.
+    Gone,
+}
+
+/// The power is gone, or the memory is used wrongly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failure(NorFlashErrorKind);
+
+impl NorFlashError for Failure {
+    fn kind(&self) -> NorFlashErrorKind {
+        self.0
+    }
+}
+
+impl<const WRITE: usize> Flash<WRITE> {
+    /// An erased memory, with power.
+    pub fn new() -> Self {
+        Self {
+            bytes: vec![0xff; CAPACITY],
+            power: Power::Stays,
+            operations: 0,
+            tear: 0,
+        }
+    }
+
+    /// The same memory, switched on again.
+    #[allow(dead_code, reason = "not every test cuts the power")]
+    pub fn restarted(&self) -> Self {
+        Self {
+            power: Power::Stays,
+            ..self.clone()
+        }
+    }
+
+    /// One operation on the unit or word from `from` on, which would make its bytes `to`: whole or torn.
+    fn operate(&mut self, from: usize, to: &[u8]) -> Result<(), Failure> {
+        let torn = self.power == Power::For(0);
+        self.operations += 1;
+        for (index, &new) in to.iter().enumerate() {
+            let byte = &mut self.bytes[from + index];
+            let changed = if torn { tear(self.tear, index) } else { 0xff };
+            *byte ^= (*byte ^ new) & changed;
+        }
+        self.power = match self.power {
+            Power::Stays => Power::Stays,
+            Power::For(left) => left.checked_sub(1).map_or(Power::Gone, Power::For),
+            Power::Gone => Power::Gone,
+        };
+        self.powered()
+    }
+
+    fn powered(&self) -> Result<(), Failure> {
+        match self.power {
+            Power::Gone => Err(Failure(NorFlashErrorKind::Other)),
+            Power::Stays | Power::For(_) => Ok(()),
+        }
+    }
+
+    fn check(&self, from: u32, to: u32, unit: usize) -> Result<(), Failure> {
+        self.powered()?;
+        let (from, to) = (from as usize, to as usize);
+        if from > to || to > CAPACITY {
+            Err(Failure(NorFlashErrorKind::OutOfBounds))
+        } else if !from.is_multiple_of(unit) || !to.is_multiple_of(unit) {
+            Err(Failure(NorFlashErrorKind::NotAligned))
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// Which bits of a torn operation's byte have changed: none, all, or anything between.
+fn tear(seed: u64, index: usize) -> u8 {
+    match seed % 4 {
+        0 => 0,
+        1 => 0xff,
+        _ => {
+            let mixed = (seed ^ index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            ((mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 56) as u8
+        }
+    }
+}
+
+impl<const WRITE: usize> ErrorType for Flash<WRITE> {
+    type Error = Failure;
+}
+
+impl<const WRITE: usize> ReadNorFlash for Flash<WRITE> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
+        let from = offset as usize;
+        self.check(offset, offset + bytes.len() as u32, 1)?;
+        bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        CAPACITY
+    }
+}
+
+impl<const WRITE: usize> NorFlash for Flash<WRITE> {
+    const WRITE_SIZE: usize = WRITE;
+    const ERASE_SIZE: usize = ERASE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
+        self.check(from, to, ERASE)?;
+        for unit in (from as usize..to as usize).step_by(ERASE) {
+            self.operate(unit, &[0xff; ERASE])?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
+        self.check(offset, offset + bytes.len() as u32, WRITE)?;
+        for (index, word) in bytes.chunks(WRITE).enumerate() {
+            let from = offset as usize + index * WRITE;
+            // Programming clears bits and sets none.
+            let new: Vec<u8> = word
+                .iter()
+                .zip(&self.bytes[from..])
+                .map(|(new, old)| new & old)
+                .collect();
+            self.operate(from, &new)?;
+        }
+        Ok(())
+    }
+}
