@@ -4,6 +4,8 @@
 //! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
 //! single word and erase of updates, with torn words, and looks: `cargo test -p tx-firmware --test power_cut`.
 //!
+//! A place that holds something else, so that nothing of a store is found in it, is erased by the first save.
+//!
 //! The flash is anything that implements the blocking traits of [`embedded_storage`]. Two erase units of it are
 //! enough; with more each wears less. With 4 KiB units and a table of the largest size, an update erases one
 //! unit in eleven times.
@@ -162,11 +164,25 @@ impl<F: NorFlash> Store<F> {
         let crc = crc32c(&[&item]);
         item.extend_from_slice(&crc.to_le_bytes())
             .map_err(|_| StoreError::Full)?;
-        block_on(
-            self.map
-                .store_item(&mut self.buffer, &key, &item.as_slice()),
-        )
-        .map_err(|error| store_error(&error))
+        match self.put(key, &item) {
+            Err(StoreError::Damaged) if self.is_foreign() => {
+                block_on(self.map.erase_all()).map_err(|error| store_error(&error))?;
+                self.put(key, &item)
+            }
+            done => done,
+        }
+    }
+
+    fn put(&mut self, key: u8, item: &[u8]) -> Result<(), StoreError> {
+        block_on(self.map.store_item(&mut self.buffer, &key, &item))
+            .map_err(|error| store_error(&error))
+    }
+
+    /// Whether there is nothing in it that could be lost.
+    fn is_foreign(&mut self) -> bool {
+        [TABLE, CALIBRATION]
+            .into_iter()
+            .all(|key| matches!(self.load(key), Ok(None) | Err(StoreError::Damaged)))
     }
 }
 
