@@ -241,3 +241,325 @@ impl Default for LightWatch {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const LUX: I32F32 = I32F32::lit("5000");
+
+    fn light(word: u16) -> Reading {
+        Reading::Light { lux: LUX, word }
+    }
+
+    /// A watch that has seen light at 100 ms.
+    fn measured() -> LightWatch {
+        let mut watch = LightWatch::new();
+        watch.observe(100, Setting::Usual, light(1));
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Measured, Faults::NONE)
+        );
+        watch
+    }
+
+    /// A watch to which both settings were saturated, at 100 and 200 ms.
+    fn daylight() -> LightWatch {
+        let mut watch = LightWatch::new();
+        assert_eq!(
+            watch.observe(100, Setting::Usual, Reading::Saturated),
+            Evidence::None
+        );
+        assert_eq!(watch.next_setting(), Setting::Other);
+        assert_eq!(
+            watch.observe(200, Setting::Other, Reading::Saturated),
+            Evidence::Daylight
+        );
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Daylight, Faults::NONE)
+        );
+        assert_eq!(watch.next_setting(), Setting::Usual);
+        watch
+    }
+
+    /// A watch that has had light and lost it.
+    fn lost() -> LightWatch {
+        let mut watch = measured();
+        watch.watch(5_000);
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Lost, Faults::SENSOR_SILENT)
+        );
+        watch
+    }
+
+    #[test]
+    fn unknown_stays_until_the_first_evidence_or_the_end_of_patience() {
+        let mut watch = LightWatch::new();
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Unknown, Faults::NONE)
+        );
+        assert_eq!(
+            watch.observe(100, Setting::Usual, Reading::Missing),
+            Evidence::None
+        );
+        watch.watch(HOLD_MS);
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Unknown, Faults::NONE)
+        );
+        watch.watch(HOLD_MS + 1);
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Lost, Faults::SENSOR_MISSING)
+        );
+    }
+
+    #[test]
+    fn a_watch_that_nobody_feeds_calls_the_sensor_silent() {
+        let mut watch = LightWatch::new();
+        watch.watch(HOLD_MS + 1);
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Lost, Faults::SENSOR_SILENT)
+        );
+    }
+
+    #[test]
+    fn measured_light_is_held_without_a_reading_and_measured_again_with_one() {
+        let mut watch = measured();
+        assert_eq!(
+            watch.observe(200, Setting::Usual, Reading::Missing),
+            Evidence::None
+        );
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Held, Faults::SENSOR_MISSING)
+        );
+        assert_eq!(
+            watch.observe(300, Setting::Usual, light(2)),
+            Evidence::Light(LUX)
+        );
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Measured, Faults::NONE)
+        );
+    }
+
+    #[test]
+    fn held_light_is_lost_when_its_time_is_over() {
+        for reading in [Reading::Missing, Reading::Saturated] {
+            let mut watch = measured();
+            for now_ms in (200..=100 + HOLD_MS).step_by(100) {
+                watch.observe(now_ms, Setting::Usual, reading);
+                assert_ne!(watch.light(), Light::Lost);
+            }
+            watch.observe(101 + HOLD_MS, Setting::Usual, reading);
+            assert_eq!(watch.light(), Light::Lost);
+            let fault = match reading {
+                Reading::Saturated => Faults::SENSOR_SATURATED,
+                _ => Faults::SENSOR_MISSING,
+            };
+            assert_eq!(watch.faults(), fault);
+        }
+    }
+
+    #[test]
+    fn steady_light_of_a_living_sensor_is_never_lost() {
+        let mut watch = LightWatch::new();
+        let mut probes = 0;
+        for now_ms in (100..60_000).step_by(100) {
+            let setting = watch.next_setting();
+            probes += u32::from(setting == Setting::Other);
+            let word = if setting == Setting::Usual { 7 } else { 14 };
+            assert_eq!(
+                watch.observe(now_ms, setting, light(word)),
+                Evidence::Light(LUX)
+            );
+            assert_eq!(watch.light(), Light::Measured);
+        }
+        assert!((30..=60).contains(&probes), "{probes} probes in a minute");
+    }
+
+    #[test]
+    fn a_stuck_sensor_is_held_then_lost_and_asked_at_the_other_setting_before() {
+        let mut watch = measured();
+        let mut states = Vec::new();
+        for now_ms in (200..=100 + STUCK_MS + HOLD_MS + 100).step_by(100) {
+            assert_eq!(
+                watch.next_setting() == Setting::Other,
+                now_ms > 100 + PROBE_MS && (now_ms / 100) % 2 == 0
+            );
+            watch.observe(now_ms, watch.next_setting(), light(1));
+            states.push((now_ms, watch.light()));
+        }
+        let first = |light| {
+            states
+                .iter()
+                .find(|state| state.1 == light)
+                .map(|state| state.0)
+        };
+        assert_eq!(first(Light::Held), Some(100 + STUCK_MS + 100));
+        assert_eq!(first(Light::Lost), Some(100 + STUCK_MS + HOLD_MS + 100));
+        assert_eq!(watch.faults(), Faults::SENSOR_STUCK);
+    }
+
+    #[test]
+    fn darkness_may_stay_the_same_for_ever() {
+        let mut watch = LightWatch::new();
+        let dark = Reading::Light {
+            lux: I32F32::ZERO,
+            word: 0,
+        };
+        for now_ms in (100..60_000).step_by(100) {
+            watch.observe(now_ms, watch.next_setting(), dark);
+            assert_eq!(watch.light(), Light::Measured);
+        }
+    }
+
+    #[test]
+    fn daylight_lasts_while_both_settings_stay_saturated() {
+        let mut watch = daylight();
+        for now_ms in (300..60_000).step_by(100) {
+            assert_eq!(
+                watch.observe(now_ms, watch.next_setting(), Reading::Saturated),
+                Evidence::Daylight
+            );
+        }
+    }
+
+    #[test]
+    fn daylight_is_held_then_lost_without_readings() {
+        let mut watch = daylight();
+        watch.observe(300, Setting::Usual, Reading::Missing);
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Held, Faults::SENSOR_MISSING)
+        );
+        watch.watch(201 + HOLD_MS);
+        assert_eq!(watch.light(), Light::Lost);
+    }
+
+    #[test]
+    fn daylight_ends_with_a_reading() {
+        let mut watch = daylight();
+        assert_eq!(
+            watch.observe(300, Setting::Usual, light(1)),
+            Evidence::Light(LUX)
+        );
+        assert_eq!(watch.light(), Light::Measured);
+    }
+
+    #[test]
+    fn light_that_saturates_one_setting_alone_is_read_at_the_other() {
+        let mut watch = LightWatch::new();
+        for now_ms in (100..60_000).step_by(100) {
+            let setting = watch.next_setting();
+            let reading = match setting {
+                Setting::Usual => Reading::Saturated,
+                Setting::Other => light((now_ms / 100) as u16),
+            };
+            let evidence = watch.observe(now_ms, setting, reading);
+            assert_ne!(evidence, Evidence::Daylight);
+            if now_ms > 200 {
+                assert_eq!(
+                    (watch.light(), watch.faults()),
+                    (Light::Measured, Faults::NONE)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn saturation_long_ago_confirms_nothing() {
+        let mut watch = measured();
+        watch.observe(200, Setting::Usual, Reading::Saturated);
+        let late = watch.observe(201 + CONFIRM_MS, Setting::Other, Reading::Saturated);
+        assert_eq!(late, Evidence::None);
+        assert_eq!(watch.light(), Light::Measured);
+    }
+
+    #[test]
+    fn lost_light_needs_several_readings_in_succession() {
+        let mut watch = lost();
+        let mut now_ms = 5_000;
+        let mut next = |watch: &mut LightWatch, reading| {
+            now_ms += 100;
+            watch.observe(now_ms, Setting::Usual, reading)
+        };
+        for word in 0..u16::from(RECOVERY) - 1 {
+            assert_eq!(next(&mut watch, light(word)), Evidence::None);
+        }
+        assert_eq!(next(&mut watch, Reading::Missing), Evidence::None);
+        for word in 0..u16::from(RECOVERY) - 1 {
+            assert_eq!(next(&mut watch, light(word)), Evidence::None);
+            assert_eq!(watch.light(), Light::Lost);
+        }
+        assert_eq!(next(&mut watch, light(99)), Evidence::Light(LUX));
+        assert_eq!(
+            (watch.light(), watch.faults()),
+            (Light::Measured, Faults::NONE)
+        );
+    }
+
+    #[test]
+    fn lost_light_can_come_back_as_daylight() {
+        let mut watch = lost();
+        let mut now_ms = 5_000;
+        while watch.light() == Light::Lost {
+            now_ms += 100;
+            watch.observe(now_ms, watch.next_setting(), Reading::Saturated);
+            assert!(now_ms < 7_000);
+        }
+        assert_eq!(watch.light(), Light::Daylight);
+    }
+
+    fn readings() -> impl Strategy<Value = Option<Reading>> {
+        prop_oneof![
+            (0u16..4).prop_map(|word| Some(light(word))),
+            Just(Some(Reading::Saturated)),
+            Just(Some(Reading::Missing)),
+            Just(None),
+        ]
+    }
+
+    proptest! {
+        /// The moves of the module's diagram, and no others; and none without its cause.
+        #[test]
+        fn there_are_no_other_transitions(events in prop::collection::vec((0u64..1500, readings()), 1..200)) {
+            let mut watch = LightWatch::new();
+            let (mut now_ms, mut evidence_ms) = (0, 0);
+            for (wait_ms, reading) in events {
+                now_ms += wait_ms;
+                let before = watch.light();
+                let evidence = match reading {
+                    Some(reading) => watch.observe(now_ms, watch.next_setting(), reading),
+                    None => { watch.watch(now_ms); Evidence::None }
+                };
+                let after = watch.light();
+                if evidence != Evidence::None {
+                    evidence_ms = now_ms;
+                }
+                match evidence {
+                    Evidence::Light(_) => prop_assert_eq!(after, Light::Measured),
+                    Evidence::Daylight => prop_assert_eq!(after, Light::Daylight),
+                    Evidence::None => prop_assert!(
+                        after == before
+                            || after == Light::Held && matches!(before, Light::Measured | Light::Daylight)
+                            || after == Light::Lost
+                    ),
+                }
+                prop_assert_eq!(after == Light::Lost, now_ms - evidence_ms > HOLD_MS);
+                if after == Light::Lost {
+                    prop_assert_ne!(watch.faults(), Faults::NONE);
+                }
+            }
+        }
+    }
+}
