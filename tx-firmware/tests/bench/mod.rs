@@ -1,0 +1,124 @@
+//! A transmitter on a bench: its service, its store, and a request at a time.
+
+use fixed::types::{U1F31, U12F20, U32F32};
+use link::l2a_table::{Interval, L2aTable};
+use link::serial::{
+    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode,
+    wire_length,
+};
+use tx_firmware::ambient::Smoothing;
+use tx_firmware::calibration::{Calibration, Measured};
+use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::service::{ANSWER_MAX, Identity, Service};
+use tx_firmware::store::Store;
+use tx_firmware::transmitter::Transmitter;
+
+use crate::flash::Flash;
+
+pub const MEASURED: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("8000"),
+    shortest_pulse_ns: 100,
+    pwm_period_ns: 20_000,
+    reflectance: U1F31::lit("0.4"),
+    interval: Interval::lit("1"),
+    sensor_gain: U12F20::lit("1"),
+};
+
+pub struct Bench {
+    pub transmitter: Transmitter<RecordingMatrix>,
+    pub store: Store<Flash<4>>,
+    service: Service,
+    pub sequence: u32,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        let calibration = Calibration::new(MEASURED).expect("possible values");
+        Self {
+            transmitter: Transmitter::new(
+                RecordingMatrix::default(),
+                calibration,
+                L2aTable::placeholder(),
+                Smoothing::default(),
+            ),
+            store: Store::new(Flash::new(), 0..8192).expect("a store"),
+            service: Service::new(Identity {
+                firmware: "1.2.3",
+                board: "bench",
+            }),
+            sequence: 0,
+        }
+    }
+
+    /// The bytes that come back for these.
+    pub fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut answer = [0; ANSWER_MAX];
+        let mut all = Vec::new();
+        for &byte in bytes {
+            let Self {
+                transmitter,
+                store,
+                service,
+                ..
+            } = self;
+            all.extend_from_slice(
+                service
+                    .receive(byte, transmitter, store, &mut answer)
+                    .unwrap_or_default(),
+            );
+        }
+        all
+    }
+
+    /// The only answer among these bytes, to the request of that number.
+    pub fn answer<R>(bytes: &[u8], sequence: u32, read: impl Fn(Answer<'_>) -> R) -> R {
+        let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
+        let mut answers = Vec::new();
+        for &byte in bytes {
+            if let Some(frame) = reader.push(byte) {
+                let frame = frame.expect("a whole frame");
+                assert_eq!(frame.sequence(), sequence);
+                answers.push(read(frame.answer().expect("an answer")));
+            }
+        }
+        assert_eq!(answers.len(), 1, "one answer");
+        answers.remove(0)
+    }
+
+    /// What the transmitter answers.
+    pub fn ask<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> R) -> R {
+        self.sequence += 1;
+        self.repeat(request, read)
+    }
+
+    /// What the transmitter answers to a request that comes with the number of the one before.
+    pub fn repeat<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> R) -> R {
+        let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+        let wire = encode(Kind::Request, self.sequence, request, &mut wire).expect("it fits");
+        let answer = self.exchange(wire);
+        Self::answer(&answer, self.sequence, read)
+    }
+
+    /// Asserts what the transmitter answers.
+    pub fn expect(&mut self, request: &Request<'_>, answer: &Answer<'_>) {
+        let found = self.ask(request, |found| (found == *answer, format!("{found:?}")));
+        assert!(found.0, "{request:?} gave {}, not {answer:?}", found.1);
+    }
+
+    /// Sends all parts of a table's image.
+    pub fn stage(&mut self, image: &[u8], crc: u32) {
+        let length = image.len() as u16;
+        self.expect(
+            &Request::BeginTable { length, crc },
+            &Answer::Staged { received: 0 },
+        );
+        for (index, bytes) in image.chunks(CHUNK_MAX).enumerate() {
+            let offset = (index * CHUNK_MAX) as u16;
+            let received = offset + bytes.len() as u16;
+            self.expect(
+                &Request::WriteTable { offset, bytes },
+                &Answer::Staged { received },
+            );
+        }
+    }
+}

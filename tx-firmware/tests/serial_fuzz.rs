@@ -1,0 +1,203 @@
+//! Random and mutated frames against the service: it answers exactly the whole requests among them, acts on nothing
+//! else, and is there for the next one.
+//!
+//! A million frames run with all tests. Ten million:
+//!
+//! ```sh
+//! cargo test --release -p tx-firmware --test serial_fuzz -- --ignored
+//! ```
+
+mod frames;
+
+use frames::{Random, contents, is_whole_request};
+use link::framing::FramingError;
+use link::l2a_table::L2aTable;
+use link::serial::{
+    ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request,
+    Status, encode,
+};
+use tx_firmware::calibration::Calibration;
+use tx_firmware::schedule::Repeats;
+use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
+use tx_firmware::store::{Memory, StoreError};
+
+/// A transmitter that counts how often anything of it was changed.
+struct Recorder {
+    table: L2aTable,
+    calibration: Measured,
+    acts: u64,
+}
+
+impl Device for Recorder {
+    fn status(&self) -> Status {
+        Status {
+            uptime_s: 1,
+            light: Light::Measured,
+            illuminance_lx: None,
+            l2a: Default::default(),
+            luminance_cd_m2: Default::default(),
+            duty: 0,
+            limited: None,
+            faults: Faults::NONE,
+            table_crc: 0,
+            sending: false,
+            counters: Counters::default(),
+        }
+    }
+
+    fn table(&self) -> L2aTable {
+        self.table.clone()
+    }
+
+    fn set_table(&mut self, table: L2aTable) {
+        self.acts += 1;
+        self.table = table;
+    }
+
+    fn calibration(&self) -> Measured {
+        self.calibration
+    }
+
+    fn set_calibration(&mut self, calibration: Calibration) {
+        self.acts += 1;
+        self.calibration = *calibration.measured();
+    }
+
+    fn send(&mut self, message: &[u8], _: Repeats) -> Result<(), FramingError> {
+        assert!(message.len() <= 1024);
+        self.acts += 1;
+        Ok(())
+    }
+
+    fn stop(&mut self) {
+        self.acts += 1;
+    }
+
+    fn reset_counters(&mut self) {
+        self.acts += 1;
+    }
+}
+
+/// A memory that fails now and then.
+struct Unsteady(u32);
+
+impl Unsteady {
+    fn save(&mut self) -> Result<(), StoreError> {
+        self.0 = self.0.wrapping_add(1);
+        if self.0.is_multiple_of(3) {
+            Err(StoreError::Flash)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl Memory for Unsteady {
+    fn save_table(&mut self, _: &L2aTable) -> Result<(), StoreError> {
+        self.save()
+    }
+
+    fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
+        self.save()
+    }
+}
+
+/// What has come of the frames.
+#[derive(Debug, Default)]
+struct Tally {
+    frames: u64,
+    requests: u64,
+    acts: u64,
+}
+
+fn fuzz(frames: u64, seed: u64) -> Tally {
+    println!("seed {seed}");
+    let mut random = Random::new(seed);
+    let mut recorder = Recorder {
+        table: L2aTable::placeholder(),
+        calibration: frames::MEASURED,
+        acts: 0,
+    };
+    let mut memory = Unsteady(0);
+    let mut service = Service::new(Identity {
+        firmware: "fuzzed",
+        board: "none",
+    });
+    let mut tally = Tally::default();
+    let (mut wire, mut pending) = (Vec::new(), Vec::new());
+    while tally.frames < frames {
+        wire.clear();
+        frames::next(&mut random, &mut wire);
+        // A whole frame in the end: whatever came before, it must be answered.
+        let sequence = random.number() as u32;
+        let mut hello = [0; 32];
+        wire.extend_from_slice(
+            encode(Kind::Request, sequence, &Request::Hello, &mut hello).expect("it fits"),
+        );
+        tally.frames += 2;
+
+        let mut answers = 0;
+        let mut last = None;
+        for &byte in &wire {
+            let before = recorder.acts;
+            let mut out = [0; ANSWER_MAX];
+            let answer = service.receive(byte, &mut recorder, &mut memory, &mut out);
+            let expected =
+                contents(&mut pending, byte).is_some_and(|content| is_whole_request(&content));
+            assert_eq!(
+                answer.is_some(),
+                expected,
+                "seed {seed}, frame {}",
+                tally.frames
+            );
+            assert!(
+                expected || recorder.acts == before,
+                "acted on a bad frame: seed {seed}"
+            );
+            if let Some(answer) = answer {
+                answers += 1;
+                last = read(answer);
+            }
+        }
+        assert_eq!(
+            last,
+            Some((sequence, true)),
+            "seed {seed}, frame {}",
+            tally.frames
+        );
+        tally.requests += answers;
+    }
+    tally.acts = recorder.acts;
+    tally
+}
+
+/// The number of an answer, and whether it says hello.
+fn read(answer: &[u8]) -> Option<(u32, bool)> {
+    let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
+    let mut found = None;
+    for &byte in answer {
+        if let Some(frame) = reader.push(byte) {
+            let frame = frame.expect("answers are whole");
+            let answer = frame.answer().expect("answers are answers");
+            found = Some((frame.sequence(), matches!(answer, Answer::Hello(_))));
+        }
+    }
+    found
+}
+
+#[test]
+fn a_million_frames_are_answered_exactly_where_they_are_whole_requests() {
+    let tally = fuzz(1_000_000, 1);
+    assert!(tally.requests > 500_000 && tally.acts > 10_000, "{tally:?}");
+}
+
+#[test]
+#[ignore = "ten million frames: a minute in the release profile"]
+fn ten_million_frames_are_answered_exactly_where_they_are_whole_requests() {
+    let tally = fuzz(10_000_000, 2);
+    assert!(
+        tally.requests > 5_000_000 && tally.acts > 100_000,
+        "{tally:?}"
+    );
+    println!("{tally:?}");
+}

@@ -1,0 +1,376 @@
+//! The serial port's service, request by request, in the right order and in every wrong one.
+
+mod bench;
+mod flash;
+
+use bench::{Bench, MEASURED};
+use fixed::types::{U1F31, U32F32};
+use link::framing::MESSAGE_MAX;
+use link::l2a_table::L2aTable;
+use link::l2a_table::image::IMAGE_MAX;
+use link::serial::{
+    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, Measured, Refusal, Request, SCHEMA,
+    VERSION, encode,
+};
+
+fn table() -> L2aTable {
+    let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
+    let intervals: Vec<f32> = (1..=8).map(|n| 0.25 * n as f32).collect();
+    let values: Vec<f32> = (0..128).map(|n| 0.2 + 0.025 * n as f32).collect();
+    L2aTable::new(&illuminances, &intervals, &values).expect("a table")
+}
+
+#[test]
+fn it_says_who_it_is() {
+    let hello = Bench::new().ask(&Request::Hello, |answer| match answer {
+        Answer::Hello(hello) => (
+            hello.schema,
+            hello.firmware.to_owned(),
+            hello.board.to_owned(),
+            hello.chunk_max,
+            hello.message_max,
+        ),
+        other => panic!("{other:?}"),
+    });
+    let (chunk_max, message_max) = (CHUNK_MAX as u16, MESSAGE_MAX as u16);
+    assert_eq!(
+        hello,
+        (
+            SCHEMA,
+            "1.2.3".into(),
+            "bench".into(),
+            chunk_max,
+            message_max
+        )
+    );
+}
+
+#[test]
+fn a_table_that_is_written_and_committed_runs_is_stored_and_reads_back() {
+    let mut bench = Bench::new();
+    let (image, crc) = (table().image(), table().crc());
+    bench.stage(&image, crc);
+    assert_eq!(bench.transmitter.table(), &L2aTable::placeholder());
+    assert_eq!(bench.store.table(), Ok(None));
+
+    bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
+    assert_eq!(bench.transmitter.table(), &table());
+    assert_eq!(bench.store.table(), Ok(Some(table())));
+
+    let mut read = Vec::new();
+    loop {
+        let offset = read.len() as u16;
+        let part = bench.ask(&Request::ReadTable { offset }, |answer| match answer {
+            Answer::Table(part) => {
+                assert_eq!(
+                    (part.length, part.crc, part.offset),
+                    (image.len() as u16, crc, offset)
+                );
+                part.bytes.to_vec()
+            }
+            other => panic!("{other:?}"),
+        });
+        if part.is_empty() {
+            break;
+        }
+        read.extend(part);
+    }
+    assert_eq!(read, image[..]);
+}
+
+#[test]
+fn every_request_may_be_repeated() {
+    let mut bench = Bench::new();
+    let (image, crc) = (table().image(), table().crc());
+    let length = image.len() as u16;
+    for _ in 0..2 {
+        bench.expect(
+            &Request::BeginTable { length, crc },
+            &Answer::Staged { received: 0 },
+        );
+    }
+    for (index, bytes) in image.chunks(CHUNK_MAX).enumerate() {
+        let offset = (index * CHUNK_MAX) as u16;
+        let received = offset + bytes.len() as u16;
+        for _ in 0..2 {
+            bench.expect(
+                &Request::WriteTable { offset, bytes },
+                &Answer::Staged { received },
+            );
+        }
+    }
+    for _ in 0..3 {
+        bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
+    }
+    for _ in 0..2 {
+        bench.expect(&Request::RollBackTable, &Answer::Done);
+    }
+    assert_eq!(bench.transmitter.table(), &table());
+}
+
+#[test]
+fn a_table_out_of_order_is_refused_and_changes_nothing() {
+    let mut bench = Bench::new();
+    let (image, crc) = (table().image(), table().crc());
+    let length = image.len() as u16;
+    let refused = Answer::Refused;
+    let first = Request::WriteTable {
+        offset: 0,
+        bytes: &image[..100],
+    };
+
+    bench.expect(&first, &refused(Refusal::NotBegun));
+    bench.expect(&Request::CommitTable { crc }, &refused(Refusal::NotBegun));
+    for length in [0, IMAGE_MAX as u16 + 1, u16::MAX] {
+        let most = IMAGE_MAX as u16;
+        bench.expect(
+            &Request::BeginTable { length, crc },
+            &refused(Refusal::TableLength { length, most }),
+        );
+    }
+
+    bench.expect(
+        &Request::BeginTable { length, crc },
+        &Answer::Staged { received: 0 },
+    );
+    bench.expect(&first, &Answer::Staged { received: 100 });
+    for (offset, bytes) in [
+        (101, &image[101..200]),
+        (u16::MAX, &image[..100]),
+        (100, &image[..]),
+    ] {
+        bench.expect(
+            &Request::WriteTable { offset, bytes },
+            &refused(Refusal::Offset { expected: 100 }),
+        );
+    }
+    bench.expect(
+        &Request::CommitTable { crc },
+        &refused(Refusal::Incomplete {
+            received: 100,
+            length,
+        }),
+    );
+    bench.expect(&Request::RollBackTable, &Answer::Done);
+    bench.expect(&Request::CommitTable { crc }, &refused(Refusal::NotBegun));
+    assert_eq!(bench.transmitter.table(), &L2aTable::placeholder());
+    assert_eq!(bench.store.table(), Ok(None));
+}
+
+#[test]
+fn a_table_that_came_wrong_or_is_none_is_refused_whole() {
+    let mut bench = Bench::new();
+    let (mut image, crc) = (table().image(), table().crc());
+    image[200] ^= 1;
+    bench.stage(&image, crc);
+    let found = link::checksum::crc32c(&[&image]);
+    let refusal = Refusal::TableCrc {
+        found,
+        expected: crc,
+    };
+    bench.expect(&Request::CommitTable { crc }, &Answer::Refused(refusal));
+    // Announced as it came, but committed as another one.
+    bench.stage(&image, found);
+    bench.expect(&Request::CommitTable { crc }, &Answer::Refused(refusal));
+
+    // The last L2A becomes 5.
+    let mut image = table().image();
+    let last = image.len() - 1;
+    image[last] = 0xa0;
+    let crc = link::checksum::crc32c(&[&image]);
+    bench.stage(&image, crc);
+    bench.expect(
+        &Request::CommitTable { crc },
+        &Answer::Refused(Refusal::TableInvalid),
+    );
+    assert_eq!(bench.transmitter.table(), &L2aTable::placeholder());
+    assert_eq!(bench.store.table(), Ok(None));
+}
+
+#[test]
+fn a_table_that_cannot_be_stored_does_not_run() {
+    let mut bench = Bench::new();
+    let dead = flash::Flash {
+        power: flash::Power::Gone,
+        ..flash::Flash::new()
+    };
+    bench.store = tx_firmware::store::Store::new(dead, 0..8192).expect("a store");
+    let crc = table().crc();
+    bench.stage(&table().image(), crc);
+    bench.expect(
+        &Request::CommitTable { crc },
+        &Answer::Refused(Refusal::Store),
+    );
+    assert_eq!(bench.transmitter.table(), &L2aTable::placeholder());
+    bench.expect(
+        &Request::WriteCalibration(MEASURED),
+        &Answer::Refused(Refusal::Store),
+    );
+}
+
+#[test]
+fn a_calibration_is_checked_stored_and_read_back() {
+    let mut bench = Bench::new();
+    bench.expect(&Request::ReadCalibration, &Answer::Calibration(MEASURED));
+    let brighter = Measured {
+        luminance_full_cd_m2: U32F32::from_num(12_000),
+        ..MEASURED
+    };
+    bench.expect(&Request::WriteCalibration(brighter), &Answer::Done);
+    bench.expect(&Request::ReadCalibration, &Answer::Calibration(brighter));
+    let stored = bench
+        .store
+        .calibration()
+        .expect("readable")
+        .expect("stored");
+    assert_eq!(stored.measured(), &brighter);
+
+    let impossible = [
+        Measured {
+            luminance_full_cd_m2: U32F32::ZERO,
+            ..MEASURED
+        },
+        Measured {
+            shortest_pulse_ns: 20_001,
+            ..MEASURED
+        },
+        Measured {
+            pwm_period_ns: 1,
+            ..MEASURED
+        },
+        Measured {
+            reflectance: U1F31::ZERO,
+            ..MEASURED
+        },
+        Measured {
+            interval: link::l2a_table::Interval::ZERO,
+            ..MEASURED
+        },
+        Measured {
+            sensor_gain: fixed::types::U12F20::ZERO,
+            ..MEASURED
+        },
+    ];
+    for (value, measured) in (0..).zip(impossible) {
+        let refusal = Refusal::Calibration { value };
+        bench.expect(
+            &Request::WriteCalibration(measured),
+            &Answer::Refused(refusal),
+        );
+    }
+    bench.expect(&Request::ReadCalibration, &Answer::Calibration(brighter));
+}
+
+#[test]
+fn a_message_is_shown_once_however_often_its_request_is_repeated() {
+    let mut bench = Bench::new();
+    let send = Request::Send {
+        repeats: Some(1),
+        message: b"ice",
+    };
+    bench.expect(&send, &Answer::Done);
+    let mut shown = 0;
+    while bench.transmitter.is_sending() {
+        bench.transmitter.tick().expect("no matrix fails here");
+        shown += 1;
+    }
+    assert_eq!(shown, 5);
+    assert!(bench.repeat(&send, |answer| answer == Answer::Done));
+    assert!(!bench.transmitter.is_sending());
+    bench.expect(&send, &Answer::Done);
+    assert!(bench.transmitter.is_sending());
+    bench.expect(&Request::StopSending, &Answer::Done);
+    assert!(!bench.transmitter.is_sending());
+}
+
+#[test]
+fn impossible_messages_are_refused_and_the_last_one_goes_on() {
+    let mut bench = Bench::new();
+    bench.expect(
+        &Request::Send {
+            repeats: None,
+            message: b"goes on",
+        },
+        &Answer::Done,
+    );
+    let (length, most) = (0, MESSAGE_MAX as u16);
+    bench.expect(
+        &Request::Send {
+            repeats: None,
+            message: b"",
+        },
+        &Answer::Refused(Refusal::MessageLength { length, most }),
+    );
+    assert!(bench.transmitter.is_sending());
+    let longest = [0x55; MESSAGE_MAX];
+    bench.expect(
+        &Request::Send {
+            repeats: Some(u32::MAX),
+            message: &longest,
+        },
+        &Answer::Done,
+    );
+}
+
+#[test]
+fn another_version_is_told_which_one_is_spoken_here() {
+    let mut bench = Bench::new();
+    // A frame of version 9 whose body is unknown: only its ends are as in every version.
+    let content = [9, Kind::Request as u8, 4, 3, 2, 1, 0xee, 0xef];
+    let mut frame = content.to_vec();
+    frame.extend(link::checksum::crc32c(&[&content]).to_le_bytes());
+    // No byte of it is 0, so COBS puts its length + 1 before it.
+    assert!(!frame.contains(&0));
+    let mut wire = vec![0, frame.len() as u8 + 1];
+    wire.extend(frame);
+    wire.push(0);
+    let answer = bench.exchange(&wire);
+    assert!(Bench::answer(&answer, 0x0102_0304, |answer| {
+        answer == Answer::Refused(Refusal::Version { speaks: VERSION })
+    }));
+}
+
+#[test]
+fn echoes_garbage_and_cut_frames_get_no_answer() {
+    let mut bench = Bench::new();
+    let mut wire = [0; 64];
+    let echo = encode(Kind::Answer, 1, &Answer::Done, &mut wire).expect("it fits");
+    assert!(bench.exchange(echo).is_empty());
+    assert!(bench.exchange(b"\0AT+GMM\r\n\0").is_empty());
+    assert!(bench.exchange(&vec![0x41; 100_000]).is_empty());
+    assert!(bench.exchange(&[0]).is_empty());
+    let mut wire = [0; 64];
+    let hello = encode(Kind::Request, 1, &Request::Hello, &mut wire)
+        .expect("it fits")
+        .to_vec();
+    for cut in 0..hello.len() - 1 {
+        assert!(bench.exchange(&hello[..cut]).is_empty());
+    }
+    let (bad, frames) = bench.ask(&Request::Status, |answer| match answer {
+        Answer::Status(status) => (status.counters.bad_frames, status.counters.frames),
+        other => panic!("{other:?}"),
+    });
+    assert!(
+        bad >= 2 && frames == 2,
+        "{bad} bad frames, {frames} good ones"
+    );
+    bench.expect(&Request::ResetCounters, &Answer::Done);
+}
+
+#[test]
+fn no_answer_is_longer_than_its_buffer() {
+    let mut bench = Bench::new();
+    let crc = table().crc();
+    bench.stage(&table().image(), crc);
+    bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
+    bench.sequence = u32::MAX - 3;
+    for request in [
+        Request::ReadTable { offset: 128 },
+        Request::Status,
+        Request::ReadCalibration,
+    ] {
+        assert!(bench.ask(&request, |answer| !matches!(answer, Answer::Refused(_))));
+    }
+    let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
+    assert!(reader.push(0).is_none());
+}
