@@ -1,10 +1,11 @@
 //! `vocc`: optical camera communication between vehicles, from a command line.
 //!
 //! Arguments, files and printing only: the physics is in `sim`, the signal processing in `rx-pipeline`, the transmitter in
-//! `tx-firmware`. Every command is a module of [`commands`]; [`output`] prints, [`pictures`] reads and writes images, [`results`]
+//! `tx-firmware`. Every command is a module of [`commands`]; [`device`] talks to transmitters, [`output`] prints, [`pictures`] reads and writes images, [`results`]
 //! keeps what long runs have finished.
 
 mod commands;
+mod device;
 mod options;
 mod output;
 mod pictures;
@@ -56,6 +57,10 @@ enum Command {
     Decode(commands::decode::Arguments),
     /// Messages from a sequence of frames.
     Receive(commands::receive::Arguments),
+    /// Transmitters at serial ports: list them, watch them, give them messages.
+    Device(commands::device::Arguments),
+    /// The L2A table of a transmitter: write it, read it, compare it.
+    Table(commands::table::Arguments),
     /// Print a preset as a scene file to start from.
     Scene(commands::scene::Arguments),
 }
@@ -92,6 +97,8 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Transmit(arguments)) => commands::transmit::run(&arguments, shared),
         Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
         Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),
+        Some(Command::Device(arguments)) => commands::device::run(&arguments, shared),
+        Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),
         Some(Command::Scene(arguments)) => commands::scene::run(&arguments),
     }
 }

@@ -5,13 +5,17 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, SystemTime};
 
 use anyhow::Context;
 use clap::Args;
 use link::framing::MESSAGE_MAX;
 use rx_pipeline::detect::Detector;
+use serialport::SerialPort;
 use sim::detectors::{DETECTORS, DetectorChoice};
 use sim::scene::Scene;
+
+use crate::device::{Client, port};
 
 /// Options of every command.
 #[derive(Args)]
@@ -92,4 +96,47 @@ pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Detector> {
     choice.untrained().context(
         "the detector fisher learns from frames whose bits are known, and here are none: choose kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
     )
+}
+
+/// A transmitter's serial port.
+#[derive(Args)]
+pub struct Port {
+    /// The serial port, or a pseudo-terminal.
+    #[arg(long, value_name = "P")]
+    port: String,
+    /// Bits a second of a UART; USB does not care.
+    #[arg(long, default_value_t = 115_200, value_name = "B", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
+    baud: u32,
+    /// Seconds after which an answer is given up and asked for again, 0.05 to 60.
+    #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 60_000>)]
+    timeout: f64,
+}
+
+/// A conversation with a transmitter at a serial port.
+pub type Connection = Client<Box<dyn SerialPort>>;
+
+impl Port {
+    /// Its name.
+    pub fn name(&self) -> String {
+        self.port.clone()
+    }
+
+    /// Says hello to the transmitter at this port.
+    pub fn greet(&self) -> anyhow::Result<Connection> {
+        let patience = Duration::from_secs_f64(self.timeout);
+        let port = port::open(&self.port, self.baud, patience)?;
+        // Two runs that begin with the same number would be taken for one.
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let sequence = now.map_or(0, |now| now.as_nanos() as u32);
+        Client::greet(port, patience, sequence).with_context(|| self.name())
+    }
+}
+
+/// A number of seconds, within bounds in milliseconds.
+pub fn seconds<const LEAST_MS: u64, const MOST_MS: u64>(text: &str) -> Result<f64, String> {
+    let (least, most) = (LEAST_MS as f64 / 1000.0, MOST_MS as f64 / 1000.0);
+    match text.parse() {
+        Ok(seconds) if (least..=most).contains(&seconds) => Ok(seconds),
+        _ => Err(format!("give {least} to {most} seconds")),
+    }
 }

@@ -38,6 +38,44 @@ pub fn read_table(path: &Path) -> Result<L2aTable, FileError> {
     })
 }
 
+/// The file of a table: [`read_table`] gives the same table again, to the last bit.
+///
+/// Each number is the shortest that is rounded to the one in the table.
+///
+/// ```
+/// use link::l2a_table::L2aTable;
+/// let table = L2aTable::new(&[50.0, 5000.0], &[1.0], &[2.05, 1.8])?;
+/// assert_eq!(
+///     sim::l2a::table_file(&table),
+///     "format = 1\nilluminance_lx = [50.0, 5000.0]\ninterval = [1.0]\nl2a = [\n  [2.05],\n  [1.8],\n]\n"
+/// );
+/// # Ok::<(), link::l2a_table::TableError>(())
+/// ```
+pub fn table_file(table: &L2aTable) -> String {
+    let illuminances: Vec<String> = table.illuminances_lx().iter().map(decimal).collect();
+    let intervals: Vec<String> = table.intervals().iter().map(decimal).collect();
+    let values: Vec<String> = table.values().iter().map(decimal).collect();
+    let rows: String = values
+        .chunks(intervals.len())
+        .map(|row| format!("  [{}],\n", row.join(", ")))
+        .collect();
+    format!(
+        "format = 1\nilluminance_lx = [{}]\ninterval = [{}]\nl2a = [\n{rows}]\n",
+        illuminances.join(", "),
+        intervals.join(", ")
+    )
+}
+
+/// A number of a table as TOML has decimal fractions: with a point.
+fn decimal(number: &impl std::fmt::Display) -> String {
+    let text = number.to_string();
+    if text.contains('.') {
+        text
+    } else {
+        text + ".0"
+    }
+}
+
 /// The table that the scene's transmitter carries: that of `link.table`, the shipped one without it, or, where
 /// `link.l2a` is a number, a table of that number alone.
 ///

@@ -1,6 +1,7 @@
 //! The commands, one a module: arguments in, library calls, answers out.
 
 pub mod decode;
+pub mod device;
 pub mod evaluate;
 pub mod link;
 pub mod merge;

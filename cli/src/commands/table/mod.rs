@@ -1,4 +1,6 @@
-//! `vocc table`: what a table holds, and whether a transmitter can use it.
+//! `vocc table`: what a table holds, whether a transmitter can use it, and the way there and back.
+
+mod transfer;
 
 use std::path::PathBuf;
 
@@ -8,6 +10,7 @@ use serde::Serialize;
 use sim::l2a::read_table;
 use sim::table::TableFile;
 
+use self::transfer::Transfer;
 use crate::options::Shared;
 use crate::output::{Answer, json, line};
 
@@ -33,6 +36,12 @@ enum Action {
         /// The table's TOML file.
         file: PathBuf,
     },
+    /// Write a table to a transmitter, which stores and uses it.
+    Push(Transfer),
+    /// Read the table that a transmitter uses.
+    Pull(Transfer),
+    /// Whether a transmitter uses this table.
+    Verify(Transfer),
 }
 
 /// A table as a transmitter carries it: its ratios rounded to 1/8192.
@@ -43,7 +52,7 @@ struct Carried {
     l2a: Vec<Vec<f64>>,
 }
 
-/// Shows or checks.
+/// Shows, checks or transfers.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     match &arguments.action {
         Action::Show {
@@ -65,6 +74,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
                 false => carried.print()?,
             }
         }
+        Action::Push(transfer) => return transfer.push(shared),
+        Action::Pull(transfer) => return transfer.pull(shared),
+        Action::Verify(transfer) => return transfer.verify(shared),
         Action::Check { file } => {
             let carried = Carried::of(&read_table(file)?);
             match shared.json {

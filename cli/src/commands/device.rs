@@ -1,0 +1,242 @@
+//! `vocc device`: transmitters at serial ports.
+
+use std::time::Duration;
+
+use anyhow::{Context, ensure};
+use clap::Subcommand;
+use link::framing::MESSAGE_MAX;
+use link::serial::{Answer as Told, Limit, Request, Status};
+use serde_json::{Value, json};
+
+use crate::device::port;
+use crate::options::{Connection, Message, Port, Shared, seconds, until_interrupted};
+use crate::output::{self, Answer, line};
+
+/// Arguments of `vocc device`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// The serial ports of this computer.
+    List,
+    /// How a transmitter is.
+    Status {
+        #[command(flatten)]
+        port: Port,
+    },
+    /// How a transmitter is, again and again, until Ctrl-C.
+    Watch {
+        #[command(flatten)]
+        port: Port,
+        /// Seconds from one time to the next, 0.05 to 3600.
+        #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 3_600_000>)]
+        interval: f64,
+        /// How often; without it, until Ctrl-C.
+        #[arg(long)]
+        count: Option<u64>,
+    },
+    /// Give a transmitter a message to show.
+    Send {
+        #[command(flatten)]
+        port: Port,
+        #[command(flatten)]
+        message: Message,
+        /// How often the message is shown; without it, until another one comes.
+        #[arg(long, value_name = "N")]
+        repeats: Option<u32>,
+        /// Show no message any more, only beacons.
+        #[arg(long, conflicts_with_all = ["message", "message_file", "repeats"])]
+        stop: bool,
+    },
+}
+
+/// Lists, asks or sends.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    match &arguments.action {
+        Action::List => list(shared),
+        Action::Status { port } => {
+            let mut client = port.greet()?;
+            report(&status(&mut client, port)?, &client, port, shared)?;
+            Ok(Answer::Yes)
+        }
+        Action::Watch {
+            port,
+            interval,
+            count,
+        } => watch(port, *interval, *count, shared),
+        Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
+        Action::Send {
+            port,
+            message,
+            repeats,
+            ..
+        } => {
+            let message = message
+                .bytes()?
+                .context("give a message with --message or --message-file, or --stop")?;
+            let length = message.len();
+            ensure!(
+                (1..=MESSAGE_MAX).contains(&length),
+                "the message has {length} bytes: 1 to {MESSAGE_MAX} are possible"
+            );
+            let (repeats, message) = (*repeats, &message[..]);
+            done(port, &Request::Send { repeats, message }, shared)
+        }
+    }
+}
+
+fn list(shared: &Shared) -> anyhow::Result<Answer> {
+    let ports = port::list().context("cannot list the serial ports")?;
+    for listed in &ports {
+        if shared.json {
+            output::json(listed)?;
+        } else {
+            let product = listed.product.as_deref().unwrap_or("");
+            line(&format!("{:<20} {:<10} {product}", listed.port, listed.bus))?;
+        }
+    }
+    if ports.is_empty() {
+        eprintln!("no serial ports: plug a transmitter in");
+        return Ok(Answer::No);
+    }
+    Ok(Answer::Yes)
+}
+
+fn watch(
+    port: &Port,
+    interval_s: f64,
+    count: Option<u64>,
+    shared: &Shared,
+) -> anyhow::Result<Answer> {
+    const NAP: Duration = Duration::from_millis(50);
+    let going = until_interrupted()?;
+    let interval = Duration::from_secs_f64(interval_s);
+    let mut client = port.greet()?;
+    let mut told = 0;
+    while going() && count.is_none_or(|count| told < count) {
+        let asked = std::time::Instant::now();
+        let status = status(&mut client, port)?;
+        if shared.json {
+            report(&status, &client, port, shared)?;
+        } else {
+            line(&short(&status))?;
+        }
+        told += 1;
+        while going() && count != Some(told) && asked.elapsed() < interval {
+            std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<Answer> {
+    let mut client = port.greet()?;
+    client
+        .ask(request, |answer| (answer == Told::Done).then_some(()))
+        .with_context(|| port.name())?;
+    if shared.json {
+        output::json(&json!({ "port": port.name(), "done": true }))?;
+    } else {
+        line(&format!("{}: done", port.name()))?;
+    }
+    Ok(Answer::Yes)
+}
+
+fn status(client: &mut Connection, port: &Port) -> anyhow::Result<Status> {
+    client
+        .ask(&Request::Status, |answer| match answer {
+            Told::Status(status) => Some(status),
+            _ => None,
+        })
+        .with_context(|| port.name())
+}
+
+/// The duty as a fraction: 0 to 1.
+fn duty(status: &Status) -> f64 {
+    f64::from(status.duty) / f64::from(u16::MAX)
+}
+
+fn lux(status: &Status) -> Option<f64> {
+    status.illuminance_lx.map(|lx| lx.to_num())
+}
+
+fn faults(status: &Status) -> Vec<&'static str> {
+    status.faults.names().collect()
+}
+
+fn limited(status: &Status) -> Option<&'static str> {
+    status.limited.map(|limit| match limit {
+        Limit::Top => "top",
+        Limit::Floor => "floor",
+        Limit::Off => "off",
+    })
+}
+
+fn as_json(status: &Status) -> Value {
+    json!({
+        "uptime_s": status.uptime_s,
+        "light": format!("{:?}", status.light).to_lowercase(),
+        "illuminance_lx": lux(status),
+        "l2a": status.l2a.to_num::<f64>(),
+        "luminance_cd_m2": status.luminance_cd_m2.to_num::<f64>(),
+        "duty": duty(status),
+        "limited": limited(status),
+        "faults": faults(status),
+        "table_crc": format!("{:08x}", status.table_crc),
+        "sending": status.sending,
+        "frames": status.counters.frames,
+        "bad_frames": status.counters.bad_frames,
+        "refusals": status.counters.refusals,
+        "symbols": status.counters.symbols,
+        "lost_symbols": status.counters.lost_symbols,
+        "readings": status.counters.readings,
+        "missed_readings": status.counters.missed_readings,
+    })
+}
+
+/// A line for a watch.
+fn short(status: &Status) -> String {
+    let light = lux(status).map_or_else(|| "dark".into(), |lx| format!("{lx:.2} lx"));
+    format!(
+        "{:>8} s  {light:>14}  L2A {:.3}  {:>10.2} cd/m²  duty {:.4}  {}{}",
+        status.uptime_s,
+        status.l2a.to_num::<f64>(),
+        status.luminance_cd_m2.to_num::<f64>(),
+        duty(status),
+        if status.sending { "sending" } else { "idle" },
+        faults(status)
+            .iter()
+            .map(|fault| format!("  {fault}!"))
+            .collect::<String>()
+    )
+}
+
+fn report(
+    status: &Status,
+    client: &Connection,
+    port: &Port,
+    shared: &Shared,
+) -> anyhow::Result<()> {
+    let identity = client.identity();
+    let mut values = as_json(status);
+    values["port"] = port.name().into();
+    values["board"] = identity.board.clone().into();
+    values["firmware"] = identity.firmware.clone().into();
+    if shared.json {
+        return output::json(&values);
+    }
+    for (key, value) in values.as_object().into_iter().flatten() {
+        let value = match value {
+            Value::String(text) => text.clone(),
+            Value::Null => "none".into(),
+            Value::Array(names) if names.is_empty() => "none".into(),
+            other => other.to_string(),
+        };
+        line(&format!("{key:<16} {value}"))?;
+    }
+    Ok(())
+}

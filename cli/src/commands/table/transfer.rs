@@ -1,0 +1,142 @@
+//! `vocc table push`, `pull` and `verify`: the L2A table of a transmitter.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use link::l2a_table::L2aTable;
+use serde_json::json;
+use sim::l2a::{read_table, table_file};
+
+use crate::device::table::{pull, push};
+use crate::options::{Port, Shared};
+use crate::output::{self, Answer, Progress, line};
+use crate::pictures::write_aside;
+
+/// A table and a transmitter.
+#[derive(clap::Args)]
+pub struct Transfer {
+    /// The table's TOML file. Without it: the table that a transmitter ships with; for pull: standard output.
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    port: Port,
+}
+
+impl Transfer {
+    /// Writes the table, which the transmitter stores and uses.
+    pub fn push(&self, shared: &Shared) -> anyhow::Result<Answer> {
+        let table = self.table()?;
+        let mut client = self.port.greet()?;
+        let mut progress = Progress::new(table.image().len() as u64, "bytes");
+        push(&mut client, &table, |bytes| progress.done(bytes as u64))
+            .with_context(|| self.port.name())?;
+        drop(progress);
+        self.report(&table, shared, "is stored and in use")
+    }
+
+    /// Reads the table that the transmitter uses.
+    pub fn pull(&self, shared: &Shared) -> anyhow::Result<Answer> {
+        let mut client = self.port.greet()?;
+        let table = pull(&mut client).with_context(|| self.port.name())?;
+        let text = table_file(&table);
+        match &self.file {
+            Some(path) => {
+                write_aside(path, |aside| Ok(std::fs::write(aside, &text)?))?;
+                self.report(&table, shared, &format!("is in {}", path.display()))
+            }
+            None if shared.json => self.report(&table, shared, ""),
+            None => {
+                line(text.trim_end())?;
+                Ok(Answer::Yes)
+            }
+        }
+    }
+
+    /// Whether the transmitter uses this table.
+    pub fn verify(&self, shared: &Shared) -> anyhow::Result<Answer> {
+        let wanted = self.table()?;
+        let mut client = self.port.greet()?;
+        let found = pull(&mut client).with_context(|| self.port.name())?;
+        let same = found == wanted;
+        if shared.json {
+            output::json(&json!({
+                "port": self.port.name(),
+                "same": same,
+                "table_crc": crc(&found),
+                "file_crc": crc(&wanted),
+            }))?;
+        } else if same {
+            self.report(&found, shared, "is this one")?;
+        } else {
+            line(&format!(
+                "{}: the transmitter uses another table, {}, and this is {}",
+                self.port.name(),
+                crc(&found),
+                crc(&wanted)
+            ))?;
+            for difference in differences(&wanted, &found) {
+                line(&format!("  {difference}"))?;
+            }
+        }
+        Ok(if same { Answer::Yes } else { Answer::No })
+    }
+
+    /// The table of the file, or the one that a transmitter ships with.
+    fn table(&self) -> anyhow::Result<L2aTable> {
+        self.file
+            .as_deref()
+            .map_or_else(|| Ok(L2aTable::default()), read)
+    }
+
+    fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Answer> {
+        let (rows, columns) = (table.illuminances_lx().len(), table.intervals().len());
+        if shared.json {
+            output::json(&json!({
+                "port": self.port.name(),
+                "table_crc": crc(table),
+                "illuminances": rows,
+                "intervals": columns,
+            }))?;
+        } else {
+            line(&format!(
+                "{}: table {} of {rows} illuminances and {columns} intervals {what}",
+                self.port.name(),
+                crc(table)
+            ))?;
+        }
+        Ok(Answer::Yes)
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<L2aTable> {
+    Ok(read_table(&path.to_string_lossy())?)
+}
+
+/// Which table it is.
+fn crc(table: &L2aTable) -> String {
+    format!("{:08x}", table.crc())
+}
+
+/// Where two tables differ, in words.
+fn differences(wanted: &L2aTable, found: &L2aTable) -> Vec<String> {
+    let mut differences = Vec::new();
+    if wanted.illuminances_lx() != found.illuminances_lx() {
+        differences.push("the illuminances differ".to_owned());
+    }
+    if wanted.intervals() != found.intervals() {
+        differences.push("the intervals differ".to_owned());
+    }
+    if !differences.is_empty() {
+        return differences;
+    }
+    let columns = wanted.intervals().len();
+    for (index, (wanted_l2a, found_l2a)) in wanted.values().iter().zip(found.values()).enumerate() {
+        if wanted_l2a != found_l2a {
+            differences.push(format!(
+                "{} lx, interval {}: {wanted_l2a} here, {found_l2a} there",
+                wanted.illuminances_lx()[index / columns],
+                wanted.intervals()[index % columns]
+            ));
+        }
+    }
+    differences
+}

@@ -1,0 +1,81 @@
+//! A transmitter without a board: the firmware's own service, with a memory in RAM.
+
+use fixed::types::{I32F32, U1F31, U12F20, U32F32};
+use link::l2a_table::{Interval, L2aTable};
+use tx_firmware::ambient::Smoothing;
+use tx_firmware::calibration::{Calibration, Measured};
+use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::service::{ANSWER_MAX, Identity, Service};
+use tx_firmware::store::{Memory, StoreError};
+use tx_firmware::transmitter::Transmitter;
+
+/// What the transmitter must not forget.
+#[derive(Default)]
+pub struct Kept {
+    pub table: Option<L2aTable>,
+}
+
+impl Memory for Kept {
+    fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
+        self.table = Some(table.clone());
+        Ok(())
+    }
+
+    fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
+        Ok(())
+    }
+}
+
+/// A transmitter in 2000 lx.
+pub struct Fake {
+    pub transmitter: Transmitter<RecordingMatrix>,
+    pub kept: Kept,
+    service: Service,
+}
+
+impl Fake {
+    pub fn new() -> Self {
+        let calibration = Calibration::new(Measured {
+            luminance_full_cd_m2: U32F32::lit("8000"),
+            shortest_pulse_ns: 100,
+            pwm_period_ns: 20_000,
+            reflectance: U1F31::lit("0.4"),
+            interval: Interval::lit("1"),
+            sensor_gain: U12F20::lit("1"),
+        })
+        .expect("possible values");
+        let mut transmitter = Transmitter::new(
+            RecordingMatrix::default(),
+            calibration,
+            L2aTable::placeholder(),
+            Smoothing::default(),
+        );
+        let light = Reading::Light {
+            lux: I32F32::lit("2000"),
+            word: 0,
+        };
+        let Ok(_) = transmitter.sense(1000, Setting::Usual, light);
+        Self {
+            transmitter,
+            kept: Kept::default(),
+            service: Service::new(Identity {
+                firmware: "1.2.3",
+                board: "fake",
+            }),
+        }
+    }
+
+    /// What comes back for these bytes.
+    pub fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut answer = [0; ANSWER_MAX];
+        let mut all = Vec::new();
+        for &byte in bytes {
+            let (transmitter, kept) = (&mut self.transmitter, &mut self.kept);
+            if let Some(back) = self.service.receive(byte, transmitter, kept, &mut answer) {
+                all.extend_from_slice(back);
+            }
+        }
+        all
+    }
+}
