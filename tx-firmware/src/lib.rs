@@ -68,6 +68,7 @@
 pub mod ambient;
 pub mod calibration;
 pub mod dimming;
+pub mod drive;
 pub mod light_watch;
 pub mod matrix;
 mod power;

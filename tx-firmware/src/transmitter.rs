@@ -285,6 +285,11 @@ impl<M> Transmitter<M> {
         &self.matrix
     }
 
+    /// The LEDs, to be prepared for what comes; their panel and duty are the transmitter's to set.
+    pub fn matrix_mut(&mut self) -> &mut M {
+        &mut self.matrix
+    }
+
     /// Gives the LEDs back, as they are lit.
     pub fn release(self) -> M {
         self.matrix
