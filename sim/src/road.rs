@@ -279,7 +279,7 @@ impl Road {
             .measured()
             .luminance_full_cd_m2
             .to_num::<f64>();
-        let luminance = full * f64::from(self.transmitter.matrix().duty) / f64::from(u16::MAX);
+        let luminance = full * self.transmitter.matrix().duty.to_num::<f64>();
         let l2a = luminance / (view.scene.ambient.illuminance_lx * panel.panel.reflectance);
         let mut unlimited = panel.panel.clone();
         // The transmitter's calibration has seen to the limits.
@@ -342,6 +342,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
         reflectance: U1F31::saturating_from_num(panel.reflectance),
         interval: Interval::saturating_from_num(panel.interval),
         sensor_gain: U12F20::ONE,
+        low_current_share: U1F31::ONE,
     })
 }
 

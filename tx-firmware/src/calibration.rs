@@ -17,6 +17,8 @@ pub const PWM_PERIOD_NS: RangeInclusive<u32> = 100..=10_000_000;
 pub const REFLECTANCE: RangeInclusive<U1F31> = U1F31::lit("0.05")..=U1F31::ONE;
 /// The LED interval that a panel may have (Do & Yoo 2020, Eq. (17)).
 pub const INTERVAL: RangeInclusive<Interval> = Interval::lit("0.5")..=Interval::lit("3");
+/// The share of its full light that an LED may give at the low current.
+pub const LOW_CURRENT_SHARE: RangeInclusive<U1F31> = U1F31::lit("0.01")..=U1F31::ONE;
 /// The gain that a light sensor may need.
 pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::lit("1000");
 
@@ -48,6 +50,9 @@ pub enum CalibrationError {
     /// The sensor's gain is outside [`SENSOR_GAIN`].
     #[error("sensor gain {0} is outside {min} to {max}: give the lux of a meter beside the panel over the lux that the sensor reads", min = SENSOR_GAIN.start(), max = SENSOR_GAIN.end())]
     SensorGain(U12F20),
+    /// The light at the low current is outside [`LOW_CURRENT_SHARE`].
+    #[error("low-current share {0} is outside {min} to {max}: give an On LED's light at the low current over that at the full one, or 1 where it cannot be switched", min = LOW_CURRENT_SHARE.start(), max = LOW_CURRENT_SHARE.end())]
+    LowCurrentShare(U1F31),
 }
 
 /// Measured values that have been found possible.
@@ -64,6 +69,7 @@ pub enum CalibrationError {
 ///     reflectance: U1F31::lit("0.4"),
 ///     interval: Interval::lit("1"),
 ///     sensor_gain: U12F20::lit("1"),
+///     low_current_share: U1F31::lit("1"),
 /// };
 /// let calibration = Calibration::new(measured)?;
 /// assert_eq!(calibration.luminance_floor_cd_m2(), 40);
@@ -88,6 +94,7 @@ impl Calibration {
             reflectance,
             interval,
             sensor_gain,
+            low_current_share,
         } = measured;
         if !LUMINANCE_CD_M2.contains(&luminance_full_cd_m2) {
             return Err(CalibrationError::LuminanceFull(luminance_full_cd_m2));
@@ -110,6 +117,9 @@ impl Calibration {
         if !SENSOR_GAIN.contains(&sensor_gain) {
             return Err(CalibrationError::SensorGain(sensor_gain));
         }
+        if !LOW_CURRENT_SHARE.contains(&low_current_share) {
+            return Err(CalibrationError::LowCurrentShare(low_current_share));
+        }
         Ok(Self(measured))
     }
 
@@ -119,13 +129,14 @@ impl Calibration {
     }
 
     /// The dimmest luminance above none that the driver can give, cd/m²: the shortest pulse in each
-    /// PWM period.
+    /// of the longest periods, at the low current.
     pub fn luminance_floor_cd_m2(&self) -> U32F32 {
-        // At most 10⁶ · 10⁷: too much for 32 whole bits, so one bit-wide product in 128.
-        let full = u128::from(self.0.luminance_full_cd_m2.to_bits());
-        let floor =
-            full * u128::from(self.0.shortest_pulse_ns) / u128::from(self.0.pwm_period_ns.max(1));
-        U32F32::from_bits(floor.try_into().unwrap_or(u64::MAX))
+        // 10⁶ · 10⁷ at most, with 32 and 31 bits of fraction: too much for 64 bits.
+        let brightest = u128::from(self.0.luminance_full_cd_m2.to_bits())
+            * u128::from(self.0.low_current_share.to_bits());
+        let floor = brightest * u128::from(self.0.shortest_pulse_ns)
+            / u128::from(self.0.pwm_period_ns.max(1));
+        U32F32::from_bits((floor >> 31).try_into().unwrap_or(u64::MAX))
     }
 }
 
@@ -144,6 +155,7 @@ mod tests {
         reflectance: U1F31::lit("0.4"),
         interval: Interval::ONE,
         sensor_gain: U12F20::ONE,
+        low_current_share: U1F31::ONE,
     };
 
     #[test]
@@ -192,6 +204,13 @@ mod tests {
                 }),
                 "gain 0 is outside 0.01 to 1000",
             ),
+            (
+                refused(Measured {
+                    low_current_share: U1F31::ZERO,
+                    ..PANEL
+                }),
+                "share 0 is outside 0.01 to 1",
+            ),
         ];
         for (message, expected) in cases {
             assert!(message.contains(expected), "{message}");
@@ -239,11 +258,12 @@ mod tests {
         fn any_values_are_accepted_or_refused_and_the_floor_is_below_the_top(
             full in any::<u64>(), shortest_pulse_ns in any::<u32>(), pwm_period_ns in any::<u32>(),
             reflectance in any::<u32>(), interval in any::<u16>(), sensor_gain in any::<u32>(),
+            low_current_share in any::<u32>(),
         ) {
             let wild = Measured {
                 luminance_full_cd_m2: U32F32::from_bits(full), shortest_pulse_ns, pwm_period_ns,
                 reflectance: U1F31::from_bits(reflectance), interval: Interval::from_bits(interval),
-                sensor_gain: U12F20::from_bits(sensor_gain),
+                sensor_gain: U12F20::from_bits(sensor_gain), low_current_share: U1F31::from_bits(low_current_share),
             };
             // Few wild sets are possible as a whole: each value is also tried among possible ones.
             for measured in [
@@ -258,16 +278,19 @@ mod tests {
         }
 
         #[test]
-        fn the_floor_is_the_shortest_pulse_s_share(full in 1.0f64..1e6, period_ns in 100u32..10_000_000, share in 0.0f64..1.0) {
+        fn the_floor_is_the_shortest_pulse_s_share_of_the_low_current_s_light(
+            full in 1.0f64..1e6, period_ns in 100u32..10_000_000, share in 0.0f64..1.0, low_current in 0.01f64..1.0,
+        ) {
             let measured = Measured {
                 luminance_full_cd_m2: U32F32::from_num(full),
                 shortest_pulse_ns: (f64::from(period_ns) * share) as u32,
                 pwm_period_ns: period_ns,
+                low_current_share: U1F31::from_num(low_current),
                 ..PANEL
             };
             let floor = Calibration::new(measured).unwrap().luminance_floor_cd_m2().to_num::<f64>();
-            let exact = full * f64::from(measured.shortest_pulse_ns) / f64::from(period_ns);
-            prop_assert!((floor - exact).abs() <= exact * 1e-9 + 1e-9);
+            let exact = low_current * full * f64::from(measured.shortest_pulse_ns) / f64::from(period_ns);
+            prop_assert!((floor - exact).abs() <= exact * 1e-7 + 1e-9);
         }
     }
 }

@@ -26,13 +26,12 @@
 //!
 //! ## Accuracy
 //!
-//! L* is truncated once, at 2⁻³² cd/m²; the duty is rounded once, to the nearest 1/65 535 of full
-//! luminance. Against the same formula in `f64` the errors are at most [`LUMINANCE_ERROR_CD_M2`]
-//! and [`DUTY_ERROR_STEPS`], for E up to 130 000 lx, any R of a [`Calibration`] and r up to 4:
-//! `cargo test -p tx-firmware dimming`. One step is what limits a panel at night: at 8 000 cd/m²
-//! full luminance it is 0.12 cd/m².
+//! L* is truncated once, at 2⁻³² cd/m², and the duty once, at 2⁻³² of full luminance. Against the
+//! same formula in `f64` the errors are at most [`LUMINANCE_ERROR_CD_M2`] and [`DUTY_ERROR`], for E
+//! up to 130 000 lx, any R of a [`Calibration`] and r up to 4: `cargo test -p tx-firmware dimming`.
+//! What limits a panel at night is its driver: [`drive`](crate::drive).
 
-use fixed::types::U32F32;
+use fixed::types::{U0F32, U32F32};
 use link::l2a_table::{Illuminance, L2a};
 pub use link::serial::Limit;
 
@@ -49,16 +48,18 @@ pub const NIGHT_LX: Illuminance = Illuminance::lit("50");
 /// Bound of the wanted luminance's error, cd/m²: one step of its type.
 pub const LUMINANCE_ERROR_CD_M2: f64 = 1.0 / (1u64 << 32) as f64;
 
-/// Bound of the duty's error, in steps of 1/65 535: half a step for the rounding and what the
-/// luminance's error adds on a panel of 1 cd/m².
-pub const DUTY_ERROR_STEPS: f64 = 0.5 + 65_535.0 * LUMINANCE_ERROR_CD_M2;
+/// The share of full luminance that a panel gives, 0 to 1; the greatest number of its type stands for 1.
+pub type Duty = U0F32;
+
+/// Bound of the duty's error: one step of its type, and what the luminance's error adds on a panel of 1 cd/m².
+pub const DUTY_ERROR: f64 = 1.0 / (1u64 << 32) as f64 + LUMINANCE_ERROR_CD_M2;
 
 /// How bright the panel is, and why.
 ///
 /// ```
 /// use fixed::types::{U1F31, U12F20, U32F32};
 /// use link::l2a_table::{Illuminance, Interval, L2a};
-/// use tx_firmware::{calibration::{Calibration, Measured}, dimming::{Dimming, Limit}};
+/// use tx_firmware::{calibration::{Calibration, Measured}, dimming::{Dimming, Duty, Limit}};
 ///
 /// let calibration = Calibration::new(Measured {
 ///     luminance_full_cd_m2: U32F32::lit("8000"),
@@ -67,14 +68,15 @@ pub const DUTY_ERROR_STEPS: f64 = 0.5 + 65_535.0 * LUMINANCE_ERROR_CD_M2;
 ///     reflectance: U1F31::lit("0.5"),
 ///     interval: Interval::lit("1"),
 ///     sensor_gain: U12F20::lit("1"),
+///     low_current_share: U1F31::lit("1"),
 /// })?;
 /// let l2a = L2a::lit("2");
 ///
 /// let overcast = Dimming::new(l2a, Illuminance::lit("4000"), &calibration);
-/// assert!(overcast.luminance_cd_m2 == 4000 && overcast.duty == 32_768 && overcast.limited.is_none());
+/// assert!(overcast.luminance_cd_m2 == 4000 && overcast.duty == Duty::lit("0.5") && overcast.limited.is_none());
 ///
 /// let noon = Dimming::new(l2a, Illuminance::lit("100000"), &calibration);
-/// assert!(noon.wanted_cd_m2 == 100_000 && noon.duty == u16::MAX && noon.limited == Some(Limit::Top));
+/// assert!(noon.wanted_cd_m2 == 100_000 && noon.duty == Duty::MAX && noon.limited == Some(Limit::Top));
 ///
 /// let dusk = Dimming::new(l2a, Illuminance::lit("30"), &calibration);
 /// assert!(dusk.wanted_cd_m2 == 30 && dusk.luminance_cd_m2 == 40 && dusk.limited == Some(Limit::Floor));
@@ -89,10 +91,10 @@ pub struct Dimming {
     pub l2a: L2a,
     /// The wanted luminance L* of an On LED, cd/m².
     pub wanted_cd_m2: U32F32,
-    /// The luminance it is given, cd/m²; the duty realises it to half a step.
+    /// The luminance it is given, cd/m².
     pub luminance_cd_m2: U32F32,
-    /// The duty: this many 65 535ths of full luminance.
-    pub duty: u16,
+    /// The same as a share of full luminance.
+    pub duty: Duty,
     /// Why the luminance is not the wanted one; none when it is.
     pub limited: Option<Limit>,
 }
@@ -139,29 +141,26 @@ fn luminance_cd_m2(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibrat
     U32F32::from_bits((product >> 24) as u64)
 }
 
-/// The 65 535ths of `full_cd_m2` nearest to `luminance_cd_m2`, which is at most `full_cd_m2`.
-fn duty(luminance_cd_m2: U32F32, full_cd_m2: U32F32) -> u16 {
-    let (luminance, full) = (
-        u128::from(luminance_cd_m2.to_bits()),
-        u128::from(full_cd_m2.to_bits().max(1)),
-    );
-    let steps = (luminance * u128::from(u16::MAX) + full / 2) / full;
-    steps.try_into().unwrap_or(u16::MAX)
+/// The share of `full_cd_m2` that `luminance_cd_m2` is, at most 1.
+fn duty(luminance_cd_m2: U32F32, full_cd_m2: U32F32) -> Duty {
+    let luminance = u128::from(luminance_cd_m2.to_bits()) << Duty::FRAC_NBITS;
+    let share = luminance / u128::from(full_cd_m2.to_bits().max(1));
+    Duty::from_bits(share.try_into().unwrap_or(u32::MAX))
 }
 
-/// `fraction` / 65 535 of a PWM's `max_duty_cycle`, to the nearest step.
+/// The steps of a PWM of `max_duty_cycle` steps that are nearest to `duty`.
 ///
 /// ```
-/// use tx_firmware::dimming::duty_cycle;
-/// assert_eq!(duty_cycle(u16::MAX, 2500), 2500);
-/// assert_eq!(duty_cycle(32_768, 2500), 1250);
-/// assert_eq!(duty_cycle(13, 2500), 0); // 0.496 of a step
-/// assert_eq!(duty_cycle(u16::MAX, 0), 0);
+/// use tx_firmware::dimming::{Duty, duty_cycle};
+/// assert_eq!(duty_cycle(Duty::MAX, 2500), 2500);
+/// assert_eq!(duty_cycle(Duty::lit("0.5"), 2500), 1250);
+/// assert_eq!(duty_cycle(Duty::lit("0.000198"), 2500), 0); // 0.495 of a step
+/// assert_eq!(duty_cycle(Duty::MAX, 0), 0);
 /// ```
-pub fn duty_cycle(fraction: u16, max_duty_cycle: u16) -> u16 {
-    const FULL: u32 = u16::MAX as u32;
-    // At most FULL² + FULL/2 < 2³², and at most `max_duty_cycle` after the division.
-    ((u32::from(fraction) * u32::from(max_duty_cycle) + FULL / 2) / FULL) as u16
+pub fn duty_cycle(duty: Duty, max_duty_cycle: u16) -> u16 {
+    const HALF: u64 = 1 << (Duty::FRAC_NBITS - 1);
+    // Less than 2³²·max + 2³¹ before the shift, hence at most `max_duty_cycle` after it.
+    ((u64::from(duty.to_bits()) * u64::from(max_duty_cycle) + HALF) >> Duty::FRAC_NBITS) as u16
 }
 
 #[cfg(test)]
@@ -184,6 +183,7 @@ mod tests {
                 reflectance: U1F31::from_num(reflectance),
                 interval: Interval::from_num(interval),
                 sensor_gain: U12F20::ONE,
+                low_current_share: U1F31::ONE,
             }).unwrap()
         }
     }
@@ -197,7 +197,7 @@ mod tests {
         (0.2f64..4.0).prop_map(L2a::from_num)
     }
 
-    /// The same path in `f64`: wanted luminance, given luminance, duty in steps.
+    /// The same path in `f64`: wanted luminance, given luminance, duty.
     fn reference(
         l2a: L2a,
         illuminance_lx: Illuminance,
@@ -214,7 +214,7 @@ mod tests {
         } else {
             wanted.max(floor).min(full)
         };
-        (wanted, given, given / full * 65_535.0)
+        (wanted, given, given / full)
     }
 
     proptest! {
@@ -226,7 +226,7 @@ mod tests {
             let rounding = 1.0 + 1e-15;
             prop_assert!((dimming.wanted_cd_m2.to_num::<f64>() - wanted).abs() <= LUMINANCE_ERROR_CD_M2 + wanted * (rounding - 1.0));
             prop_assert!((dimming.luminance_cd_m2.to_num::<f64>() - given).abs() <= LUMINANCE_ERROR_CD_M2 + given * (rounding - 1.0));
-            prop_assert!((f64::from(dimming.duty) - duty).abs() <= DUTY_ERROR_STEPS * rounding, "{} against {duty}", dimming.duty);
+            prop_assert!((dimming.duty.to_num::<f64>() - duty).abs() <= DUTY_ERROR * rounding, "{} against {duty}", dimming.duty);
         }
 
         #[test]
@@ -235,7 +235,7 @@ mod tests {
             let at_l2a_4 = 4.0 * lx.to_num::<f64>() * calibration.measured().reflectance.to_num::<f64>();
             let full = calibration.measured().luminance_full_cd_m2.to_num::<f64>();
             prop_assert!(dimming.luminance_cd_m2.to_num::<f64>() <= at_l2a_4);
-            prop_assert!(f64::from(dimming.duty) / 65_535.0 * full <= at_l2a_4 + full / 65_535.0 * 0.500_001);
+            prop_assert!(dimming.duty.to_num::<f64>() * full <= at_l2a_4);
         }
 
         #[test]
@@ -244,7 +244,7 @@ mod tests {
             let (wanted, given) = (dimming.wanted_cd_m2, dimming.luminance_cd_m2);
             match dimming.limited {
                 None => prop_assert_eq!(given, wanted),
-                Some(Limit::Top) => prop_assert!(given < wanted && dimming.duty == u16::MAX),
+                Some(Limit::Top) => prop_assert!(given < wanted && dimming.duty == Duty::MAX),
                 Some(Limit::Floor) => prop_assert!(given > wanted),
                 Some(Limit::Off) => prop_assert!(given == 0 && dimming.duty == 0),
             }
@@ -266,9 +266,10 @@ mod tests {
         }
 
         #[test]
-        fn duty_cycles_are_the_nearest_steps(fraction in any::<u16>(), max in any::<u16>()) {
-            let exact = f64::from(fraction) * f64::from(max) / 65_535.0;
-            let steps = duty_cycle(fraction, max);
+        fn duty_cycles_are_the_nearest_steps(duty in any::<u32>(), max in any::<u16>()) {
+            let duty = Duty::from_bits(duty);
+            let exact = duty.to_num::<f64>() * f64::from(max);
+            let steps = duty_cycle(duty, max);
             prop_assert!(steps <= max);
             prop_assert!((f64::from(steps) - exact).abs() <= 0.5);
         }

@@ -2,6 +2,8 @@
 
 use link::panel::PanelFrame;
 
+use crate::dimming::Duty;
+
 /// 64 LEDs that can be switched as one panel and dimmed together.
 ///
 /// An implementation owes its users three things:
@@ -20,7 +22,7 @@ use link::panel::PanelFrame;
 /// ```
 /// use embedded_hal::pwm::SetDutyCycle;
 /// use link::panel::PanelFrame;
-/// use tx_firmware::{dimming::duty_cycle, matrix::LedMatrix};
+/// use tx_firmware::{dimming::{Duty, duty_cycle}, matrix::LedMatrix};
 ///
 /// struct PortPanel<'a, P> {
 ///     port: &'a mut [u32; 2],
@@ -43,8 +45,8 @@ use link::panel::PanelFrame;
 ///         Ok(())
 ///     }
 ///
-///     fn set_duty(&mut self, fraction: u16) -> Result<(), P::Error> {
-///         let steps = duty_cycle(fraction, self.brightness.max_duty_cycle());
+///     fn set_duty(&mut self, duty: Duty) -> Result<(), P::Error> {
+///         let steps = duty_cycle(duty, self.brightness.max_duty_cycle());
 ///         self.brightness.set_duty_cycle(steps)
 ///     }
 /// }
@@ -52,7 +54,7 @@ use link::panel::PanelFrame;
 /// # let mut brightness = Mock::new(&[Transaction::set_duty_cycle(0), Transaction::max_duty_cycle(1000), Transaction::set_duty_cycle(500)]);
 /// # let mut port = [9, 9];
 /// # let mut panel = PortPanel::new(&mut port, brightness.clone()).unwrap();
-/// # panel.set_duty(32_768).unwrap();
+/// # panel.set_duty(Duty::lit("0.5")).unwrap();
 /// # panel.show(PanelFrame::from_bits(0x0000_0001_8000_0000)).unwrap();
 /// # assert_eq!(port, [0x8000_0000, 1]);
 /// # brightness.done();
@@ -70,12 +72,11 @@ pub trait LedMatrix {
     /// When the hardware did not take the panel; it may show the old one, the new one or a mixture.
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error>;
 
-    /// Lights On LEDs for `fraction` / 65 535 of the time from now on: 0 is dark, 65 535 is full
-    /// luminance.
+    /// Lights On LEDs with this share of full luminance from now on: 0 is dark, [`Duty::MAX`] is full.
     ///
     /// # Errors
     /// When the hardware did not take the duty; it may still have the old one.
-    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error>;
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error>;
 }
 
 /// A borrowed matrix is a matrix.
@@ -86,8 +87,8 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
         (**self).show(panel)
     }
 
-    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error> {
-        (**self).set_duty(fraction)
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+        (**self).set_duty(duty)
     }
 }
 
@@ -95,19 +96,20 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
 ///
 /// ```
 /// use link::panel::PanelFrame;
+/// use tx_firmware::dimming::Duty;
 /// use tx_firmware::matrix::{LedMatrix, RecordingMatrix};
 ///
 /// let mut matrix = RecordingMatrix::default();
 /// matrix.show(PanelFrame::from_bits(0xff)).unwrap();
-/// matrix.set_duty(1234).unwrap();
-/// assert_eq!((matrix.panel.count_on(), matrix.duty), (8, 1234));
+/// matrix.set_duty(Duty::lit("0.25")).unwrap();
+/// assert!(matrix.panel.count_on() == 8 && matrix.duty == 0.25);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RecordingMatrix {
     /// The panel shown last; all Off at first.
     pub panel: PanelFrame,
-    /// The duty set last, of 65 535; 0 at first.
-    pub duty: u16,
+    /// The duty set last; 0 at first.
+    pub duty: Duty,
 }
 
 impl LedMatrix for RecordingMatrix {
@@ -118,8 +120,8 @@ impl LedMatrix for RecordingMatrix {
         Ok(())
     }
 
-    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error> {
-        self.duty = fraction;
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+        self.duty = duty;
         Ok(())
     }
 }

@@ -28,7 +28,10 @@ use embedded_hal::{digital::OutputPin, pwm::SetDutyCycle, spi::SpiBus};
 use link::panel::{PanelFrame, SIDE};
 use thiserror::Error;
 
-use crate::{dimming::duty_cycle, matrix::LedMatrix};
+use crate::{
+    dimming::{Duty, duty_cycle},
+    matrix::LedMatrix,
+};
 
 /// Which level of the output-enable line lights the LEDs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +66,7 @@ pub enum ShiftRegisterError<S, L, P> {
 /// ```
 /// use embedded_hal_mock::eh1::{digital, pwm, spi};
 /// use link::panel::PanelFrame;
+/// use tx_firmware::dimming::Duty;
 /// use tx_firmware::matrix::LedMatrix;
 /// use tx_firmware::shift_register::{OutputEnable, ShiftRegisterPanel};
 /// # let mut bus = spi::Mock::new(&[
@@ -79,7 +83,7 @@ pub enum ShiftRegisterError<S, L, P> {
 /// # let (spi, latch_pin, enable_pwm) = (bus.clone(), latch.clone(), enable.clone());
 /// let mut panel = ShiftRegisterPanel::new(spi, latch_pin, enable_pwm, OutputEnable::ActiveLow)?;
 /// panel.show(PanelFrame::from_bits(0x0f))?; // the left half of the top row
-/// panel.set_duty(u16::MAX)?;
+/// panel.set_duty(Duty::MAX)?;
 /// # bus.done(); latch.done(); enable.done();
 /// # Ok::<(), tx_firmware::shift_register::ShiftRegisterError<_, _, _>>(())
 /// ```
@@ -108,7 +112,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
             pwm,
             output_enable,
         };
-        panel.set_duty(0)?;
+        panel.set_duty(Duty::ZERO)?;
         panel.latch.set_low().map_err(ShiftRegisterError::Latch)?;
         panel.show(PanelFrame::default())?;
         Ok(panel)
@@ -132,9 +136,9 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> LedMatrix for ShiftRegisterPanel<
         self.latch.set_low().map_err(ShiftRegisterError::Latch)
     }
 
-    fn set_duty(&mut self, fraction: u16) -> Result<(), Self::Error> {
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
         let max = self.pwm.max_duty_cycle();
-        let lit = duty_cycle(fraction, max);
+        let lit = duty_cycle(duty, max);
         let high = match self.output_enable {
             OutputEnable::ActiveHigh => lit,
             OutputEnable::ActiveLow => max - lit,
@@ -241,8 +245,8 @@ mod tests {
         ] {
             let mut panel =
                 ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&highs), output_enable).unwrap();
-            for fraction in [0, u16::MAX / 4, u16::MAX] {
-                panel.set_duty(fraction).unwrap();
+            for duty in [Duty::ZERO, Duty::MAX / 4, Duty::MAX] {
+                panel.set_duty(duty).unwrap();
             }
             done(panel.release());
         }
@@ -305,7 +309,7 @@ mod tests {
         let mut panel =
             ShiftRegisterPanel::new(bus(&[]), latch(1), pwm, OutputEnable::ActiveHigh).unwrap();
         assert_eq!(
-            panel.set_duty(u16::MAX),
+            panel.set_duty(Duty::MAX),
             Err(ShiftRegisterError::Pwm(broken()))
         );
         done(panel.release());

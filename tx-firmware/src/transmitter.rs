@@ -11,7 +11,7 @@ use link::{
 use crate::{
     ambient::{Ambient, Smoothing},
     calibration::Calibration,
-    dimming::{Dimming, L2A_MAX, NIGHT_LX},
+    dimming::{Dimming, L2A_MAX, NIGHT_LX, duty_cycle},
     light_watch::{Evidence, LightWatch, Reading, Setting},
     matrix::LedMatrix,
     schedule::{Repeats, Schedule},
@@ -51,6 +51,7 @@ use crate::{
 ///     reflectance: U1F31::lit("0.4"),
 ///     interval: Interval::lit("1"),
 ///     sensor_gain: U12F20::lit("1"),
+///     low_current_share: U1F31::lit("1"),
 /// })?;
 /// let matrix = RecordingMatrix::default();
 /// let mut transmitter =
@@ -248,7 +249,8 @@ impl<M> Transmitter<M> {
     /// How the transmitter is; the serial port's own counters are 0.
     pub fn status(&self) -> Status {
         let (l2a, luminance_cd_m2, duty) = self.dimming.map_or_else(Default::default, |dimming| {
-            (dimming.l2a, dimming.luminance_cd_m2, dimming.duty)
+            let duty = duty_cycle(dimming.duty, u16::MAX);
+            (dimming.l2a, dimming.luminance_cd_m2, duty)
         });
         Status {
             uptime_s: u32::try_from(self.now_ms / 1000).unwrap_or(u32::MAX),
@@ -303,6 +305,7 @@ mod tests {
     use super::*;
     use crate::{
         calibration::Measured,
+        dimming::{DUTY_ERROR, Duty},
         light_watch::{HOLD_MS, RECOVERY, STUCK_MS},
         matrix::RecordingMatrix,
     };
@@ -322,6 +325,7 @@ mod tests {
         reflectance: U1F31::lit("0.5"),
         interval: Interval::ONE,
         sensor_gain: U12F20::ONE,
+        low_current_share: U1F31::ONE,
     };
 
     fn transmitter<M: LedMatrix>(matrix: M) -> Transmitter<M> {
@@ -357,10 +361,10 @@ mod tests {
     const NIGHT_CD_M2: f64 = 100.0;
 
     fn shown_cd_m2(transmitter: &Transmitter<RecordingMatrix>) -> f64 {
-        f64::from(transmitter.matrix().duty) / 65_535.0 * 8000.0
+        transmitter.matrix().duty.to_num::<f64>() * 8000.0
     }
 
-    const HALF_A_STEP: f64 = 0.5001 / 65_535.0 * 8000.0;
+    const ROUNDING_CD_M2: f64 = DUTY_ERROR * 8000.0;
 
     /// A matrix that refuses everything while `broken`.
     #[derive(Default)]
@@ -390,8 +394,8 @@ mod tests {
             Ok(())
         }
 
-        fn set_duty(&mut self, fraction: u16) -> Result<(), Broken> {
-            self.intact()?.duty = fraction;
+        fn set_duty(&mut self, duty: Duty) -> Result<(), Broken> {
+            self.intact()?.duty = duty;
             Ok(())
         }
     }
@@ -409,7 +413,7 @@ mod tests {
             assert_eq!(transmitter.status().light, Light::Unknown);
         }
         transmitter.watch(HOLD_MS + 100).unwrap();
-        assert!((shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < HALF_A_STEP);
+        assert!((shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < ROUNDING_CD_M2);
         let status = transmitter.status();
         assert_eq!(
             (status.light, status.faults),
@@ -426,7 +430,7 @@ mod tests {
         assert!((dimming.l2a.to_num::<f64>() - 3.0).abs() < 0.001);
         assert!((dimming.wanted_cd_m2.to_num::<f64>() - 1500.0).abs() < 0.5);
         assert_eq!(transmitter.matrix().duty, dimming.duty);
-        assert!((f64::from(dimming.duty) / 65_535.0 * 8000.0 - 1500.0).abs() < 0.6);
+        assert!((dimming.duty.to_num::<f64>() * 8000.0 - 1500.0).abs() < 0.5);
         assert_eq!(transmitter.dimming(), Some(dimming));
     }
 
@@ -447,17 +451,17 @@ mod tests {
     fn time_to_night(reading: impl Fn(u64) -> Option<Reading>) -> (u64, Faults) {
         let mut transmitter = transmitter(RecordingMatrix::default());
         lit(&mut transmitter, 20_000).unwrap();
-        assert_eq!(transmitter.matrix().duty, u16::MAX);
+        assert_eq!(transmitter.matrix().duty, Duty::MAX);
         for now_ms in (100..).step_by(100) {
             match reading(now_ms) {
                 Some(reading) => transmitter.sense(now_ms, transmitter.next_setting(), reading),
                 None => transmitter.watch(now_ms),
             }
             .unwrap();
-            if (shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < HALF_A_STEP {
+            if (shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < ROUNDING_CD_M2 {
                 return (now_ms, transmitter.faults());
             }
-            assert_eq!(transmitter.matrix().duty, u16::MAX);
+            assert_eq!(transmitter.matrix().duty, Duty::MAX);
             assert!(now_ms < 10_000, "the panel stays bright");
         }
         unreachable!()
@@ -500,7 +504,7 @@ mod tests {
                 .table()
                 .l2a(Illuminance::from_num(130_000), Interval::ONE)
         );
-        assert_eq!(transmitter.matrix().duty, u16::MAX);
+        assert_eq!(transmitter.matrix().duty, Duty::MAX);
     }
 
     #[test]
@@ -528,7 +532,7 @@ mod tests {
         let doubtful = usize::from(RECOVERY) - 1;
         assert!(duties[..doubtful].iter().all(|&duty| duty == night));
         assert!(duties[doubtful..].is_sorted() && duties[doubtful] < u16::MAX / 2);
-        assert_eq!(duties.last(), Some(&u16::MAX));
+        assert_eq!(duties.last(), Some(&Duty::MAX));
         assert_eq!(transmitter.faults(), Faults::NONE);
     }
 
@@ -614,7 +618,7 @@ mod tests {
                     Light::Measured | Light::Held | Light::Daylight => 4.0 * illuminance_lx * 0.5,
                     Light::Lost => NIGHT_CD_M2,
                 };
-                prop_assert!(shown_cd_m2(&transmitter) <= most_cd_m2 + HALF_A_STEP);
+                prop_assert!(shown_cd_m2(&transmitter) <= most_cd_m2 + ROUNDING_CD_M2);
             }
         }
     }

@@ -224,7 +224,7 @@ fn report(
         straddled_frames: road.straddled(),
         l2a: dimming.l2a.to_num(),
         luminance_cd_m2: dimming.luminance_cd_m2.to_num(),
-        duty: f64::from(dimming.duty) / f64::from(u16::MAX),
+        duty: dimming.duty.to_num(),
         exposure_s: exposure.time_s,
         iso: exposure.iso,
         seed: settings.seed,

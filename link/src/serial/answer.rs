@@ -131,12 +131,13 @@ pub enum Refusal {
 
 impl Refusal {
     /// The values of [`Measured`], in their order.
-    pub const CALIBRATION: [&'static str; 6] = [
+    pub const CALIBRATION: [&'static str; 7] = [
         "luminance_full_cd_m2",
         "shortest_pulse_ns",
         "pwm_period_ns",
         "reflectance",
         "interval",
         "sensor_gain",
+        "low_current_share",
     ];
 }

@@ -23,4 +23,6 @@ pub struct Measured {
     pub interval: Interval,
     /// Lux at the panel over lux that the sensor reads: 1/transmission of the window before it.
     pub sensor_gain: U12F20,
+    /// An LED's light at the low current over that at the full one; 1 where the current cannot be switched.
+    pub low_current_share: U1F31,
 }
