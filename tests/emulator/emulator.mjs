@@ -1,0 +1,106 @@
+// A transmitter's image on an emulated Raspberry Pi Pico.
+//
+//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--edges] [--time NAME]...
+//
+// IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
+// --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt.
+//
+// Commands come as JSON, one a line, on standard input, and answers and events leave on standard output:
+//
+//   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
+//   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
+//   {"lux": 5000, "fault": "none"}   the light on the sensor, and how it fails: none, missing, stuck, silent, hanging
+//   {"cut_after": 3}                 cuts the power half-way through a flash operation, after so many more
+//
+// Events have the simulated time, ns since power-up: {"ns", "panel"}: the LEDs at a latch's edge; {"ns", "lit_cycles",
+// "period_cycles"}: the dimming; {"ns", "low_current"}; {"ns", "reset"}.
+
+import fs from 'node:fs';
+import net from 'node:net';
+import readline from 'node:readline';
+import { parseArgs } from 'node:util';
+import { Flash } from './flash.mjs';
+import { Pico } from './pico.mjs';
+import { Stopwatch } from './stopwatch.mjs';
+
+const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6;
+
+const { positionals, values } = parseArgs({
+  allowPositionals: true,
+  options: { edges: { type: 'boolean' }, time: { type: 'string', multiple: true, default: [] } },
+});
+const [imagePath, flashPath, socketPath] = positionals;
+const elf = fs.readFileSync(imagePath);
+
+const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
+const stopwatch = values.time.length ? new Stopwatch(elf, values.time) : null;
+const flash = new Flash(flashPath, elf);
+const pico = new Pico(flash, say, { edges: values.edges, stopwatch });
+let realTime = null;
+let client = null;
+const received = [];
+const sent = [];
+
+pico.onSerial = (byte) => sent.push(byte);
+fs.rmSync(socketPath, { force: true });
+net.createServer((socket) => {
+  client = socket;
+  socket.on('data', (bytes) => received.push(...bytes));
+  socket.on('error', () => {});
+  socket.on('close', () => { if (client === socket) client = null; });
+}).listen(socketPath, () => say({ listening: socketPath }));
+
+// A byte arrives when the line has had time for it.
+let nextByteNanos = 0;
+function deliver() {
+  while (received.length && pico.nanos >= nextByteNanos) {
+    pico.feed(received.shift());
+    nextByteNanos = Math.max(nextByteNanos, pico.nanos) + pico.byteNanos();
+  }
+}
+
+function slice(nanos) {
+  const end = pico.nanos + nanos;
+  while (pico.nanos < end) {
+    deliver();
+    const step = received.length ? Math.min(end, nextByteNanos) - pico.nanos : end - pico.nanos;
+    pico.run(Math.max(step, 1));
+  }
+  if (sent.length && client) client.write(Buffer.from(sent));
+  sent.length = 0;
+}
+
+async function run(milliseconds) {
+  const end = pico.nanos + milliseconds * NANOS_PER_MS;
+  while (pico.nanos < end) {
+    slice(Math.min(SLICE_NANOS, end - pico.nanos));
+    await new Promise(setImmediate);
+  }
+  say({ ran: Math.round(pico.nanos), lit_nanos: pico.panel.takeLitNanos(), cycles: stopwatch?.results() });
+}
+
+function keepUp() {
+  if (!realTime) return;
+  const due = realTime.nanos + (performance.now() - realTime.at) * NANOS_PER_MS;
+  if (pico.nanos < due) slice(Math.min(SLICE_NANOS, due - pico.nanos));
+  // Time that a slow machine lost is not made up for.
+  if (due - pico.nanos > 20 * SLICE_NANOS) realTime = { at: performance.now(), nanos: pico.nanos };
+  if (pico.nanos < due) setImmediate(keepUp);
+  else setTimeout(keepUp, 1);
+}
+
+const commands = readline.createInterface({ input: process.stdin });
+commands.on('line', async (line) => {
+  const command = JSON.parse(line);
+  if ('lux' in command) pico.sensor.lux = command.lux;
+  if ('fault' in command) pico.sensor.fault = command.fault;
+  if ('cut_after' in command) flash.cutAfter(command.cut_after);
+  if ('real_time' in command) {
+    realTime = command.real_time ? { at: performance.now(), nanos: pico.nanos } : null;
+    say({ real_time: command.real_time, ns: Math.round(pico.nanos) });
+    keepUp();
+  }
+  if ('run_ms' in command) await run(command.run_ms);
+});
+// Whoever started this is gone.
+commands.on('close', () => process.exit(0));

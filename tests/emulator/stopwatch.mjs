@@ -1,0 +1,62 @@
+// Cycles that functions and interrupts take, from entry to return, whatever interrupts them included.
+
+import { functions } from './elf.mjs';
+
+const THREAD = 0, FIRST_IRQ = 16;
+
+export class Stopwatch {
+  // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number.
+  constructor(elf, names) {
+    this.tallies = new Map(names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0 }]));
+    this.entries = new Map();
+    for (const { name, address } of functions(elf)) {
+      const known = names.find((part) => name.includes(part));
+      if (known) this.entries.set(address, known);
+    }
+    this.running = [];
+  }
+
+  attach(mcu) {
+    const { core } = mcu;
+    this.running = [];
+    const enter = core.exceptionEntry.bind(core), leave = core.exceptionReturn.bind(core);
+    const entered = [];
+    core.exceptionEntry = (exception) => {
+      entered.push([core.IPSR, core.cycles]);
+      enter(exception);
+    };
+    core.exceptionReturn = (value) => {
+      const exception = core.IPSR;
+      const [, since] = entered.pop() ?? [THREAD, core.cycles];
+      leave(value);
+      this.tally(`irq${exception - FIRST_IRQ}`, core.cycles - since);
+    };
+  }
+
+  step(core) {
+    const name = this.entries.get(core.PC);
+    if (name) this.running.push({ name, returnsTo: core.LR & ~1, stack: core.SP, since: core.cycles });
+    const last = this.running.at(-1);
+    if (last && core.PC === last.returnsTo && core.SP >= last.stack) {
+      this.running.pop();
+      this.tally(last.name, core.cycles - last.since);
+    }
+  }
+
+  tally(name, cycles) {
+    const tally = this.tallies.get(name);
+    if (!tally) return;
+    tally.count += 1;
+    tally.sum += cycles;
+    tally.least = Math.min(tally.least, cycles);
+    tally.most = Math.max(tally.most, cycles);
+  }
+
+  // { name: { count, least, mean, most } } of those that ran.
+  results() {
+    return Object.fromEntries(
+      [...this.tallies].filter(([, { count }]) => count > 0)
+        .map(([name, { count, least, most, sum }]) => [name, { count, least, mean: Math.round(sum / count), most }]),
+    );
+  }
+}

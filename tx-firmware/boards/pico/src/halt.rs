@@ -1,0 +1,17 @@
+//! What happens when the program cannot go on: the LEDs go dark, and it starts anew.
+
+use core::panic::PanicInfo;
+
+use embassy_rp::pac;
+
+use crate::output_enable;
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    output_enable::force_dark();
+    #[cfg(feature = "defmt")]
+    defmt::error!("panic: {}", defmt::Display2Format(_info));
+    loop {
+        pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
+    }
+}

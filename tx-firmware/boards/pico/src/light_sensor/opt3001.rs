@@ -1,0 +1,121 @@
+//! OPT3001: 0.01 to 83 865 lx in twelve ranges, of which it finds its own.
+//!
+//! The other setting is the next range, at which the same light makes another register. Above the last but one there is no
+//! next: there it is the one below, which living light overflows.
+
+use fixed::types::I32F32;
+use opt300x::{
+    IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic::Opt3001, mode::Continuous,
+};
+use tx_firmware::light_watch::{Reading, Setting};
+
+use super::Lost;
+use crate::bus::Bus;
+
+const LAST_RANGE: u8 = 11;
+const MANTISSA_BITS: u32 = 12;
+const FULL_MANTISSA: u16 = (1 << MANTISSA_BITS) - 1;
+
+type Driver<MODE> = Opt300x<Bus, Opt3001, MODE>;
+
+enum Link {
+    Asleep(Driver<opt300x::mode::OneShot>),
+    Measuring(Driver<Continuous>),
+    /// Only while it goes from the one to the other.
+    Between,
+}
+
+pub struct Sensor {
+    link: Link,
+    range: LuxRange,
+    /// What it read last when it found its own range.
+    usual: (u8, I32F32),
+}
+
+impl Sensor {
+    pub fn new(bus: Bus) -> Self {
+        Self {
+            link: Link::Asleep(Opt300x::new_opt3001(bus, SlaveAddr::Default)),
+            range: LuxRange::Auto,
+            usual: (0, I32F32::ZERO),
+        }
+    }
+
+    pub fn start(&mut self, setting: Setting) -> Result<(), Lost> {
+        let range = match setting {
+            Setting::Usual => LuxRange::Auto,
+            Setting::Other => LuxRange::Manual(neighbour(self.usual.0)),
+        };
+        self.range = range;
+        let driver = self.driver()?;
+        driver
+            .set_integration_time(IntegrationTime::Ms100)
+            .map_err(|_| Lost)?;
+        driver.set_lux_range(range).map_err(|_| Lost)
+    }
+
+    pub fn take(&mut self) -> Result<Option<Reading>, Lost> {
+        let range = self.range;
+        let (usual_range, usual_lux) = self.usual;
+        let driver = self.driver()?;
+        let status = driver.read_status().map_err(|_| Lost)?;
+        if !status.conversion_ready {
+            return Ok(None);
+        }
+        let (exponent, mantissa) = driver.read_raw().map_err(|_| Lost)?;
+        let word = u16::from(exponent) << MANTISSA_BITS | mantissa;
+        let lux = lux(exponent, mantissa);
+        let full = status.has_overflown || mantissa == FULL_MANTISSA;
+        match range {
+            LuxRange::Auto => {
+                self.usual = (exponent, lux);
+                if full && exponent == LAST_RANGE {
+                    return Ok(Some(Reading::Saturated));
+                }
+            }
+            // Overflowing the range below confirms a reading of the last range, or that it was too bright for that too.
+            LuxRange::Manual(_) if full && usual_range == LAST_RANGE => {
+                let too_bright = usual_lux >= self::lux(LAST_RANGE, FULL_MANTISSA);
+                return Ok(Some(if too_bright {
+                    Reading::Saturated
+                } else {
+                    Reading::Light {
+                        lux: usual_lux,
+                        word,
+                    }
+                }));
+            }
+            LuxRange::Manual(_) => {}
+        }
+        Ok(Some(Reading::Light { lux, word }))
+    }
+
+    /// The driver of a sensor that measures without end.
+    fn driver(&mut self) -> Result<&mut Driver<Continuous>, Lost> {
+        self.link = match core::mem::replace(&mut self.link, Link::Between) {
+            Link::Asleep(driver) => match driver.into_continuous() {
+                Ok(driver) => Link::Measuring(driver),
+                Err(ModeChangeError::I2C(_, driver)) => Link::Asleep(driver),
+            },
+            other => other,
+        };
+        match &mut self.link {
+            Link::Measuring(driver) => Ok(driver),
+            Link::Asleep(_) | Link::Between => Err(Lost),
+        }
+    }
+}
+
+fn neighbour(range: u8) -> u8 {
+    if range < LAST_RANGE {
+        range + 1
+    } else {
+        LAST_RANGE - 1
+    }
+}
+
+/// OPT3001 datasheet, Eq. (3): 0.01 lx · 2^exponent · mantissa.
+fn lux(exponent: u8, mantissa: u16) -> I32F32 {
+    let hundredths = u32::from(mantissa) << exponent.min(LAST_RANGE);
+    I32F32::from_num(hundredths) / 100
+}

@@ -1,0 +1,217 @@
+//! The transmitter of an optical camera link on a Raspberry Pi Pico.
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | hardware alone | the symbol clock, latch and shifting ([`symbols`]); the pulses of the dimming ([`output_enable`]) |
+//! | interrupt | the next panels ([`shared`]) |
+//! | interrupt executor | the serial ports and the flash ([`ports`], [`memory`]) |
+//! | thread | the light sensor ([`light_sensor`]) and the watchdog |
+//!
+//! `docs/hardware.md` has the wiring.
+
+#![no_std]
+#![no_main]
+#![deny(unsafe_code)]
+
+mod bus;
+mod halt;
+mod light_sensor;
+mod memory;
+mod output_enable;
+mod ports;
+mod shared;
+mod symbols;
+
+#[cfg(feature = "defmt")]
+use defmt_rtt as _;
+
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_rp::{
+    bind_interrupts, i2c, interrupt,
+    interrupt::{InterruptExt, Priority},
+    peripherals::{I2C0, UART0, USB},
+    uart, usb,
+    watchdog::Watchdog,
+};
+use embassy_sync::mutex::Mutex;
+use embassy_time::{Duration, Instant, Ticker};
+use fixed::types::{U1F31, U12F20, U32F32};
+use link::{
+    l2a_table::{Interval, L2aTable},
+    serial::Faults,
+};
+use static_cell::StaticCell;
+use tx_firmware::{
+    calibration::{Calibration, Measured},
+    drive::{EXPOSURE_LONG_NS, period_ns},
+    store::Store,
+};
+
+use crate::{
+    bus::Bus,
+    light_sensor::LightSensor,
+    memory::SteadyFlash,
+    output_enable::OutputEnable,
+    ports::{Desk, SharedStore},
+    shared::{Panel, Shared, drive_of},
+    symbols::Symbols,
+};
+
+/// Longer than any erase of the flash.
+const WATCHDOG: Duration = Duration::from_secs(2);
+
+/// The panel of `docs/hardware.md`, for as long as nobody has measured this one.
+const TYPICAL: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("26000"),
+    shortest_pulse_ns: 100,
+    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
+    reflectance: U1F31::lit("0.4"),
+    interval: Interval::lit("1"),
+    sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::lit("0.125"),
+};
+
+bind_interrupts!(struct Irqs {
+    UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
+    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+    USBCTRL_IRQ => usb::InterruptHandler<USB>;
+});
+
+/// A panel was shifted: makes the next ones ready.
+#[interrupt]
+fn DMA_IRQ_1() {
+    symbols::acknowledge_interrupt();
+    if let Some(shared) = Shared::get() {
+        shared.prepare_symbols();
+    }
+}
+
+/// What runs the serial ports.
+static PORTS: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+#[allow(unsafe_code)]
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { PORTS.on_interrupt() }
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let board = embassy_rp::init(Default::default());
+    let mut watchdog = Watchdog::new(board.WATCHDOG);
+    let was_reset = watchdog.reset_reason().is_some();
+    watchdog.start(WATCHDOG);
+
+    let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(TYPICAL))
+    else {
+        panic!("the store's place or the typical calibration is none");
+    };
+    let (calibration, table, mut faults) = remembered(&mut store, typical);
+    faults.set(Faults::WATCHDOG, was_reset);
+
+    let output_enable = OutputEnable::dark(
+        board.PWM_SLICE2,
+        board.PIN_20,
+        board.PIN_21,
+        drive_of(&calibration),
+    );
+    let symbols = Symbols::start(symbols::Hardware {
+        slice: board.PWM_SLICE0,
+        latch: board.PIN_17,
+        spi: board.SPI0,
+        clock: board.PIN_18,
+        data: board.PIN_19,
+        trigger: board.DMA_CH0,
+        shift: board.DMA_CH1,
+    });
+    let panel = Panel {
+        symbols,
+        output_enable,
+    };
+    let shared = Shared::install(panel, calibration, table);
+    shared.with(|transmitter| transmitter.set_faults(faults, true));
+    symbols::enable_interrupt();
+
+    static STORE: StaticCell<SharedStore> = StaticCell::new();
+    static TRANSMIT: StaticCell<[u8; 256]> = StaticCell::new();
+    static RECEIVE: StaticCell<[u8; 256]> = StaticCell::new();
+    let uart = uart::BufferedUart::new(
+        board.UART0,
+        board.PIN_0,
+        board.PIN_1,
+        Irqs,
+        TRANSMIT.init([0; 256]),
+        RECEIVE.init([0; 256]),
+        uart::Config::default(),
+    );
+    let desk = Desk {
+        shared,
+        store: STORE.init(Mutex::new(store)),
+    };
+    interrupt::SWI_IRQ_0.set_priority(Priority::P3);
+    let ports = PORTS.start(interrupt::SWI_IRQ_0);
+    // There is room for one, and one is begun.
+    if let Ok(task) = ports::serve(uart, board.USB, desk) {
+        ports.spawn(task);
+    }
+
+    let mut bus = i2c::Config::default();
+    bus.frequency = 400_000;
+    let bus = i2c::I2c::new_async(board.I2C0, board.PIN_5, board.PIN_4, Irqs, bus);
+    follow_light(LightSensor::new(Bus::new(bus)), shared, watchdog).await;
+}
+
+/// What the flash remembers, or what to do without it, and the faults to report for that.
+fn remembered(
+    store: &mut Store<SteadyFlash>,
+    typical: Calibration,
+) -> (Calibration, L2aTable, Faults) {
+    let mut faults = Faults::NONE;
+    let calibration = store.calibration().unwrap_or_else(|_| {
+        faults.set(Faults::STORE, true);
+        None
+    });
+    let table = store.table().unwrap_or_else(|_| {
+        faults.set(Faults::STORE, true);
+        None
+    });
+    faults.set(Faults::NO_CALIBRATION, calibration.is_none());
+    faults.set(Faults::NO_TABLE, table.is_none());
+    (
+        calibration.unwrap_or(typical),
+        table.unwrap_or_else(L2aTable::placeholder),
+        faults,
+    )
+}
+
+/// Dims the panel to the light, and keeps the watchdog quiet while symbols are shown: this is the lowest level, so that all
+/// others work if it gets its turn.
+async fn follow_light(
+    mut sensor: LightSensor,
+    shared: &'static Shared,
+    mut watchdog: Watchdog,
+) -> ! {
+    let mut ticks = Ticker::every(light_sensor::POLL);
+    let mut position = symbols::position();
+    let mut seen_at = Instant::now();
+    loop {
+        ticks.next().await;
+        let wanted = || shared.with(|transmitter| transmitter.next_setting());
+        let reading = sensor.poll(wanted);
+        let now_ms = Instant::now().as_millis();
+        shared.with(|transmitter| {
+            let Ok(_) = match reading {
+                Some((setting, reading)) => transmitter.sense(now_ms, setting, reading),
+                None => transmitter.watch(now_ms),
+            };
+        });
+        if symbols::position() != position {
+            position = symbols::position();
+            seen_at = Instant::now();
+        }
+        if seen_at.elapsed() < WATCHDOG {
+            watchdog.feed(WATCHDOG);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The last 64 KiB of the flash, where the table and the calibration are kept.
+
+use embassy_rp::{
+    Peri,
+    flash::{self, Blocking, Flash},
+    peripherals::FLASH,
+};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use tx_firmware::store::{Store, StoreError};
+
+use crate::shared::Shared;
+
+const FLASH_BYTES: usize = 2 * 1024 * 1024;
+/// What `memory-*.x` leaves free.
+const STORE_BYTES: u32 = 64 * 1024;
+
+/// A flash that lets the panels of the next half second be made ready before it stops the processor.
+pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
+
+/// The store in the board's flash.
+///
+/// # Errors
+/// [`StoreError::Place`] cannot come: the place is 16 whole sectors.
+pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<SteadyFlash>, StoreError> {
+    let end = FLASH_BYTES as u32;
+    Store::new(
+        SteadyFlash(Flash::new_blocking(flash)),
+        end - STORE_BYTES..end,
+    )
+}
+
+impl ErrorType for SteadyFlash {
+    type Error = flash::Error;
+}
+
+impl ReadNorFlash for SteadyFlash {
+    const READ_SIZE: usize =
+        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as ReadNorFlash>::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), flash::Error> {
+        self.0.blocking_read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+}
+
+impl NorFlash for SteadyFlash {
+    const WRITE_SIZE: usize =
+        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize =
+        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
+        prepare();
+        self.0.blocking_erase(from, to)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), flash::Error> {
+        prepare();
+        self.0.blocking_write(offset, bytes)
+    }
+}
+
+fn prepare() {
+    if let Some(shared) = Shared::get() {
+        shared.prepare_for_stop();
+    }
+}

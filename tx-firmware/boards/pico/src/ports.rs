@@ -1,0 +1,146 @@
+//! The serial ports: UART 0 and USB, the same service on each.
+
+use embassy_futures::join::join3;
+use embassy_rp::{
+    Peri,
+    peripherals::USB,
+    uart::{BufferedUart, BufferedUartRx, BufferedUartTx},
+    usb,
+};
+use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, mutex::Mutex};
+use embassy_usb::{
+    Builder, UsbDevice,
+    class::cdc_acm::{CdcAcmClass, State},
+};
+use embedded_io_async::{Read, Write};
+use static_cell::StaticCell;
+use tx_firmware::{
+    service::{ANSWER_MAX, Identity, Service},
+    store::Store,
+};
+
+use crate::{Irqs, memory::SteadyFlash, shared::Shared};
+
+const IDENTITY: Identity = Identity {
+    firmware: env!("CARGO_PKG_VERSION"),
+    board: if cfg!(feature = "rp2350") {
+        "pico2"
+    } else {
+        "pico"
+    },
+};
+
+/// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
+const PACKET: usize = 64;
+
+type UsbDriver = usb::Driver<'static, USB>;
+type Port = CdcAcmClass<'static, UsbDriver>;
+pub type SharedStore = Mutex<CriticalSectionRawMutex, Store<SteadyFlash>>;
+
+/// What a request is carried out with.
+#[derive(Clone, Copy)]
+pub struct Desk {
+    pub shared: &'static Shared,
+    pub store: &'static SharedStore,
+}
+
+/// A service and room for its answers.
+struct Clerk {
+    service: Service,
+    answer: [u8; ANSWER_MAX],
+}
+
+impl Clerk {
+    const fn new() -> Self {
+        Self {
+            service: Service::new(IDENTITY),
+            answer: [0; ANSWER_MAX],
+        }
+    }
+
+    async fn receive(&mut self, byte: u8, desk: &mut Desk) -> Option<&[u8]> {
+        let mut store = desk.store.lock().await;
+        self.service
+            .receive(byte, &mut desk.shared, &mut *store, &mut self.answer)
+    }
+}
+
+/// Serves both ports.
+#[embassy_executor::task]
+pub async fn serve(uart: BufferedUart, usb: Peri<'static, USB>, desk: Desk) {
+    let (transmit, receive) = uart.split();
+    let (mut device, port) = usb_port(UsbDriver::new(usb, Irqs));
+    join3(
+        serve_uart(receive, transmit, desk),
+        serve_usb(port, desk),
+        device.run(),
+    )
+    .await;
+}
+
+async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, mut desk: Desk) {
+    static CLERK: StaticCell<Clerk> = StaticCell::new();
+    let clerk = CLERK.init_with(Clerk::new);
+    let mut bytes = [0; 32];
+    loop {
+        // A line error spoils a frame, whose checksum tells.
+        let Ok(count) = receive.read(&mut bytes).await else {
+            continue;
+        };
+        for &byte in bytes.iter().take(count) {
+            if let Some(answer) = clerk.receive(byte, &mut desk).await {
+                let _ = transmit.write_all(answer).await;
+            }
+        }
+    }
+}
+
+async fn serve_usb(mut port: Port, mut desk: Desk) {
+    static CLERK: StaticCell<Clerk> = StaticCell::new();
+    let clerk = CLERK.init_with(Clerk::new);
+    let mut bytes = [0; PACKET];
+    loop {
+        port.wait_connection().await;
+        while let Ok(count) = port.read_packet(&mut bytes).await {
+            for &byte in bytes.iter().take(count) {
+                if let Some(answer) = clerk.receive(byte, &mut desk).await {
+                    let _ = write_packets(&mut port, answer).await;
+                }
+            }
+        }
+    }
+}
+
+/// The last packet is a short one, if need be an empty one: it tells the host that nothing follows.
+async fn write_packets(
+    port: &mut Port,
+    bytes: &[u8],
+) -> Result<(), embassy_usb::driver::EndpointError> {
+    for packet in bytes.chunks(PACKET) {
+        port.write_packet(packet).await?;
+    }
+    if bytes.len().is_multiple_of(PACKET) {
+        port.write_packet(&[]).await?;
+    }
+    Ok(())
+}
+
+fn usb_port(driver: UsbDriver) -> (UsbDevice<'static, UsbDriver>, Port) {
+    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
+    static CONTROL: StaticCell<[u8; PACKET]> = StaticCell::new();
+    static STATE: StaticCell<State> = StaticCell::new();
+    // Raspberry Pi's numbers for a serial port on a Pico.
+    let mut config = embassy_usb::Config::new(0x2e8a, 0x000a);
+    config.manufacturer = Some("vocc");
+    config.product = Some("vocc transmitter");
+    let mut builder = Builder::new(
+        driver,
+        config,
+        CONFIGURATION.init([0; 128]),
+        &mut [],
+        &mut [],
+        CONTROL.init([0; PACKET]),
+    );
+    let port = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
+    (builder.build(), port)
+}

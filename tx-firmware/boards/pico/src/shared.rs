@@ -1,0 +1,141 @@
+//! The transmitter, shared between the symbol interrupt, the light sensor and the serial ports.
+
+use core::{cell::RefCell, convert::Infallible};
+
+use embassy_rp::clocks::clk_sys_freq;
+use embassy_sync::{
+    blocking_mutex::{Mutex, raw::CriticalSectionRawMutex},
+    once_lock::OnceLock,
+};
+use link::{
+    fec::Code,
+    framing::FramingError,
+    l2a_table::L2aTable,
+    panel::PanelFrame,
+    serial::{Faults, Measured, Status},
+};
+use tx_firmware::{
+    ambient::Smoothing, calibration::Calibration, dimming::Duty, drive::Drive, matrix::LedMatrix,
+    schedule::Repeats, service::Device, transmitter::Transmitter,
+};
+
+use crate::{
+    output_enable::OutputEnable,
+    symbols::{LEAD, LEAD_BEFORE_STOP, Symbols},
+};
+
+/// The LEDs.
+pub struct Panel {
+    pub symbols: Symbols,
+    pub output_enable: OutputEnable,
+}
+
+impl LedMatrix for Panel {
+    type Error = Infallible;
+
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Infallible> {
+        self.symbols.push(panel);
+        Ok(())
+    }
+
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
+        self.output_enable.set(duty);
+        Ok(())
+    }
+}
+
+/// The transmitter, and turns at it.
+pub struct Shared(Mutex<CriticalSectionRawMutex, RefCell<Transmitter<Panel>>>);
+
+static SHARED: OnceLock<Shared> = OnceLock::new();
+
+impl Shared {
+    /// Puts the transmitter where all can reach it.
+    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable) -> &'static Self {
+        SHARED.get_or_init(|| {
+            let transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
+            Self(Mutex::new(RefCell::new(transmitter)))
+        })
+    }
+
+    /// The transmitter, once it is installed.
+    pub fn get() -> Option<&'static Self> {
+        SHARED.try_get()
+    }
+
+    /// A turn, with interrupts off.
+    pub fn with<R>(&self, work: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
+        self.0
+            .lock(|transmitter| work(&mut transmitter.borrow_mut()))
+    }
+
+    /// Makes the panels ready that are shown next.
+    pub fn prepare_symbols(&self) {
+        self.prepare(LEAD);
+    }
+
+    /// Makes as many panels ready as are shown while the flash stops the processor.
+    pub fn prepare_for_stop(&self) {
+        self.prepare(LEAD_BEFORE_STOP);
+    }
+
+    /// A turn for each panel, so that interrupts have theirs.
+    fn prepare(&self, lead: usize) {
+        let prepare_one = |transmitter: &mut Transmitter<Panel>| {
+            let short = transmitter.matrix_mut().symbols.is_short_of(lead);
+            if short {
+                let Ok(_) = transmitter.tick();
+            }
+            short
+        };
+        while self.with(prepare_one) {}
+    }
+}
+
+/// The pulses' rule for a panel on this board.
+pub fn drive_of(calibration: &Calibration) -> Drive {
+    Drive::new(calibration.measured(), clk_sys_freq())
+}
+
+impl Device for &'static Shared {
+    fn status(&self) -> Status {
+        self.with(|transmitter| transmitter.status())
+    }
+
+    fn table(&self) -> L2aTable {
+        self.with(|transmitter| transmitter.table().clone())
+    }
+
+    fn set_table(&mut self, table: L2aTable) {
+        self.with(|transmitter| {
+            transmitter.set_table(table);
+            transmitter.set_faults(Faults::NO_TABLE, false);
+        });
+    }
+
+    fn calibration(&self) -> Measured {
+        self.with(|transmitter| *transmitter.calibration().measured())
+    }
+
+    fn set_calibration(&mut self, calibration: Calibration) {
+        let drive = drive_of(&calibration);
+        self.with(|transmitter| {
+            transmitter.matrix_mut().output_enable.set_drive(drive);
+            transmitter.set_calibration(calibration);
+            transmitter.set_faults(Faults::NO_CALIBRATION, false);
+        });
+    }
+
+    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
+        let code = Code::for_length(message.len());
+        self.with(|transmitter| transmitter.send(message, code, repeats))
+    }
+
+    fn stop(&mut self) {
+        self.with(Transmitter::stop);
+    }
+
+    fn reset_counters(&mut self) {
+        self.with(Transmitter::reset_counters);
+    }
+}

@@ -1,0 +1,211 @@
+//! Panels to the LEDs at the symbol clock's edges, whatever the processor is busy with.
+//!
+//! ```text
+//! PWM slice 0 ── output B ──────────────────────────▶ latch: the panel shifted last appears on all LEDs
+//!      │ wrap, once a symbol
+//!      ▼
+//! DMA channel 0 ── starts ──▶ DMA channel 1 ── 8 bytes ──▶ SPI 0 ──▶ shift registers
+//!                                  ▲    └── interrupt: the processor fills the ring up
+//!                             ring of panels in RAM
+//! ```
+//!
+//! From the ring on everything is hardware: an edge comes when the counter says so, and the panel for the next one is shifted
+//! while the present one is shown. Interrupts that are late, or an erasing flash that stops the processor, move no edge as long
+//! as the ring holds panels.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_rp::{
+    Peri,
+    clocks::clk_sys_freq,
+    interrupt::{self, InterruptExt, Priority},
+    pac,
+    peripherals::{DMA_CH0, DMA_CH1, PIN_17, PIN_18, PIN_19, PWM_SLICE0, SPI0},
+    pwm::{self, Pwm},
+    spi::{self, Blocking, Spi},
+};
+use link::panel::PanelFrame;
+
+/// Symbols a second: one whole exposure of 1/1000 s for each, at 100 frames a second and any phase.
+pub const SYMBOL_RATE_HZ: u32 = 90;
+
+/// Shift clock; a chain on flying leads takes it, and a panel takes 16 µs.
+const SHIFT_CLOCK_HZ: u32 = 4_000_000;
+
+/// Panels that the ring holds: at 90 symbols a second it outlasts the slowest erase of a flash sector, 400 ms.
+const PANELS: usize = 64;
+const PANEL_BYTES: usize = 8;
+/// log₂ of the ring's bytes, as the DMA controller wants it.
+const RING_BITS: u8 = (PANELS * PANEL_BYTES).ilog2() as u8;
+
+/// Panels that are kept ready: a new message waits for no more, and the processor may be late by as many symbols.
+pub const LEAD: usize = 3;
+/// Panels made ready before the flash stops the processor: all but the one in the air.
+pub const LEAD_BEFORE_STOP: usize = PANELS - 2;
+
+const TRIGGER: usize = 0;
+const SHIFT: usize = 1;
+
+/// The DMA controller wraps its address at the ring's size, so the ring has to be aligned to it.
+#[repr(C, align(512))]
+struct Ring([[AtomicU32; 2]; PANELS]);
+
+static RING: Ring = Ring([const { [const { AtomicU32::new(0) }; 2] }; PANELS]);
+/// What channel 0 writes to start channel 1. In RAM, since the flash may be erasing.
+static SHIFT_STARTER: AtomicU32 = AtomicU32::new(1 << SHIFT);
+
+/// The ring's end that is written to.
+pub struct Symbols {
+    next: usize,
+    _latch: Pwm<'static>,
+    _shift: Spi<'static, SPI0, Blocking>,
+    _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
+}
+
+/// What the symbol clock runs on.
+pub struct Hardware {
+    pub slice: Peri<'static, PWM_SLICE0>,
+    pub latch: Peri<'static, PIN_17>,
+    pub spi: Peri<'static, SPI0>,
+    pub clock: Peri<'static, PIN_18>,
+    pub data: Peri<'static, PIN_19>,
+    pub trigger: Peri<'static, DMA_CH0>,
+    pub shift: Peri<'static, DMA_CH1>,
+}
+
+impl Symbols {
+    /// Starts the symbol clock with a few dark panels.
+    pub fn start(hardware: Hardware) -> Self {
+        let mut bus = spi::Config::default();
+        bus.frequency = SHIFT_CLOCK_HZ;
+        let shift = Spi::new_blocking_txonly(hardware.spi, hardware.clock, hardware.data, bus);
+        pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
+
+        let clock = SymbolClock::for_rate(SYMBOL_RATE_HZ, clk_sys_freq());
+        let mut latch = pwm::Config::default();
+        latch.divider = clock.divider.into();
+        latch.top = clock.top;
+        latch.compare_b = 1;
+        latch.enable = false;
+        let latch = Pwm::new_output_b(hardware.slice, hardware.latch, latch);
+
+        connect_channels();
+        pac::PWM.ch(0).csr().modify(|w| w.set_en(true));
+        Self {
+            next: LEAD,
+            _latch: latch,
+            _shift: shift,
+            _channels: (hardware.trigger, hardware.shift),
+        }
+    }
+
+    /// Puts a panel behind those that wait.
+    pub fn push(&mut self, panel: PanelFrame) {
+        let bytes = panel.bits().to_be_bytes();
+        let (first, last) = bytes.split_at(4);
+        for (word, bytes) in RING.0[self.next].iter().zip([first, last]) {
+            let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+            word.store(u32::from_le_bytes(bytes), Ordering::Relaxed);
+        }
+        self.next = (self.next + 1) % PANELS;
+    }
+
+    /// Whether fewer panels wait than `lead`. A ring that ran empty goes on from where the DMA controller is.
+    pub fn is_short_of(&mut self, lead: usize) -> bool {
+        let first_unshifted = first_unshifted();
+        let waiting = (self.next + PANELS - first_unshifted) % PANELS;
+        if waiting > LEAD_BEFORE_STOP {
+            self.next = first_unshifted;
+            return true;
+        }
+        waiting < lead
+    }
+}
+
+/// Where in the ring the DMA controller is: it moves on with every symbol.
+pub fn position() -> usize {
+    first_unshifted()
+}
+
+/// The panel that the DMA controller takes next.
+fn first_unshifted() -> usize {
+    let bytes = pac::DMA.ch(SHIFT).read_addr().read() as usize - RING.0.as_ptr() as usize;
+    bytes.div_ceil(PANEL_BYTES) % PANELS
+}
+
+/// Channel 0 waits for the symbol clock and starts channel 1; channel 1 shifts a panel and sends channel 0 waiting again.
+fn connect_channels() {
+    use pac::dma::{
+        regs::CtrlTrig,
+        vals::{DataSize, TreqSel},
+    };
+
+    let shift = pac::DMA.ch(SHIFT);
+    shift.read_addr().write_value(RING.0.as_ptr() as u32);
+    shift
+        .write_addr()
+        .write_value(pac::SPI0.dr().as_ptr() as u32);
+    shift.al2_trans_count().write_value(PANEL_BYTES as u32);
+    let mut control = CtrlTrig(0);
+    control.set_en(true);
+    control.set_high_priority(true);
+    control.set_data_size(DataSize::SIZE_BYTE);
+    control.set_incr_read(true);
+    control.set_ring_size(RING_BITS);
+    control.set_chain_to(TRIGGER as u8);
+    control.set_treq_sel(TreqSel::SPI0_TX);
+    shift.al1_ctrl().write_value(control.0);
+
+    let trigger = pac::DMA.ch(TRIGGER);
+    trigger
+        .read_addr()
+        .write_value(SHIFT_STARTER.as_ptr() as u32);
+    trigger
+        .write_addr()
+        .write_value(pac::DMA.multi_chan_trigger().as_ptr() as u32);
+    trigger.al2_trans_count().write_value(1);
+    let mut control = CtrlTrig(0);
+    control.set_en(true);
+    control.set_high_priority(true);
+    control.set_data_size(DataSize::SIZE_WORD);
+    control.set_chain_to(TRIGGER as u8);
+    control.set_treq_sel(TreqSel::PWM_WRAP0);
+    control.set_irq_quiet(true);
+    trigger.ctrl_trig().write_value(control);
+}
+
+/// Lets the interrupt come each time a panel was shifted.
+pub fn enable_interrupt() {
+    pac::DMA.inte(1).write_value(1 << SHIFT);
+    interrupt::DMA_IRQ_1.set_priority(Priority::P1);
+    #[allow(unsafe_code)]
+    // SAFETY: enabled after all that its handler reads is in place, and outside of a critical section.
+    unsafe {
+        interrupt::DMA_IRQ_1.enable();
+    }
+}
+
+/// Takes note of the interrupt.
+pub fn acknowledge_interrupt() {
+    pac::DMA.ints(1).write_value(1 << SHIFT);
+}
+
+/// How the system clock is divided down to a symbol.
+struct SymbolClock {
+    divider: u8,
+    top: u16,
+}
+
+impl SymbolClock {
+    /// The finest division that the 16-bit counter can hold. At 125 MHz and 90 symbols a second it is 7 parts in a million off,
+    /// less than a crystal.
+    fn for_rate(rate_hz: u32, system_hz: u32) -> Self {
+        let divider = (system_hz / rate_hz).div_ceil(1 << 16).clamp(1, 255);
+        let divided_hz = divider * rate_hz;
+        let counts = (system_hz + divided_hz / 2) / divided_hz;
+        Self {
+            divider: divider as u8,
+            top: (counts - 1).min(u16::MAX.into()) as u16,
+        }
+    }
+}
