@@ -1,0 +1,381 @@
+//! `vocc` and a transmitter, the firmware's own service, at the two ends of a pseudo-terminal.
+#![cfg(unix)]
+
+mod fake;
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use fake::Fake;
+use serialport::{SerialPort, TTYPort};
+
+/// A transmitter at a pseudo-terminal, while it lives.
+struct Board {
+    port: String,
+    going: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Fake>>,
+}
+
+impl Board {
+    /// A board that answers with what `answer` makes of the bytes that came.
+    fn start(mut answer: impl FnMut(&mut Fake, &[u8]) -> Vec<u8> + Send + 'static) -> Self {
+        let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+        let port = slave.name().expect("a name");
+        drop(slave);
+        let going = Arc::new(AtomicBool::new(true));
+        let flag = Arc::clone(&going);
+        master
+            .set_timeout(Duration::from_millis(10))
+            .expect("a timeout");
+        let thread = std::thread::spawn(move || {
+            let mut fake = Fake::new();
+            let mut bytes = [0; 512];
+            while flag.load(Ordering::Relaxed) {
+                match master.read(&mut bytes) {
+                    Ok(count) => {
+                        let back = answer(&mut fake, &bytes[..count]);
+                        let _ = master.write_all(&back);
+                    }
+                    // Nobody has the other end open.
+                    Err(_) => std::thread::sleep(Duration::from_millis(2)),
+                }
+            }
+            fake
+        });
+        Self {
+            port,
+            going,
+            thread: Some(thread),
+        }
+    }
+
+    fn honest() -> Self {
+        Self::start(Fake::exchange)
+    }
+
+    /// What became of the transmitter.
+    fn stop(mut self) -> Fake {
+        self.going.store(false, Ordering::Relaxed);
+        let thread = self.thread.take().expect("it runs");
+        thread.join().expect("it did not panic")
+    }
+
+    /// Runs `vocc` with this port.
+    fn vocc(&self, arguments: &[&str]) -> Output {
+        vocc(&[arguments, &["--port", &self.port]].concat())
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.going.store(false, Ordering::Relaxed);
+    }
+}
+
+fn vocc(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_vocc"))
+        .args(arguments)
+        .output()
+        .expect("vocc runs")
+}
+
+/// Asserts an exit status and words of what was printed, on either output.
+fn ends(output: &Output, status: i32, words: &[&str]) {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let printed = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{printed}");
+    assert!(!printed.contains("panicked"), "{printed}");
+    for word in words {
+        assert!(printed.contains(word), "{word:?} is not in: {printed}");
+    }
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// A file of this test's own.
+fn file(name: &str, text: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+const TABLE: &str = "format = 1
+illuminance_lx = [50.0, 1000.5, 20000.0]
+interval = [0.5, 1.0]
+l2a = [
+  [1.35, 2.05],
+  [1.2, 1.9],
+  [1.111, 3.999],
+]
+";
+
+#[test]
+fn a_table_is_pushed_verified_and_pulled_back_the_same() {
+    let board = Board::honest();
+    let (table, back) = (file("pushed.toml", TABLE), file("pulled.toml", ""));
+    let (table, back) = (table.to_str().unwrap(), back.to_str().unwrap());
+    ends(
+        &board.vocc(&["table", "verify", table]),
+        1,
+        &["another table"],
+    );
+    ends(&board.vocc(&["table", "verify"]), 0, &["is this one"]);
+    ends(
+        &board.vocc(&["table", "push", table]),
+        0,
+        &["stored and in use"],
+    );
+    ends(
+        &board.vocc(&["table", "verify", table]),
+        0,
+        &["is this one"],
+    );
+    ends(
+        &board.vocc(&["table", "pull", back]),
+        0,
+        &["3 illuminances"],
+    );
+    assert_eq!(std::fs::read_to_string(back).unwrap(), TABLE);
+    let pulled = board.vocc(&["table", "pull"]);
+    assert_eq!(String::from_utf8_lossy(&pulled.stdout), TABLE);
+
+    let crc = json(&board.vocc(&["table", "verify", table, "--json"]))["table_crc"].clone();
+    let status = json(&board.vocc(&["device", "status", "--json"]));
+    assert_eq!(status["table_crc"], crc);
+    let fake = board.stop();
+    assert_eq!(
+        format!("{:08x}", fake.transmitter.table().crc()),
+        crc.as_str().unwrap()
+    );
+    assert_eq!(fake.kept.table.as_ref(), Some(fake.transmitter.table()));
+}
+
+#[test]
+fn a_transmitter_tells_how_it_is() {
+    let board = Board::honest();
+    let status = json(&board.vocc(&["device", "status", "--json"]));
+    assert!((status["illuminance_lx"].as_f64().unwrap() - 2000.0).abs() < 0.01);
+    // L* = 2.05·2000·0.4 of 8000 cd/m².
+    assert!((status["luminance_cd_m2"].as_f64().unwrap() - 1640.0).abs() < 0.5);
+    assert!((status["duty"].as_f64().unwrap() - 0.205).abs() < 1e-4);
+    assert_eq!(status["faults"], serde_json::json!([]));
+    assert_eq!(status["uptime_s"], 1);
+    ends(
+        &board.vocc(&["device", "status"]),
+        0,
+        &["illuminance_lx", "board            fake"],
+    );
+
+    let watched = board.vocc(&[
+        "device",
+        "watch",
+        "--count",
+        "3",
+        "--interval",
+        "0.05",
+        "--json",
+    ]);
+    ends(&watched, 0, &[]);
+    assert_eq!(
+        watched.stdout.iter().filter(|&&byte| byte == b'\n').count(),
+        3
+    );
+}
+
+#[test]
+fn a_message_is_given_and_taken_back() {
+    let board = Board::honest();
+    ends(
+        &board.vocc(&["device", "send", "--message", "ice ahead"]),
+        0,
+        &["done"],
+    );
+    assert_eq!(
+        json(&board.vocc(&["device", "status", "--json"]))["sending"],
+        true
+    );
+    ends(&board.vocc(&["device", "send", "--stop"]), 0, &["done"]);
+    assert_eq!(
+        json(&board.vocc(&["device", "status", "--json"]))["sending"],
+        false
+    );
+    ends(&board.vocc(&["device", "send"]), 2, &["--message"]);
+    ends(
+        &board.vocc(&["device", "send", "--message", ""]),
+        2,
+        &["1 to 1024"],
+    );
+    ends(
+        &board.vocc(&["device", "send", "--message", "twice", "--repeats", "2"]),
+        0,
+        &["done"],
+    );
+    assert!(board.stop().transmitter.is_sending());
+}
+
+#[test]
+fn a_bad_line_is_asked_again() {
+    let mut count = 0;
+    let board = Board::start(move |fake, bytes| {
+        // Every third answer is lost, every fourth comes behind garbage.
+        count += 1;
+        let mut back = fake.exchange(bytes);
+        if count % 3 == 0 {
+            back.clear();
+        }
+        if count % 4 == 0 {
+            back.splice(..0, *b"\xff\xfe\0garbage\0");
+        }
+        back
+    });
+    let table = file("bad_line.toml", TABLE);
+    let push = ["table", "push", table.to_str().unwrap(), "--timeout", "0.2"];
+    ends(&board.vocc(&push), 0, &["stored and in use"]);
+    assert_eq!(board.stop().transmitter.table().values().len(), 6);
+}
+
+#[test]
+fn bad_tables_stay_here() {
+    let board = Board::honest();
+    let bad = file("bad.toml", &TABLE.replace("3.999", "4.5"));
+    let push = board.vocc(&["table", "push", bad.to_str().unwrap()]);
+    ends(&push, 2, &["4.5", "0.2", "4"]);
+    ends(
+        &board.vocc(&["table", "push", "/no/such/table.toml"]),
+        2,
+        &["/no/such/table.toml"],
+    );
+    assert!(board.stop().kept.table.is_none());
+}
+
+#[test]
+fn ports_that_cannot_be_used_are_named() {
+    let commands: [&[&str]; 4] = [
+        &["device", "status"],
+        &["device", "send", "--message", "x"],
+        &["table", "push"],
+        &["table", "pull"],
+    ];
+    for command in commands {
+        let with = |port| vocc(&[command, &["--port", port]].concat());
+        ends(
+            &with("/dev/no-such-port"),
+            2,
+            &["no port /dev/no-such-port", "vocc device list"],
+        );
+        ends(&with("/dev/null"), 2, &["/dev/null", "serial port"]);
+    }
+    ends(&vocc(&["device", "status"]), 2, &["--port"]);
+}
+
+#[test]
+fn a_port_that_another_program_has_is_busy() {
+    let (_master, slave) = TTYPort::pair().expect("a pseudo-terminal");
+    let port = slave.name().expect("a name");
+    drop(slave);
+    let holder = serialport::new(&port, 115_200)
+        .open_native()
+        .expect("the first to open it");
+    assert!(holder.exclusive());
+    ends(
+        &vocc(&["device", "status", "--port", &port]),
+        2,
+        &["busy", &port],
+    );
+}
+
+#[test]
+fn whatever_is_no_transmitter_is_told() {
+    let silent = Board::start(|_, _| Vec::new());
+    ends(
+        &silent.vocc(&["device", "status", "--timeout", "0.05"]),
+        2,
+        &["nothing answers"],
+    );
+    let modem = Board::start(|_, _| b"ERROR\r\n".to_vec());
+    ends(
+        &modem.vocc(&["device", "status", "--timeout", "0.05"]),
+        2,
+        &["not a transmitter"],
+    );
+    let echo = Board::start(|_, bytes| bytes.to_vec());
+    ends(
+        &echo.vocc(&["device", "status", "--timeout", "0.05"]),
+        2,
+        &["not a transmitter"],
+    );
+}
+
+/// What a transmitter of another version answers: the same frame with its own number.
+fn of_version(version: u8, answer: &[u8]) -> Vec<u8> {
+    let whole: Vec<u8> = answer.iter().copied().filter(|&byte| byte != 0).collect();
+    let mut frame = cobs_decoded(&whole);
+    frame[0] = version;
+    let length = frame.len() - 4;
+    let crc = link::checksum::crc32c(&[&frame[..length]]);
+    frame[length..].copy_from_slice(&crc.to_le_bytes());
+    let mut wire = vec![0];
+    let mut rest = &frame[..];
+    loop {
+        let run = rest.iter().take_while(|&&byte| byte != 0).count();
+        wire.push(run as u8 + 1);
+        wire.extend(&rest[..run]);
+        if run == rest.len() {
+            break;
+        }
+        rest = &rest[run + 1..];
+    }
+    wire.push(0);
+    wire
+}
+
+/// A short frame without its COBS.
+fn cobs_decoded(stuffed: &[u8]) -> Vec<u8> {
+    let mut frame = Vec::new();
+    let mut rest = stuffed;
+    while let Some((&code, after)) = rest.split_first() {
+        let (run, next) = after.split_at(usize::from(code) - 1);
+        frame.extend(run);
+        if !next.is_empty() {
+            frame.push(0);
+        }
+        rest = next;
+    }
+    frame
+}
+
+#[test]
+fn another_protocol_is_told_and_which_side_is_older() {
+    for (version, older) in [
+        (0, "update the transmitter's firmware"),
+        (2, "update the program"),
+    ] {
+        let board = Board::start(move |fake, bytes| {
+            let answer = fake.exchange(bytes);
+            if answer.is_empty() {
+                return answer;
+            }
+            of_version(version, &answer)
+        });
+        let speaks = format!("speaks protocol {version}, this program 1");
+        ends(&board.vocc(&["device", "status"]), 2, &[&speaks, older]);
+    }
+}
+
+#[test]
+fn ports_are_listed() {
+    let output = vocc(&["device", "list", "--json"]);
+    let none = output.stdout.is_empty();
+    assert_eq!(output.status.code(), Some(i32::from(none)));
+    for listed in String::from_utf8_lossy(&output.stdout).lines() {
+        let listed: serde_json::Value = serde_json::from_str(listed).expect("JSON");
+        assert!(listed["port"].is_string());
+    }
+}
