@@ -11,7 +11,7 @@ use link::{
 use crate::{
     ambient::{Ambient, Smoothing},
     calibration::Calibration,
-    dimming::{Dimming, L2A_MAX, NIGHT_LX, duty_cycle},
+    dimming::{Dimming, L2A_MAX, NIGHT_LX},
     light_watch::{Evidence, LightWatch, Reading, Setting},
     matrix::LedMatrix,
     schedule::{Repeats, Schedule},
@@ -249,8 +249,7 @@ impl<M> Transmitter<M> {
     /// How the transmitter is; the serial port's own counters are 0.
     pub fn status(&self) -> Status {
         let (l2a, luminance_cd_m2, duty) = self.dimming.map_or_else(Default::default, |dimming| {
-            let duty = duty_cycle(dimming.duty, u16::MAX);
-            (dimming.l2a, dimming.luminance_cd_m2, duty)
+            (dimming.l2a, dimming.luminance_cd_m2, dimming.duty)
         });
         Status {
             uptime_s: u32::try_from(self.now_ms / 1000).unwrap_or(u32::MAX),

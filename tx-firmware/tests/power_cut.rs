@@ -28,6 +28,7 @@ fn calibration(number: u32) -> Calibration {
         reflectance: U1F31::lit("0.4"),
         interval: Interval::lit("1"),
         sensor_gain: U12F20::lit("1"),
+        low_current_share: U1F31::ONE,
     })
     .expect("a calibration")
 }

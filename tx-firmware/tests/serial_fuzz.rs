@@ -36,7 +36,7 @@ impl Device for Recorder {
             illuminance_lx: None,
             l2a: Default::default(),
             luminance_cd_m2: Default::default(),
-            duty: 0,
+            duty: Default::default(),
             limited: None,
             faults: Faults::NONE,
             table_crc: 0,

@@ -250,6 +250,10 @@ fn a_calibration_is_checked_stored_and_read_back() {
             sensor_gain: fixed::types::U12F20::ZERO,
             ..MEASURED
         },
+        Measured {
+            low_current_share: U1F31::ZERO,
+            ..MEASURED
+        },
     ];
     for (value, measured) in (0..).zip(impossible) {
         let refusal = Refusal::Calibration { value };

@@ -155,11 +155,6 @@ fn status(client: &mut Connection, port: &Port) -> anyhow::Result<Status> {
         .with_context(|| port.name())
 }
 
-/// The duty as a fraction: 0 to 1.
-fn duty(status: &Status) -> f64 {
-    f64::from(status.duty) / f64::from(u16::MAX)
-}
-
 fn lux(status: &Status) -> Option<f64> {
     status.illuminance_lx.map(|lx| lx.to_num())
 }
@@ -183,7 +178,7 @@ fn as_json(status: &Status) -> Value {
         "illuminance_lx": lux(status),
         "l2a": status.l2a.to_num::<f64>(),
         "luminance_cd_m2": status.luminance_cd_m2.to_num::<f64>(),
-        "duty": duty(status),
+        "duty": status.duty.to_num::<f64>(),
         "limited": limited(status),
         "faults": faults(status),
         "table_crc": format!("{:08x}", status.table_crc),
@@ -206,7 +201,7 @@ fn short(status: &Status) -> String {
         status.uptime_s,
         status.l2a.to_num::<f64>(),
         status.luminance_cd_m2.to_num::<f64>(),
-        duty(status),
+        status.duty.to_num::<f64>(),
         if status.sending { "sending" } else { "idle" },
         faults(status)
             .iter()

@@ -43,6 +43,7 @@ impl Fake {
             reflectance: U1F31::lit("0.4"),
             interval: Interval::lit("1"),
             sensor_gain: U12F20::lit("1"),
+            low_current_share: U1F31::ONE,
         })
         .expect("possible values");
         let mut transmitter = Transmitter::new(

@@ -1,7 +1,7 @@
 //! How a transmitter is.
 
 use crate::l2a_table::{Illuminance, L2a};
-use fixed::types::U32F32;
+use fixed::types::{U0F32, U32F32};
 use serde::{Deserialize, Serialize};
 
 /// The state of a transmitter.
@@ -17,8 +17,8 @@ pub struct Status {
     pub l2a: L2a,
     /// Luminance of an On LED, cd/m².
     pub luminance_cd_m2: U32F32,
-    /// The duty, in 65 535ths of full luminance.
-    pub duty: u16,
+    /// The same as a share of full luminance; the greatest number of its type stands for 1.
+    pub duty: U0F32,
     /// Why the luminance is not the wanted one; none when it is.
     pub limited: Option<Limit>,
     /// What is wrong.

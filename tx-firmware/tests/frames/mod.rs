@@ -11,6 +11,7 @@ pub const MEASURED: Measured = Measured {
     reflectance: U1F31::lit("0.4"),
     interval: Interval::lit("1"),
     sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::ONE,
 };
 
 /// Numbers that the seed decides (splitmix64).
