@@ -49,7 +49,7 @@ impl Fake {
         let mut transmitter = Transmitter::new(
             RecordingMatrix::default(),
             calibration,
-            L2aTable::placeholder(),
+            L2aTable::shipped(),
             Smoothing::default(),
         );
         let light = Reading::Light {

@@ -55,7 +55,7 @@ impl L2aTable {
     ///
     /// ```
     /// use link::l2a_table::L2aTable;
-    /// let table = L2aTable::placeholder();
+    /// let table = L2aTable::shipped();
     /// assert_eq!(table.image().len(), 4 + 4 + 2 * 4 + 2 * 4);
     /// assert_eq!(L2aTable::from_image(&table.image()), Ok(table));
     /// ```

@@ -180,7 +180,7 @@ fn remembered(
     faults.set(Faults::NO_TABLE, table.is_none());
     (
         calibration.unwrap_or(typical),
-        table.unwrap_or_else(L2aTable::placeholder),
+        table.unwrap_or_else(L2aTable::shipped),
         faults,
     )
 }
