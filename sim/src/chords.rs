@@ -142,15 +142,16 @@ impl Chords {
     /// The light at a pixel `at` px from the centre.
     pub fn light(&self, kernel: &Exact, at: DVec2) -> f64 {
         let chord = |c: &Chord| {
-            c.weight * kernel.bell(at.x - c.u) * kernel.between(at.y - c.bottom, at.y - c.top)
+            c.weight * kernel.bell(at.x - c.u) * kernel.between(at.y - c.bottom, c.bottom - c.top)
         };
         self.0.iter().map(chord).sum()
     }
 
-    /// The greatest difference between two sets of chords over a grid of places.
+    /// The greatest difference between two sets of chords over a grid of places, from which a corner of the pixel is moved
+    /// over the whole image.
     fn greatest_difference(&self, other: &Self, kernel: &Exact, sigma_px: f64) -> f64 {
         let reach = self.reach().max_element() + 2.0 * sigma_px;
-        let places = (-8..=8).map(|i| reach * f64::from(i) / 8.0);
+        let places = (-8..=8).map(|i| 0.5 + reach * f64::from(i) / 8.0);
         let difference = |at: DVec2| (self.light(kernel, at) - other.light(kernel, at)).abs();
         places
             .clone()

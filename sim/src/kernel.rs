@@ -92,18 +92,19 @@ impl Exact {
         }
     }
 
-    /// ς(`upper`) − ς(`lower`), where `upper` is at least `lower`: what the pixel sees between two edges.
+    /// ∫ β from `lower` over a `length` of at least 0: what the pixel sees between two edges, ς(lower + length) − ς(lower).
     ///
     /// ```
     /// use sim::kernel::Exact;
     /// let exact = Exact::new(1.0);
     /// // Both steps are 1 to the last bit, and yet there is light between them.
     /// assert_eq!(exact.step(11.0) - exact.step(10.0), 0.0);
-    /// assert!((exact.between(10.0, 11.0) / 1.0814e-22 - 1.0).abs() < 1e-3);
+    /// assert!((exact.between(10.0, 1.0) / 1.0814e-22 - 1.0).abs() < 1e-3);
     /// ```
-    pub fn between(&self, lower: f64, upper: f64) -> f64 {
-        if upper - lower < CLOSE * self.sigma_px {
-            let bells = gauss::nodes(lower, upper).map(|(s, weight)| weight * self.bell(s));
+    pub fn between(&self, lower: f64, length: f64) -> f64 {
+        let upper = lower + length;
+        if length < CLOSE * self.sigma_px {
+            let bells = gauss::nodes(0.0, length).map(|(s, weight)| weight * self.bell(lower + s));
             bells.sum()
         } else if lower > 0.0 {
             self.rising(-lower) - self.rising(-upper)

@@ -24,8 +24,8 @@ pub enum Outline {
 
 /// How many σ away from a pixel's side something still counts: beyond is less than 1e-57 of its light.
 const REACH_SIGMA: f64 = 16.0;
-/// The longest panel that the rule of [`gauss`] integrates to about 1e-13, in σ.
-const PANEL_SIGMA: f64 = 2.0;
+/// The longest panel that the rule of [`gauss`] integrates to 1e-13 of an LED and 1e-9 of a tail, in σ.
+const PANEL_SIGMA: f64 = 1.5;
 /// A blur below this moves light by less than 1e-9 px, and counts as none.
 const SHARPEST_PX: f64 = 1e-10;
 
@@ -169,7 +169,7 @@ impl Pixel {
             return 0.0;
         }
         if low.x > self.far {
-            return (end.y - start.y).signum() * self.kernel.between(low.y, high.y);
+            return (end.y - start.y).signum() * self.kernel.between(low.y, high.y - low.y);
         }
         let is_straight = low.abs().max(high.abs()).max_element() < self.straight;
         if is_straight || (high - low).max_element() <= self.panel {

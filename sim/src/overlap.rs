@@ -73,8 +73,11 @@ fn left_of(a: DVec2, b: DVec2) -> f64 {
     cuts.windows(2).map(|cut| piece(cut[0], cut[1])).sum()
 }
 
-/// The common area of the unit disc and a convex polygon, whose corners turn from x to y.
+/// The common area of the unit disc and a parallelogram, whose corners turn from x to y.
 fn disc(corners: &[DVec2; 4]) -> f64 {
+    if corners.iter().all(|corner| corner.length_squared() <= 1.0) {
+        return triangle(corners[0], corners[1], corners[2]) * 2.0;
+    }
     let edges = || (0..4).map(|k| (corners[k], corners[(k + 1) % 4]));
     if edges().all(|(a, b)| distance(a, b) > 1.0 - GRAZING) {
         return std::f64::consts::PI;

@@ -104,7 +104,7 @@ impl Faults {
     pub const LEDS: Self = Self(1 << 4);
     /// The flash memory failed, or what it held was damaged.
     pub const STORE: Self = Self(1 << 5);
-    /// No table was ever stored: the placeholder is in use.
+    /// No table was ever stored: the one it shipped with is in use.
     pub const NO_TABLE: Self = Self(1 << 6);
     /// No calibration was ever stored: the board's typical values are in use.
     pub const NO_CALIBRATION: Self = Self(1 << 7);
