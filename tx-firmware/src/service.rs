@@ -121,7 +121,7 @@ struct Staging {
 /// #     luminance_full_cd_m2: U32F32::lit("8000"), shortest_pulse_ns: 100, pwm_period_ns: 20_000,
 /// #     reflectance: U1F31::lit("0.4"), interval: Interval::lit("1"), sensor_gain: U12F20::lit("1"), low_current_share: U1F31::lit("1"),
 /// # })?;
-/// # let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::shipped(), Smoothing::default());
+/// # let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default());
 /// # let mut store = Store::new(flash::Flash::<4>::new(), 0..8192)?;
 /// let mut service = Service::new(Identity { firmware: "1.0.0", board: "bench" });
 ///

@@ -18,8 +18,8 @@
 //!
 //! let mut store = Store::new(Flash::<4>::new(), 0..8192)?;
 //! assert_eq!(store.table(), Ok(None));
-//! store.save_table(&L2aTable::shipped())?;
-//! assert_eq!(store.table(), Ok(Some(L2aTable::shipped())));
+//! store.save_table(&L2aTable::default())?;
+//! assert_eq!(store.table(), Ok(Some(L2aTable::default())));
 //! # Ok::<(), tx_firmware::store::StoreError>(())
 //! ```
 

@@ -509,7 +509,7 @@ mod tests {
     #[test]
     fn a_panel_below_the_night_limit_stays_there_when_light_is_lost() {
         let mut transmitter = transmitter(RecordingMatrix::default());
-        let before = lit(&mut transmitter, 60).unwrap();
+        let before = lit(&mut transmitter, 30).unwrap();
         transmitter.watch(HOLD_MS + 100).unwrap();
         assert_eq!(transmitter.status().light, Light::Lost);
         assert_eq!(transmitter.matrix().duty, before.duty);

@@ -114,7 +114,7 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
     println!("seed {seed}");
     let mut random = Random::new(seed);
     let mut recorder = Recorder {
-        table: L2aTable::shipped(),
+        table: L2aTable::default(),
         calibration: frames::MEASURED,
         acts: 0,
     };

@@ -50,7 +50,7 @@ fn a_table_that_is_written_and_committed_runs_is_stored_and_reads_back() {
     let mut bench = Bench::new();
     let (image, crc) = (table().image(), table().crc());
     bench.stage(&image, crc);
-    assert_eq!(bench.transmitter.table(), &L2aTable::shipped());
+    assert_eq!(bench.transmitter.table(), &L2aTable::default());
     assert_eq!(bench.store.table(), Ok(None));
 
     bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
@@ -153,7 +153,7 @@ fn a_table_out_of_order_is_refused_and_changes_nothing() {
     );
     bench.expect(&Request::RollBackTable, &Answer::Done);
     bench.expect(&Request::CommitTable { crc }, &refused(Refusal::NotBegun));
-    assert_eq!(bench.transmitter.table(), &L2aTable::shipped());
+    assert_eq!(bench.transmitter.table(), &L2aTable::default());
     assert_eq!(bench.store.table(), Ok(None));
 }
 
@@ -183,7 +183,7 @@ fn a_table_that_came_wrong_or_is_none_is_refused_whole() {
         &Request::CommitTable { crc },
         &Answer::Refused(Refusal::TableInvalid),
     );
-    assert_eq!(bench.transmitter.table(), &L2aTable::shipped());
+    assert_eq!(bench.transmitter.table(), &L2aTable::default());
     assert_eq!(bench.store.table(), Ok(None));
 }
 
@@ -201,7 +201,7 @@ fn a_table_that_cannot_be_stored_does_not_run() {
         &Request::CommitTable { crc },
         &Answer::Refused(Refusal::Store),
     );
-    assert_eq!(bench.transmitter.table(), &L2aTable::shipped());
+    assert_eq!(bench.transmitter.table(), &L2aTable::default());
     bench.expect(
         &Request::WriteCalibration(MEASURED),
         &Answer::Refused(Refusal::Store),

@@ -207,12 +207,12 @@ fn what_is_cut_off_leaves_the_old_table_or_the_new() {
         let outcome = table::push(&mut client, &large(), |_| {});
         let fake = &mut client.into_port().fake;
         let running = fake.transmitter.table();
-        assert!(*running == L2aTable::shipped() || *running == large());
+        assert!(*running == Fake::first_table() || *running == large());
         if outcome.is_ok() {
             assert_eq!(*running, large());
         }
         assert_eq!(
-            fake.kept.table.as_ref().unwrap_or(&L2aTable::shipped()),
+            fake.kept.table.as_ref().unwrap_or(&Fake::first_table()),
             running
         );
     }

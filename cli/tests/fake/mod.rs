@@ -27,7 +27,7 @@ impl Memory for Kept {
     }
 }
 
-/// A transmitter in 2000 lx.
+/// A transmitter in 2000 lx, with a table of L2A 2 everywhere.
 pub struct Fake {
     pub transmitter: Transmitter<RecordingMatrix>,
     pub kept: Kept,
@@ -35,6 +35,11 @@ pub struct Fake {
 }
 
 impl Fake {
+    /// The table that it begins with.
+    pub fn first_table() -> L2aTable {
+        L2aTable::new(&[1.0], &[1.0], &[2.0]).expect("a table")
+    }
+
     pub fn new() -> Self {
         let calibration = Calibration::new(Measured {
             luminance_full_cd_m2: U32F32::lit("8000"),
@@ -49,7 +54,7 @@ impl Fake {
         let mut transmitter = Transmitter::new(
             RecordingMatrix::default(),
             calibration,
-            L2aTable::shipped(),
+            Self::first_table(),
             Smoothing::default(),
         );
         let light = Reading::Light {

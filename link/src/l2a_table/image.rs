@@ -55,9 +55,10 @@ impl L2aTable {
     ///
     /// ```
     /// use link::l2a_table::L2aTable;
-    /// let table = L2aTable::shipped();
-    /// assert_eq!(table.image().len(), 4 + 4 + 2 * 4 + 2 * 4);
+    /// let table = L2aTable::new(&[50.0, 5000.0], &[1.0], &[2.0, 1.8])?;
+    /// assert_eq!(table.image().len(), 4 + 4 * 2 + 2 + 2 * 2);
     /// assert_eq!(L2aTable::from_image(&table.image()), Ok(table));
+    /// # Ok::<(), link::l2a_table::TableError>(())
     /// ```
     pub fn image(&self) -> Image {
         let (rows, columns) = (self.illuminances.len() as u8, self.intervals.len() as u8);

@@ -280,3 +280,155 @@ impl<const MOST: usize> Default for FrameReader<MOST> {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serial::{Hello, Measured, Refusal, SCHEMA, TablePart};
+    use fixed::types::{U1F31, U12F20, U32F32};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const GREATEST: Measured = Measured {
+        luminance_full_cd_m2: U32F32::MAX,
+        shortest_pulse_ns: u32::MAX,
+        pwm_period_ns: u32::MAX,
+        reflectance: U1F31::MAX,
+        interval: crate::l2a_table::Interval::MAX,
+        sensor_gain: U12F20::MAX,
+        low_current_share: U1F31::MAX,
+    };
+
+    /// What a reader makes of these bytes: the sequence numbers of frames, and errors.
+    fn read<const MOST: usize>(bytes: &[u8]) -> Vec<Result<u32, FrameError>> {
+        let mut reader = FrameReader::<MOST>::new();
+        let mut found = Vec::new();
+        for &byte in bytes {
+            if let Some(frame) = reader.push(byte) {
+                found.push(frame.map(|frame| frame.sequence()));
+            }
+        }
+        found
+    }
+
+    fn sent(kind: Kind, message: &impl Serialize) -> Vec<u8> {
+        let mut place = [0; wire_length(REQUEST_FRAME_MAX)];
+        encode(kind, 7, message, &mut place)
+            .expect("it fits")
+            .to_vec()
+    }
+
+    #[test]
+    fn the_longest_request_fills_its_frame_exactly() {
+        let request = Request::Send {
+            repeats: Some(u32::MAX),
+            message: &[0; MESSAGE_MAX],
+        };
+        let wire = sent(Kind::Request, &request);
+        assert_eq!(read::<REQUEST_FRAME_MAX>(&wire), [Ok(7)]);
+        let most = REQUEST_FRAME_MAX - 1;
+        let shorter = read::<{ REQUEST_FRAME_MAX - 1 }>(&wire);
+        assert_eq!(shorter, [Err(FrameError::TooLong { most })]);
+    }
+
+    #[test]
+    fn the_longest_answers_fit() {
+        let table = TablePart {
+            length: u16::MAX,
+            crc: u32::MAX,
+            offset: u16::MAX,
+            bytes: &[1; CHUNK_MAX],
+        };
+        let name = core::str::from_utf8(&[b'x'; 32]).expect("ASCII");
+        let hello = Hello {
+            schema: SCHEMA,
+            firmware: name,
+            board: name,
+            chunk_max: u16::MAX,
+            message_max: u16::MAX,
+        };
+        let refusal = Refusal::TableCrc {
+            found: u32::MAX,
+            expected: u32::MAX,
+        };
+        for answer in [
+            Answer::Table(table),
+            Answer::Hello(hello),
+            Answer::Status(crate::serial::status::greatest()),
+            Answer::Calibration(GREATEST),
+            Answer::Refused(refusal),
+        ] {
+            assert_eq!(
+                read::<ANSWER_FRAME_MAX>(&sent(Kind::Answer, &answer)),
+                [Ok(7)],
+                "{answer:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_place_that_is_too_short_is_refused_whatever_its_length() {
+        let whole = sent(Kind::Request, &Request::WriteCalibration(GREATEST));
+        for room in 0..whole.len() {
+            let mut place = std::vec![0; room];
+            let outcome = encode(
+                Kind::Request,
+                7,
+                &Request::WriteCalibration(GREATEST),
+                &mut place,
+            );
+            assert_eq!(outcome, Err(EncodeError { room }));
+        }
+        let mut place = std::vec![0; whole.len()];
+        assert!(
+            encode(
+                Kind::Request,
+                7,
+                &Request::WriteCalibration(GREATEST),
+                &mut place
+            )
+            .is_ok()
+        );
+    }
+
+    #[test]
+    fn bytes_behind_a_message_are_no_message() {
+        // A status request with one byte more.
+        let wire = sent(Kind::Request, &(1_u8, 0_u8));
+        let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
+        let mut outcome = None;
+        for &byte in &wire {
+            if let Some(Ok(frame)) = reader.push(byte) {
+                outcome = Some(frame.request() == Err(BodyError::Malformed));
+            }
+        }
+        assert_eq!(outcome, Some(true));
+    }
+
+    proptest! {
+        #[test]
+        fn a_frame_is_found_behind_any_garbage(garbage in prop::collection::vec(any::<u8>(), 0..1500), offset: u16) {
+            let mut bytes = garbage;
+            bytes.extend(sent(Kind::Request, &Request::ReadTable { offset }));
+            let found = read::<REQUEST_FRAME_MAX>(&bytes);
+            prop_assert_eq!(found.last(), Some(&Ok(7)));
+        }
+
+        #[test]
+        fn one_changed_dropped_or_doubled_byte_is_never_read_as_a_frame(
+            place: prop::sample::Index, change in 1_u8..=255, way in 0..3, bytes in prop::collection::vec(any::<u8>(), 1..128),
+        ) {
+            let mut wire = sent(Kind::Request, &Request::WriteTable { offset: 0, bytes: &bytes });
+            // The zeros at the ends are no part of it.
+            let place = 1 + place.index(wire.len() - 2);
+            match way {
+                0 => wire[place] ^= change,
+                1 => { wire.remove(place); }
+                _ => wire.insert(place, wire[place]),
+            }
+            for outcome in read::<REQUEST_FRAME_MAX>(&wire) {
+                prop_assert!(outcome.is_err());
+            }
+        }
+    }
+}

@@ -151,3 +151,29 @@ impl Faults {
         named.filter_map(move |(bit, name)| self.contains(Self(1 << bit)).then_some(name))
     }
 }
+
+/// The status that takes the most bytes.
+#[cfg(test)]
+pub fn greatest() -> Status {
+    Status {
+        uptime_s: u32::MAX,
+        light: Light::Lost,
+        illuminance_lx: Some(Illuminance::MAX),
+        l2a: L2a::MAX,
+        luminance_cd_m2: U32F32::MAX,
+        duty: U0F32::MAX,
+        limited: Some(Limit::Off),
+        faults: Faults(u16::MAX),
+        table_crc: u32::MAX,
+        sending: true,
+        counters: Counters {
+            frames: u32::MAX,
+            bad_frames: u32::MAX,
+            refusals: u32::MAX,
+            symbols: u32::MAX,
+            lost_symbols: u32::MAX,
+            readings: u32::MAX,
+            missed_readings: u32::MAX,
+        },
+    }
+}

@@ -39,7 +39,7 @@ impl Bench {
             transmitter: Transmitter::new(
                 RecordingMatrix::default(),
                 calibration,
-                L2aTable::shipped(),
+                L2aTable::default(),
                 Smoothing::default(),
             ),
             store: Store::new(Flash::new(), 0..8192).expect("a store"),

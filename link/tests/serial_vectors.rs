@@ -1,0 +1,205 @@
+//! `docs/serial.md` shows the messages' layout and examples to the byte: both must be those of the code.
+
+use fixed::types::{U0F32, U1F31, U12F20, U32F32};
+use link::l2a_table::{Illuminance, Interval, L2a, L2aTable};
+use link::serial::{
+    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal,
+    Request, SCHEMA, SCHEMA_TEXT, Status, TablePart, encode, wire_length,
+};
+
+const DOCUMENT: &str = include_str!("../../docs/serial.md");
+
+const MEASURED: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("8000"),
+    shortest_pulse_ns: 100,
+    pwm_period_ns: 20_000,
+    reflectance: U1F31::lit("0.4"),
+    interval: Interval::lit("1"),
+    sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::lit("1"),
+};
+
+const STATUS: Status = Status {
+    uptime_s: 3600,
+    light: Light::Measured,
+    illuminance_lx: Some(Illuminance::lit("2000")),
+    l2a: L2a::lit("2.05"),
+    luminance_cd_m2: U32F32::lit("1640"),
+    duty: U0F32::lit("0.205"),
+    limited: Some(Limit::Floor),
+    faults: Faults::NO_CALIBRATION,
+    table_crc: 0x0123_4567,
+    sending: true,
+    counters: Counters {
+        frames: 300,
+        bad_frames: 2,
+        refusals: 1,
+        symbols: 324_000,
+        lost_symbols: 0,
+        readings: 36_000,
+        missed_readings: 5,
+    },
+};
+
+fn hex(bytes: &[u8]) -> String {
+    let lines: Vec<String> = bytes
+        .chunks(24)
+        .map(|line| line.iter().map(|byte| format!(" {byte:02x}")).collect())
+        .collect();
+    lines.join("\n        ")
+}
+
+/// COBS undone, by its description.
+fn unstuffed(wire: &[u8]) -> Vec<u8> {
+    let mut frame = Vec::new();
+    let mut rest = &wire[1..wire.len() - 1];
+    while let Some((&code, after)) = rest.split_first() {
+        let (run, next) = after.split_at(usize::from(code) - 1);
+        frame.extend(run);
+        if code != 255 && !next.is_empty() {
+            frame.push(0);
+        }
+        rest = next;
+    }
+    frame
+}
+
+/// An example as the document shows it.
+fn example(kind: Kind, sequence: u32, name: &str, message: &impl serde::Serialize) -> String {
+    let mut place = [0; wire_length(REQUEST_FRAME_MAX)];
+    let wire = encode(kind, sequence, message, &mut place).expect("it fits");
+    let way = match kind {
+        Kind::Request => "request",
+        Kind::Answer => "answer",
+    };
+    format!(
+        "{way} {sequence}: {name}\n  frame {}\n  wire  {}\n",
+        hex(&unstuffed(wire)),
+        hex(wire)
+    )
+}
+
+fn examples() -> Vec<String> {
+    let table =
+        L2aTable::new(&[1000.0], &[0.5, 1.0, 1.5, 2.0], &[1.35, 2.05, 2.95, 3.9]).expect("a table");
+    let (image, crc) = (table.image(), table.crc());
+    let length = image.len() as u16;
+    let asked = |sequence, name: &str, request: Request<'_>| {
+        example(Kind::Request, sequence, name, &request)
+    };
+    let told =
+        |sequence, name: &str, answer: Answer<'_>| example(Kind::Answer, sequence, name, &answer);
+    vec![
+        asked(1, "hello", Request::Hello),
+        told(
+            1,
+            "hello, firmware 1.0.0, board pico, chunks of 128, messages of 1024",
+            Answer::Hello(Hello {
+                schema: SCHEMA,
+                firmware: "1.0.0",
+                board: "pico",
+                chunk_max: 128,
+                message_max: 1024,
+            }),
+        ),
+        asked(2, "status", Request::Status),
+        told(
+            2,
+            "status, 3600 s, 2000 lx, L2A 2.05, 1640 cd/m2, duty 0.205, at the floor, no calibration",
+            Answer::Status(STATUS),
+        ),
+        asked(
+            3,
+            "begin table, 24 bytes",
+            Request::BeginTable { length, crc },
+        ),
+        told(3, "staged, 0 bytes", Answer::Staged { received: 0 }),
+        asked(
+            4,
+            "write table, from byte 0",
+            Request::WriteTable {
+                offset: 0,
+                bytes: &image,
+            },
+        ),
+        told(4, "staged, 24 bytes", Answer::Staged { received: length }),
+        asked(5, "commit table", Request::CommitTable { crc }),
+        told(5, "committed", Answer::Committed { crc }),
+        asked(
+            6,
+            "read table, from byte 0",
+            Request::ReadTable { offset: 0 },
+        ),
+        told(
+            6,
+            "table, all of it",
+            Answer::Table(TablePart {
+                length,
+                crc,
+                offset: 0,
+                bytes: &image,
+            }),
+        ),
+        asked(7, "roll back table", Request::RollBackTable),
+        told(7, "done", Answer::Done),
+        asked(8, "read calibration", Request::ReadCalibration),
+        told(
+            8,
+            "calibration, 8000 cd/m2, 100 ns, 20000 ns, R 0.4, interval 1, gain 1, low current 1",
+            Answer::Calibration(MEASURED),
+        ),
+        asked(
+            9,
+            "write calibration, the same",
+            Request::WriteCalibration(MEASURED),
+        ),
+        asked(
+            10,
+            "send \"ice ahead\" for ever",
+            Request::Send {
+                repeats: None,
+                message: b"ice ahead",
+            },
+        ),
+        asked(
+            11,
+            "send \"ice ahead\" 300 times",
+            Request::Send {
+                repeats: Some(300),
+                message: b"ice ahead",
+            },
+        ),
+        asked(12, "stop sending", Request::StopSending),
+        asked(13, "reset counters", Request::ResetCounters),
+        told(14, "refused, not begun", Answer::Refused(Refusal::NotBegun)),
+        told(
+            15,
+            "refused, offset, expected 128",
+            Answer::Refused(Refusal::Offset { expected: 128 }),
+        ),
+    ]
+}
+
+#[test]
+fn the_document_shows_what_is_sent() {
+    let examples = examples();
+    for example in &examples {
+        assert!(
+            DOCUMENT.contains(example),
+            "docs/serial.md lacks an example; these are all:\n\n{}",
+            examples.concat()
+        );
+    }
+}
+
+#[test]
+fn the_document_shows_the_layout_of_the_messages() {
+    assert!(
+        DOCUMENT.contains(SCHEMA_TEXT),
+        "copy link/src/serial/schema.txt into docs/serial.md"
+    );
+    assert!(
+        DOCUMENT.contains(&format!("{SCHEMA:08x}")),
+        "the schema is {SCHEMA:08x}"
+    );
+}
