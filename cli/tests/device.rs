@@ -220,6 +220,44 @@ fn a_message_is_given_and_taken_back() {
 }
 
 #[test]
+fn a_calibration_is_read_written_and_refused() {
+    let board = Board::honest();
+    let printed = board.vocc(&["device", "calibration"]);
+    ends(
+        &printed,
+        0,
+        &["luminance_full_cd_m2 = 8000.0", "reflectance = 0.4"],
+    );
+    let text = String::from_utf8_lossy(&printed.stdout).replace("8000.0", "12000.5");
+    let brighter = file("brighter.toml", &text);
+    let brighter = brighter.to_str().unwrap();
+    let written = board.vocc(&["device", "calibration", brighter]);
+    ends(&written, 0, &["luminance_full_cd_m2 = 12000.5"]);
+    assert_eq!(String::from_utf8_lossy(&written.stdout), text);
+
+    for (wrong, words) in [
+        (
+            text.replace("12000.5", "0.5"),
+            ["luminance_full_cd_m2", "range"],
+        ),
+        (
+            text.replace("= 0.4", "= -0.4"),
+            ["reflectance", "no number"],
+        ),
+        (
+            text.replace("reflectance", "reflection"),
+            ["reflection", "no calibration"],
+        ),
+    ] {
+        let wrong = file("wrong.toml", &wrong);
+        let refused = board.vocc(&["device", "calibration", wrong.to_str().unwrap()]);
+        ends(&refused, 2, &words);
+    }
+    let measured = *board.stop().transmitter.calibration().measured();
+    assert_eq!(measured.luminance_full_cd_m2, 12000.5);
+}
+
+#[test]
 fn a_bad_line_is_asked_again() {
     let mut count = 0;
     let board = Board::start(move |fake, bytes| {

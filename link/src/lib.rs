@@ -24,7 +24,8 @@
 //! ```
 //!
 //! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
-//! it, the transmitter looks it up.
+//! it, the transmitter looks it up. [`serial`] is how it gets there: what a computer and a transmitter say to
+//! each other over a cable.
 //!
 //! # The frame format
 //!

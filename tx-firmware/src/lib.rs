@@ -14,7 +14,9 @@
 //! once a sensor period                                       once a symbol
 //!
 //! light sensor                                               message
-//!    │  reading, lx                                             │  bytes
+//!    │  a reading, or none                                      │  bytes
+//! light_watch  can it be believed?                              │
+//!    │  lux                                                     │
 //! ambient      gain, smoothing → illuminance E               schedule   so many repeats, then beacons
 //!    │                                                          │        (framing and error correction: link)
 //! L2A table (link)    E, interval → ratio r                     │  PanelFrame: 64 bits
@@ -28,10 +30,13 @@
 //!
 //! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method
 //!   for each timer.
-//! - [`ambient`] smooths readings, survives a broken sensor, and never leaves its range.
+//! - [`light_watch`] finds a sensor out that is missing, stuck, saturated or silent, in a stated time.
+//! - [`ambient`] smooths readings: quickly into the dark, not at all with the flicker of lamps.
 //! - [`calibration`] holds what a bench measured of one panel, checked once at start-up.
 //! - [`dimming`] turns light and ratio into a duty, and says what limited it.
 //! - [`schedule`] decides which panel comes next.
+//! - [`service`] answers a computer at the serial port, and [`store`] keeps table and calibration in
+//!   flash memory.
 //! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] offers it.
 //!
 //! # What to choose

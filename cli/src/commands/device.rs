@@ -1,5 +1,6 @@
 //! `vocc device`: transmitters at serial ports.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
@@ -11,6 +12,8 @@ use serde_json::{Value, json};
 use crate::device::port;
 use crate::options::{Connection, Message, Port, Shared, seconds, until_interrupted};
 use crate::output::{self, Answer, line};
+
+mod calibration;
 
 /// Arguments of `vocc device`.
 #[derive(clap::Args)]
@@ -38,6 +41,13 @@ enum Action {
         /// How often; without it, until Ctrl-C.
         #[arg(long)]
         count: Option<u64>,
+    },
+    /// What was measured of a transmitter's panel: print it, or write a file's values to it.
+    Calibration {
+        #[command(flatten)]
+        port: Port,
+        /// A TOML file as this command prints it; its values are checked, stored and used.
+        file: Option<PathBuf>,
     },
     /// Give a transmitter a message to show.
     Send {
@@ -68,6 +78,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             interval,
             count,
         } => watch(port, *interval, *count, shared),
+        Action::Calibration { port, file } => calibration::run(port, file.as_deref(), shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
             port,
