@@ -238,7 +238,7 @@ fn a_calibration_is_read_written_and_refused() {
     for (wrong, words) in [
         (
             text.replace("12000.5", "0.5"),
-            ["luminance_full_cd_m2", "range"],
+            ["full luminance 0.5", "1 to 1000000"],
         ),
         (
             text.replace("= 0.4", "= -0.4"),

@@ -6,11 +6,12 @@ use anyhow::{Context, anyhow};
 use fixed::traits::Fixed;
 use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
+use tx_firmware::calibration::Calibration;
 
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
 
-/// The values in numbers that people read; the transmitter knows their ranges.
+/// The values in numbers that people read; `tx_firmware::calibration` knows their ranges.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Values {
@@ -53,12 +54,14 @@ fn read(path: &Path) -> anyhow::Result<Measured> {
         .with_context(|| format!("cannot read the calibration {}", path.display()))?;
     let values: Values = toml::from_str(&text)
         .with_context(|| format!("{} holds no calibration", path.display()))?;
-    values.measured().map_err(|key| {
+    let measured = values.measured().map_err(|key| {
         anyhow!(
             "{}: {key} is no number that a transmitter can hold",
             path.display()
         )
-    })
+    })?;
+    Calibration::new(measured).with_context(|| path.display().to_string())?;
+    Ok(measured)
 }
 
 impl Values {

@@ -1,0 +1,101 @@
+//! Any bytes at the serial port of a transmitter: no panic, no answer that is none, and the next hello is answered.
+//!
+//! ```sh
+//! cargo install cargo-fuzz
+//! cd tests && cargo +nightly fuzz run --fuzz-dir fuzz serial
+//! ```
+#![no_main]
+
+use std::cell::RefCell;
+
+use fixed::types::{U1F31, U12F20, U32F32};
+use libfuzzer_sys::fuzz_target;
+use link::l2a_table::{Interval, L2aTable};
+use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Measured, Request, encode};
+use tx_firmware::ambient::Smoothing;
+use tx_firmware::calibration::Calibration;
+use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::service::{ANSWER_MAX, Identity, Service};
+use tx_firmware::store::{Memory, StoreError};
+use tx_firmware::transmitter::Transmitter;
+
+/// A memory that takes everything and keeps nothing.
+struct Nothing;
+
+impl Memory for Nothing {
+    fn save_table(&mut self, _: &L2aTable) -> Result<(), StoreError> {
+        Ok(())
+    }
+
+    fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
+        Ok(())
+    }
+}
+
+struct Board {
+    transmitter: Transmitter<RecordingMatrix>,
+    service: Service,
+}
+
+impl Board {
+    fn new() -> Self {
+        let calibration = Calibration::new(Measured {
+            luminance_full_cd_m2: U32F32::lit("8000"),
+            shortest_pulse_ns: 100,
+            pwm_period_ns: 20_000,
+            reflectance: U1F31::lit("0.4"),
+            interval: Interval::lit("1"),
+            sensor_gain: U12F20::lit("1"),
+            low_current_share: U1F31::ONE,
+        })
+        .expect("possible values");
+        Self {
+            transmitter: Transmitter::new(
+                RecordingMatrix::default(),
+                calibration,
+                L2aTable::default(),
+                Smoothing::default(),
+            ),
+            service: Service::new(Identity {
+                firmware: "fuzzed",
+                board: "none",
+            }),
+        }
+    }
+
+    /// The kinds of answers to these bytes.
+    fn hear(&mut self, bytes: &[u8]) -> Option<bool> {
+        let mut is_hello = None;
+        for &byte in bytes {
+            let mut out = [0; ANSWER_MAX];
+            let (transmitter, service) = (&mut self.transmitter, &mut self.service);
+            let Some(answer) = service.receive(byte, transmitter, &mut Nothing, &mut out) else {
+                continue;
+            };
+            let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
+            for &byte in answer {
+                if let Some(frame) = reader.push(byte) {
+                    let frame = frame.expect("answers are whole");
+                    let answer = frame.answer().expect("answers are answers");
+                    is_hello = Some(matches!(answer, Answer::Hello(_)));
+                }
+            }
+        }
+        is_hello
+    }
+}
+
+thread_local! {
+    /// Not begun anew for each input: what the inputs before left is part of the game.
+    static BOARD: RefCell<Board> = RefCell::new(Board::new());
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    BOARD.with_borrow_mut(|board| {
+        board.hear(bytes);
+        let mut wire = [0; 32];
+        let hello = encode(Kind::Request, 1, &Request::Hello, &mut wire).expect("it fits");
+        assert_eq!(board.hear(hello), Some(true));
+        let _ = board.transmitter.tick();
+    });
+});
