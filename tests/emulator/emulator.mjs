@@ -93,7 +93,7 @@ const commands = readline.createInterface({ input: process.stdin });
 commands.on('line', async (line) => {
   const command = JSON.parse(line);
   if ('lux' in command) pico.sensor.lux = command.lux;
-  if ('fault' in command) pico.sensor.fault = command.fault;
+  if ('fault' in command) pico.sensor.fail(command.fault);
   if ('cut_after' in command) flash.cutAfter(command.cut_after);
   if ('real_time' in command) {
     realTime = command.real_time ? { at: performance.now(), nanos: pico.nanos } : null;

@@ -3,7 +3,7 @@
 const ADDRESS = 0x44;
 const RESULT = 0x00, CONFIGURATION = 0x01, MANUFACTURER = 0x7e, DEVICE = 0x7f;
 const OVERFLOW = 1 << 8, READY = 1 << 7, LONG = 1 << 11, CONTINUOUS = 1 << 10;
-const MOST_LX = 0.01 * 2 ** 11 * 4095;
+const LEAST_LX = 0.01, FULL_MANTISSA = 4095, LAST_RANGE = 11;
 const NANOS_PER_MS = 1e6, WRITE = 0;
 
 export class Opt3001 {
@@ -14,6 +14,7 @@ export class Opt3001 {
     this.registers = { [RESULT]: 0, [CONFIGURATION]: 0xc810, [MANUFACTURER]: 0x5449, [DEVICE]: 0x3001 };
     this.pointer = 0;
     this.bytes = [];
+    this.held = null;
     this.conversion = mcu.clock.createAlarm(() => this.convert());
     this.connect(mcu, i2c);
   }
@@ -21,7 +22,10 @@ export class Opt3001 {
   // Bytes take nine clocks of the bus; a hanging sensor holds the clock line down.
   connect(mcu, i2c) {
     const after = (finish) => {
-      const alarm = mcu.clock.createAlarm(() => this.fault === 'hanging' || finish());
+      const alarm = mcu.clock.createAlarm(() => {
+        if (this.fault === 'hanging') this.held = finish;
+        else finish();
+      });
       return () => alarm.schedule((9e9 * (i2c.sclLowPeriod + i2c.sclHighPeriod)) / mcu.clkSys);
     };
     const acknowledge = after(() => i2c.completeConnect(i2c.targetAddress === ADDRESS && this.fault !== 'missing'));
@@ -42,6 +46,14 @@ export class Opt3001 {
       written();
     };
     i2c.onReadByte = () => read();
+  }
+
+  // Fails in this way from now on; a clock line that was held down goes up.
+  fail(fault) {
+    this.fault = fault;
+    if (fault === 'hanging') return;
+    this.held?.();
+    this.held = null;
   }
 
   take() {
@@ -68,16 +80,19 @@ export class Opt3001 {
     if (this.fault === 'silent') return;
     this.registers[CONFIGURATION] |= READY;
     if (this.fault === 'stuck') return;
-    const overflow = this.lux > MOST_LX;
+    const { range, mantissa, overflow } = measure(this.lux, this.registers[CONFIGURATION] >> 12);
     this.registers[CONFIGURATION] = (this.registers[CONFIGURATION] & ~OVERFLOW) | (overflow ? OVERFLOW : 0);
-    this.registers[RESULT] = encode(Math.min(this.lux, MOST_LX));
+    this.registers[RESULT] = (range << 12) | mantissa;
   }
 }
 
-// The least exponent with which the mantissa fits.
-function encode(lux) {
-  for (let exponent = 0; ; exponent++) {
-    const mantissa = Math.round(lux / (0.01 * 2 ** exponent));
-    if (mantissa <= 4095) return (exponent << 12) | mantissa;
+// In the range that was asked for, or in the first that the light fits into.
+function measure(lux, asked) {
+  const counts = (range) => Math.round(lux / (LEAST_LX * 2 ** range));
+  let range = Math.min(asked, LAST_RANGE);
+  if (asked > LAST_RANGE) {
+    range = 0;
+    while (range < LAST_RANGE && counts(range) > FULL_MANTISSA) range += 1;
   }
+  return { range, mantissa: Math.min(counts(range), FULL_MANTISSA), overflow: counts(range) > FULL_MANTISSA };
 }

@@ -8,6 +8,7 @@ export function repair(mcu) {
   mcu.spi.forEach((spi) => giveShiftingTime(mcu, spi));
   repairInterrupts(mcu);
   repairPwmRequests(mcu);
+  addFlashController(mcu);
 }
 
 // 4.2: the level-select and DMA registers are missing, the transmit interrupt is stuck at 1 and bytes leave in no time. Here
@@ -101,4 +102,10 @@ function repairPwmRequests(mcu) {
     wrapped(slice);
     dma.clearDREQ(FIRST_WRAP_REQUEST + slice);
   };
+}
+
+// 2.6.3: the flash's cache and its streaming are missing. Here nothing streams, and there is no cache to flush.
+function addFlashController(mcu) {
+  const PAGE = 0x14000;
+  mcu.peripherals[PAGE] = { readUint32: () => 0, writeUint32Atomic: () => {} };
 }

@@ -1,0 +1,74 @@
+//! The Raspberry Pi Pico's own image, run in an emulator: what is tested is what is flashed.
+//!
+//! The emulator is in `tests/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is missing and
+//! cannot be had, these tests are shown as ignored, with the reason.
+
+mod emulator;
+mod image;
+mod light;
+mod panel;
+mod serial;
+mod terminal;
+mod vocc;
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use libtest_mimic::{Arguments, Trial};
+
+use crate::image::Programs;
+
+type Test = fn(&Programs, &Path);
+
+const TESTS: &[(&str, Test)] = &[
+    ("boots_and_says_how_it_is", serial::boots_and_says_how_it_is),
+    (
+        "a_table_outlives_a_power_cut",
+        serial::a_table_outlives_a_power_cut,
+    ),
+    (
+        "a_power_cut_in_an_update_leaves_one_table_whole",
+        serial::a_power_cut_in_an_update_leaves_one_table_whole,
+    ),
+    (
+        "the_luminance_follows_the_light_up_and_down",
+        light::the_luminance_follows_the_light_up_and_down,
+    ),
+    (
+        "a_failed_sensor_leads_to_a_safe_luminance",
+        light::a_failed_sensor_leads_to_a_safe_luminance,
+    ),
+    (
+        "saturating_light_is_daylight",
+        light::saturating_light_is_daylight,
+    ),
+];
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let programs = if arguments.list {
+        Err("only listed".into())
+    } else {
+        Programs::provide()
+    };
+    if let (Err(missing), false) = (&programs, arguments.list) {
+        let _ = writeln!(
+            std::io::stderr(),
+            "The tests of the board's image DID NOT RUN: {missing}"
+        );
+    }
+    let programs = programs.map(Arc::new);
+    let trials = TESTS.iter().map(|&(name, test)| match programs.clone() {
+        Ok(programs) => Trial::test(name, move || {
+            let folder = tempfile::tempdir()?;
+            test(&programs, folder.path());
+            Ok(())
+        }),
+        Err(missing) => {
+            Trial::test(name, || Err(missing.into())).with_ignored_flag(!arguments.list)
+        }
+    });
+    libtest_mimic::run(&arguments, trials.collect()).exit_code()
+}

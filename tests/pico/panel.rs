@@ -1,0 +1,103 @@
+//! What the LEDs of an emulated board showed, from what its pins did.
+
+use link::panel::PanelFrame;
+
+use crate::emulator::{CLOCK_HZ, Event};
+
+/// Light at the low current over that at the full one, of the board's typical panel.
+pub const LOW_CURRENT_SHARE: f64 = 0.125;
+/// Luminance of an On LED at full duty of the board's typical panel, cd/m².
+pub const FULL_CD_M2: f64 = 26_000.0;
+/// Reflectance of its LEDs' surface.
+pub const REFLECTANCE: f64 = 0.4;
+/// The placeholder table's L2A at its interval of 1.
+pub const L2A: f64 = 2.05;
+
+/// The pulses that dim the LEDs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pulses {
+    /// Seconds of a pulse.
+    pub lit_s: f64,
+    /// Seconds of a period.
+    pub period_s: f64,
+    /// Whether they are at the low current.
+    pub low_current: bool,
+}
+
+impl Pulses {
+    /// The share of the full light.
+    pub fn duty(&self) -> f64 {
+        let current = if self.low_current {
+            LOW_CURRENT_SHARE
+        } else {
+            1.0
+        };
+        if self.lit_s == 0.0 {
+            0.0
+        } else {
+            current * (self.lit_s / self.period_s).min(1.0)
+        }
+    }
+
+    /// Luminance of an On LED, cd/m².
+    pub fn luminance_cd_m2(&self) -> f64 {
+        FULL_CD_M2 * self.duty()
+    }
+}
+
+/// A symbol: when it appeared, ns, and what it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Symbol {
+    pub ns: u64,
+    pub panel: PanelFrame,
+}
+
+/// Everything that the LEDs did, in the order of time.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// The symbols.
+    pub symbols: Vec<Symbol>,
+    /// The pulses from each time on, ns.
+    pub pulses: Vec<(u64, Pulses)>,
+}
+
+impl Record {
+    /// Takes down what the emulator reports.
+    pub fn extend(&mut self, events: &[Event]) {
+        let mut pulses = self.last_pulses();
+        for event in events {
+            if let Some(panel) = &event.panel {
+                let bits = u64::from_str_radix(panel, 16).expect("16 digits");
+                self.symbols.push(Symbol {
+                    ns: event.ns,
+                    panel: PanelFrame::from_bits(bits),
+                });
+            }
+            if let (Some(lit), Some(period)) = (event.lit_cycles, event.period_cycles) {
+                pulses.lit_s = f64::from(lit) / CLOCK_HZ;
+                pulses.period_s = f64::from(period) / CLOCK_HZ;
+            }
+            if let Some(low_current) = event.low_current {
+                pulses.low_current = low_current;
+            }
+            if pulses != self.last_pulses() {
+                self.pulses.push((event.ns, pulses));
+            }
+        }
+    }
+
+    /// The pulses at the end.
+    pub fn last_pulses(&self) -> Pulses {
+        self.pulses
+            .last()
+            .map_or_else(Pulses::default, |&(_, pulses)| pulses)
+    }
+
+    /// The pulses at a time, ns.
+    pub fn pulses_at(&self, ns: u64) -> Pulses {
+        let before = self.pulses.partition_point(|&(from, _)| from <= ns);
+        before
+            .checked_sub(1)
+            .map_or_else(Pulses::default, |index| self.pulses[index].1)
+    }
+}

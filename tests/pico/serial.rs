@@ -1,0 +1,165 @@
+//! Boot, greeting, status, tables and power cuts, with the real `vocc` at a terminal.
+
+use std::path::Path;
+
+use link::l2a_table::L2aTable;
+use serde_json::{Value, json};
+use sim::l2a::table_file;
+
+use crate::emulator::{Emulator, Fault};
+use crate::image::Programs;
+use crate::panel::{FULL_CD_M2, L2A, REFLECTANCE};
+use crate::terminal::Terminal;
+use crate::vocc::vocc;
+
+const NIGHT: &str = "night.toml";
+
+/// A table of one L2A that is not the placeholder's.
+fn write_table(folder: &Path, name: &str, l2a: f32) -> L2aTable {
+    let table = L2aTable::new(&[50.0, 16_000.0], &[1.0], &[l2a; 2]).expect("a table");
+    std::fs::write(folder.join(name), table_file(&table)).expect("the folder can be written");
+    table
+}
+
+fn close(value: &Value, expected: f64) -> bool {
+    (value.as_f64().expect("a number") / expected - 1.0).abs() < 0.005
+}
+
+/// A table's CRC as `vocc` prints it.
+fn crc(table: &L2aTable) -> Value {
+    json!(format!("{:08x}", table.crc()))
+}
+
+/// (a) It starts, and says who and how it is.
+pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    board.light(1000.0, Fault::None);
+    board.run_ms(1000);
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert!(close(&status["illuminance_lx"], 1000.0), "{status}");
+    assert!(close(&status["l2a"], L2A), "{status}");
+    assert!(
+        close(&status["luminance_cd_m2"], L2A * 1000.0 * REFLECTANCE),
+        "{status}"
+    );
+    assert!(
+        close(&status["duty"], L2A * 1000.0 * REFLECTANCE / FULL_CD_M2),
+        "{status}"
+    );
+    assert_eq!(
+        status["faults"],
+        json!(["no_table", "no_calibration"]),
+        "{status}"
+    );
+    assert_eq!(
+        status["table_crc"],
+        crc(&L2aTable::placeholder()),
+        "{status}"
+    );
+    assert!(status["uptime_s"].as_u64() >= Some(1), "{status}");
+}
+
+/// (b) A table that was pushed is there when the power comes back, and comes back byte for byte.
+pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
+    let table = write_table(folder, NIGHT, 1.25);
+    {
+        let mut board = Emulator::power_up(programs, folder, &[]);
+        board.light(1000.0, Fault::None);
+        board.run_ms(500);
+        board.real_time(true);
+        let terminal = Terminal::open(board.socket());
+        vocc(programs, folder, &["table", "push", NIGHT], terminal.name()).json();
+    }
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    board.light(1000.0, Fault::None);
+    board.run_ms(500);
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(status["table_crc"], crc(&table), "{status}");
+    assert_eq!(status["faults"], json!(["no_calibration"]), "{status}");
+    assert!(
+        close(&status["luminance_cd_m2"], 1.25 * 1000.0 * REFLECTANCE),
+        "{status}"
+    );
+    vocc(
+        programs,
+        folder,
+        &["table", "pull", "back.toml"],
+        terminal.name(),
+    )
+    .json();
+    vocc(
+        programs,
+        folder,
+        &["table", "verify", "back.toml"],
+        terminal.name(),
+    )
+    .json();
+}
+
+/// The power goes in the middle of flash operations of updates: one of the two tables is there, whole.
+pub fn a_power_cut_in_an_update_leaves_one_table_whole(programs: &Programs, folder: &Path) {
+    let [old, new] = [
+        write_table(folder, "old.toml", 1.5),
+        write_table(folder, "new.toml", 2.5),
+    ];
+    {
+        let mut board = Emulator::power_up(programs, folder, &[]);
+        board.run_ms(100);
+        board.real_time(true);
+        let terminal = Terminal::open(board.socket());
+        vocc(
+            programs,
+            folder,
+            &["table", "push", "old.toml"],
+            terminal.name(),
+        )
+        .json();
+    }
+    let flashed = folder.join("flash.bin");
+    let before = std::fs::read(&flashed).expect("the flash is a file");
+    let mut kept = vec![];
+    for operations in 0.. {
+        std::fs::write(&flashed, &before).expect("the flash is a file");
+        let off = {
+            let mut board = Emulator::power_up(programs, folder, &[]);
+            board.run_ms(100);
+            board.cut_power_after(operations);
+            board.real_time(true);
+            let terminal = Terminal::open(board.socket());
+            vocc(
+                programs,
+                folder,
+                &["table", "push", "new.toml", "--timeout", "0.5"],
+                terminal.name(),
+            );
+            board.is_off()
+        };
+        let mut board = Emulator::power_up(programs, folder, &[]);
+        board.run_ms(100);
+        board.real_time(true);
+        let terminal = Terminal::open(board.socket());
+        let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+        let found = &status["table_crc"];
+        assert!(
+            *found == self::crc(&old) || *found == self::crc(&new),
+            "after {operations}: {status}"
+        );
+        assert_eq!(
+            status["faults"],
+            json!(["no_calibration"]),
+            "after {operations}"
+        );
+        kept.push(*found == self::crc(&new));
+        if !off {
+            break;
+        }
+    }
+    assert!(
+        kept.len() > 2 && kept.is_sorted() && !kept[0] && kept[kept.len() - 1],
+        "{kept:?}"
+    );
+}

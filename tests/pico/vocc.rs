@@ -1,0 +1,43 @@
+//! The `vocc` program at a serial port.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::image::Programs;
+
+/// What a run of `vocc` left.
+#[derive(Debug)]
+pub struct Run {
+    /// The exit status.
+    pub status: i32,
+    /// Standard output.
+    pub output: String,
+    /// Standard error.
+    pub errors: String,
+}
+
+impl Run {
+    /// The one JSON object that it printed.
+    pub fn json(&self) -> Value {
+        assert_eq!(self.status, 0, "{self:?}");
+        serde_json::from_str(&self.output).unwrap_or_else(|_| panic!("no JSON: {self:?}"))
+    }
+}
+
+/// Runs `vocc` in `folder` with the words of `command` and `--json --port PORT`.
+pub fn vocc(programs: &Programs, folder: &Path, command: &[&str], port: &str) -> Run {
+    let output = Command::new(&programs.vocc)
+        .current_dir(folder)
+        .args(command)
+        .args(["--json", "--port", port])
+        .output()
+        .expect("vocc runs");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    Run {
+        status: output.status.code().unwrap_or(-1),
+        output: text(output.stdout),
+        errors: text(output.stderr),
+    }
+}
