@@ -33,13 +33,22 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     record.extend(&board.run_ms(500));
     record.extend(&board.real_time(true));
     let terminal = Terminal::open(board.socket());
-    vocc(programs, folder, &["device", "send", "--message", MESSAGE], terminal.name()).json();
+    vocc(
+        programs,
+        folder,
+        &["device", "send", "--message", MESSAGE],
+        terminal.name(),
+    )
+    .json();
     std::thread::sleep(Duration::from_millis(100));
     record.extend(&board.real_time(false));
     let filmed_from_ns = record.symbols.last().expect("symbols are shown").ns;
     record.extend(&board.run_ms(FILMED_MS));
     let messages = film(&record, filmed_from_ns);
-    assert!(messages.iter().any(|message| message == MESSAGE.as_bytes()), "{messages:?}");
+    assert!(
+        messages.iter().any(|message| message == MESSAGE.as_bytes()),
+        "{messages:?}"
+    );
 }
 
 /// The messages that a camera and a receiver get from the panels of a record from a time on.
@@ -62,7 +71,9 @@ fn film(record: &Record, from_ns: u64) -> Vec<Vec<u8>> {
     let mut grey = vec![0; sensor.width * sensor.height];
     let mut messages = vec![];
     for number in 0.. {
-        let Some((moment, shown)) = exposure(record, &renderer, from_ns, number) else { break };
+        let Some((moment, shown)) = exposure(record, &renderer, from_ns, number) else {
+            break;
+        };
         renderer.frame(1, &moment, &[shown], &mut canvas, &mut grey);
         let frame = Frame::new(&grey, sensor.width, sensor.height).expect("a whole frame");
         if let Received::Delivered(delivery) = receiver.frame(number, &frame).event {
@@ -76,10 +87,18 @@ fn film(record: &Record, from_ns: u64) -> Vec<Vec<u8>> {
 }
 
 /// What the LEDs do during the exposure of a frame; none when the record ends before.
-fn exposure(record: &Record, renderer: &Renderer, from_ns: u64, number: u64) -> Option<(Moment, Shown)> {
+fn exposure(
+    record: &Record,
+    renderer: &Renderer,
+    from_ns: u64,
+    number: u64,
+) -> Option<(Moment, Shown)> {
     let moment = renderer.moment(number);
     let start_ns = from_ns + (moment.start_s * 1e9) as u64;
-    let symbol = record.symbols.partition_point(|symbol| symbol.ns <= start_ns).checked_sub(1)?;
+    let symbol = record
+        .symbols
+        .partition_point(|symbol| symbol.ns <= start_ns)
+        .checked_sub(1)?;
     let window: &[_; WINDOW] = record.symbols.get(symbol..)?.first_chunk()?;
     let moment = Moment {
         symbol: symbol as u64,
@@ -93,7 +112,13 @@ fn exposure(record: &Record, renderer: &Renderer, from_ns: u64, number: u64) -> 
     let mut unlimited = view.panels[0].panel.clone();
     // What the board gives has passed its own limits.
     (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
-    let light = view.exposure.led_light(&view.scene, &unlimited, REFLECTANCE, l2a);
-    let shown = Shown { symbols: window.map(|symbol| symbol.panel), light, shift_px: [0.0; 2] };
+    let light = view
+        .exposure
+        .led_light(&view.scene, &unlimited, REFLECTANCE, l2a);
+    let shown = Shown {
+        symbols: window.map(|symbol| symbol.panel),
+        light,
+        shift_px: [0.0; 2],
+    };
     Some((moment, shown))
 }

@@ -3,9 +3,11 @@
 //! The emulator is in `tests/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is missing and
 //! cannot be had, these tests are shown as ignored, with the reason.
 
+mod closed_loop;
 mod emulator;
 mod image;
 mod light;
+mod measure;
 mod panel;
 mod serial;
 mod terminal;
@@ -43,6 +45,19 @@ const TESTS: &[(&str, Test)] = &[
     (
         "saturating_light_is_daylight",
         light::saturating_light_is_daylight,
+    ),
+    (
+        "a_message_sent_to_the_board_is_received_by_a_camera",
+        closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
+    ),
+    ("it_is_small", measure::it_is_small),
+    (
+        "the_latch_keeps_time_under_serial_load",
+        measure::the_latch_keeps_time_under_serial_load,
+    ),
+    (
+        "the_duty_follows_a_step_of_the_light",
+        measure::the_duty_follows_a_step_of_the_light,
     ),
 ];
 

@@ -8,21 +8,25 @@ use serde_json::Value;
 use crate::image::Programs;
 
 /// What a run of `vocc` left.
-#[derive(Debug)]
 pub struct Run {
     /// The exit status.
-    pub status: i32,
+    status: i32,
     /// Standard output.
-    pub output: String,
+    output: String,
     /// Standard error.
-    pub errors: String,
+    errors: String,
 }
 
 impl Run {
     /// The one JSON object that it printed.
     pub fn json(&self) -> Value {
-        assert_eq!(self.status, 0, "{self:?}");
-        serde_json::from_str(&self.output).unwrap_or_else(|_| panic!("no JSON: {self:?}"))
+        let Self {
+            status,
+            output,
+            errors,
+        } = self;
+        assert_eq!(*status, 0, "{errors}");
+        serde_json::from_str(output).unwrap_or_else(|_| panic!("no JSON: {output}, {errors}"))
     }
 }
 

@@ -44,6 +44,7 @@ use static_cell::StaticCell;
 use tx_firmware::{
     calibration::{Calibration, Measured},
     drive::{EXPOSURE_LONG_NS, period_ns},
+    light_watch::{Reading, Setting},
     store::Store,
 };
 
@@ -199,13 +200,12 @@ async fn follow_light(
         ticks.next().await;
         let wanted = || shared.with(|transmitter| transmitter.next_setting());
         let reading = sensor.poll(wanted);
-        let now_ms = Instant::now().as_millis();
-        shared.with(|transmitter| {
-            let Ok(_) = match reading {
-                Some((setting, reading)) => transmitter.sense(now_ms, setting, reading),
-                None => transmitter.watch(now_ms),
-            };
-        });
+        match reading {
+            Some((setting, reading)) => take_reading(shared, setting, reading),
+            None => shared.with(|transmitter| {
+                let Ok(_) = transmitter.watch(Instant::now().as_millis());
+            }),
+        }
         if symbols::position() != position {
             position = symbols::position();
             seen_at = Instant::now();
@@ -214,4 +214,13 @@ async fn follow_light(
             watchdog.feed(WATCHDOG);
         }
     }
+}
+
+/// From a sensor's reading to the duty; a function of its own, so that it can be timed.
+#[inline(never)]
+fn take_reading(shared: &Shared, setting: Setting, reading: Reading) {
+    let now_ms = Instant::now().as_millis();
+    shared.with(|transmitter| {
+        let Ok(_) = transmitter.sense(now_ms, setting, reading);
+    });
 }

@@ -1,0 +1,167 @@
+//! Size and time of the image on the emulated Cortex-M0+: the numbers of the table in `docs/hardware.md`.
+
+use std::io::Write as _;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+
+use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
+
+use crate::emulator::{Emulator, Event, Fault};
+use crate::image::Programs;
+use crate::panel::{FULL_CD_M2, L2A, REFLECTANCE, Record};
+
+const FLASH_MAX: u32 = 64 * 1024;
+const RAM_MAX: u32 = 24 * 1024;
+
+/// Symbols over which the latch is timed.
+const SYMBOLS: u32 = 10_000;
+/// What the symbol clock may be early or late, ns.
+const JITTER_MAX_NS: f64 = 1_000.0;
+const SYMBOL_RATE_HZ: f64 = 90.0;
+/// What the symbol rate may be off, beside the crystal.
+const RATE_ERROR_MAX: f64 = 1e-5;
+
+/// A fraction of a second within which a panel must have dimmed when the light is gone, ms.
+const DIMMED_MS: u64 = 1_000;
+
+/// Flash and static RAM are within their bounds.
+pub fn it_is_small(programs: &Programs, _: &Path) {
+    let elf = std::fs::read(&programs.image).expect("the image is built");
+    let Size { flash, ram } = size(&elf);
+    say(&format!(
+        "flash {flash} bytes of {FLASH_MAX}, static RAM {ram} bytes of {RAM_MAX}"
+    ));
+    assert!(flash <= FLASH_MAX && ram <= RAM_MAX);
+}
+
+/// The latch keeps its time whatever comes over the serial port; what interrupts and functions take is told.
+pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path) {
+    let names = ["irq12", "take_reading", "5Block6encode"];
+    let options: Vec<&str> = names.iter().flat_map(|name| ["--time", name]).collect();
+    let mut board = Emulator::power_up(programs, folder, &options);
+    let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
+    drain(port.try_clone().expect("the socket can be shared"));
+    let mut record = Record::default();
+    let mut last = Event::default();
+    let mut sequence = 0;
+    let mut lux = 60.0;
+    while record.symbols.len() <= SYMBOLS as usize {
+        // As much as the line takes in the time.
+        for _ in 0..20 {
+            port.write_all(&requests(&mut sequence))
+                .expect("the board takes it");
+        }
+        board.light(lux, Fault::None);
+        lux = if lux > 10_000.0 { 60.0 } else { lux * 1.7 };
+        let events = board.run_ms(1_000);
+        record.extend(&events);
+        last = events.into_iter().next_back().unwrap_or_default();
+    }
+    let start = record.symbols[0].ns;
+    let strays = record.symbols.iter().zip(0..).map(|(symbol, index)| {
+        let due = start as f64 + f64::from(index) * SYMBOL_NS;
+        (symbol.ns as f64 - due).abs() as u64
+    });
+    let jitter_ns = strays.max().unwrap_or(u64::MAX);
+    say(&format!(
+        "latch: at most {jitter_ns} ns early or late in {} symbols",
+        record.symbols.len()
+    ));
+    assert!(jitter_ns <= JITTER_MAX_NS);
+    let cycles = last.cycles.expect("cycles were counted");
+    for (name, what) in names.into_iter().zip([
+        "symbol interrupt",
+        "dimming update, sensor reading to duty",
+        "LDPC-encoded block",
+    ]) {
+        let tally = |key: &str| cycles[name][key].as_u64().expect("it ran");
+        say(&format!(
+            "{what}: {} to {} cycles, {} on average",
+            tally("least"),
+            tally("most"),
+            tally("mean")
+        ));
+    }
+}
+
+/// A step of the light reaches the duty: under a bridge within a second, and how long it takes is told.
+pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) {
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut record = Record::default();
+    board.light(10_000.0, Fault::None);
+    record.extend(&board.run_ms(1_000));
+    for (from, to, within_ms) in [(10_000.0, 100.0, DIMMED_MS), (100.0, 10_000.0, 10_000)] {
+        board.light(to, Fault::None);
+        let started = record.symbols.last().expect("symbols are shown").ns;
+        record.extend(&board.run_ms(12_000));
+        let wanted = (L2A * to * REFLECTANCE).min(FULL_CD_M2);
+        let after_ms = |tolerance: f64| {
+            let settled = record.pulses.iter().rev().take_while(|(ns, pulses)| {
+                *ns > started && (pulses.luminance_cd_m2() / wanted).ln().abs() <= tolerance.ln()
+            });
+            settled
+                .last()
+                .map_or(u64::MAX, |(ns, _)| (ns - started) / 1_000_000)
+        };
+        let first = record
+            .pulses
+            .iter()
+            .find(|(ns, _)| *ns > started)
+            .map_or(u64::MAX, |(ns, _)| (ns - started) / 1_000_000);
+        let (half, near) = (after_ms(2.0), after_ms(1.1));
+        say(&format!(
+            "{from} to {to} lx: first change of the duty after {first} ms, within a factor of 2 after {half} ms, within 10 % after {near} ms"
+        ));
+        assert!(half <= within_ms);
+    }
+}
+
+/// Valid requests, nonsense and half a frame.
+fn requests(sequence: &mut u32) -> Vec<u8> {
+    let mut bytes = vec![];
+    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+    for request in [
+        Request::Status,
+        Request::Hello,
+        Request::ReadTable { offset: 0 },
+    ] {
+        *sequence += 1;
+        let request = encode(Kind::Request, *sequence, &request, &mut wire).expect("it fits");
+        bytes.extend_from_slice(request);
+    }
+    bytes.extend_from_slice(&[0x55, 0xaa, 0x17, 0, 0, 3]);
+    bytes
+}
+
+/// Answers are read and dropped.
+fn drain(mut port: UnixStream) {
+    std::thread::spawn(move || std::io::copy(&mut port, &mut std::io::sink()));
+}
+
+struct Size {
+    flash: u32,
+    ram: u32,
+}
+
+/// What an image takes of the flash, its boot loader included, and of the RAM before its stack.
+fn size(elf: &[u8]) -> Size {
+    let word = |at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().expect("4 bytes"));
+    let half = |at: usize| u16::from_le_bytes(elf[at..at + 2].try_into().expect("2 bytes"));
+    let (start, each, count) = (word(28) as usize, half(42) as usize, half(44) as usize);
+    let mut size = Size { flash: 0, ram: 0 };
+    for at in (0..count).map(|index| start + index * each) {
+        let [kind, address, in_file, in_memory] = [0, 8, 16, 20].map(|offset| word(at + offset));
+        if kind == 1 {
+            size.flash += in_file;
+            if address >= 0x2000_0000 {
+                size.ram += in_memory;
+            }
+        }
+    }
+    size
+}
+
+/// Tells a measurement, past the test's own output.
+fn say(what: &str) {
+    let _ = writeln!(std::io::stderr(), "measured: {what}");
+}
