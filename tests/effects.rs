@@ -11,7 +11,7 @@ use sim::plan::Plan;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::{Pose, Scene};
 
-/// Random scenes in which every effect but the photograph has something to do; [`scene`] adds a second panel.
+/// Random scenes in which every effect but the photograph has something to do; [`scene`] adds two more panels.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
     let geometry = (
         20.0..70.0f64,
@@ -71,13 +71,11 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
 fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(frame);
-    let shown = [0, 1].map(|index| {
-        let symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
-        Shown {
-            symbols,
-            ..renderer.steady(index, PanelFrame::default())
-        }
+    let shown = (0..scene.panels.len()).map(|index| Shown {
+        symbols: std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64())),
+        ..renderer.steady(index, PanelFrame::default())
     });
+    let shown: Vec<Shown> = shown.collect();
     let mut canvas = Canvas::<f64>::new(region_of.surroundings(0));
     renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
     canvas
@@ -111,10 +109,22 @@ fn scene(
         y_m: -2.2,
         ..Pose::default()
     };
-    scene.panels.push(sim::scene::Panel {
-        pose: Some(above),
-        ..Default::default()
-    });
+    // And one behind the first, partly hidden by it and going the other way.
+    let [x, _, z] = scene.pose.velocity_m_s;
+    let behind = Pose {
+        distance_m: 80.0,
+        x_m: scene.pose.x_m * 80.0 / scene.pose.distance_m + 0.3,
+        y_m: 0.1,
+        velocity_m_s: [-x, 0.0, z],
+        ..Pose::default()
+    };
+    scene
+        .panels
+        .extend([above, behind].map(|pose| sim::scene::Panel {
+            pose: Some(pose),
+            board_reflectance: scene.panels[0].board_reflectance,
+            ..Default::default()
+        }));
     scene
 }
 
@@ -158,17 +168,18 @@ proptest! {
 #[test]
 fn an_effect_at_its_neutral_value_changes_no_byte() {
     let neutral = ["atmosphere.transmission_at_70m=1".to_string()];
-    let without = scene(
-        &neutral,
-        deterministic()
-            .into_iter()
-            .filter(|&name| name != "blur")
-            .map(|name| (name, "off")),
-    );
+    // Other panels are no neutral value.
+    let alone = |modes: Vec<(&'static str, &'static str)>| {
+        let mut scene = scene(&neutral, modes);
+        scene.panels.truncate(1);
+        scene
+    };
+    let but_blur = deterministic().into_iter().filter(|&name| name != "blur");
+    let without = alone(but_blur.map(|name| (name, "off")).collect());
     let renderer = Renderer::new(&without, Level::Reference).expect("a visible scene");
     let plain = draw(&without, &renderer, 3);
     for name in deterministic() {
-        let with = scene(&neutral, [(name, "on")]);
+        let with = alone(vec![(name, "on")]);
         assert_eq!(draw(&with, &renderer, 3), plain, "{name}");
     }
 }

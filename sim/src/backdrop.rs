@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use rand::Rng;
 
-use crate::grey::Encoder;
-use crate::noise::{FlatNoise, Noise, PixelNoise, Site};
+use crate::noise::{FlatNoise, PixelNoise, Site};
 
 /// The whole sensor without panels, ready to be read out.
 #[derive(Clone, Debug)]
@@ -21,28 +20,11 @@ pub enum Backdrop {
 }
 
 impl Backdrop {
-    /// One linear value everywhere.
-    pub fn even(linear: f64, encoder: &Encoder, noise: Option<&Noise>) -> Self {
-        match noise {
-            None => Self::Even(encoder.grey(linear as f32)),
-            Some(noise) => Self::EvenNoisy(Box::new(FlatNoise::new(noise, linear))),
-        }
-    }
-
-    /// The linear values of the whole sensor.
-    pub fn picture(linear: &[f32], encoder: &Encoder, noise: Option<Arc<PixelNoise>>) -> Self {
-        match noise {
-            None => {
-                let mut grey = vec![0; linear.len()];
-                encoder.encode(linear, &mut grey);
-                Self::Picture(grey)
-            }
-            Some(noise) => {
-                let mut sites = vec![Site::default(); linear.len()];
-                noise.sites(linear, &mut sites);
-                Self::PictureNoisy(sites, noise)
-            }
-        }
+    /// The linear values of the whole sensor under noise.
+    pub fn noisy(linear: &[f32], noise: Arc<PixelNoise>) -> Self {
+        let mut sites = vec![Site::default(); linear.len()];
+        noise.sites(linear, &mut sites);
+        Self::PictureNoisy(sites, noise)
     }
 
     /// Reads the whole sensor out.

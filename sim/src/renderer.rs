@@ -17,14 +17,14 @@ use crate::exposure::LedLight;
 use crate::grey::{self, Encoder};
 use crate::kernel::{Exact, Kernel, Real, Tabulated};
 use crate::layout::{self, Images, Layout, image_of};
-use crate::noise::PixelNoise;
+use crate::noise::{FlatNoise, PixelNoise};
 use crate::outline::Outline;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::recipe::Recipe;
 use crate::scene::{Camera, Scene};
 use crate::stamp::Chorded;
-use crate::view::{BOARD_CORNERS, PanelView, View, ViewError};
+use crate::view::{BOARD_CORNERS, PanelView, Photograph, View, ViewError};
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]
@@ -53,8 +53,10 @@ pub struct Renderer {
     layouts: Vec<Vec<(f64, Layout)>>,
     /// The panels drawn, the farthest first: a near board covers what is behind it.
     far_to_near: Vec<usize>,
-    /// For each panel drawn: its board, where it has one.
-    boards: Vec<Option<Board>>,
+    /// For each panel drawn: its board over the exposure with weights; empty without a board.
+    boards: Vec<Vec<(f64, Board)>>,
+    /// For each panel drawn: whether all that is behind its LEDs has one linear value.
+    on_even_ground: Vec<bool>,
     encoder: Encoder,
     /// Noise of the pixels drawn, made when it is first asked for.
     pixel_noise: OnceLock<Arc<PixelNoise>>,
@@ -114,26 +116,33 @@ impl Renderer {
         };
         let layouts: Vec<Vec<_>> = view.panels[..drawn].iter().map(at_moments).collect();
         let boards = view.panels[..drawn].iter().map(|panel| {
-            panel
-                .panel
-                .board_reflectance
-                .filter(|_| recipe.boards)
-                .map(|_| Board::new(&scene.camera, panel, &recipe, &accuracy))
+            let board = panel.panel.board_reflectance.filter(|_| recipe.boards);
+            let images = recipe.moments.iter().filter(|_| board.is_some());
+            images
+                .map(|&(after_s, weight)| {
+                    let camera = &scene.camera;
+                    (
+                        weight,
+                        Board::new(camera, panel, &recipe, &accuracy, after_s),
+                    )
+                })
+                .collect()
         });
-        let boards = boards.collect();
+        let boards: Vec<Vec<_>> = boards.collect();
         let mut far_to_near: Vec<usize> = (0..drawn).collect();
         far_to_near.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(|index| view.panels[index].pose.distance_m);
             b.total_cmp(&a)
         });
         let per_px = accuracy.phases.max(1);
-        Self {
+        let mut renderer = Self {
             exact: Exact::new(recipe.sigma_px),
             table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(scene.camera.gamma),
             margin_px,
             layouts,
             boards,
+            on_even_ground: Vec::new(),
             pixel_noise: OnceLock::new(),
             backdrop: OnceLock::new(),
             far_to_near,
@@ -141,7 +150,20 @@ impl Renderer {
             plan,
             recipe,
             level,
-        }
+        };
+        renderer.on_even_ground = (0..drawn)
+            .map(|index| renderer.is_on_even_ground(index))
+            .collect();
+        renderer
+    }
+
+    /// Whether all behind the LEDs of panel `index` has one value: its board, or a plain background where no farther panel is.
+    fn is_on_even_ground(&self, index: usize) -> bool {
+        let surroundings = self.surroundings(index);
+        let mut farther = self.far_to_near.iter().take_while(|&&other| other != index);
+        !self.boards[index].is_empty()
+            || self.photograph().is_none()
+                && farther.all(|&other| !meet(surroundings, self.surroundings(other)))
     }
 
     /// The scene, worked out.
@@ -183,15 +205,9 @@ impl Renderer {
     fn around(&self, index: usize, margin_px: f64) -> Region {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
-        let corners = BOARD_CORNERS.map(|(row, column)| {
-            layout::place(
-                camera,
-                panel,
-                &self.recipe,
-                0.0,
-                panel.projection.led_m(row, column),
-            )
-        });
+        let moments = self.recipe.moments.iter();
+        let corners =
+            moments.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.recipe, after_s));
         let centres = self
             .layouts
             .get(index)
@@ -199,7 +215,6 @@ impl Renderer {
             .flatten()
             .flat_map(|(_, layout)| (0..LEDS).map(|led| layout.centre(led)));
         let (low, high) = corners
-            .into_iter()
             .chain(centres)
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
                 (l.min(p), h.max(p))
@@ -302,14 +317,27 @@ impl Renderer {
 
     /// The sensor without panels.
     fn backdrop(&self) -> Backdrop {
-        if !self.recipe.photograph && self.recipe.row_stages.is_empty() {
-            let noise = self.recipe.noise.as_ref();
-            return Backdrop::even(self.plain_background(), &self.encoder, noise);
+        if self.photograph().is_none() && self.recipe.row_stages.is_empty() {
+            let plain = self.plain_background();
+            return match &self.recipe.noise {
+                None => Backdrop::Even(self.encoded(&[plain as f32])[0]),
+                Some(noise) => Backdrop::EvenNoisy(Box::new(FlatNoise::new(noise, plain))),
+            };
         }
         let mut canvas = Canvas::new(self.sensor());
         self.draw_background(&mut canvas);
         self.change_rows(&mut canvas);
-        Backdrop::picture(canvas.values(), &self.encoder, self.pixel_noise().cloned())
+        match self.pixel_noise() {
+            None => Backdrop::Picture(self.encoded(canvas.values())),
+            Some(noise) => Backdrop::noisy(canvas.values(), noise.clone()),
+        }
+    }
+
+    /// Grey levels without noise.
+    fn encoded(&self, linear: &[f32]) -> Vec<u8> {
+        let mut grey = vec![0; linear.len()];
+        self.encoder.encode(linear, &mut grey);
+        grey
     }
 
     fn change_rows(&self, canvas: &mut Canvas<f32>) {
@@ -475,68 +503,90 @@ impl Renderer {
     ) {
         self.draw_background(canvas);
         for &index in &self.far_to_near {
-            let (Some(shown), layouts) = (shown.get(index), &self.layouts[index]) else {
+            let Some(shown) = shown.get(index) else {
                 continue;
             };
             let shift = DVec2::from_array(shown.shift_px);
-            if let Some(board) = &self.boards[index] {
-                self.draw_board(kernel, index, board, shift, canvas);
+            if let Some(light) = self.board_light(index) {
+                self.cover(canvas, light, |mask| {
+                    for (weight, board) in &self.boards[index] {
+                        self.add_board(kernel, board, shift, K::Real::from_f64(*weight), mask);
+                    }
+                });
             }
-            let light = self.amplitudes(index, moment, shown);
-            for (weight, layout) in layouts {
-                let weighted = light.map(|light| K::Real::from_f64(light * weight));
-                paint(layout, shift, &weighted, canvas);
+            let add_leds = |light: &[f64; LEDS], canvas: &mut Canvas<K::Real>| {
+                for (weight, layout) in &self.layouts[index] {
+                    let weighted = light.map(|light| K::Real::from_f64(light * weight));
+                    paint(layout, shift, &weighted, canvas);
+                }
+            };
+            let mut light = self.led_light(index, moment, shown);
+            if self.on_even_ground[index] {
+                let ground = self.board_light(index);
+                let ground = ground.unwrap_or_else(|| self.plain_background());
+                light = light.map(|light| light - ground);
+            } else {
+                // Opaque LEDs hide what is behind them before they add their own light.
+                self.cover(canvas, 0.0, |mask| add_leds(&[1.0; LEDS], mask));
             }
+            add_leds(&light, canvas);
         }
     }
 
-    fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
-        if !self.recipe.photograph {
-            canvas.fill(R::from_f64(self.plain_background()));
-            return;
-        }
-        let Region { x, y, width, .. } = canvas.region();
-        let photograph = self
-            .view
-            .photograph
-            .chunks_exact(self.sensor().width)
-            .skip(y);
-        for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(photograph) {
-            for (value, &source) in row.iter_mut().zip(&source[x..x + width]) {
-                *value = R::from_f64(self.recipe.background_air.through(source.into()));
-            }
-        }
-    }
-
-    /// Covers what is behind panel `index` by its board, edges blurred.
-    fn draw_board<K: Kernel>(
+    /// Adds a board of the linear value `light`, edges blurred.
+    fn add_board<K: Kernel>(
         &self,
         kernel: &K,
-        index: usize,
         board: &Board,
         shift: DVec2,
+        light: K::Real,
         canvas: &mut Canvas<K::Real>,
     ) {
-        let mut mask = Canvas::new(canvas.region());
-        let (centre, full) = (board.centre + shift, K::Real::from_f64(1.0));
+        let centre = board.centre + shift;
         match &board.chords {
             Some(chords) => {
                 let stamp = Chorded::new(kernel, chords, self.margin_px);
-                mask.add_led(&stamp, centre, full);
+                canvas.add_led(&stamp, centre, light);
             }
-            None => mask.add_outline(
+            None => canvas.add_outline(
                 &board.outline,
                 self.recipe.sigma_px,
                 self.margin_px,
                 centre,
-                full,
+                light,
             ),
         }
-        let light = self
-            .board_light(index)
-            .unwrap_or_else(|| self.plain_background());
+    }
+
+    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws says.
+    fn cover<R: Real>(&self, canvas: &mut Canvas<R>, light: f64, draw: impl Fn(&mut Canvas<R>)) {
+        let mut mask = Canvas::new(canvas.region());
+        draw(&mut mask);
+        let light = R::from_f64(light);
         for (value, &covered) in canvas.values_mut().iter_mut().zip(mask.values()) {
-            *value += covered * (K::Real::from_f64(light) - *value);
+            *value += covered * (light - *value);
+        }
+    }
+
+    /// The photograph, where it is drawn.
+    fn photograph(&self) -> Option<&Photograph> {
+        let photograph = self.view.photograph.as_ref();
+        photograph.filter(|_| self.recipe.photograph)
+    }
+
+    fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
+        let Some(photograph) = self.photograph() else {
+            canvas.fill(R::from_f64(self.plain_background()));
+            return;
+        };
+        let Region { x, y, width, .. } = canvas.region();
+        let air = self.recipe.background_air;
+        let source = photograph.relative();
+        let source = source.chunks_exact(self.sensor().width).skip(y);
+        for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(source) {
+            for (value, &relative) in row.iter_mut().zip(&source[x..x + width]) {
+                *value = R::from_f64(air.through(self.view.background * f64::from(relative)));
+            }
         }
     }
 
@@ -550,9 +600,8 @@ impl Renderer {
         Some(air.through(effects::board::linear(&self.view, reflectance)))
     }
 
-    /// By how much each LED of a panel is brighter than what is behind it.
-    fn amplitudes(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
-        let panel = &self.view.panels[index];
+    /// The linear value of each LED of a panel through the air.
+    fn led_light(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
         let mut own: [f64; LEDS] = if self.recipe.mix_symbols {
             std::array::from_fn(|led| {
@@ -569,23 +618,9 @@ impl Renderer {
             stage.apply(index, moment, &delay_s, &mut own);
         }
         let air = self.recipe.air[index];
-        let board = self.board_light(index);
         std::array::from_fn(|led| {
-            let light = shown.light.off + own[led] * (shown.light.on - shown.light.off);
-            air.through(light) - board.unwrap_or_else(|| self.behind(panel.ellipses[led].centre))
+            air.through(shown.light.off + own[led] * (shown.light.on - shown.light.off))
         })
-    }
-
-    /// The linear value of the background at a pixel position.
-    fn behind(&self, at: DVec2) -> f64 {
-        if !self.recipe.photograph {
-            return self.plain_background();
-        }
-        let sensor = self.sensor();
-        let clip = |value: f64, end: usize| value.round().clamp(0.0, end as f64 - 1.0) as usize;
-        let seen = self.view.photograph
-            [clip(at.y, sensor.height) * sensor.width + clip(at.x, sensor.width)];
-        self.recipe.background_air.through(seen.into())
     }
 
     /// The linear value of a background without photograph.
@@ -594,7 +629,7 @@ impl Renderer {
     }
 }
 
-/// A panel's board of 8 × 8 pitches, where it is in the middle of the exposure.
+/// A panel's board of 8 × 8 pitches.
 struct Board {
     centre: DVec2,
     outline: Outline,
@@ -603,16 +638,15 @@ struct Board {
 }
 
 impl Board {
-    fn new(camera: &Camera, panel: &PanelView, recipe: &Recipe, accuracy: &Accuracy) -> Self {
-        let corners = BOARD_CORNERS.map(|(row, column)| {
-            layout::place(
-                camera,
-                panel,
-                recipe,
-                0.0,
-                panel.projection.led_m(row, column),
-            )
-        });
+    /// Where it is `after_s` seconds after the middle of the exposure.
+    fn new(
+        camera: &Camera,
+        panel: &PanelView,
+        recipe: &Recipe,
+        accuracy: &Accuracy,
+        after_s: f64,
+    ) -> Self {
+        let corners = board_corners(camera, panel, recipe, after_s);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
@@ -621,4 +655,20 @@ impl Board {
             chords: Chords::within(&outline, recipe.sigma_px, accuracy.quadrature),
         }
     }
+}
+
+/// Whether two regions have a pixel in common.
+fn meet(one: Region, other: Region) -> bool {
+    let apart = |a: usize, length: usize, b: usize, other: usize| a + length <= b || b + other <= a;
+    !apart(one.x, one.width, other.x, other.width)
+        && !apart(one.y, one.height, other.y, other.height)
+}
+
+/// The corners of a panel's board, each at its row's own time.
+fn board_corners(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -> [DVec2; 4] {
+    BOARD_CORNERS.map(|(row, column)| {
+        let at = panel.projection.led_m(row, column);
+        let delay_s = recipe.row_delay_s * panel.projection.pixel(at).y;
+        layout::place(camera, panel, recipe, after_s + delay_s, at)
+    })
 }

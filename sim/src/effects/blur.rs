@@ -29,7 +29,7 @@ impl Effect for LensBlur {
     fn bound_grey(&self, view: &View) -> f64 {
         let displacement =
             2.0 * view.scene.camera.blur_sigma_px * (2.0 / std::f64::consts::PI).sqrt();
-        view.change((view.peak - view.floor) * displacement.min(1.0))
+        view.change_by_layers(displacement)
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {

@@ -22,17 +22,17 @@ impl Effect for Board {
     }
 
     fn cost(&self) -> &'static str {
-        "some 100 chords, drawn once a frame"
+        "some 100 chords, drawn once for each moment of the exposure"
     }
 
-    /// Against the plain background, whether the air dims both, veils both or does not. A photograph can differ by the whole
-    /// range.
+    /// Against the plain background, whether the air dims both, veils both or does not. A photograph or another panel can
+    /// differ by the whole range.
     fn bound_grey(&self, view: &View) -> f64 {
         let difference = |(panel, air): (&PanelView, &Air)| {
             let Some(reflectance) = panel.panel.board_reflectance else {
                 return 0.0;
             };
-            if !view.photograph.is_empty() {
+            if view.photograph.is_some() || view.layers > 1 {
                 return view.peak - view.floor;
             }
             let board = linear(view, reflectance);

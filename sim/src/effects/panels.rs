@@ -13,7 +13,7 @@ impl Effect for OtherPanels {
     }
 
     fn model(&self) -> &'static str {
-        "panels other than the first, each by its own projection and brightness"
+        "panels other than the first, each by its own projection and brightness, the nearer before the farther"
     }
 
     fn keys(&self) -> &'static [&'static str] {

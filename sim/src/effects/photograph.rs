@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::recipe::Recipe;
-use crate::view::View;
+use crate::view::{Photograph as Picture, View};
 
 /// See the [module](self).
 pub struct Photograph;
@@ -25,12 +25,12 @@ impl Effect for Photograph {
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
-        let change = |&value: &f32| (f64::from(value) - view.background).abs();
-        view.change(view.photograph.iter().map(change).fold(0.0, f64::max))
-            .min(255.0)
+        let range = view.photograph.iter().flat_map(Picture::range);
+        let change = range.map(|relative| (relative - 1.0).abs() * view.background);
+        view.change(change.fold(0.0, f64::max)).min(255.0)
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.photograph = !view.photograph.is_empty();
+        recipe.photograph = view.photograph.is_some();
     }
 }

@@ -35,11 +35,7 @@ impl Effect for Pwm {
     }
 
     fn bound_grey(&self, view: &View) -> f64 {
-        let strays = view
-            .panels
-            .iter()
-            .map(|panel| stray(&view.scene, &view.exposure, panel));
-        view.change((view.peak - view.floor) * strays.fold(0.0, f64::max))
+        view.change_by_strays(|panel| stray(&view.scene, &view.exposure, panel))
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {

@@ -1,0 +1,86 @@
+//! A photograph as the camera sees it.
+
+use std::sync::Arc;
+
+use image::imageops::{FilterType, resize};
+
+use super::ViewError;
+use crate::grey;
+use crate::scene::Scene;
+
+/// A photograph scaled to the sensor, its mean linear value 1. Copies share it.
+#[derive(Clone, Debug)]
+pub struct Photograph {
+    relative: Arc<[f32]>,
+    range: [f64; 2],
+    path: String,
+    size_px: [usize; 2],
+    gamma: f64,
+}
+
+impl Photograph {
+    /// The photograph that the scene names, if it does.
+    ///
+    /// # Errors
+    /// When the file is no picture, or a black one.
+    pub fn of(scene: &Scene) -> Result<Option<Self>, ViewError> {
+        let Some(path) = &scene.ambient.background_image else {
+            return Ok(None);
+        };
+        let fault = |why: String| ViewError::Background {
+            path: path.clone(),
+            why,
+        };
+        let picture = image::open(path)
+            .map_err(|error| fault(error.to_string()))?
+            .into_luma8();
+        if picture.width() == 0 || picture.height() == 0 {
+            return Err(fault("it has no pixels".into()));
+        }
+        let size_px = [scene.camera.width_px, scene.camera.height_px];
+        let [width, height] = size_px.map(|side| side as u32);
+        let fitted = resize(&picture, width, height, FilterType::Triangle).into_raw();
+        let gamma = scene.camera.gamma;
+        let table: Vec<f64> = (0..256)
+            .map(|level| grey::linear(f64::from(level), gamma))
+            .collect();
+        let linear = |&level: &u8| table[usize::from(level)];
+        let mean = fitted.iter().map(linear).sum::<f64>() / fitted.len() as f64;
+        if mean <= 0.0 {
+            return Err(fault("it is black all over".into()));
+        }
+        let relative: Arc<[f32]> = fitted
+            .iter()
+            .map(|level| (linear(level) / mean) as f32)
+            .collect();
+        let range = [
+            relative.iter().copied().fold(f32::INFINITY, f32::min),
+            relative.iter().copied().fold(0.0, f32::max),
+        ];
+        Ok(Some(Self {
+            relative,
+            range: range.map(f64::from),
+            path: path.clone(),
+            size_px,
+            gamma,
+        }))
+    }
+
+    /// Whether a scene shows this photograph in the same way.
+    pub fn is_of(&self, scene: &Scene) -> bool {
+        let camera = &scene.camera;
+        scene.ambient.background_image.as_ref() == Some(&self.path)
+            && self.size_px == [camera.width_px, camera.height_px]
+            && self.gamma == camera.gamma
+    }
+
+    /// Linear values over their mean, row by row.
+    pub fn relative(&self) -> &[f32] {
+        &self.relative
+    }
+
+    /// The least and the greatest of them.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+}
