@@ -57,9 +57,13 @@ impl Plan {
 
     /// Whether the effect of that name is simulated.
     pub fn includes(&self, effect: &str) -> bool {
-        self.0
-            .iter()
-            .any(|decision| decision.effect == effect && decision.included)
+        self.included().any(|included| included == effect)
+    }
+
+    /// The names of the effects that are simulated.
+    pub fn included(&self) -> impl Iterator<Item = &'static str> {
+        let included = self.0.iter().filter(|decision| decision.included);
+        included.map(|decision| decision.effect)
     }
 
     /// The sum of the bounds of what is left out: no unrounded grey level is farther than this from the image with all

@@ -22,7 +22,8 @@ pub trait LedStage: Send + Sync {
     );
 }
 
-/// A change of the linear values of a row of pixels.
+/// A change of the linear values of a row of pixels. It depends on the camera alone, so that it is worked out once for what no
+/// panel lights.
 pub trait RowStage: Send + Sync {
     /// Changes the `row` whose first pixel is (`x`, `y`) of the sensor.
     fn apply(&self, x: usize, y: usize, row: &mut [f32]);

@@ -61,7 +61,7 @@ pub struct Renderer {
     /// Noise of the pixels drawn, made when it is first asked for.
     pixel_noise: OnceLock<Arc<PixelNoise>>,
     /// The sensor without panels, made when a whole frame is first asked for.
-    backdrop: OnceLock<Backdrop>,
+    backdrop: OnceLock<Arc<Backdrop>>,
 }
 
 impl Renderer {
@@ -155,6 +155,36 @@ impl Renderer {
             .map(|index| renderer.is_on_even_ground(index))
             .collect();
         renderer
+    }
+
+    /// A renderer for another scene at the same level. It takes over what both have in common of the photograph, the noise
+    /// tables and the backdrop, which are most of the work where panels have only moved.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen: see [`ViewError`].
+    pub fn rebuilt_for(&self, scene: &Scene) -> Result<Self, ViewError> {
+        let mut rebuilt = Self::of(self.view.rebuilt_for(scene)?, self.level);
+        if rebuilt.recipe.noise == self.recipe.noise {
+            rebuilt.pixel_noise = self.pixel_noise.clone();
+            if rebuilt.has_the_backdrop_of(self) {
+                rebuilt.backdrop = self.backdrop.clone();
+            }
+        }
+        Ok(rebuilt)
+    }
+
+    fn has_the_backdrop_of(&self, other: &Self) -> bool {
+        let (mine, theirs) = (&self.view, &other.view);
+        let photographs =
+            [self, other].map(|renderer| renderer.photograph().map(Photograph::relative));
+        mine.scene.camera == theirs.scene.camera
+            && self.plan.included().eq(other.plan.included())
+            && self.plain_background() == other.plain_background()
+            && self.recipe.background_air == other.recipe.background_air
+            && match photographs {
+                [Some(mine), Some(theirs)] => std::ptr::eq(mine, theirs),
+                [mine, theirs] => mine.is_none() && theirs.is_none(),
+            }
     }
 
     /// Whether all behind the LEDs of panel `index` has one value: its board, or a plain background where no farther panel is.
@@ -386,7 +416,7 @@ impl Renderer {
         if width < sensor.width || height < sensor.height {
             let mut random = stream(seed, moment.frame, Purpose::Background);
             self.backdrop
-                .get_or_init(|| self.backdrop())
+                .get_or_init(|| Arc::new(self.backdrop()))
                 .read_out(&mut random, grey);
         }
         let mut random = stream(seed, moment.frame, Purpose::Noise);

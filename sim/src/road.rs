@@ -112,7 +112,6 @@ pub struct Received {
 /// One link: transmitter, road and receiver.
 pub struct Road {
     scene: Scene,
-    level: Level,
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
@@ -162,7 +161,6 @@ impl Road {
         let sensor = renderer.sensor();
         Ok(Self {
             scene: scene.clone(),
-            level: settings.level,
             seed: settings.seed,
             transmitter,
             receiver,
@@ -251,7 +249,7 @@ impl Road {
         for panel in &mut scene.panels {
             panel.pose = panel.pose.as_ref().map(|pose| pose_after(pose, after_s));
         }
-        self.renderer = Renderer::new(&scene, self.level)?;
+        self.renderer = self.renderer.rebuilt_for(&scene)?;
         self.canvas = Canvas::new(self.renderer.lit_region());
         Ok(())
     }

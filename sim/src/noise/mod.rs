@@ -20,7 +20,7 @@ use crate::scene::Scene;
 use law::Law;
 
 /// The noise of one camera at one exposure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     electrons_per_linear: f64,
     read_noise_e: f64,

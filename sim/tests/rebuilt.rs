@@ -1,0 +1,84 @@
+//! A renderer rebuilt for panels that have moved draws what a new one does, without the work that is done.
+
+use std::path::PathBuf;
+
+use link::panel::PanelFrame;
+use sim::accuracy::Level;
+use sim::canvas::Canvas;
+use sim::renderer::Renderer;
+use sim::scene::Scene;
+
+/// A file of its own for each test, removed in the end.
+struct Picture(PathBuf);
+
+impl Picture {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("vocc-{name}-{}.png", std::process::id()));
+        let ramp = image::GrayImage::from_fn(48, 27, |x, y| image::Luma([(40 + 3 * x + y) as u8]));
+        ramp.save(&path).expect("room for a picture");
+        Self(path)
+    }
+
+    fn scene(&self, settings: &[&str]) -> Scene {
+        let settings = settings.iter().map(|set| set.to_string());
+        let own = [
+            format!("ambient.background_image={:?}", self.0),
+            "camera.width_px=480".into(),
+            "camera.height_px=270".into(),
+            "effects.noise=on".into(),
+        ];
+        Scene::load("night", &settings.chain(own).collect::<Vec<_>>()).expect("a valid scene")
+    }
+}
+
+impl Drop for Picture {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+fn frame(renderer: &Renderer) -> Vec<u8> {
+    let sensor = renderer.sensor();
+    let mut grey = vec![0; sensor.width * sensor.height];
+    let mut canvas = Canvas::new(renderer.lit_region());
+    let shown = [renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))];
+    renderer.frame(1, &renderer.moment(3), &shown, &mut canvas, &mut grey);
+    grey
+}
+
+#[test]
+fn frames_are_those_of_a_new_renderer() {
+    let picture = Picture::new("rebuilt");
+    let first = Renderer::new(&picture.scene(&[]), Level::Fast).expect("a visible scene");
+    let start = frame(&first);
+    for settings in [
+        &["pose.x_m=1", "pose.distance_m=47"][..],
+        &[
+            "pose.distance_m=40",
+            "atmosphere.airlight=true",
+            "atmosphere.transmission_at_70m=0.5",
+        ],
+        &["ambient.illuminance_lx=900"],
+        &["effects.photograph=off"],
+        &["camera.vignetting=true", "effects.vignetting=on"],
+    ] {
+        let scene = picture.scene(settings);
+        let rebuilt = frame(&first.rebuilt_for(&scene).expect("a visible scene"));
+        let new = frame(&Renderer::new(&scene, Level::Fast).expect("a visible scene"));
+        assert!(rebuilt == new, "{settings:?}");
+        assert!(
+            rebuilt != start,
+            "{settings:?} changes nothing, so this shows nothing"
+        );
+    }
+}
+
+#[test]
+fn the_photograph_is_read_once() {
+    let picture = Picture::new("once");
+    let first = Renderer::new(&picture.scene(&[]), Level::Fast).expect("a visible scene");
+    let moved = picture.scene(&["pose.x_m=1"]);
+    drop(picture);
+    assert!(Renderer::new(&moved, Level::Fast).is_err());
+    assert!(first.rebuilt_for(&moved).is_ok());
+}
