@@ -74,15 +74,15 @@ struct Evaluated<'a> {
     plan: &'a Plan,
 }
 
-/// Prints the outcome of an evaluation; `seconds` where it is known how long it took.
+/// Prints the outcome of an evaluation of what was `decided`; `seconds` where it is known how long it took.
 pub fn evaluation(
     run: &Run,
+    decided: &Plan,
     evaluation: &Evaluation,
     seconds: Option<f64>,
     as_json: bool,
 ) -> anyhow::Result<()> {
     let (variances, errors) = (evaluation.distinguishability(), evaluation.errors);
-    let decided = Plan::of(&run.view()?);
     let report = Evaluated {
         frames: errors.frames(),
         bvar: variances.bvar,
@@ -95,7 +95,7 @@ pub fn evaluation(
         seconds,
         seed: run.seed(),
         level: run.level(),
-        plan: &decided,
+        plan: decided,
     };
     if as_json {
         return json(&report);

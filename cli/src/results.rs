@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
 use sim::detectors::DETECTORS;
 use sim::evaluate::{self, Settings, chunks};
+use sim::plan::Plan;
 use sim::scene::Scene;
 use sim::tally::Tally;
 use sim::view::View;
@@ -114,9 +115,9 @@ impl Results {
         (0..self.run.chunks()).find(|&chunk| !self.tally.contains(chunk))
     }
 
-    /// Prints them as the outcome of a run; `seconds` where it is known how long it took.
-    pub fn report(&self, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
+    /// Prints them as the outcome of a run by a plan; `seconds` where it is known how long it took.
+    pub fn report(&self, plan: &Plan, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
         let evaluation = self.tally.total();
-        output::evaluation(&self.run, &evaluation, seconds, as_json)
+        output::evaluation(&self.run, plan, &evaluation, seconds, as_json)
     }
 }

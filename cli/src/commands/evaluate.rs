@@ -127,7 +127,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if let Some(path) = &arguments.out {
         results.write(path)?;
     }
-    results.report(Some(seconds), shared.json)?;
+    let plan = evaluator.renderer().plan();
+    results.report(plan, Some(seconds), shared.json)?;
     let finished = mine.into_iter().all(|chunk| results.tally.contains(chunk));
     Ok(if finished { Answer::Yes } else { Answer::No })
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
+use sim::plan::Plan;
 
 use crate::options::Shared;
 use crate::output::Answer;
@@ -32,6 +33,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             results.run.chunks()
         );
     }
-    results.report(None, shared.json)?;
+    let plan = Plan::of(&results.run.view()?);
+    results.report(&plan, None, shared.json)?;
     Ok(Answer::Yes)
 }
