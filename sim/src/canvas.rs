@@ -29,6 +29,8 @@ pub struct Canvas<R> {
     row: Vec<R>,
     across: Vec<R>,
     down: Vec<R>,
+    /// What covers the values drawn, where something does.
+    mask: Option<Box<Canvas<R>>>,
 }
 
 impl<R: Real> Canvas<R> {
@@ -40,6 +42,7 @@ impl<R: Real> Canvas<R> {
             row: Vec::new(),
             across: Vec::new(),
             down: Vec::new(),
+            mask: None,
         }
     }
 
@@ -61,6 +64,21 @@ impl<R: Real> Canvas<R> {
     /// One value everywhere.
     pub fn fill(&mut self, value: R) {
         self.values.fill(value);
+    }
+
+    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws on black says.
+    pub fn cover(&mut self, light: R, draw: impl FnOnce(&mut Self)) {
+        let region = self.region;
+        let mut mask = self
+            .mask
+            .take()
+            .unwrap_or_else(|| Box::new(Self::new(region)));
+        mask.fill(R::default());
+        draw(&mut mask);
+        for (value, &covered) in self.values.iter_mut().zip(mask.values()) {
+            *value += covered * (light - *value);
+        }
+        self.mask = Some(mask);
     }
 
     /// Adds 64 LEDs of one shape whose centres lie on upright rows and columns (in px of the sensor).

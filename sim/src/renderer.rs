@@ -538,7 +538,7 @@ impl Renderer {
             };
             let shift = DVec2::from_array(shown.shift_px);
             if let Some(light) = self.board_light(index) {
-                self.cover(canvas, light, |mask| {
+                canvas.cover(K::Real::from_f64(light), |mask| {
                     for (weight, board) in &self.boards[index] {
                         self.add_board(kernel, board, shift, K::Real::from_f64(*weight), mask);
                     }
@@ -557,7 +557,7 @@ impl Renderer {
                 light = light.map(|light| light - ground);
             } else {
                 // Opaque LEDs hide what is behind them before they add their own light.
-                self.cover(canvas, 0.0, |mask| add_leds(&[1.0; LEDS], mask));
+                canvas.cover(K::Real::default(), |mask| add_leds(&[1.0; LEDS], mask));
             }
             add_leds(&light, canvas);
         }
@@ -585,16 +585,6 @@ impl Renderer {
                 centre,
                 light,
             ),
-        }
-    }
-
-    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws says.
-    fn cover<R: Real>(&self, canvas: &mut Canvas<R>, light: f64, draw: impl Fn(&mut Canvas<R>)) {
-        let mut mask = Canvas::new(canvas.region());
-        draw(&mut mask);
-        let light = R::from_f64(light);
-        for (value, &covered) in canvas.values_mut().iter_mut().zip(mask.values()) {
-            *value += covered * (light - *value);
         }
     }
 

@@ -192,8 +192,58 @@ fn frames() {
     }
 }
 
+/// Floating-point operations of a frame at d = 50 m, i = 1, by what the loops do for each value.
+fn operations(pixels: f64, width: f64) -> f64 {
+    // Two terms; eight columns add up to each of eight rows of LEDs, which are spread over 16 pixel rows each.
+    let draw = 2.0 * 8.0 * (8.0 + 16.0) * width * 2.0;
+    // Two polynomials of degree 7 and 6, and splitting and joining the exponent.
+    let encode = pixels * (2.0 * 13.0 + 8.0);
+    // The vector to the LED and its inverse length by three of Newton's steps; the gradient along it.
+    let measure = pixels * (4.0 + 3.0 * 4.0 + 2.0 + 7.0);
+    draw + encode + measure
+}
+
+/// What the processor's arithmetic alone would take: multiplications and additions on values that stay in registers.
+fn least_s_an_operation() -> f64 {
+    const VALUES: usize = 128;
+    const TURNS: usize = 20_000;
+    #[inline(always)]
+    fn turns(values: &mut [f32; VALUES], factor: f32, summand: f32) {
+        for _ in 0..TURNS {
+            for value in values.iter_mut() {
+                *value = *value * factor + summand;
+            }
+        }
+    }
+    let mut values = [1.0f32; VALUES];
+    let mut least_s = f64::INFINITY;
+    for _ in 0..50 {
+        let (factor, summand) = std::hint::black_box((0.999, 0.001));
+        let start = Instant::now();
+        fearless_simd::dispatch!(fearless_simd::Level::new(), _simd => turns(&mut values, factor, summand));
+        least_s = least_s.min(start.elapsed().as_secs_f64());
+        std::hint::black_box(&values);
+    }
+    least_s / (2 * VALUES * TURNS) as f64
+}
+
+fn limit() {
+    let mut course = Course::new(&[]);
+    run(std::slice::from_mut(&mut course));
+    let region = course.evaluator.renderer().cells_region(0);
+    let operations = operations(course.pixels() as f64, region.width as f64);
+    let limit_s = operations * least_s_an_operation();
+    println!(
+        "\nA frame at d = 50 m, i = 1 takes {:.0} operations on f32, {:.2} µs at the rate of multiplications and additions in registers: the time is {:.1} times that",
+        operations,
+        limit_s * 1e6,
+        course.least_s / limit_s
+    );
+}
+
 fn main() {
     geometry();
     effects();
     frames();
+    limit();
 }

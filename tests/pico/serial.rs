@@ -53,11 +53,7 @@ pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
         json!(["no_table", "no_calibration"]),
         "{status}"
     );
-    assert_eq!(
-        status["table_crc"],
-        crc(&L2aTable::default()),
-        "{status}"
-    );
+    assert_eq!(status["table_crc"], crc(&L2aTable::default()), "{status}");
     assert!(status["uptime_s"].as_u64() >= Some(1), "{status}");
 }
 
