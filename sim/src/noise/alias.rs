@@ -5,8 +5,6 @@
 //! for the one case in 256 where they equal its upper eight; then 32 more bits are drawn. So a draw costs 8 bits and the
 //! column's own, and a probability is off by at most 2⁻⁴⁰.
 
-use std::hint::select_unpredictable;
-
 use rand::Rng;
 
 /// One column: which of two levels is drawn.
@@ -15,27 +13,33 @@ use rand::Rng;
 pub struct Column {
     /// The upper eight bits of the part that is `own`, in 2⁻⁸.
     part: u8,
-    /// The column's own level.
-    own: u8,
-    /// The level that fills it up.
+    /// The level that fills the column up.
     other: u8,
+    /// The bits in which the column's own level differs from that.
+    change: u8,
 }
 
 /// The lower 32 bits of a column's part, for the draws that the upper eight leave open.
 pub type Fine = u32;
 
 impl Column {
+    fn own(self) -> u8 {
+        self.other ^ self.change
+    }
+
     /// The level for eight random bits, or nothing where they leave it open: see [`Column::settle`].
     #[inline(always)]
     pub fn level(self, chance: u8) -> Option<u8> {
-        let level = select_unpredictable(chance < self.part, self.own, self.other);
+        // Eight ones or none: a jump would be mispredicted half of the time.
+        let mask = u8::from(chance < self.part).wrapping_neg();
+        let level = self.other ^ (self.change & mask);
         (chance != self.part).then_some(level)
     }
 
     /// Adds `share` times the law of the column to a law of all levels.
     pub fn add_law(self, fine: Fine, share: f64, law: &mut [f64; 256]) {
         let own = (f64::from(self.part) + f64::from(fine) / 2f64.powi(32)) / 256.0;
-        law[usize::from(self.own)] += share * own;
+        law[usize::from(self.own())] += share * own;
         law[usize::from(self.other)] += share * (1.0 - own);
     }
 
@@ -44,7 +48,7 @@ impl Column {
     #[inline(never)]
     pub fn settle(self, fine: Fine, random: &mut impl Rng) -> u8 {
         if random.next_u32() < fine {
-            self.own
+            self.own()
         } else {
             self.other
         }
@@ -89,7 +93,7 @@ impl Builder {
         while let (Some(&less), Some(&more)) = (self.small.last(), self.large.last()) {
             self.small.pop();
             let part = self.parts[less];
-            columns[less] = split(columns[less].own, columns[more].own, part);
+            columns[less] = split(columns[less].own(), columns[more].own(), part);
             fine[less] = lower_bits(part);
             self.parts[more] -= 1.0 - part;
             if self.parts[more] < 1.0 {
@@ -108,8 +112,8 @@ fn in_steps(part: f64) -> u64 {
 fn split(own: u8, other: u8, part: f64) -> Column {
     Column {
         part: (in_steps(part) >> 32) as u8,
-        own,
         other,
+        change: own ^ other,
     }
 }
 

@@ -5,7 +5,7 @@ use rand::Rng;
 use super::Noise;
 use super::alias::{Builder, Column, Fine};
 
-/// Draws grey levels of pixels of one linear value: 16 random bits a pixel, by the [alias method](super::alias).
+/// Draws grey levels of pixels of one linear value: 16 random bits a pixel, by Walker's alias method.
 #[derive(Clone, Debug)]
 pub struct FlatNoise {
     columns: [Column; 256],

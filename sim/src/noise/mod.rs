@@ -4,7 +4,8 @@
 //! normal number of `read_noise_e`, and the result is clipped and encoded (the linear camera model of EMVA 1288).
 //!
 //! [`Noise`] is the model and its law. [`FlatNoise`] draws pixels of one linear value, exactly; [`PixelNoise`] draws pixels of
-//! any, within [`LAW_ERROR`]. Both look a grey level up by random bits ([`alias`]): no logarithm, no rejection.
+//! any, within [`LAW_ERROR`]. Both look a grey level up by random bits,
+//! by Walker's alias method: no logarithm, no rejection.
 
 mod alias;
 mod flat;

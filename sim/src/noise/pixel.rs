@@ -10,13 +10,13 @@
 //!   all values. For a Poisson law p″ is its second difference, whose sum is at most √2/λ; smeared by a normal law it is at
 //!   most √2/σ², too. As min(1/λ, 1/σ²) ≤ 2/s², no event's probability is off by more than √2/8·(Δ/s)² = 0.0007. The grey
 //!   level is a function of the electrons read, so this holds for it as well. [`LAW_ERROR`] leaves room for the
-//!   [series](super::law) that many electrons are tabulated by.
+//!   series that many electrons are tabulated by.
 //! - No tail is heavier than that of a pixel a sixteenth of a standard deviation brighter or darker.
 //!
 //! Above 65 000 electrons in a white pixel there would be more than [`MOST_KNOTS`]; they are then farther apart than that, by a
 //! thirtieth of a grey level at a gamma of 2.2, where the noise itself is less than half a grey level.
 //!
-//! A draw takes 32 random bits: 16 choose the knot, 8 the column of its [alias table](super::alias), 8 the side of it.
+//! A draw takes 32 random bits: 16 choose the knot, 8 the column of its alias table, 8 the side of it.
 
 use rand::Rng;
 
@@ -153,7 +153,7 @@ impl PixelNoise {
         }
     }
 
-    /// Reads pixels of linear values whose [sites](PixelNoise::site) are known.
+    /// Reads pixels of linear values whose [sites](PixelNoise::sites) are known.
     pub fn read_sites(&self, sites: &[Site], random: &mut impl Rng, grey: &mut [u8]) {
         let mut bytes = [0; 4 * BLOCK];
         let spare_bits = 8 - self.column_bits;
