@@ -22,7 +22,7 @@
 //! L2A table (link)    E, interval → ratio r                     │  PanelFrame: 64 bits
 //!    │                                                          │
 //! dimming      L* = r·E·R within the driver's limits            │
-//!    │  duty, 16 bits                                           │
+//!    │  duty, 32 bits                                           │
 //!    └──────────────────────────── matrix ──────────────────────┘
 //!                                    │
 //!                      shift_register, or a driver of yours
@@ -66,7 +66,7 @@
 //! Each type holds the whole range of its quantity (E: 0.01 to 130 000 lx, luminance: to 10⁶
 //! cd/m²), so nothing overflows; the errors against the same formulas in `f64` are constants of
 //! their modules, held to by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
-//! [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR_STEPS`]. Nothing panics on any input.
+//! [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`]. Nothing panics on any input.
 
 #![no_std]
 
