@@ -7,8 +7,7 @@
 //! A place that holds something else, so that nothing of a store is found in it, is erased by the first save.
 //!
 //! The flash is anything that implements the blocking traits of [`embedded_storage`]. Two erase units of it are
-//! enough; with more each wears less. With 4 KiB units and a table of the largest size, an update erases one
-//! unit in eleven times.
+//! enough; with more, each is erased more seldom.
 //!
 //! ```
 //! # mod flash { include!("../tests/flash/mod.rs"); }
