@@ -17,7 +17,7 @@ export class Panel {
     mcu.gpio[LATCH_PIN].addListener((level) => {
       if (level === HIGH) report({ panel: this.shifted.toString(16).padStart(16, '0') });
     });
-    mcu.gpio[CURRENT_PIN].addListener((level) => report({ low_current: level === HIGH }));
+    mcu.gpio[CURRENT_PIN].addListener((level) => report({ low_current: level !== HIGH }));
     this.followDimming(mcu.pwm.channels[DIMMING_SLICE], report);
     if (edges) this.followEdges(mcu.gpio[OUTPUT_ENABLE_PIN]);
     else stopEdges(mcu.pwm.channels[DIMMING_SLICE]);

@@ -22,10 +22,10 @@
 //! L2A table (link)    E, interval → ratio r                     │  PanelFrame: 64 bits
 //!    │                                                          │
 //! dimming      L* = r·E·R within the driver's limits            │
-//!    │  duty, 32 bits                                           │
+//!    │  duty                                                    │
 //!    └──────────────────────────── matrix ──────────────────────┘
 //!                                    │
-//!                      shift_register, or a driver of yours
+//!                 drive, shift_register, max7219, or a driver of yours
 //! ```
 //!
 //! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method
@@ -37,21 +37,24 @@
 //! - [`schedule`] decides which panel comes next.
 //! - [`service`] answers a computer at the serial port, and [`store`] keeps table and calibration in
 //!   flash memory.
-//! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] offers it.
+//! - [`drive`] chooses the pulses of a duty: which PWM frequency, at which resolution.
+//! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] and [`max7219`] offer it.
 //!
 //! # What to choose
 //!
 //! **Your LEDs.** For a panel with an output for each LED, eight shift registers and a PWM on their
-//! output enable, take [`ShiftRegisterPanel`](shift_register::ShiftRegisterPanel). For anything
+//! output enable, take [`ShiftRegisterPanel`](shift_register::ShiftRegisterPanel); for a cheap
+//! row-scanned module [`Max7219Panel`](max7219::Max7219Panel), which says what it cannot do. For anything
 //! else implement [`LedMatrix`](matrix::LedMatrix), two methods; its documentation has a whole
 //! driver. For a simulator or a test take [`RecordingMatrix`](matrix::RecordingMatrix): it keeps
 //! the panel and the duty that a real one would be showing, and everything above it is the very
 //! code that is flashed.
 //!
-//! **The dimming's frequency.** An exposure should hold 20 PWM periods or more, 50 for comfort: 50
-//! kHz for 1/1000 s. But the shortest pulse that the driver can give is then a larger share of the
-//! period, and the panel's dimmest light brighter: 100 ns in 20 µs is 1/200 of full luminance.
-//! Below that [`dimming`] holds the floor for as long as it does not flare, then goes dark.
+//! **The dimming's frequency.** An exposure should hold 20 PWM periods or more. But the shortest pulse
+//! that the driver can give is a share of the period, and the panel's dimmest light with it: 100 ns in
+//! 20 µs is 1/200 of full luminance. Where the timer lets you choose period and pulse, let [`drive`] do
+//! it: 1/470 with the same error, and eight times less with a low LED current. Below the floor
+//! [`dimming`] holds it for as long as it does not flare, then goes dark.
 //!
 //! **The smoothing.** [`Smoothing::default`](ambient::Smoothing) suits a road; give it your
 //! sensor's period.
@@ -66,7 +69,7 @@
 //! Each type holds the whole range of its quantity (E: 0.01 to 130 000 lx, luminance: to 10⁶
 //! cd/m²), so nothing overflows; the errors against the same formulas in `f64` are constants of
 //! their modules, held to by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
-//! [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`]. Nothing panics on any input.
+//! [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`], [`drive::FIDELITY_PPM`]. Nothing panics on any input.
 
 #![no_std]
 
@@ -76,6 +79,7 @@ pub mod dimming;
 pub mod drive;
 pub mod light_watch;
 pub mod matrix;
+pub mod max7219;
 mod power;
 pub mod schedule;
 pub mod service;

@@ -1,0 +1,288 @@
+//! A row-scanned panel: an 8×8 LED module on a MAX7219 (or MAX7221), as it is sold for a few coins.
+//!
+//! ## Wiring
+//!
+//! ```text
+//! SPI MOSI ─▶ DIN      SPI SCK ─▶ CLK, at most 10 MHz, mode 0, most significant bit first
+//! chip select ─▶ LOAD  its rising edge takes 16 bits over
+//! ```
+//!
+//! Digit d drives row d, segment DP the left column and segment G the right one, as the modules have it.
+//!
+//! ## What it cannot do
+//!
+//! The chip lights one row at a time, for 1/8 of a scan of 1/800 s (MAX7219 datasheet, "Electrical Characteristics": 500 to 1300
+//! scans a second), and dims within each row's time in sixteen steps ("Intensity Register"). Hence
+//!
+//! | | [`ShiftRegisterPanel`](crate::shift_register::ShiftRegisterPanel) | this |
+//! |---|---|---|
+//! | whole scans in an exposure of 1/1000 s | not scanned | 0.5 to 1.3: **rows miss whole exposures** |
+//! | shortest exposure that strays by 5 % at most | 1/6300 s | 20 scans: 1/40 s, [`EXPOSURE_MIN_MS`] at the slowest chip |
+//! | luminance from least to most | 1:3700 with a low current of 1/8 | 1:31, in [`STEPS`] steps |
+//! | error of the luminance at the dim end | 5 % | half a step: 50 % |
+//! | change of a panel | all LEDs within 20 ns | row by row, within a scan |
+//! | greatest luminance | the LEDs' own | an eighth of it |
+//!
+//! So it suits a bench, a camera with exposures of 1/25 s and a few symbols a second, and the demonstration that a message arrives;
+//! not a road. A panel dimmer than half its first step is dark: the chip's shutdown, in which it keeps its rows.
+
+use embedded_hal::spi::SpiDevice;
+use link::panel::{PanelFrame, SIDE};
+use thiserror::Error;
+
+use crate::{dimming::Duty, matrix::LedMatrix};
+
+/// Steps of luminance above dark: an intensity of n lights a row for (2n + 1)/32 of its time.
+pub const STEPS: u16 = 16;
+
+/// The scans that the slowest chip makes in a second.
+pub const SCANS_HZ_MIN: u32 = 500;
+
+/// The shortest exposure whose light strays by 5 % at most, at the slowest chip, ms: it holds 20 whole scans.
+pub const EXPOSURE_MIN_MS: u32 = 20 * 1000 / SCANS_HZ_MIN;
+
+/// The chip's registers (MAX7219 datasheet, Table 2).
+mod register {
+    pub const DIGIT_0: u8 = 0x1;
+    pub const DECODE_MODE: u8 = 0x9;
+    pub const INTENSITY: u8 = 0xa;
+    pub const SCAN_LIMIT: u8 = 0xb;
+    pub const SHUTDOWN: u8 = 0xc;
+    pub const DISPLAY_TEST: u8 = 0xf;
+}
+
+/// The bus did not take a register, with the error of the HAL's driver in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the SPI bus did not take a register ({0:?}): rows may show two panels; show the next")]
+pub struct Max7219Error<S>(pub S);
+
+/// The LED panel of a MAX7219. See the [module](self) for the wiring, and for what it cannot do.
+///
+/// ```
+/// use embedded_hal_mock::eh1::spi::{Mock, Transaction};
+/// use tx_firmware::{dimming::Duty, matrix::LedMatrix, max7219::Max7219Panel};
+/// # let write = |register, value| [Transaction::transaction_start(), Transaction::write_vec(vec![register, value]), Transaction::transaction_end()];
+/// # let dark = [[0xc, 0], [0xf, 0], [0x9, 0], [0xb, 7], [0xa, 0]];
+/// # let rows = (1..=8).map(|row| [row, 0]);
+/// # let lit = [[0xa, 7], [0xc, 1]];
+/// # let events: Vec<_> = dark.into_iter().chain(rows).chain(lit).flat_map(|[register, value]| write(register, value)).collect();
+/// # let mut spi = Mock::new(&events);
+/// # let bus = spi.clone();
+/// let mut panel = Max7219Panel::new(bus)?;
+/// panel.set_duty(Duty::lit("0.47"))?; // the eighth of sixteen steps: 15/32 of the time
+/// # spi.done();
+/// # Ok::<(), tx_firmware::max7219::Max7219Error<embedded_hal::spi::ErrorKind>>(())
+/// ```
+#[derive(Debug)]
+pub struct Max7219Panel<S> {
+    spi: S,
+    /// Intensity, or none in shutdown.
+    step: Option<u8>,
+}
+
+impl<S: SpiDevice> Max7219Panel<S> {
+    /// Takes the chip over and blanks it: it powers up in shutdown, with anything in its rows.
+    ///
+    /// # Errors
+    /// Of the bus; the panel may then be in any state.
+    pub fn new(spi: S) -> Result<Self, Max7219Error<S::Error>> {
+        let mut panel = Self { spi, step: None };
+        panel.write(register::SHUTDOWN, 0)?;
+        panel.write(register::DISPLAY_TEST, 0)?;
+        panel.write(register::DECODE_MODE, 0)?;
+        panel.write(register::SCAN_LIMIT, SIDE as u8 - 1)?;
+        panel.write(register::INTENSITY, 0)?;
+        panel.show(PanelFrame::default())?;
+        Ok(panel)
+    }
+
+    /// Gives the bus back; the chip goes on.
+    pub fn release(self) -> S {
+        self.spi
+    }
+
+    fn write(&mut self, register: u8, value: u8) -> Result<(), Max7219Error<S::Error>> {
+        self.spi.write(&[register, value]).map_err(Max7219Error)
+    }
+}
+
+impl<S: SpiDevice> LedMatrix for Max7219Panel<S> {
+    type Error = Max7219Error<S::Error>;
+
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+        for (register, row) in (register::DIGIT_0..).zip(panel.bits().to_le_bytes()) {
+            // Bit 7 is segment DP: the left column.
+            self.write(register, row.reverse_bits())?;
+        }
+        Ok(())
+    }
+
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+        let step = intensity(duty);
+        if step == self.step {
+            return Ok(());
+        }
+        match step {
+            Some(intensity) => {
+                self.write(register::INTENSITY, intensity)?;
+                if self.step.is_none() {
+                    self.write(register::SHUTDOWN, 1)?;
+                }
+            }
+            None => self.write(register::SHUTDOWN, 0)?,
+        }
+        self.step = step;
+        Ok(())
+    }
+}
+
+/// The intensity nearest to a share of the brightest step's light: step n has (2n + 1)/31 of it. None below half of the first.
+///
+/// ```
+/// use tx_firmware::{dimming::Duty, max7219::intensity};
+/// assert_eq!(intensity(Duty::MAX), Some(15));
+/// assert_eq!(intensity(Duty::lit("0.033")), Some(0));
+/// assert_eq!(intensity(Duty::lit("0.016")), None);
+/// ```
+pub fn intensity(duty: Duty) -> Option<u8> {
+    const BRIGHTEST: u64 = 2 * STEPS as u64 - 1;
+    const HALF: u32 = Duty::FRAC_NBITS - 1;
+    let halves = u64::from(duty.to_bits()) * BRIGHTEST;
+    // Rounded to the nearest odd number of 31sts: floor(x/2) of x = 31·duty, for what is above one half.
+    (halves >= 1 << HALF)
+        .then(|| ((halves >> Duty::FRAC_NBITS) / 2).min(u64::from(STEPS) - 1) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use embedded_hal::spi::{self as hal_spi, ErrorKind, Operation};
+    use proptest::prelude::*;
+    use std::{vec, vec::Vec};
+
+    /// A chip: registers that the bus writes, until it fails.
+    #[derive(Debug, Default)]
+    struct Chip {
+        registers: [u8; 16],
+        writes: Vec<[u8; 2]>,
+        fails_after: Option<usize>,
+    }
+
+    impl hal_spi::ErrorType for Chip {
+        type Error = ErrorKind;
+    }
+
+    impl SpiDevice for Chip {
+        fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+            if self.fails_after == Some(self.writes.len()) {
+                return Err(ErrorKind::ModeFault);
+            }
+            let [Operation::Write([register, value])] = operations else {
+                panic!("a register is written in one piece: {operations:?}");
+            };
+            self.registers[usize::from(*register)] = *value;
+            self.writes.push([*register, *value]);
+            Ok(())
+        }
+    }
+
+    impl Chip {
+        fn is_lit(&self, row: usize, column: usize) -> bool {
+            self.registers[1 + row] >> (7 - column) & 1 == 1
+        }
+    }
+
+    fn panel() -> Max7219Panel<Chip> {
+        Max7219Panel::new(Chip::default()).unwrap()
+    }
+
+    /// The share of the brightest step's light.
+    fn light(chip: &Chip) -> f64 {
+        f64::from(chip.registers[0xc]) * f64::from(2 * chip.registers[0xa] + 1) / 31.0
+    }
+
+    #[test]
+    fn it_starts_blank_and_dark() {
+        let chip = panel().release();
+        assert_eq!(
+            chip.registers,
+            [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0]
+        );
+        // In shutdown before anything else: what the rows hold is not to be seen.
+        assert_eq!(chip.writes[0], [0xc, 0]);
+    }
+
+    #[test]
+    fn the_same_duty_is_written_once() {
+        let mut panel = panel();
+        panel.set_duty(Duty::lit("0.5")).unwrap();
+        let writes = panel.spi.writes.len();
+        panel.set_duty(Duty::lit("0.51")).unwrap();
+        assert_eq!(panel.spi.writes.len(), writes);
+    }
+
+    #[test]
+    fn a_failing_bus_is_reported_and_the_next_duty_tries_again() {
+        for fails_after in 0..13 {
+            let chip = Chip {
+                fails_after: Some(fails_after),
+                ..Chip::default()
+            };
+            assert_eq!(
+                Max7219Panel::new(chip).map(drop),
+                Err(Max7219Error(ErrorKind::ModeFault))
+            );
+        }
+        let mut panel = panel();
+        panel.spi.fails_after = Some(panel.spi.writes.len() + 1);
+        assert_eq!(
+            panel.set_duty(Duty::MAX),
+            Err(Max7219Error(ErrorKind::ModeFault))
+        );
+        panel.spi.fails_after = None;
+        panel.set_duty(Duty::MAX).unwrap();
+        assert_eq!(light(&panel.spi), 1.0);
+    }
+
+    #[test]
+    fn its_sixteen_steps_are_its_limit() {
+        let mut panel = panel();
+        let lights: Vec<_> = (0..=u16::MAX)
+            .map(|duty| {
+                panel
+                    .set_duty(Duty::from_bits(u32::from(duty) << 16))
+                    .unwrap();
+                (light(&panel.spi) * 31.0).round() as u8
+            })
+            .collect();
+        assert!(lights.is_sorted());
+        let mut steps = lights.clone();
+        steps.dedup();
+        let odd: Vec<u8> = core::iter::once(0).chain((1..32).step_by(2)).collect();
+        assert_eq!(steps, odd);
+        assert_eq!(vec![EXPOSURE_MIN_MS, u32::from(STEPS)], [40, 16]);
+    }
+
+    proptest! {
+        #[test]
+        fn every_led_is_where_it_belongs(bits in any::<u64>()) {
+            let mut panel = panel();
+            let frame = PanelFrame::from_bits(bits);
+            panel.show(frame).unwrap();
+            for (row, column) in (0..8).flat_map(|row| (0..8).map(move |column| (row, column))) {
+                prop_assert_eq!(panel.spi.is_lit(row, column), frame.is_on(row, column));
+            }
+        }
+
+        #[test]
+        fn the_light_is_the_nearest_step(duty in any::<u32>()) {
+            let mut panel = panel();
+            let duty = Duty::from_bits(duty);
+            panel.set_duty(duty).unwrap();
+            let error = (light(&panel.spi) - duty.to_num::<f64>()).abs();
+            prop_assert!(error <= 1.0 / 31.0 + 1e-9, "{error} at {duty}");
+        }
+    }
+}
