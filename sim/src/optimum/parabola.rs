@@ -3,6 +3,8 @@
 /// A parabola fitted to points by weighted least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parabola {
+    /// The first and the last place fitted.
+    ends: [f64; 2],
     centre: f64,
     /// Of 1, (x − centre) and (x − centre)².
     coefficients: [f64; 3],
@@ -15,6 +17,10 @@ impl Parabola {
             (sum + w * x, total + w)
         });
         let centre = sum / weight;
+        let ends = points.clone().fold(
+            [f64::INFINITY, f64::NEG_INFINITY],
+            |[low, high], (x, ..)| [low.min(x), high.max(x)],
+        );
         // Moments of x from 0 to 4 and of y·x from 0 to 2.
         let (mut x_moments, mut y_moments) = ([0.0; 5], [0.0; 3]);
         for (x, y, weight) in points {
@@ -31,6 +37,7 @@ impl Parabola {
             std::array::from_fn(|row| std::array::from_fn(|column| x_moments[row + column]));
         let coefficients = solved(matrix, y_moments)?;
         Some(Self {
+            ends,
             centre,
             coefficients,
         })
@@ -43,7 +50,8 @@ impl Parabola {
         a + x * (b + x * c)
     }
 
-    /// Where it is highest within a range; in the middle of its points where it is flat.
+    /// Where it is highest within a range; where it has no top at all, at the higher one of its points' ends, and where it is flat,
+    /// in their middle.
     pub fn top(&self, [low, high]: [f64; 2]) -> f64 {
         let [_, slope, curvature] = self.coefficients;
         let width = high - low;
@@ -53,10 +61,11 @@ impl Parabola {
         if curvature < 0.0 {
             return (self.centre - slope / (2.0 * curvature)).clamp(low, high);
         }
-        if self.at(low) >= self.at(high) {
-            low
+        let [first, last] = self.ends;
+        if self.at(first) >= self.at(last) {
+            first
         } else {
-            high
+            last
         }
     }
 }
@@ -111,10 +120,12 @@ mod tests {
     }
 
     #[test]
-    fn what_rises_has_its_top_at_the_end() {
-        let rising = Parabola::fit((0..5).map(|k| (f64::from(k), f64::from(k * k), 1.0))).unwrap();
-        assert_eq!(rising.top([1.0, 3.0]), 3.0);
-        assert_eq!(rising.top([-3.0, -1.0]), -3.0);
+    fn what_has_no_top_has_it_at_the_higher_end_of_what_is_known() {
+        let steeper = |x: i32| (f64::from(x), f64::from(x * x), 1.0);
+        let rising = Parabola::fit((1..5).map(steeper)).unwrap();
+        assert_eq!(rising.top([-10.0, 10.0]), 4.0);
+        let falling = Parabola::fit((-4..0).map(steeper)).unwrap();
+        assert_eq!(falling.top([-10.0, 10.0]), -4.0);
     }
 
     #[test]

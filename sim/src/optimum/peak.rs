@@ -27,13 +27,16 @@ pub struct Peak {
 pub enum Window {
     /// All of them.
     All,
-    /// Those near the highest: two on either side, and for error rates all about it with less than four times its odds; one
-    /// more on either side where that is a valley of so few errors that only its walls show where its middle is.
+    /// Those near the highest: two on either side, and for error rates all about it with less than 1.5 times its odds, so that
+    /// the valley's different walls do not lean on the fit. Where there are too few errors to see its floor, all with less than four
+    /// times its odds, and one more on either side: only the walls show where its middle is.
     NearHighest,
 }
 
-/// How much worse an objective may be to count as near: ln 4 of the odds.
-const NEAR: f64 = 1.386;
+/// How much worse an objective may be to count as near: ln 1.5 of the odds.
+const NEAR: f64 = 0.405;
+/// The same where errors are few: ln 4.
+const NEAR_OF_FEW: f64 = 1.386;
 /// The points on either side of the highest that are always fitted.
 const BESIDE: usize = 2;
 /// Below so many errors at the best ratio the walls are needed.
@@ -114,21 +117,26 @@ fn weights(samples: &Samples, criterion: Criterion, highest: usize) -> Vec<f64> 
         .collect()
 }
 
-/// The places from so many before to so many after one of them.
+/// The places from so many before to so many after one of them; near an end more on the other side, so that no fewer than
+/// five are fitted.
 fn about(place: usize, [before, after]: [usize; 2], count: usize) -> std::ops::Range<usize> {
-    place.saturating_sub(before)..(place + after + 1).min(count)
+    let fewest = 2 * BESIDE + 1;
+    let end = (place + after + 1).max(fewest).min(count);
+    let start = place.saturating_sub(before);
+    start.min(end.saturating_sub(fewest))..end
 }
 
-/// The places whose odds of an error are near the least, and with `walls` one more on either side.
-fn valley(objectives: &[f64], highest: usize, walls: bool) -> std::ops::Range<usize> {
-    let is_near = |&&objective: &&f64| objective >= objectives[highest] - NEAR;
+/// The places whose odds of an error are near the least, with the walls if there are few errors.
+fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usize> {
+    let near = if few { NEAR_OF_FEW } else { NEAR };
+    let is_near = |&&objective: &&f64| objective >= objectives[highest] - near;
     let before = objectives[..highest]
         .iter()
         .rev()
         .take_while(is_near)
         .count();
     let after = objectives[highest + 1..].iter().take_while(is_near).count();
-    let reach = [before, after].map(|near| (near + usize::from(walls)).max(BESIDE));
+    let reach = [before, after].map(|count| (count + usize::from(few)).max(BESIDE));
     about(highest, reach, objectives.len())
 }
 
@@ -293,8 +301,13 @@ mod tests {
 
     #[test]
     fn what_still_rises_at_the_end_is_said_to() {
-        let found = least(&[3000, 2000, 1400, 1000, 700, 500, 350, 250, 180, 130, 95]);
-        assert!(found.at_border && found.l2a == 3.0, "{found:?}");
+        for counts in [
+            [3000, 2000, 1400, 1000, 700, 500, 350, 250, 180, 130, 95],
+            [3000, 2000, 1400, 1000, 700, 500, 350, 250, 180, 100, 40],
+        ] {
+            let found = least(&counts);
+            assert!(found.at_border && found.l2a == 3.0, "{counts:?}: {found:?}");
+        }
     }
 
     #[test]
