@@ -13,6 +13,7 @@
 //! is a whole table. One made by a search has its settings (`search`), the scene, the outcome of each illuminance and interval
 //! (`entries`) and of each setting (`cells`) besides. A ratio that is not found yet is `nan`: such a table cannot be used.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
@@ -229,6 +230,20 @@ impl TableFile {
         }
         self.entries.push(entry);
         self.cells.extend(cells);
+        // In the order of the axes, whatever was finished first.
+        let order = |a: [f64; 2], b: [f64; 2]| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
+        self.entries.sort_by(|a, b| {
+            order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
+        self.cells.sort_by(|a, b| {
+            order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
     }
 
     /// The table of a file, and all that the file says of it.

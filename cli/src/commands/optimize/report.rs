@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use serde::Serialize;
 use sim::optimum::{FIRST_ROUND, GRID};
 use sim::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
@@ -19,14 +18,6 @@ pub struct Report {
     cells: u64,
     cells_done: u64,
     frames_done: u64,
-}
-
-#[derive(Serialize)]
-struct EntryLine<'a> {
-    #[serde(flatten)]
-    entry: &'a Entry,
-    l2a: f64,
-    l2a_95: [f64; 2],
 }
 
 impl Report {
@@ -69,10 +60,10 @@ impl Report {
 
     /// Prints what was found for one illuminance and interval.
     pub fn entry(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
-        let (l2a, l2a_95) = (entry.l2a(self.rule), entry.l2a_95(self.rule));
+        let l2a = entry.l2a(self.rule);
         if self.as_json {
             cells.iter().try_for_each(json)?;
-            return json(&EntryLine { entry, l2a, l2a_95 });
+            return json(entry);
         }
         line(
             "illuminance  interval  distance   yaw     L2A   95 %               B2W      BER   table costs",
