@@ -50,8 +50,8 @@ pub struct Arguments {
     /// A search ends when the 95 % interval of the best ratio is no wider than ± this; 0: with all frames.
     #[arg(long, default_value_t = 0.01, allow_negative_numbers = true)]
     tolerance: f64,
-    /// The ratios looked among.
-    #[arg(long, value_delimiter = ',', num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = RANGE, allow_negative_numbers = true)]
+    /// The ratios looked among: the lowest and the highest.
+    #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", default_values_t = RANGE, allow_negative_numbers = true)]
     range: Vec<f64>,
     /// Keep the scene's reflectance instead of drawing each frame's from 0.3 to 0.5.
     #[arg(long)]
@@ -82,7 +82,7 @@ fn rule(text: &str) -> Result<Rule, String> {
 impl Arguments {
     fn survey(&self, shared: &Shared, scene: &Scene) -> anyhow::Result<Survey> {
         let [low, high] = self.range[..] else {
-            anyhow::bail!("--range needs two ratios");
+            anyhow::bail!("--range needs two ratios, such as --range 0.2,4");
         };
         let search = Search {
             criterion: self.criterion,
