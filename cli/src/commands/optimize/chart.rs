@@ -10,6 +10,16 @@ use crate::plot::{FONT, Surface, svg as draw_svg};
 /// Pixels across and down.
 const SIZE: (u32, u32) = (1000, 460);
 
+/// Colours of the curves, which the colour-blind can tell apart (Okabe & Ito 2008).
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+
 /// One ratio with its interval, over something.
 struct Dot {
     x: f64,
@@ -166,6 +176,7 @@ impl Panel<'_> {
         chart
             .configure_mesh()
             .light_line_style(WHITE)
+            .bold_line_style(BLACK.mix(0.12))
             .x_desc(self.x_label)
             .y_desc("best L2A (1/sr)")
             .x_label_formatter(&x_text)
@@ -173,7 +184,7 @@ impl Panel<'_> {
             .label_style((FONT, 14))
             .draw()?;
         for (number, curve) in self.curves.iter().enumerate() {
-            let colour = Palette99::pick(number).to_rgba();
+            let colour = COLOURS[number % COLOURS.len()];
             let points = curve.dots.iter().map(|dot| (dot.x, dot.l2a));
             chart
                 .draw_series(LineSeries::new(points, colour.stroke_width(2)).point_size(3))?
