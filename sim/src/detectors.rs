@@ -14,16 +14,19 @@ pub enum DetectorChoice {
     KMeansRaw,
     /// Fisher's discriminant, trained on frames of the scene.
     Fisher,
+    /// The same with the neighbour greyscale ratio as a third feature.
+    FisherNgr,
     /// Otsu's threshold on the grey.
     Otsu,
 }
 
 /// The names of the detectors.
-pub const DETECTORS: [(&str, DetectorChoice); 5] = [
+pub const DETECTORS: [(&str, DetectorChoice); 6] = [
     ("best", DetectorChoice::Best),
     ("kmeans", DetectorChoice::KMeans),
     ("kmeans-raw", DetectorChoice::KMeansRaw),
     ("fisher", DetectorChoice::Fisher),
+    ("fisher-ngr", DetectorChoice::FisherNgr),
     ("otsu", DetectorChoice::Otsu),
 ];
 
@@ -34,7 +37,7 @@ impl DetectorChoice {
             Self::Best | Self::KMeans => Some(Detector::KMeans),
             Self::KMeansRaw => Some(Detector::KMeansRaw),
             Self::Otsu => Some(Detector::Otsu),
-            Self::Fisher => None,
+            Self::Fisher | Self::FisherNgr => None,
         }
     }
 }

@@ -299,6 +299,26 @@ impl Evaluator {
         })
     }
 
+    /// The grey level at the pixel nearest to the centre of each LED, in the frame that `workspace` has read last.
+    pub fn led_greys(&self, workspace: &Workspace) -> [u8; LEDS] {
+        let ellipses = &self.renderer.view().panels[0].ellipses;
+        let shift = workspace.shown[0].shift_px;
+        let Region {
+            x,
+            y,
+            width,
+            height,
+        } = self.region;
+        let place = |centre: f64, start: usize, end: usize| {
+            (centre - start as f64).round().clamp(0.0, end as f64 - 1.0) as usize
+        };
+        std::array::from_fn(|led| {
+            let centre = ellipses[led].centre;
+            let column = place(centre.x + shift[0], x, width);
+            workspace.grey[place(centre.y + shift[1], y, height) * width + column]
+        })
+    }
+
     /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
     fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
         let mut random = stream(seed, frame, Purpose::Phase);
@@ -322,7 +342,11 @@ impl Evaluator {
 
     /// Fisher's discriminant from frames that are not those evaluated.
     fn train(&self) -> Result<rx_pipeline::detect::Fisher, EvaluateError> {
-        let mut training = FisherTraining::new(FisherFeatures::AgrGri, FisherScaling::ByPanel);
+        let features = match self.settings.detector {
+            DetectorChoice::FisherNgr => FisherFeatures::AgrGriNgr,
+            _ => FisherFeatures::AgrGri,
+        };
+        let mut training = FisherTraining::new(features, FisherScaling::ByPanel);
         let mut workspace = self.workspace();
         let seed = self.settings.seed ^ TRAINING_SEED;
         for frame in 0..TRAINING_FRAMES {

@@ -12,6 +12,7 @@
 //!
 //! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
 //! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
+//! reproduction                      the figures of Do & Yoo 2020 and what becomes of their claims
 //! road                              the transmitter's code, the frames, the receiver's code
 //! ```
 //!
@@ -20,6 +21,7 @@
 //! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
 //! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
+//! - [`reproduction`]: the paper's figures and claims, point by point.
 //!
 //! # Which to choose
 //!
@@ -67,6 +69,7 @@ pub mod projection;
 pub mod random;
 pub mod recipe;
 pub mod renderer;
+pub mod reproduction;
 pub mod road;
 pub mod scene;
 pub mod stamp;

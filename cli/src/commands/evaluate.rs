@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]
     random_reflectance: bool,
-    /// best, kmeans, kmeans-raw, fisher or otsu.
+    /// best, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
     #[arg(long, default_value = "best", value_parser = detector)]
     detector: DetectorChoice,
     /// How exactly frames are drawn: fine or fast.

@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Frames to film; two repeats of the message without it.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// best, kmeans, kmeans-raw, fisher or otsu.
+    /// best, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
     #[arg(long, default_value = "best", value_parser = detector)]
     detector: DetectorChoice,
     /// Save every frame in this folder, for `vocc receive`.

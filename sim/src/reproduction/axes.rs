@@ -1,0 +1,82 @@
+//! What the figures vary, and how finely.
+
+use crate::detectors::{DETECTORS, DetectorChoice};
+
+/// The detector of Do & Yoo 2020.
+pub const PAPERS_DETECTOR: &str = "kmeans";
+/// How much is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// All that the figures show.
+    Figures,
+    /// A first look: fewer points, and the best ratio less well known.
+    Quick,
+    /// What the claims need, coarser.
+    Claims,
+}
+
+/// The axes of the figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// L2A of figure 14.
+    pub l2a: Vec<f64>,
+    /// Intervals of figure 17.
+    pub interval: Vec<f64>,
+    /// Distances of figure 20, in metres.
+    pub distance_m: Vec<f64>,
+    /// Intervals of figure 21.
+    pub optimum_interval: Vec<f64>,
+    /// Distances of figure 21, in metres.
+    pub optimum_distance_m: Vec<f64>,
+    /// Distances of figure 22, in metres.
+    pub error_distance_m: Vec<f64>,
+    /// Detectors of figure 22.
+    pub detectors: Vec<&'static str>,
+}
+
+/// `count` values from `low` to `high`.
+fn even(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let share = |k| k as f64 / (count - 1) as f64;
+    (0..count)
+        .map(|k| ((low + (high - low) * share(k)) * 1e6).round() / 1e6)
+        .collect()
+}
+
+impl Axes {
+    /// The axes to that extent.
+    pub fn of(extent: Extent) -> Self {
+        let l2a = even(0.2, 4.0, 20);
+        let optimum_interval = even(0.5, 2.0, 4);
+        match extent {
+            Extent::Figures => Self {
+                l2a,
+                interval: even(0.5, 2.0, 7),
+                distance_m: even(30.0, 70.0, 9),
+                optimum_interval,
+                optimum_distance_m: even(30.0, 70.0, 5),
+                error_distance_m: even(30.0, 70.0, 9),
+                detectors: detectors().collect(),
+            },
+            Extent::Quick | Extent::Claims => Self {
+                l2a,
+                interval: even(0.5, 2.0, 4),
+                distance_m: even(30.0, 70.0, 5),
+                optimum_interval,
+                optimum_distance_m: even(30.0, 70.0, 3),
+                error_distance_m: even(30.0, 70.0, 3),
+                detectors: match extent {
+                    Extent::Claims => vec![PAPERS_DETECTOR],
+                    _ => detectors().collect(),
+                },
+            },
+        }
+    }
+}
+
+/// All detectors once, by name: `best` is one of the others.
+fn detectors() -> impl Iterator<Item = &'static str> {
+    DETECTORS
+        .iter()
+        .filter(|(_, choice)| *choice != DetectorChoice::Best)
+        .map(|&(name, _)| name)
+}

@@ -1,0 +1,69 @@
+//! Section 4.4.4: the bit error rate with the best L2A and with a random one.
+
+use super::super::axes::PAPERS_DETECTOR;
+use super::super::errors::Dimming;
+use super::super::estimate::Estimate;
+use super::super::findings::Findings;
+use super::super::study::Study;
+use super::{Claim, Test, Words};
+use crate::statistics::FrameErrors;
+
+const LOWER: Words = Words {
+    name: "ber-lower-with-best",
+    figure: "22",
+    claim: "the BER of the optimal set is lower at all distances",
+    quantity: "greatest (BER with the best L2A / BER with a random one) at any distance where bits are wrong",
+    depends_on: "the detector: one that clusters features pays for what B2W measures",
+};
+
+pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
+    let counted = |&distance_m: &f64| {
+        let of = |dimming| findings.errors(distance_m, dimming, PAPERS_DETECTOR);
+        Some((of(Dimming::Best)?, of(Dimming::Random)?))
+    };
+    let counted: Option<Vec<(&FrameErrors, &FrameErrors)>> =
+        study.axes.error_distance_m.iter().map(counted).collect();
+    let ratios = counted
+        .into_iter()
+        .flatten()
+        .filter_map(|(best, random)| ratio(best, random));
+    ratios
+        .max_by(|a, b| a.high.total_cmp(&b.high))
+        .map(|greatest| LOWER.decided(greatest, Test::Below(1.0)))
+        .into_iter()
+        .collect()
+}
+
+/// The ratio of two error rates, its interval from the ends of theirs; none where no bit was wrong in either.
+fn ratio(best: &FrameErrors, random: &FrameErrors) -> Option<Estimate> {
+    if best.errors() == 0 && random.errors() == 0 {
+        return None;
+    }
+    let ([best_low, best_high], [low, high]) = (best.interval_95(), random.interval_95());
+    Some(Estimate {
+        value: best.rate() / random.rate(),
+        low: best_low / high,
+        high: best_high / low,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_nothing_is_wrong_nothing_can_be_told() {
+        let of = |errors: u32| {
+            let mut counted = FrameErrors::default();
+            (0..1000).for_each(|frame| counted.push(if frame % 10 == 0 { errors } else { 0 }));
+            counted
+        };
+        assert_eq!(ratio(&of(0), &of(0)), None);
+        let half = ratio(&of(1), &of(2)).unwrap();
+        assert!(
+            half.value == 0.5 && half.low < 0.5 && half.high < 1.0,
+            "{half:?}"
+        );
+        assert_eq!(ratio(&of(0), &of(1)).unwrap().value, 0.0);
+    }
+}

@@ -1,0 +1,75 @@
+//! Section 4.4.2 (a): the effect of the LED interval.
+
+use super::super::findings::Findings;
+use super::super::point::estimate_of;
+use super::super::setting::Setting;
+use super::super::study::Study;
+use super::{Claim, Sums, Test, Words, b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
+
+/// The intervals that the paper shows; the claims are about steps between them.
+const SHOWN: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
+/// From this interval to the widest the paper sees Bvar fall.
+const TURN: f64 = 1.5;
+
+const WVAR_FALLS: Words = Words {
+    name: "wvar-falls-with-interval",
+    figure: "17a",
+    claim: "Wvar decreases greatly as the interval increases",
+    quantity: "greatest change of Wvar from one interval to the next, %",
+    depends_on: "how far LEDs run into each other at the smallest interval",
+};
+const BVAR_RISES: Words = Words {
+    name: "bvar-rises-with-interval",
+    figure: "17a",
+    claim: "Bvar increases with the interval up to 1.5",
+    quantity: "least change of Bvar from one interval to the next, up to 1.5, %",
+    depends_on: "the size of a blurred LED against its cell: Bvar turns where the cell outgrows it, the sooner the longer the lens",
+};
+const BVAR_FALLS: Words = Words {
+    name: "bvar-falls-at-2",
+    figure: "17a",
+    claim: "Bvar decreases at interval 2",
+    quantity: "change of Bvar from interval 1.5 to 2, %",
+    depends_on: "the same: with 18 mm the turn comes later",
+};
+const RANGES_SHRINK: Words = Words {
+    name: "ranges-shrink-at-2",
+    figure: "16d",
+    claim: "because the ranges of GRI and AGR decrease",
+    quantity: "change from interval 1.5 to 2 of the distance between the class means, in AGR or GRI, whichever shrinks less, %",
+    depends_on: "the same",
+};
+const B2W_RISES: Words = Words {
+    name: "b2w-rises-with-interval",
+    figure: "17b",
+    claim: "B2W increases with the interval",
+    quantity: "least change of B2W from one interval to the next, %",
+    depends_on: "Wvar, which falls faster than Bvar. Of finer steps the last fails at 50 m: at interval 1.75 the pitch is 6 pixels sharp, all cells see their LEDs alike, and Wvar dips",
+};
+
+pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
+    let shown: Vec<Setting> = study
+        .over_interval()
+        .into_iter()
+        .filter(|setting| SHOWN.contains(&setting.interval))
+        .collect();
+    let Some(points) = curve(&shown, findings).filter(|points| points.len() > 1) else {
+        return Vec::new();
+    };
+    let before = shown.partition_point(|setting| setting.interval < TURN);
+    let before = before.min(points.len() - 1);
+    let ends = [points[before], points[points.len() - 1]];
+    let fall = estimate_of(&ends, |sums| percent(bvar(&sums[0]), bvar(&sums[1])));
+    let apart = |sums: &Sums, axis: usize| sums.on.mean()[axis] - sums.off.mean()[axis];
+    let shrinking = estimate_of(&ends, |sums| {
+        let of = |axis| percent(apart(&sums[0], axis), apart(&sums[1], axis));
+        of(0).max(of(1))
+    });
+    vec![
+        WVAR_FALLS.decided(greatest_rise(&points, wvar), Test::Below(0.0)),
+        BVAR_RISES.decided(least_rise(&points[..=before], bvar), Test::Above(0.0)),
+        BVAR_FALLS.decided(fall, Test::Below(0.0)),
+        RANGES_SHRINK.decided(shrinking, Test::Below(0.0)),
+        B2W_RISES.decided(least_rise(&points, b2w), Test::Above(0.0)),
+    ]
+}

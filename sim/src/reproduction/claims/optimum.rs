@@ -1,0 +1,107 @@
+//! Sections 4.4.1 and 4.4.3: the best L2A.
+
+use super::super::estimate::Estimate;
+use super::super::findings::Findings;
+use super::super::optima::BestRatio;
+use super::super::study::{DISTANCE_M, INTERVAL, Study};
+use super::{Claim, Test, Words};
+
+/// The best ratio that the paper reports at interval 1 and 50 m.
+const BEST: f64 = 2.0;
+/// What counts as that.
+const NEAR: f64 = 0.25;
+
+const BEST_IS_TWO: Words = Words {
+    name: "best-is-2",
+    figure: "14b",
+    claim: "at interval 1 and 50 m the best L2A is 2",
+    quantity: "L2A of the greatest B2W (holds within 0.25 of 2)",
+    depends_on: "contrast 1 + π·r, the 25 mm lens and the blur, which decide where On LEDs saturate",
+};
+const RISES_WITH_INTERVAL: Words = Words {
+    name: "best-rises-with-interval",
+    figure: "21a",
+    claim: "the best L2A is higher at large intervals",
+    quantity: "least difference of the best L2A between an interval and the next, at any distance",
+    depends_on: "the range: where two intervals both ask for 4 or more they cannot be told apart",
+};
+const WHEN_NEAR: Words = Words {
+    name: "best-is-higher-near",
+    figure: "21a",
+    claim: "the best L2A is higher at short distances",
+    quantity: "best L2A at 30 m less that at 70 m",
+    depends_on: "where On LEDs saturate: near ones are larger than the blur and reach 255 at a lower L2A, and from there on only Wvar rises",
+};
+
+pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
+    let best = |interval: f64, distance_m: f64| findings.optimum(interval, distance_m);
+    let intervals = &study.axes.optimum_interval;
+    let distances = &study.axes.optimum_distance_m;
+    let is_two = best(INTERVAL, DISTANCE_M)
+        .map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
+    let pairs = intervals
+        .windows(2)
+        .flat_map(|pair| distances.iter().map(move |&distance_m| (pair, distance_m)));
+    let rises: Option<Vec<Difference>> = pairs
+        .map(|(pair, distance_m)| {
+            Some(difference(
+                best(pair[1], distance_m)?,
+                best(pair[0], distance_m)?,
+            ))
+        })
+        .collect();
+    let rises = rises
+        .and_then(|rises| {
+            rises
+                .into_iter()
+                .min_by(|a, b| a.number.value.total_cmp(&b.number.value))
+        })
+        .map(|least| least.decides(&RISES_WITH_INTERVAL));
+    let near = intervals.iter().filter_map(|&interval| {
+        let (near, far) = (distances.first()?, distances.last()?);
+        let decided = difference(best(interval, *near)?, best(interval, *far)?).decides(&WHEN_NEAR);
+        Some(Claim {
+            name: format!("{}-at-{interval}", decided.name),
+            claim: format!("{} (at interval {interval})", decided.claim),
+            ..decided
+        })
+    });
+    is_two.into_iter().chain(rises).chain(near).collect()
+}
+
+/// The difference of two best ratios.
+struct Difference {
+    number: Estimate,
+    /// Whether both are the end of the range, so that nothing is known of it.
+    is_beyond: bool,
+}
+
+impl Difference {
+    /// Decides a claim that it is positive.
+    fn decides(&self, words: &Words) -> Claim {
+        let decided = words.decided(self.number, Test::Above(0.0));
+        if !self.is_beyond {
+            return decided;
+        }
+        Claim {
+            quantity: format!("{} (both at the end of the range)", decided.quantity),
+            holds: None,
+            ..decided
+        }
+    }
+}
+
+/// The difference of two best ratios, taken for independent.
+fn difference(a: &BestRatio, b: &BestRatio) -> Difference {
+    let reach = |best: &BestRatio| (best.l2a.high - best.l2a.low) / 2.0;
+    let reach = reach(a).hypot(reach(b));
+    let value = a.l2a.value - b.l2a.value;
+    Difference {
+        number: Estimate {
+            value,
+            low: value - reach,
+            high: value + reach,
+        },
+        is_beyond: a.at_border && b.at_border,
+    }
+}
