@@ -45,6 +45,8 @@ enum Command {
     Plan(commands::plan::Arguments),
     /// Monte Carlo at one setting: variances and bit error rate.
     Evaluate(commands::evaluate::Arguments),
+    /// The paper's figures, and a report on its claims.
+    Figures(commands::figures::Arguments),
     /// Add the shards of an evaluation up.
     Merge(commands::merge::Arguments),
     /// The best LED-to-ambient ratios, and the table that the transmitter carries.
@@ -91,6 +93,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Render(arguments)) => commands::render::run(&arguments, shared),
         Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
+        Some(Command::Figures(arguments)) => commands::figures::run(&arguments, shared),
         Some(Command::Merge(arguments)) => commands::merge::run(&arguments, shared),
         Some(Command::Optimize(arguments)) => commands::optimize::run(&arguments, shared),
         Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),

@@ -502,3 +502,40 @@ fn shards_add_up_to_one_run_bit_for_bit() {
     );
     refused(&["evaluate", "--shard", "0/3"], &["--out"]);
 }
+
+#[test]
+fn figures_refuse_bad_input() {
+    let folder = folder("figures");
+    let out = folder.to_str().expect("a name");
+    refused(&["figures"], &["--out"]);
+    refused(
+        &["figures", "--out", out, "--frames", "10"],
+        &["--frames", "1000"],
+    );
+    refused(&["figures", "no-such-scene", "--out", out], &["paper-18mm"]);
+    // The panel must be on the sensor at 30 m and tell its LEDs apart at 70 m.
+    refused(
+        &[
+            "figures",
+            "--quick",
+            "--frames",
+            "1000",
+            "--out",
+            out,
+            "--set",
+            "camera.focal_length_mm=2",
+        ],
+        &["interval", "px apart"],
+    );
+    let file = folder.join("file");
+    std::fs::write(&file, "in the way").expect("a file");
+    refused(
+        &["figures", "--out", file.to_str().expect("a name")],
+        &["folder"],
+    );
+    std::fs::write(folder.join("findings.json"), "{}").expect("a file");
+    refused(
+        &["figures", "--out", out, "--resume"],
+        &["findings.json", "--resume"],
+    );
+}

@@ -1,0 +1,200 @@
+//! Figures 8, 12, 15 and 18: rows of pictures.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use sim::reproduction::frames::{
+    DAYLIGHT, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture,
+};
+use sim::reproduction::setting::Setting;
+use sim::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+
+use super::chart::TEXT_PX;
+use super::figure::{Figure, csv};
+use crate::plot::{self, FONT, Surface};
+
+/// A picture with what is written under it, and what tells it from the others in the numbers.
+struct Shown {
+    picture: Picture,
+    words: Vec<String>,
+    key: f64,
+}
+
+const GAP_PX: i32 = 16;
+const LINE_PX: i32 = 20;
+
+/// Panels at L2A 0.2, 1, 2 and 4.
+pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
+    let at = |l2a| Setting {
+        interval: INTERVAL,
+        distance_m: DISTANCE_M,
+        l2a,
+    };
+    let shown = [0.2, 1.0, 2.0, 4.0].map(|l2a| (at(l2a), format!("L2A {l2a}"), l2a));
+    let caption = "The same bits at L2A 0.2, 1, 2 and 4: interval 1, 50 m.";
+    panels(study, "figure-12", caption, "l2a", &shown)
+}
+
+/// Panels at intervals 0.5 to 2.
+pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
+    let at = |interval| Setting {
+        interval,
+        distance_m: DISTANCE_M,
+        l2a: L2A,
+    };
+    let shown = [0.5, 1.0, 1.5, 2.0].map(|i| (at(i), format!("interval {i}"), i));
+    let caption =
+        "The same bits at intervals 0.5, 1, 1.5 and 2, zoomed to the same size: L2A 1, 50 m.";
+    panels(study, "figure-15", caption, "interval", &shown)
+}
+
+/// Panels at 30, 50 and 70 m.
+pub fn over_distance(study: &Study) -> anyhow::Result<Figure> {
+    let at = |distance_m| Setting {
+        interval: INTERVAL,
+        distance_m,
+        l2a: L2A,
+    };
+    let shown = [30.0, 50.0, 70.0].map(|d| (at(d), format!("{d} m"), d));
+    let caption = "The same bits at 30, 50 and 70 m, zoomed to the same size: L2A 1, interval 1.";
+    panels(study, "figure-18", caption, "distance_m", &shown)
+}
+
+fn panels(
+    study: &Study,
+    name: &'static str,
+    caption: &str,
+    key: &str,
+    settings: &[(Setting, String, f64)],
+) -> anyhow::Result<Figure> {
+    let shown = settings
+        .iter()
+        .map(|(setting, words, key)| {
+            Ok(Shown {
+                picture: panel_picture(&setting.scene(&study.scene), study.seed)?,
+                words: vec![words.clone()],
+                key: *key,
+            })
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    row(name, caption, key, &shown, 220)
+}
+
+/// Two LEDs from strong sun to twilight.
+pub fn daylight(study: &Study) -> anyhow::Result<Figure> {
+    let shown = DAYLIGHT
+        .iter()
+        .map(|&(condition, illuminance_lx)| {
+            let (picture, l2a) = pair_picture(&study.scene, illuminance_lx)?;
+            let words = vec![
+                condition.to_string(),
+                format!("{illuminance_lx} lx, L2A {}", two_digits(l2a)),
+            ];
+            Ok(Shown {
+                picture,
+                words,
+                key: illuminance_lx,
+            })
+        })
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let caption = format!(
+        "Two LEDs of one panel at 50 m, the left one Off, the right one On at {PAIR_LUMINANCE_CD_M2} cd/m², as the ambient light fades and the exposure follows it."
+    );
+    row("figure-08", &caption, "illuminance_lx", &shown, 190)
+}
+
+/// A number to two significant digits.
+fn two_digits(number: f64) -> String {
+    let digits = (1 - number.abs().log10().floor() as i32).max(0) as usize;
+    format!("{number:.digits$}")
+}
+
+fn row(
+    name: &'static str,
+    caption: &str,
+    key: &str,
+    shown: &[Shown],
+    width_px: i32,
+) -> anyhow::Result<Figure> {
+    let scale = |picture: &Picture| f64::from(width_px) / picture.width.max(1) as f64;
+    let height_px = shown
+        .iter()
+        .map(|s| (s.picture.height as f64 * scale(&s.picture)).round() as i32)
+        .max()
+        .unwrap_or(0);
+    let lines = shown.iter().map(|s| s.words.len()).max().unwrap_or(0) as i32;
+    let count = shown.len() as i32;
+    let size = (
+        (count * (width_px + GAP_PX) + GAP_PX) as u32,
+        (height_px + 2 * GAP_PX + lines * LINE_PX) as u32,
+    );
+    let svg = plot::svg(size, |surface| {
+        for (k, shown) in (0..).zip(shown) {
+            let corner = (GAP_PX + k * (width_px + GAP_PX), GAP_PX);
+            draw(surface, &shown.picture, corner, scale(&shown.picture))?;
+            let centred = (FONT, TEXT_PX)
+                .into_text_style(surface)
+                .pos(Pos::new(HPos::Center, VPos::Top));
+            for (line, words) in (0..).zip(&shown.words) {
+                let place = (
+                    corner.0 + width_px / 2,
+                    corner.1 + height_px + 6 + line * LINE_PX,
+                );
+                surface.draw(&Text::new(words.as_str(), place, centred.clone()))?;
+            }
+        }
+        Ok(())
+    })?;
+    let rows = shown.iter().flat_map(|shown| {
+        let width = shown.picture.width.max(1);
+        let pixel = move |(k, grey): (usize, &u8)| {
+            [
+                shown.key,
+                (k / width) as f64,
+                (k % width) as f64,
+                f64::from(*grey),
+            ]
+            .map(|number| number.to_string())
+            .to_vec()
+        };
+        shown.picture.grey.iter().enumerate().map(pixel)
+    });
+    Ok(Figure {
+        name,
+        caption: caption.into(),
+        csv: csv(&[key, "row", "column", "grey"], rows),
+        svg,
+    })
+}
+
+/// Draws a picture pixel by pixel, equal neighbours in a row together. Edges lie on whole units, so that no seams show.
+fn draw(
+    surface: &Surface,
+    picture: &Picture,
+    corner: (i32, i32),
+    scale: f64,
+) -> anyhow::Result<()> {
+    let edge = |k: usize| (k as f64 * scale).round() as i32;
+    for (y, row) in picture.grey.chunks_exact(picture.width.max(1)).enumerate() {
+        let mut x = 0;
+        for run in row.chunk_by(|a, b| a == b) {
+            let end = x + run.len();
+            let corners = [
+                (corner.0 + edge(x), corner.1 + edge(y)),
+                (corner.0 + edge(end), corner.1 + edge(y + 1)),
+            ];
+            let grey = run[0];
+            surface.draw(&Rectangle::new(
+                corners,
+                RGBColor(grey, grey, grey).filled(),
+            ))?;
+            x = end;
+        }
+    }
+    // White pictures need an edge on white paper.
+    let far = (
+        corner.0 + edge(picture.width),
+        corner.1 + edge(picture.height),
+    );
+    surface.draw(&Rectangle::new([corner, far], BLACK.mix(0.4)))?;
+    Ok(())
+}

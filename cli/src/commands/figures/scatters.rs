@@ -1,0 +1,124 @@
+//! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
+
+use plotters::prelude::*;
+use sim::reproduction::frames::{Feature, scatter};
+use sim::reproduction::setting::Setting;
+use sim::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+
+use super::chart::{Axis, OFF, ON, legend, plane};
+use super::figure::{Figure, csv};
+use crate::plot;
+
+/// Frames of a cloud, as in the paper.
+const FRAMES: u64 = 10;
+
+/// At low, mid and high L2A.
+pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
+    let at = |l2a| Setting {
+        interval: INTERVAL,
+        distance_m: DISTANCE_M,
+        l2a,
+    };
+    let shown = [0.2, 2.0, 4.0].map(|l2a| (at(l2a), format!("L2A {l2a}"), l2a));
+    let caption = "Features of the LEDs in ten frames at low, mid and high L2A: interval 1, 50 m.";
+    clouds(study, "figure-13", caption, "l2a", &shown)
+}
+
+/// At intervals 0.5 to 2.
+pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
+    let at = |interval| Setting {
+        interval,
+        distance_m: DISTANCE_M,
+        l2a: L2A,
+    };
+    let shown = [0.5, 1.0, 1.5, 2.0].map(|i| (at(i), format!("interval {i}"), i));
+    let caption = "Features of the LEDs in ten frames at four intervals: L2A 1, 50 m.";
+    clouds(study, "figure-16", caption, "interval", &shown)
+}
+
+/// At 30, 50 and 70 m.
+pub fn over_distance(study: &Study) -> anyhow::Result<Figure> {
+    let at = |distance_m| Setting {
+        interval: INTERVAL,
+        distance_m,
+        l2a: L2A,
+    };
+    let shown = [30.0, 50.0, 70.0].map(|d| (at(d), format!("{d} m"), d));
+    let caption = "Features of the LEDs in ten frames at three distances: L2A 1, interval 1.";
+    clouds(study, "figure-19", caption, "distance_m", &shown)
+}
+
+fn clouds(
+    study: &Study,
+    name: &'static str,
+    caption: &str,
+    key: &str,
+    settings: &[(Setting, String, f64)],
+) -> anyhow::Result<Figure> {
+    let clouds = settings
+        .iter()
+        .map(|(setting, ..)| Ok(scatter(&setting.scene(&study.scene), FRAMES, study.seed)?))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let all = || clouds.iter().flatten();
+    let x = axis("AGR", all().map(|f| f64::from(f.agr)));
+    let y = axis("GRI (grey levels)", all().map(|f| f64::from(f.gri)));
+    let columns = settings.len().min(if settings.len() == 4 { 2 } else { 3 });
+    let rows = settings.len().div_ceil(columns);
+    let size = (340 * columns as u32, 330 * rows as u32);
+    let svg = plot::svg(size, |surface| {
+        let parts = surface.split_evenly((rows, columns));
+        for ((part, cloud), (_, title, _)) in parts.iter().zip(&clouds).zip(settings) {
+            let mut plane = plane(part, title, &x, &y)?;
+            for (on, colour, name) in [(false, OFF, "Off"), (true, ON, "On")] {
+                let dots = cloud
+                    .iter()
+                    .filter(|feature| feature.on == on)
+                    .map(|feature| {
+                        Circle::new(
+                            (f64::from(feature.agr), f64::from(feature.gri)),
+                            2,
+                            colour.mix(0.5).filled(),
+                        )
+                    });
+                plane
+                    .draw_series(dots)?
+                    .label(name)
+                    .legend(move |(left, middle)| {
+                        Circle::new((left + 10, middle), 4, colour.filled())
+                    });
+            }
+            legend(&mut plane, SeriesLabelPosition::UpperLeft)?;
+        }
+        Ok(())
+    })?;
+    let rows = settings
+        .iter()
+        .zip(&clouds)
+        .flat_map(|((_, _, key), cloud)| {
+            cloud.iter().map(move |feature: &Feature| {
+                vec![
+                    key.to_string(),
+                    feature.frame.to_string(),
+                    feature.led.to_string(),
+                    u8::from(feature.on).to_string(),
+                    feature.agr.to_string(),
+                    feature.gri.to_string(),
+                ]
+            })
+        });
+    Ok(Figure {
+        name,
+        caption: caption.into(),
+        csv: csv(&[key, "frame", "led", "on", "agr", "gri"], rows),
+        svg,
+    })
+}
+
+/// An axis that holds all values with a little room.
+fn axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let room = 0.05 * (high - low).max(1e-3);
+    Axis::linear(label, [low - room, high + room])
+}

@@ -1,0 +1,105 @@
+//! A whole run of few points, interrupted and finished, and what it draws.
+
+use std::cell::Cell;
+
+use super::*;
+use sim::reproduction::axes::Axes;
+
+fn small() -> Study {
+    let scene = Scene::load("paper", &[]).expect("a preset");
+    let axes = Axes {
+        l2a: vec![0.2, 2.0, 4.0],
+        interval: vec![1.0, 1.5, 2.0],
+        distance_m: vec![30.0, 70.0],
+        optimum_interval: vec![1.0],
+        optimum_distance_m: vec![50.0],
+        error_distance_m: vec![50.0, 70.0],
+        detectors: vec!["kmeans", "otsu"],
+    };
+    Study {
+        axes,
+        ..Study::new(scene, Extent::Quick, 1000, 1)
+    }
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("vocc-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+#[test]
+fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
+    let parts = [Part {
+        name: "",
+        study: small(),
+    }];
+    let run = |seed| Run::new(&parts[0].study.scene, 1000, true, seed);
+    let folder = folder("interrupted");
+    let path = folder.join(KEPT);
+    let mut kept = Kept::new(run(1));
+    let asked = Cell::new(0);
+    let going_on = || {
+        asked.set(asked.get() + 1);
+        asked.get() < 4
+    };
+    assert!(!compute(&parts, &mut kept, &path, &going_on).expect("work"));
+    let claims = claims::all(&parts[0].study, &kept.findings[""]);
+    assert!(claims.is_empty(), "no curve is finished: {claims:?}");
+    let mut again = Kept::read(&path, &run(1)).expect("what was kept");
+    assert_eq!(again.findings, kept.findings);
+    assert!(Kept::read(&path, &run(2)).is_err());
+    assert!(compute(&parts, &mut again, &path, &|| true).expect("work"));
+    let mut whole = Kept::new(run(1));
+    assert!(compute(&parts, &mut whole, &path, &|| true).expect("work"));
+    assert_eq!(again.findings, whole.findings);
+    drawn(&parts[0].study, &whole.findings[""], &folder);
+    std::fs::remove_dir_all(&folder).expect("cleared");
+}
+
+/// Every figure, with as many rows of numbers as it has points.
+fn drawn(study: &Study, findings: &Findings, folder: &Path) {
+    let figures = figures(study, findings).expect("figures");
+    let rows = |name: &str| {
+        let figure = figures.iter().find(|figure| figure.name == name);
+        let figure = figure.unwrap_or_else(|| panic!("no {name}"));
+        let cells: Vec<usize> = figure
+            .csv
+            .lines()
+            .map(|line| line.split(',').count())
+            .collect();
+        assert!(cells.iter().all(|&n| n == cells[0]), "{name}: {cells:?}");
+        figure.save(folder).expect("files");
+        let image = std::fs::read(folder.join(format!("{name}.png"))).expect("a picture");
+        assert!(image.starts_with(b"\x89PNG"));
+        cells.len() - 1
+    };
+    assert_eq!(rows("figure-13"), 3 * 10 * 64);
+    assert_eq!(rows("figure-16"), 4 * 10 * 64);
+    assert_eq!(rows("figure-19"), 3 * 10 * 64);
+    assert_eq!(
+        [rows("figure-14"), rows("figure-17"), rows("figure-20")],
+        [3, 3, 2]
+    );
+    assert_eq!([rows("figure-21"), rows("figure-22")], [1, 4]);
+    assert_eq!(rows("figure-22-detectors"), 8);
+    assert!(rows("figure-08") > 5 * 50);
+    for name in ["figure-12", "figure-15", "figure-18"] {
+        assert!(rows(name) > 3 * 20 * 20, "{name}");
+    }
+    let report = report::report(
+        study,
+        "vocc figures",
+        &claims::all(study, findings),
+        &[],
+        &figures,
+    );
+    assert_eq!(report.html().matches("<svg").count(), 13);
+    assert!(report.markdown().contains("figure-22-detectors.png"));
+}
+
+#[test]
+fn numbers_have_three_digits() {
+    let shown = [0.0, 2.0449, -14.96, 1234.5, 0.00123, f64::NAN].map(number);
+    assert_eq!(shown, ["0.00", "2.04", "−15.0", "1234", "0.00123", "?"]);
+}
