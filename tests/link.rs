@@ -13,6 +13,8 @@ fn settings(detector: DetectorChoice) -> LinkSettings {
         detector,
         seed: 1,
         level: Level::Fast,
+        code: None,
+        true_corners: false,
     }
 }
 
@@ -132,4 +134,26 @@ fn a_rolling_shutter_shows_the_panel_the_symbol_of_its_own_rows() {
     let overrides = ["camera.readout_s=0.0099", "link.phase=0.7"].map(String::from);
     let (received, errors, _) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
+}
+
+#[test]
+fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
+    for preset in ["day", "dusk", "night"] {
+        for (seed, phase) in [(1, 0.05), (2, 0.3), (3, 0.55), (4, 0.8)] {
+            let scene = Scene::load(preset, &[format!("link.phase={phase}")]).expect("a preset");
+            let settings = LinkSettings {
+                seed,
+                // Looking for the panel at night is not what is tested here.
+                true_corners: true,
+                ..settings(DetectorChoice::Best)
+            };
+            let mut road = Road::new(&scene, &settings).expect("a usable link");
+            let received = (0..26).find_map(|frame| road.frame(frame).expect("in view").delivered);
+            assert_eq!(
+                message(&received),
+                Some(MESSAGE),
+                "{preset}, phase {phase}, seed {seed}"
+            );
+        }
+    }
 }

@@ -51,7 +51,7 @@ enum Command {
     Merge(commands::merge::Arguments),
     /// The best LED-to-ambient ratios, and the table that the transmitter carries.
     Optimize(commands::optimize::Arguments),
-    /// Show or check a table.
+    /// The L2A table: show and check it, write it to a transmitter, read and compare it.
     Table(commands::table::Arguments),
     /// The panels that the transmitter would show.
     Transmit(commands::transmit::Arguments),
@@ -61,8 +61,6 @@ enum Command {
     Receive(commands::receive::Arguments),
     /// Transmitters at serial ports: list them, watch them, give them messages.
     Device(commands::device::Arguments),
-    /// The L2A table of a transmitter: write it, read it, compare it.
-    Table(commands::table::Arguments),
     /// Print a preset as a scene file to start from.
     Scene(commands::scene::Arguments),
 }
@@ -101,7 +99,6 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
         Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),
         Some(Command::Device(arguments)) => commands::device::run(&arguments, shared),
-        Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),
         Some(Command::Scene(arguments)) => commands::scene::run(&arguments),
     }
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use anyhow::Context;
 use clap::Args;
 use link::framing::MESSAGE_MAX;
-use rx_pipeline::detect::Detector;
+use rx_pipeline::detect::Method;
 use serialport::SerialPort;
 use sim::detectors::{DETECTORS, DetectorChoice};
 use sim::scene::Scene;
@@ -91,10 +91,10 @@ impl Message {
     }
 }
 
-/// The detector of a choice that needs no frames to learn from.
-pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Detector> {
+/// The method of a choice that needs no frames to learn from.
+pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Method> {
     choice.untrained().context(
-        "the detector fisher learns from frames whose bits are known, and here are none: choose kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
+        "this detector needs frames whose bits are known (fisher and fisher-ngr to learn from, the genie to be told all about), and here are none: choose ml, kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
     )
 }
 

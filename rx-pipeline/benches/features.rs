@@ -7,6 +7,7 @@ use rx_pipeline::{
     detect::Detector,
     features::Features,
     frame::Frame,
+    likelihood::{Camera, MaximumLikelihood},
     locate::{Locator, LocatorSettings},
 };
 
@@ -102,6 +103,66 @@ fn detect(bencher: Bencher, detector: &str) {
     bencher.bench_local(|| detector.detect(black_box(&features)));
 }
 
+/// A frame of a followed panel to bits, by its pixels: every frame shows other bits.
+#[divan::bench(args = [&POSES[0], &POSES[1]])]
+fn read_by_likelihood(bencher: Bencher, pose: &Pose) {
+    let corners = pose.corners();
+    let frames = noisy_frames(&corners);
+    let mut detector = Box::new(MaximumLikelihood::<8192>::new(Camera::default()));
+    let mut next = 0;
+    let mut read = || {
+        next = (next + 1) % frames.len();
+        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH)
+            .expect("as many pixels as the frame has");
+        detector
+            .detect(black_box(&frame), &corners)
+            .expect("a panel")
+    };
+    for _ in 0..32 {
+        read();
+    }
+    bencher.bench_local(read);
+}
+
+/// The same by features and k-means.
+#[divan::bench(args = [&POSES[0], &POSES[1]])]
+fn read_by_kmeans(bencher: Bencher, pose: &Pose) {
+    let corners = pose.corners();
+    let frames = noisy_frames(&corners);
+    let map = CellMap::<8192>::new(&corners, FRAME_WIDTH, FRAME_WIDTH)
+        .expect("the panel is in the frame");
+    let mut next = 0;
+    bencher.bench_local(|| {
+        next = (next + 1) % frames.len();
+        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH)
+            .expect("as many pixels as the frame has");
+        let features =
+            Features::measure(black_box(&frame), &map).expect("the map was built for this frame");
+        Detector::KMeans.detect(&features)
+    });
+}
+
+/// Panels of random bits, each pixel off by up to two grey levels.
+fn noisy_frames(corners: &Corners) -> Vec<(u64, Vec<u8>)> {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut word = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        state
+    };
+    (0..64)
+        .map(|_| {
+            let bits = word();
+            let mut pixels = spots_of(bits, corners, FRAME_WIDTH, FRAME_WIDTH);
+            for pixel in &mut pixels {
+                *pixel = pixel.saturating_add((word() % 5) as u8) - 2;
+            }
+            (bits, pixels)
+        })
+        .collect()
+}
+
 /// A panel somewhere in a frame of 1920×1080 pixels, and the plain frame without it.
 #[divan::bench(args = [true, false], max_time = 2)]
 fn locate_full_hd(bencher: Bencher, with_panel: bool) {
@@ -123,11 +184,16 @@ fn locate_full_hd(bencher: Bencher, with_panel: bool) {
 
 /// A panel of Gaussian spots, two in three of them On.
 fn spots(corners: &Corners, width: usize, height: usize) -> Vec<u8> {
+    spots_of(0xdb6d_b6db_6db6_db6d << 1, corners, width, height)
+}
+
+/// A panel of Gaussian spots of the given bits.
+fn spots_of(bits: u64, corners: &Corners, width: usize, height: usize) -> Vec<u8> {
     let mut light = vec![1.0; width * height];
     let homography = corners.homography();
     for led in 0..64 {
         let [cx, cy] = homography.to_image([f64::from(led % 8), f64::from(led / 8)]);
-        let peak = if led % 3 == 0 { 0.3 } else { 2.5 };
+        let peak = if bits >> led & 1 == 1 { 2.5 } else { 0.3 };
         for y in (cy as usize - 8)..(cy as usize + 9) {
             for x in (cx as usize - 8)..(cx as usize + 9) {
                 let square = (x as f64 - cx).powi(2) + (y as f64 - cy).powi(2);

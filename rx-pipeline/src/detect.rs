@@ -29,6 +29,7 @@ mod otsu;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
 use crate::features::Features;
+use crate::likelihood::Camera;
 use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
 
 /// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
@@ -69,6 +70,28 @@ pub enum Detector {
     Fisher(Fisher),
 }
 
+/// How a panel is read: by its cells' features, or by its pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// By AGR, GRI and NGR.
+    Features(Detector),
+    /// By the bits that make the pixels likeliest, in frames of this camera.
+    MaximumLikelihood(Camera),
+}
+
+impl Default for Method {
+    /// Maximum likelihood with the default camera.
+    fn default() -> Self {
+        Self::MaximumLikelihood(Camera::default())
+    }
+}
+
+impl From<Detector> for Method {
+    fn from(detector: Detector) -> Self {
+        Self::Features(detector)
+    }
+}
+
 /// One reading of a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
@@ -78,6 +101,9 @@ pub struct Detection {
     pub soft: SoftPanel,
     /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
     pub confidence: f32,
+    /// Whether the exposure seems to have caught two symbols: no single panel explains the frame as well as panels explained
+    /// those before it. Only maximum likelihood can tell.
+    pub mixed: bool,
 }
 
 /// Why a panel could not be read.
@@ -100,6 +126,19 @@ pub enum DetectError {
     OneClass {
         /// Cells in the brighter group, 0 or 64.
         on: u32,
+    },
+    /// The panel's pixels are too many, or none.
+    #[error(
+        "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
+         corners, or give the detector more memory"
+    )]
+    OutsideMemory {
+        /// The image's columns.
+        width: usize,
+        /// The image's rows.
+        height: usize,
+        /// The detector's `PIXELS`.
+        capacity: usize,
     },
 }
 
@@ -148,12 +187,13 @@ impl Detector {
 }
 
 impl Detection {
-    fn new(bits: PanelFrame, llr: [f32; LEDS]) -> Self {
+    pub(crate) fn new(bits: PanelFrame, llr: [f32; LEDS]) -> Self {
         let right = llr.map(|llr| 1.0 / (1.0 + libm::expf(-llr.abs())));
         Self {
             bits,
             soft: SoftPanel(llr.map(quantised)),
             confidence: right.iter().sum::<f32>() / LEDS as f32,
+            mixed: false,
         }
     }
 }

@@ -15,6 +15,7 @@
 //! | [`cells`] | a pose | for each pixel its LED's cell and the direction to the LED: once for a pose |
 //! | [`features`] | a frame and the cells | AGR, GRI and NGR of each LED: for each frame |
 //! | [`detect`] | features | 64 bits, and how sure each is |
+//! | [`likelihood`] | a frame and a pose | the same, better: the bits that make the pixels likeliest |
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
@@ -27,7 +28,7 @@
 //!   to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
 //! - **Single frames, or a panel whose place is known:** [`corners::Corners`], [`cells::CellMap`],
 //!   [`features::Features`] and [`detect::Detector`], as below.
-//! - **A detector:** k-means needs no training and is the default; [`detect`] compares them.
+//! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
 //! - **The locator** wants a plain background that is darker than LEDs that are Off. Where the place is known,
 //!   [`receiver::Receiver::place`] goes without it.
 //!
@@ -63,6 +64,7 @@ pub mod corners;
 pub mod detect;
 pub mod features;
 pub mod frame;
+pub mod likelihood;
 pub mod locate;
 pub mod receiver;
 pub mod symbols;

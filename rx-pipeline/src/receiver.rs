@@ -4,9 +4,10 @@ use core::borrow::BorrowMut;
 
 use crate::cells::{CellMap, CellsError};
 use crate::corners::Corners;
-use crate::detect::{DetectError, Detection, Detector};
+use crate::detect::{DetectError, Detection, Method};
 use crate::features::{Features, FeaturesError};
 use crate::frame::Frame;
+use crate::likelihood::MaximumLikelihood;
 use crate::locate::{LocateError, Locator, LocatorSettings};
 use crate::symbols::{Symbol, SymbolClock, SymbolRateError};
 use link::framing::{Deframer, Event};
@@ -17,17 +18,17 @@ pub struct ReceiverSettings {
     /// The camera.
     pub locator: LocatorSettings,
     /// How bits are told apart.
-    pub detector: Detector,
+    pub method: Method,
     /// Symbols the panel shows in a camera's frame period: above 0, at most 1.
     pub symbols_per_frame: f32,
 }
 
 impl Default for ReceiverSettings {
-    /// A camera of γ = 2.2 and 1.5 px of blur, k-means, and one symbol a frame.
+    /// A camera of γ = 2.2 and about 1.5 px of blur, maximum likelihood, and one symbol a frame.
     fn default() -> Self {
         Self {
             locator: LocatorSettings::default(),
-            detector: Detector::default(),
+            method: Method::default(),
             symbols_per_frame: 1.0,
         }
     }
@@ -45,12 +46,14 @@ pub enum ReceiverError {
     SymbolRate(#[from] SymbolRateError),
 }
 
-/// The large parts of a receiver: the cells of panels of up to `PIXELS` (bounding box), and the message in progress.
+/// The large parts of a receiver: the cells of panels of up to `PIXELS` (bounding box), their likelihood, and the message in
+/// progress.
 ///
-/// 10 bytes a pixel and about 36 kB: 200 kB for 128×128 pixels; the receiver itself takes 2.5 kB. [`ReceiverMemory::new`] is `const`, so that on a
+/// 22 bytes a pixel and about 70 kB: 430 kB for 128×128 pixels; the receiver itself takes 2.5 kB. [`ReceiverMemory::new`] is `const`, so that on a
 /// microcontroller this is a `static`, which the receiver borrows; on a computer it can be owned, boxed, or borrowed.
 pub struct ReceiverMemory<const PIXELS: usize> {
     map: CellMap<PIXELS>,
+    likelihood: MaximumLikelihood<PIXELS>,
     deframer: Deframer,
 }
 
@@ -59,6 +62,7 @@ impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
     pub const fn new() -> Self {
         Self {
             map: CellMap::empty(),
+            likelihood: MaximumLikelihood::blind(),
             deframer: Deframer::new(),
         }
     }
@@ -137,7 +141,7 @@ const MEMORY_FRAMES: f32 = 16.0;
 /// ```
 pub struct Receiver<const PIXELS: usize, M> {
     locator: Locator,
-    detector: Detector,
+    method: Method,
     clock: SymbolClock,
     pose: Option<Pose>,
     doubtful_frames: u32,
@@ -157,10 +161,13 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
-    pub fn new(settings: ReceiverSettings, memory: M) -> Result<Self, ReceiverError> {
+    pub fn new(settings: ReceiverSettings, mut memory: M) -> Result<Self, ReceiverError> {
+        if let Method::MaximumLikelihood(camera) = settings.method {
+            memory.borrow_mut().likelihood.prepare(camera);
+        }
         Ok(Self {
             locator: Locator::new(settings.locator)?,
-            detector: settings.detector,
+            method: settings.method,
             clock: SymbolClock::new(settings.symbols_per_frame)?,
             pose: None,
             doubtful_frames: 0,
@@ -174,10 +181,14 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
     /// Messages carry as stamps the numbers of the frames that first showed their symbols.
     pub fn frame(&mut self, number: u64, frame: &Frame<'_>) -> Outcome<'_> {
         let reading = self.read(frame);
-        let ended = reading
-            .as_ref()
-            .ok()
-            .and_then(|reading| self.clock.push(number, &reading.detection.soft));
+        let ended = reading.as_ref().ok().and_then(|reading| {
+            let detection = &reading.detection;
+            if detection.mixed {
+                self.clock.push_mixed(number, &detection.soft)
+            } else {
+                self.clock.push(number, &detection.soft)
+            }
+        });
         let symbol = reading.as_ref().ok().and_then(|_| self.clock.current());
         let event = self.deframe(ended);
         Outcome {
@@ -290,8 +301,12 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
 
     /// Reads the panel in the cells that the memory holds; with the mean gradient radial inwards of the cells that are On.
     fn read_here(&mut self, frame: &Frame<'_>, corners: Corners) -> Result<(Reading, f32), Loss> {
-        let features = Features::measure(frame, &self.memory.borrow_mut().map)?;
-        let detection = self.detector.detect(&features)?;
+        let memory = self.memory.borrow_mut();
+        let features = Features::measure(frame, &memory.map)?;
+        let detection = match &self.method {
+            Method::Features(detector) => detector.detect(&features)?,
+            Method::MaximumLikelihood(_) => memory.likelihood.detect(frame, &corners)?,
+        };
         let on = features
             .gri
             .iter()
@@ -463,7 +478,7 @@ mod tests {
 
     #[test]
     fn the_memory_is_as_large_as_stated() {
-        assert!(size_of::<ReceiverMemory<16384>>() < 205_000);
+        assert!(size_of::<ReceiverMemory<16384>>() < 430_000);
         assert!(size_of::<Receiver<16384, &mut ReceiverMemory<16384>>>() < 2_500);
     }
 

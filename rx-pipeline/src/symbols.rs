@@ -10,6 +10,9 @@
 //!
 //! (`cargo test -p rx-pipeline symbols` computes both.)
 //!
+//! An exposure that caught two symbols, mixed, adds to neither. But it says when it began: just before the end of the symbol that was
+//! being shown. After it the next frame shows another symbol for certain.
+//!
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
@@ -18,8 +21,15 @@ use link::panel::{Llr, SoftPanel};
 /// The correlation from which a reading is the last symbol again.
 pub const REPEAT_CORRELATION: f32 = 0.6;
 
+/// The correlation from which it is where by the clock no other symbol can be shown yet: one pair in 100 of different symbols
+/// reaches it, should the clock be wrong.
+pub const EXPECTED_CORRELATION: f32 = 0.3;
+
 /// By how much the two clocks may disagree, relatively: two crystals of 100 ppm each.
 const CLOCK_TOLERANCE: f64 = 2e-4;
+
+/// The longest exposure, as a part of the frame period.
+pub const EXPOSURE_MAX: f64 = 0.1;
 
 /// One symbol, of all the frames that showed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +84,10 @@ pub struct SymbolClock {
 struct Current {
     symbol: Symbol,
     reading: SoftPanel,
-    /// Where within its symbol the last frame was exposed, at least and at most: 0 the start, 1 the end.
+    /// Where within its symbol the last frame's exposure began, at least and at most: 0 the symbol's start, 1 its end.
     phase: (f64, f64),
+    /// Whether the last frame caught the symbol's end.
+    ended: bool,
 }
 
 impl SymbolClock {
@@ -102,31 +114,55 @@ impl SymbolClock {
         if reading.0.iter().all(|&llr| llr == 0) {
             return None;
         }
+        let reach = self.exposure();
         let Some(current) = &mut self.current else {
-            self.start(frame, reading, self.next_index, (0.0, 1.0));
+            self.start(frame, reading, self.next_index, (-reach, 1.0));
             return None;
         };
-        let elapsed = frame
-            .checked_sub(current.symbol.last_frame)
-            .filter(|&elapsed| elapsed > 0)?;
-        let passed = elapsed as f64 * self.symbols_per_frame;
-        let (earliest, latest) = current.phase;
-        let phase = (
-            earliest + passed * (1.0 - CLOCK_TOLERANCE),
-            latest + passed * (1.0 + CLOCK_TOLERANCE),
-        );
-        let may_repeat = phase.0 < 1.0 || elapsed == 1;
-        if may_repeat && correlation(&current.reading, reading) >= REPEAT_CORRELATION {
+        let (elapsed, phase) = current.phase_at(frame, self.symbols_per_frame)?;
+        let may_repeat = !current.ended && (phase.0 < 1.0 || elapsed == 1);
+        let must_repeat = may_repeat && phase.1 + reach < 1.0;
+        if must_repeat || may_repeat && correlation(&current.reading, reading) >= REPEAT_CORRELATION
+        {
             current.merge(frame, reading);
-            current.phase = within_symbol(phase, 0.0);
+            current.phase = within(phase, (-reach, 1.0));
             return None;
         }
         let done = current.symbol;
-        let advance = libm::floor((phase.0 + phase.1) / 2.0).max(1.0);
+        let (advance, phase) = advanced(phase);
         // Wraps around as the index does, and stays at a gap's end beyond all counting.
         let index = done.index.wrapping_add(advance as u32);
-        self.start(frame, reading, index, within_symbol(phase, advance));
+        self.start(frame, reading, index, within(phase, (-reach, 1.0)));
         Some(done)
+    }
+
+    /// Takes in that frame `frame` caught the end of one symbol and the beginning of the next, `reading` being what can be
+    /// read of the two together; gives the symbol before both, if the frame shows the last one's end no more.
+    pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel) -> Option<Symbol> {
+        let reach = self.exposure();
+        let ending = (1.0 - reach, 1.0);
+        let current = self.current.as_mut()?;
+        let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
+        if phase.0 < 1.0 {
+            current.symbol.last_frame = frame;
+            current.phase = within(phase, ending);
+            current.ended = true;
+            return None;
+        }
+        // A symbol that no frame shows alone.
+        let done = current.symbol;
+        let (advance, phase) = advanced(phase);
+        let index = done.index.wrapping_add(advance as u32);
+        self.start(frame, reading, index, within(phase, ending));
+        if let Some(current) = &mut self.current {
+            current.ended = true;
+        }
+        Some(done)
+    }
+
+    /// The longest exposure, in symbols.
+    fn exposure(&self) -> f64 {
+        EXPOSURE_MAX * self.symbols_per_frame
     }
 
     /// The number of the symbol that the last frame showed; none before the first.
@@ -150,12 +186,28 @@ impl SymbolClock {
             symbol,
             reading: *reading,
             phase,
+            ended: false,
         });
         self.next_index = index.wrapping_add(1);
     }
 }
 
 impl Current {
+    /// Frames since the last one, and where its exposure began, counted from the start of the last one's symbol; none for a
+    /// frame that is no later.
+    fn phase_at(&self, frame: u64, symbols_per_frame: f64) -> Option<(u64, (f64, f64))> {
+        let elapsed = frame
+            .checked_sub(self.symbol.last_frame)
+            .filter(|&elapsed| elapsed > 0)?;
+        let passed = elapsed as f64 * symbols_per_frame;
+        let (earliest, latest) = self.phase;
+        let phase = (
+            earliest + passed * (1.0 - CLOCK_TOLERANCE),
+            latest + passed * (1.0 + CLOCK_TOLERANCE),
+        );
+        Some((elapsed, phase))
+    }
+
     fn merge(&mut self, frame: u64, reading: &SoftPanel) {
         for (sum, &llr) in self.symbol.panel.0.iter_mut().zip(&reading.0) {
             *sum = sum.saturating_add(llr).max(-Llr::MAX);
@@ -165,13 +217,25 @@ impl Current {
     }
 }
 
-/// The part of the phases that lies in the symbol `advance` after the last; all of it if none does.
-fn within_symbol((earliest, latest): (f64, f64), advance: f64) -> (f64, f64) {
-    let (earliest, latest) = ((earliest - advance).max(0.0), (latest - advance).min(1.0));
-    if earliest < latest {
-        (earliest, latest)
+/// How many symbols have passed, at least one, and the phases in the symbol after them. Where that number is not certain, the phases
+/// are anything, so that one wrong guess makes no others.
+fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
+    let advance = libm::floor((earliest + latest) / 2.0).max(1.0);
+    let certain = libm::floor(earliest).max(1.0) == (libm::ceil(latest) - 1.0).max(1.0);
+    if certain {
+        (advance, (earliest - advance, latest - advance))
     } else {
-        (0.0, 1.0)
+        (advance, (f64::NEG_INFINITY, f64::INFINITY))
+    }
+}
+
+/// The part of the phases that lies in a range; the range itself if none does.
+fn within((earliest, latest): (f64, f64), (least, most): (f64, f64)) -> (f64, f64) {
+    let (low, high) = (earliest.max(least), latest.min(most));
+    if low < high {
+        (low, high)
+    } else {
+        (least, most)
     }
 }
 
@@ -255,6 +319,43 @@ mod tests {
             clock.flush().map(|symbol| symbol.panel),
             Some(panel(shown(0)))
         );
+    }
+
+    #[test]
+    fn a_mixed_frame_ends_its_symbol_and_spoils_none() {
+        // 0.9 symbols a frame: frame 4 begins at 3.95 and catches the end of symbol 3.
+        let mut clock = SymbolClock::new(0.9).unwrap();
+        let mut symbols = Vec::new();
+        for frame in 0..8u64 {
+            let shown_at = |start: f64| panel(shown((start + frame as f64 * 0.9) as u64));
+            if frame == 4 {
+                symbols.extend(clock.push_mixed(frame, &panel(0xdead_beef)));
+            } else {
+                symbols.extend(clock.push(frame, &shown_at(0.35)));
+            }
+        }
+        symbols.extend(clock.flush());
+        let read: Vec<_> = symbols
+            .iter()
+            .map(|symbol| (symbol.index, symbol.panel.hard().bits()))
+            .collect();
+        let expected: Vec<_> = (0..7)
+            .map(|symbol| (symbol, shown(symbol.into())))
+            .collect();
+        assert_eq!(read, expected);
+    }
+
+    #[test]
+    fn a_doubtful_repeat_is_one_where_the_clock_leaves_no_other() {
+        let mut clock = SymbolClock::new(0.4).unwrap();
+        let mut doubtful = panel(shown(1));
+        // 20 of 64 wrong: a correlation of 24/64.
+        doubtful.0.iter_mut().take(20).for_each(|llr| *llr = -*llr);
+        for (frame, reading) in [(0, shown(0)), (1, shown(0)), (2, shown(0)), (3, shown(1))] {
+            clock.push(frame, &panel(reading));
+        }
+        assert_eq!(clock.push(4, &doubtful), None);
+        assert_eq!(clock.current(), Some(1));
     }
 
     #[test]

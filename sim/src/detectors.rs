@@ -1,6 +1,9 @@
 //! The detectors by the names that users know them by.
 
-use rx_pipeline::detect::Detector;
+use rx_pipeline::detect::{Detector, FisherFeatures, Method};
+use rx_pipeline::likelihood::Camera;
+
+use crate::scene::Scene;
 
 /// A choice of detector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -8,36 +11,61 @@ pub enum DetectorChoice {
     /// The best there is.
     #[default]
     Best,
+    /// Maximum likelihood, searched for over the bits.
+    MaximumLikelihood,
     /// The paper's k-means, on standardised features.
     KMeans,
     /// k-means on the features as they are.
     KMeansRaw,
-    /// Fisher's discriminant, trained on frames of the scene.
+    /// Fisher's discriminant of AGR and GRI, trained on frames of the scene.
     Fisher,
-    /// The same with the neighbour greyscale ratio as a third feature.
+    /// The same with NGR as a third feature.
     FisherNgr,
     /// Otsu's threshold on the grey.
     Otsu,
+    /// Maximum likelihood by one who is told everything but the bits: a bound, not a receiver.
+    Genie,
 }
 
 /// The names of the detectors.
-pub const DETECTORS: [(&str, DetectorChoice); 6] = [
+pub const DETECTORS: [(&str, DetectorChoice); 8] = [
     ("best", DetectorChoice::Best),
+    ("ml", DetectorChoice::MaximumLikelihood),
     ("kmeans", DetectorChoice::KMeans),
     ("kmeans-raw", DetectorChoice::KMeansRaw),
     ("fisher", DetectorChoice::Fisher),
     ("fisher-ngr", DetectorChoice::FisherNgr),
     ("otsu", DetectorChoice::Otsu),
+    ("genie", DetectorChoice::Genie),
 ];
 
 impl DetectorChoice {
-    /// The detector, where it needs no frames to learn from.
-    pub fn untrained(self) -> Option<Detector> {
+    /// The method, where a receiver can be it without frames to learn from.
+    pub fn untrained(self) -> Option<Method> {
         match self {
-            Self::Best | Self::KMeans => Some(Detector::KMeans),
-            Self::KMeansRaw => Some(Detector::KMeansRaw),
-            Self::Otsu => Some(Detector::Otsu),
-            Self::Fisher | Self::FisherNgr => None,
+            Self::Best | Self::MaximumLikelihood => Some(Method::default()),
+            Self::KMeans => Some(Detector::KMeans.into()),
+            Self::KMeansRaw => Some(Detector::KMeansRaw.into()),
+            Self::Otsu => Some(Detector::Otsu.into()),
+            Self::Fisher | Self::FisherNgr | Self::Genie => None,
         }
+    }
+
+    /// The features that it learns to weigh, where it learns.
+    pub fn learns(self) -> Option<FisherFeatures> {
+        match self {
+            Self::Fisher => Some(FisherFeatures::AgrGri),
+            Self::FisherNgr => Some(FisherFeatures::AgrGriNgr),
+            _ => None,
+        }
+    }
+}
+
+/// What a receiver's maker knows of a scene's camera.
+pub fn camera_of(scene: &Scene) -> Camera {
+    Camera {
+        gamma: scene.camera.gamma as f32,
+        read_noise_e: scene.camera.read_noise_e as f32,
+        ..Camera::default()
     }
 }

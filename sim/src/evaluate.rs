@@ -8,9 +8,12 @@ use rand::Rng;
 use rayon::prelude::*;
 use rx_pipeline::cells::{CellMap, CellsError};
 use rx_pipeline::corners::{Corners, CornersError};
-use rx_pipeline::detect::{Detector, FisherError, FisherFeatures, FisherScaling, FisherTraining};
+use rx_pipeline::detect::{
+    Detector, Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining, Method,
+};
 use rx_pipeline::features::{Features, FeaturesError};
 use rx_pipeline::frame::{Frame, FrameError};
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use serde::{Deserialize, Serialize};
 
 use fearless_simd::{self as simd, dispatch};
@@ -18,7 +21,8 @@ use link::panel::{LEDS, PanelFrame};
 
 use crate::accuracy::Level;
 use crate::canvas::{Canvas, Region};
-use crate::detectors::DetectorChoice;
+use crate::detectors::{DetectorChoice, camera_of};
+use crate::genie::{Genie, Likelihood};
 use crate::random::{Purpose, stream, uniform};
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
@@ -32,6 +36,8 @@ pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
 const CHUNK: u64 = 256;
 /// Frames that a trained detector learns from.
 const TRAINING_FRAMES: u64 = 500;
+/// Frames that maximum likelihood has seen before the first, as a receiver has that follows a panel.
+const EXPERIENCE_FRAMES: u64 = 64;
 /// What turns the seed of an evaluation into that of the frames learnt from.
 const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
 /// The most pixels of a panel's bounding box.
@@ -121,9 +127,16 @@ pub fn chunks(frames: u64) -> u64 {
 pub struct Evaluator {
     renderer: Renderer,
     settings: Settings,
-    detector: Detector,
+    reader: Reader,
+    experience: Experience,
     region: Region,
     corners: Corners,
+}
+
+/// Who reads the frames.
+enum Reader {
+    Receiver(Method),
+    Genie(Likelihood),
 }
 
 /// What a thread needs to work on frames; made once, reused for each.
@@ -131,6 +144,7 @@ pub struct Workspace {
     canvas: Canvas<f32>,
     grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
+    likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
     shown: Vec<Shown>,
 }
 
@@ -140,6 +154,8 @@ pub struct Reading {
     pub bits: PanelFrame,
     /// The features of its cells.
     pub features: Features,
+    /// Its corner LEDs in the region that was drawn.
+    pub corners: Corners,
 }
 
 impl Evaluator {
@@ -154,15 +170,23 @@ impl Evaluator {
         let mut evaluator = Self {
             renderer,
             settings,
-            detector: Detector::KMeans,
+            reader: Reader::Receiver(Method::default()),
+            experience: Experience::NONE,
             region,
             corners,
         };
         // Faults of the geometry show in the first frame.
         evaluator.read(0, &mut evaluator.workspace())?;
-        evaluator.detector = match settings.detector.untrained() {
-            Some(detector) => detector,
-            None => Detector::Fisher(evaluator.train()?),
+        let choice = settings.detector;
+        if matches!(choice.untrained(), Some(Method::MaximumLikelihood(_))) {
+            evaluator.experience = evaluator.experience()?;
+        }
+        evaluator.reader = match (choice.untrained(), choice.learns()) {
+            (Some(method), _) => Reader::Receiver(method),
+            (_, Some(features)) => {
+                Reader::Receiver(Detector::Fisher(evaluator.train(features)?).into())
+            }
+            _ => Reader::Genie(Likelihood::new(&evaluator.renderer)),
         };
         Ok(evaluator)
     }
@@ -172,9 +196,12 @@ impl Evaluator {
         &self.renderer
     }
 
-    /// The detector, trained if it needs that.
-    pub fn detector(&self) -> Detector {
-        self.detector
+    /// The method of reading, trained if it needs that; none where a genie reads.
+    pub fn method(&self) -> Option<Method> {
+        match self.reader {
+            Reader::Receiver(method) => Some(method),
+            Reader::Genie(_) => None,
+        }
     }
 
     /// Room to work on frames in.
@@ -183,6 +210,9 @@ impl Evaluator {
             canvas: Canvas::new(self.region),
             grey: vec![0; self.region.width * self.region.height],
             map: Box::new(CellMap::empty()),
+            likelihood: Box::new(MaximumLikelihood::new(camera_of(
+                &self.renderer.view().scene,
+            ))),
             shown: (0..self.renderer.view().panels.len())
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect(),
@@ -250,15 +280,69 @@ impl Evaluator {
     ) -> Result<Evaluation, EvaluateError> {
         let mut part = Evaluation::default();
         for frame in frames {
-            let Reading { bits, features } = self.read(frame, workspace)?;
-            part.on.merge(&class(&features, bits));
+            let reading = self.read(frame, workspace)?;
+            let Reading { bits, features, .. } = &reading;
+            part.on.merge(&class(features, *bits));
             part.off
-                .merge(&class(&features, PanelFrame::from_bits(!bits.bits())));
-            // A frame that cannot be read tells nothing: all its On bits count as wrong.
-            let decided = dispatch!(simd::Level::new(), _simd => self.detector.decide(&features));
-            part.errors.push(decided.unwrap_or_default().distance(bits));
+                .merge(&class(features, PanelFrame::from_bits(!bits.bits())));
+            part.errors
+                .push(self.detect(frame, &reading, workspace)?.distance(*bits));
         }
         Ok(part)
+    }
+
+    fn experience(&self) -> Result<Experience, EvaluateError> {
+        let mut workspace = self.workspace();
+        let mut likelihood =
+            MaximumLikelihood::<PANEL_PIXELS>::new(camera_of(&self.renderer.view().scene));
+        for frame in 0..EXPERIENCE_FRAMES {
+            let reading =
+                self.read_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
+            let Region { width, height, .. } = self.region;
+            let _ = likelihood.detect(
+                &Frame::new(&workspace.grey, width, height)?,
+                &reading.corners,
+            );
+        }
+        Ok(likelihood.experience())
+    }
+
+    /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
+    fn detect(
+        &self,
+        frame: u64,
+        reading: &Reading,
+        workspace: &mut Workspace,
+    ) -> Result<PanelFrame, EvaluateError> {
+        let Workspace {
+            grey,
+            likelihood,
+            shown,
+            ..
+        } = workspace;
+        let Region { width, height, .. } = self.region;
+        let picture = Frame::new(grey, width, height)?;
+        Ok(match &self.reader {
+            Reader::Receiver(Method::Features(detector)) => {
+                let decided =
+                    dispatch!(simd::Level::new(), _simd => detector.decide(&reading.features));
+                return Ok(decided.unwrap_or_default());
+            }
+            Reader::Receiver(Method::MaximumLikelihood(_)) => {
+                likelihood.set_experience(self.experience);
+                likelihood.detect(&picture, &reading.corners)
+            }
+            Reader::Genie(table) => {
+                let start = likelihood
+                    .detect(&picture, &reading.corners)
+                    .map_or(reading.bits, |detection| detection.bits);
+                let moment = self.renderer.moment(frame);
+                let mut genie =
+                    Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
+                return Ok(genie.bits(&[reading.bits, start]));
+            }
+        }
+        .map_or(PanelFrame::default(), |detection| detection.bits))
     }
 
     /// Renders and measures frame `frame`.
@@ -281,6 +365,7 @@ impl Evaluator {
             grey,
             map,
             shown,
+            ..
         } = workspace;
         let moment = self.renderer.moment(frame);
         self.draw_frame(seed, frame, shown);
@@ -296,6 +381,7 @@ impl Evaluator {
         Ok(Reading {
             bits: self.renderer.truth(0, &moment, &shown),
             features,
+            corners,
         })
     }
 
@@ -341,11 +427,7 @@ impl Evaluator {
     }
 
     /// Fisher's discriminant from frames that are not those evaluated.
-    fn train(&self) -> Result<rx_pipeline::detect::Fisher, EvaluateError> {
-        let features = match self.settings.detector {
-            DetectorChoice::FisherNgr => FisherFeatures::AgrGriNgr,
-            _ => FisherFeatures::AgrGri,
-        };
+    fn train(&self, features: FisherFeatures) -> Result<Fisher, EvaluateError> {
         let mut training = FisherTraining::new(features, FisherScaling::ByPanel);
         let mut workspace = self.workspace();
         let seed = self.settings.seed ^ TRAINING_SEED;

@@ -54,6 +54,7 @@ pub mod effects;
 pub mod evaluate;
 pub mod exposure;
 pub mod gauss;
+pub mod genie;
 pub mod grey;
 pub mod kernel;
 pub mod l2a;

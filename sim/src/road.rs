@@ -9,7 +9,7 @@ use link::l2a_table::Interval;
 use link::panel::PanelFrame;
 use rand::Rng;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::Detector;
+use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
 use rx_pipeline::locate::LocatorSettings;
 use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
@@ -23,8 +23,8 @@ use tx_firmware::transmitter::Transmitter;
 use crate::accuracy::Level;
 use crate::canvas::Canvas;
 use crate::clock::{Moment, WINDOW};
-use crate::detectors::DetectorChoice;
-use crate::evaluate::{EvaluateError, Evaluator, Settings};
+use crate::detectors::{DetectorChoice, camera_of};
+use crate::evaluate::{EvaluateError, Evaluator, Settings, region_corners};
 use crate::l2a::{self, L2aError};
 use crate::layout::pose_after;
 use crate::random::{Purpose, stream};
@@ -59,6 +59,11 @@ pub enum RoadError {
     /// The detector cannot be trained.
     #[error(transparent)]
     Training(#[from] EvaluateError),
+    /// A genie is no receiver.
+    #[error(
+        "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
+    )]
+    Genie,
     /// The camera's frame is none.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -75,6 +80,10 @@ pub struct LinkSettings {
     pub seed: u64,
     /// How exactly frames are drawn.
     pub level: Level,
+    /// The code; none: the one for the message's length.
+    pub code: Option<Code>,
+    /// Whether the receiver is told where the panel is, and need not look for it.
+    pub true_corners: bool,
 }
 
 /// What happened to one frame.
@@ -116,6 +125,7 @@ pub struct Road {
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
     receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>>,
+    true_corners: bool,
     symbols: Symbols,
     canvas: Canvas<f32>,
     grey: Vec<u8>,
@@ -137,9 +147,10 @@ impl Road {
     /// When the scene, the message or the panel cannot be used: see [`RoadError`].
     pub fn new(scene: &Scene, settings: &LinkSettings) -> Result<Self, RoadError> {
         let renderer = Renderer::new(scene, settings.level)?;
-        let transmitter = transmitter(scene, &settings.message)?;
-        let detector = match settings.detector.untrained() {
-            Some(detector) => detector,
+        let transmitter = transmitter(scene, settings)?;
+        let method = match settings.detector.untrained() {
+            Some(Method::MaximumLikelihood(_)) => Method::MaximumLikelihood(camera_of(scene)),
+            Some(method) => method,
             None => trained(scene, settings)?,
         };
         let receiver = Receiver::new(
@@ -152,7 +163,7 @@ impl Road {
                         .clamp(LOCATOR_BLUR_PX[0], LOCATOR_BLUR_PX[1])
                         as f32,
                 },
-                detector,
+                method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },
             Box::default(),
@@ -164,6 +175,7 @@ impl Road {
             seed: settings.seed,
             transmitter,
             receiver,
+            true_corners: settings.true_corners,
             symbols: Symbols::default(),
             canvas,
             grey: vec![0; sensor.width * sensor.height],
@@ -207,6 +219,9 @@ impl Road {
         self.renderer
             .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
+        if self.true_corners {
+            self.place();
+        }
         let outcome = self
             .receiver
             .frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
@@ -233,6 +248,17 @@ impl Road {
     /// Ends the reception: the message that the last frame may have made whole.
     pub fn finish(&mut self) -> Option<Received> {
         received(&self.receiver.finish())
+    }
+
+    /// Tells the receiver where the panel is. Where that is no place to read, the receiver will say so.
+    fn place(&mut self) {
+        let sensor = self.renderer.sensor();
+        if let Ok(corners) = region_corners(&self.renderer, sensor) {
+            let at_rest = self.receiver.corners() == Some(corners);
+            if !at_rest {
+                let _ = self.receiver.place(corners, sensor.width, sensor.height);
+            }
+        }
     }
 
     /// Puts moving panels where they are at frame `frame`.
@@ -305,7 +331,10 @@ impl Symbols {
 }
 
 /// The transmitter of the scene's first panel, in its light, with the message to send.
-fn transmitter(scene: &Scene, message: &[u8]) -> Result<Transmitter<RecordingMatrix>, RoadError> {
+fn transmitter(
+    scene: &Scene,
+    settings: &LinkSettings,
+) -> Result<Transmitter<RecordingMatrix>, RoadError> {
     let calibration = calibration(scene)?;
     let mut transmitter = Transmitter::new(
         RecordingMatrix::default(),
@@ -313,7 +342,9 @@ fn transmitter(scene: &Scene, message: &[u8]) -> Result<Transmitter<RecordingMat
         l2a::table_of(scene)?,
         Smoothing::default(),
     );
-    transmitter.send(message, Code::for_length(message.len()), Repeats::Forever)?;
+    let message = &settings.message;
+    let code = settings.code.unwrap_or(Code::for_length(message.len()));
+    transmitter.send(message, code, Repeats::Forever)?;
     let light = Reading::Light {
         lux: I32F32::saturating_from_num(scene.ambient.illuminance_lx),
         word: 0,
@@ -345,7 +376,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
 }
 
 /// Fisher's discriminant from frames of this scene.
-fn trained(scene: &Scene, settings: &LinkSettings) -> Result<Detector, EvaluateError> {
+fn trained(scene: &Scene, settings: &LinkSettings) -> Result<Method, RoadError> {
     let settings = Settings {
         frames: 0,
         seed: settings.seed,
@@ -353,7 +384,9 @@ fn trained(scene: &Scene, settings: &LinkSettings) -> Result<Detector, EvaluateE
         detector: settings.detector,
         level: settings.level,
     };
-    Ok(Evaluator::new(scene, settings)?.detector())
+    Evaluator::new(scene, settings)?
+        .method()
+        .ok_or(RoadError::Genie)
 }
 
 /// The panel that another vehicle shows.

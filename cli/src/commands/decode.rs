@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{Detection, Detector};
+use rx_pipeline::detect::{Detection, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::{Camera, Experience, MaximumLikelihood};
 use rx_pipeline::locate::{Locator, LocatorSettings};
 use serde::Serialize;
 use sim::detectors::DetectorChoice;
@@ -17,6 +18,8 @@ use crate::pictures;
 
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 512 * 512;
+/// The most pixels that the likelihood looks at; larger panels are binned.
+const LIKELIHOOD_PIXELS: usize = 128 * 128;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -24,7 +27,7 @@ pub struct Arguments {
     /// Frames: 8-bit grey PNG, JPEG or PGM.
     #[arg(required = true)]
     images: Vec<PathBuf>,
-    /// best, kmeans, kmeans-raw or otsu.
+    /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best", value_parser = detector)]
     detector: DetectorChoice,
     /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
@@ -45,13 +48,16 @@ struct Report<'a> {
 
 /// Decodes each image; a bad one does not keep the others from being decoded.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let detector = options::untrained(arguments.detector)?;
-    let locator = Locator::new(LocatorSettings::default())?;
-    let mut map = Box::new(CellMap::<PANEL_PIXELS>::empty());
+    let mut decoder = Decoder {
+        method: options::untrained(arguments.detector)?,
+        locator: Locator::new(LocatorSettings::default())?,
+        map: Box::new(CellMap::empty()),
+        likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
+    };
     let mut answer = Answer::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decode(path, arguments.corners, &locator, &detector, &mut map) {
+        match decoder.decode(path, arguments.corners) {
             Ok(read) => {
                 if read.is_err() {
                     answer = Answer::No;
@@ -92,37 +98,53 @@ fn corners(text: &str) -> Result<Corners, String> {
     Corners::new([[a, b], [c, d], [e, f], [g, h]]).map_err(|error| error.to_string())
 }
 
-/// What one image shows, or why no panel can be read in it; an error where the input itself is at fault.
-fn decode(
-    path: &Path,
-    given: Option<Corners>,
-    locator: &Locator,
-    detector: &Detector,
-    map: &mut CellMap<PANEL_PIXELS>,
-) -> anyhow::Result<Result<(Corners, Detection), String>> {
-    let image = pictures::read_grey(path)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let frame = Frame::new(image.as_raw(), width, height)?;
-    let corners = match given {
-        Some(corners) => corners,
-        None => match locator.locate(&frame) {
-            Ok(location) => location.corners,
-            Err(why) => return Ok(Err(why.to_string())),
-        },
-    };
-    if let Err(error) = map.build(&corners, width, height) {
-        // Corners that a person gave are input; those that were found are an answer.
-        anyhow::ensure!(given.is_none(), "{}: {error}", path.display());
-        return Ok(Err(error.to_string()));
+/// What single images are read with.
+struct Decoder {
+    method: Method,
+    locator: Locator,
+    map: Box<CellMap<PANEL_PIXELS>>,
+    likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
+}
+
+impl Decoder {
+    /// What one image shows, or why no panel can be read in it; an error where the input itself is at fault.
+    fn decode(
+        &mut self,
+        path: &Path,
+        given: Option<Corners>,
+    ) -> anyhow::Result<Result<(Corners, Detection), String>> {
+        let image = pictures::read_grey(path)?;
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let frame = Frame::new(image.as_raw(), width, height)?;
+        let corners = match given {
+            Some(corners) => corners,
+            None => match self.locator.locate(&frame) {
+                Ok(location) => location.corners,
+                Err(why) => return Ok(Err(why.to_string())),
+            },
+        };
+        if let Err(error) = self.map.build(&corners, width, height) {
+            // Corners that a person gave are input; those that were found are an answer.
+            anyhow::ensure!(given.is_none(), "{}: {error}", path.display());
+            return Ok(Err(error.to_string()));
+        }
+        let detection = self.detect(&frame, &corners);
+        Ok(detection.map(|detection| (corners, detection)))
     }
-    let detection = Features::measure(&frame, map)
-        .map_err(|error| error.to_string())
-        .and_then(|features| {
-            detector
-                .detect(&features)
-                .map_err(|error| error.to_string())
-        });
-    Ok(detection.map(|detection| (corners, detection)))
+
+    fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
+        let why = |error: &dyn std::error::Error| error.to_string();
+        let features = Features::measure(frame, &self.map).map_err(|error| why(&error))?;
+        match &self.method {
+            Method::Features(detector) => detector.detect(&features),
+            Method::MaximumLikelihood(_) => {
+                // Each image stands for itself.
+                self.likelihood.set_experience(Experience::NONE);
+                self.likelihood.detect(frame, corners)
+            }
+        }
+        .map_err(|error| why(&error))
+    }
 }
 
 fn report(

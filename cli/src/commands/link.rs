@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Frames to film; two repeats of the message without it.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
-    /// best, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
+    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
     #[arg(long, default_value = "best", value_parser = detector)]
     detector: DetectorChoice,
     /// Save every frame in this folder, for `vocc receive`.
@@ -81,6 +81,8 @@ pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
         detector: DetectorChoice::Best,
         seed: shared.seed,
         level: Level::Fine,
+        code: None,
+        true_corners: false,
     };
     send(
         &shared.scene("paper")?,
@@ -99,6 +101,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         detector: arguments.detector,
         seed: shared.seed,
         level: arguments.level,
+        code: None,
+        true_corners: false,
     };
     let save = arguments.save.as_deref().map_or(Save::None, Save::All);
     send(

@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Panels a second of the transmitter.
     #[arg(long, default_value_t = 100.0, value_name = "F")]
     symbol_rate: f32,
-    /// best, kmeans, kmeans-raw or otsu.
+    /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best", value_parser = detector)]
     detector: DetectorChoice,
     /// Also print what each frame shows.
@@ -166,7 +166,7 @@ impl<'a> Reception<'a> {
     fn new(arguments: &'a Arguments, shared: &Shared) -> anyhow::Result<Self> {
         let settings = ReceiverSettings {
             locator: LocatorSettings::default(),
-            detector: options::untrained(arguments.detector)?,
+            method: options::untrained(arguments.detector)?,
             symbols_per_frame: arguments.symbol_rate / arguments.fps,
         };
         Ok(Self {

@@ -108,7 +108,7 @@ impl Transfer {
 }
 
 fn read(path: &Path) -> anyhow::Result<L2aTable> {
-    Ok(read_table(&path.to_string_lossy())?)
+    Ok(read_table(path)?)
 }
 
 /// Which table it is.

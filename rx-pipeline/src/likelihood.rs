@@ -1,0 +1,477 @@
+//! The bits that make the frame likeliest: the image as a known operator on 64 unknown bits.
+//!
+//! # The model
+//!
+//! Once the panel's corners are known, its image is known but for its bits and a few levels. In linear light, 1 at grey 118,
+//! a pixel at p sees
+//!
+//! ```text
+//! x(p) = background + Σ (off + contrast·b)·h(p − LED),    b = 0 or 1 for each of the 64 LEDs
+//! ```
+//!
+//! h is the image of an LED of light 1. Lens blur, the LED's disc and the pixel's square together are close to a Gaussian whose variance is
+//! the sum of theirs, σ² + D²/16 + 1/12 px² for an LED D px wide, and that sum is all that matters here: it is
+//! fitted, not assumed. Noise is that of electrons and read-out, in whose root light all pixels weigh the same; a pixel
+//! at grey 255 says "at least" and no more.
+//!
+//! # The search
+//!
+//! 1. **Least squares** on the light of the 64 LEDs, and the two groups that these fall into: a first guess of levels and bits.
+//! 2. **Interference cancellation**: each LED gets the share of On that the image calls for, given what is expected of the others; the
+//!    levels are refitted in between (Gauss and Newton), so that the noise left over falls from round to round.
+//! 3. **Flips**: alone, then in groups that grow from each LED (Kernighan & Lin 1970), as long as the likelihood rises. The likelihood that
+//!    refitted levels win back is part of a group's gain: without it, wrong bits and wrong levels hold each
+//!    other in place.
+//!
+//! What a panel's levels were in earlier frames is [remembered](Experience), makes the levels of the next one surer, and reads panels
+//! whose LEDs are all alike.
+//!
+//! # Soft values
+//!
+//! The log-likelihood ratio of a bit is what the likelihood loses when the bit is flipped and the others do their best to make up for it
+//! (max-log). The noise is estimated from the frame, so whatever the model does not explain makes all
+//! ratios smaller.
+//!
+//! # Limits
+//!
+//! One blur for the whole panel; a plain background behind it. LEDs whose images are sharp discs many pixels wide are no
+//! Gaussians; such panels are looked at in larger pixels, and any detector reads them.
+
+mod experience;
+mod image;
+mod levels;
+mod search;
+mod spots;
+mod start;
+mod view;
+
+pub use experience::Experience;
+
+use crate::corners::Corners;
+use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY};
+use crate::frame::Frame;
+use image::{Curve, Image};
+use levels::{Equations, Levels};
+use link::panel::{LEDS, PanelFrame};
+use search::{Climb, Couplings, LEAST_GAIN};
+use spots::Spots;
+use start::LeastSquares;
+use view::View;
+
+/// What is known of the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Gamma of the encoding, 1 to 4.
+    pub gamma: f32,
+    /// Standard deviation of the lens blur in px, where the search for it begins.
+    pub blur_sigma_px: f32,
+    /// Read noise in electrons, or a guess: it weighs dark pixels against bright ones.
+    pub read_noise_e: f32,
+}
+
+impl Default for Camera {
+    /// γ = 2.2 and 1.5 px of blur (Do & Yoo 2020), 3 electrons of read noise.
+    fn default() -> Self {
+        Self {
+            gamma: 2.2,
+            blur_sigma_px: 1.5,
+            read_noise_e: 3.0,
+        }
+    }
+}
+
+/// Rounds of interference cancellation, and sweeps over the LEDs before and in each.
+const ROUNDS: usize = 5;
+const FIRST_SWEEPS: usize = 3;
+const SWEEPS: usize = 2;
+/// Least squares shrink the contrast, and saturation does: searches begin at these multiples of it.
+const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
+/// Rounds of flipping groups.
+const GROUP_ROUNDS: usize = 12;
+/// Groups tried in a round.
+const GROUP_TRIES: usize = 3;
+/// What is fitted beside noise: the LEDs, and the levels.
+const FITTED: usize = LEDS + levels::PARAMETERS;
+/// The offset under the root changes with the noise; by less than this, relatively, it stays.
+const OFFSET_STEP: f32 = 0.2;
+const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
+/// The noise assumed of a first frame.
+const FIRST_NOISE: f32 = 1e-3;
+/// If the flip of any one LED costs more than this, in nats, groups need not be tried: all soft values are at their
+/// ends.
+const CLEAR: f32 = 200.0;
+/// Shares this close to 0 or 1 are settled.
+const HARD: f32 = 0.02;
+/// Levels are learnt from panels of at least so many LEDs of either kind,
+const LEARN_LEDS: u32 = 8;
+/// whose bits are at least this sure on the average, in nats.
+const LEARN_LLR: f32 = 6.0;
+
+/// The detector: maximum likelihood, searched for over bits and levels.
+///
+/// `PIXELS` is the largest image of a panel, [a few pixels](self) wider than its cells; LEDs more than 8 px apart are binned
+/// before that. It takes 12 bytes a pixel and about 30 kB: 80 kB for 64×64.
+///
+/// ```
+/// use rx_pipeline::{corners::Corners, frame::Frame, likelihood::{Camera, MaximumLikelihood}};
+/// // An On LED every second column, blurred.
+/// let grey = |x: usize| 118.0 + 60.0 * (core::f32::consts::PI * (x as f32 - 6.0) / 4.0).cos();
+/// let pixels: Vec<u8> = (0..40 * 40).map(|i| grey(i % 40) as u8).collect();
+/// let corners = Corners::new([[6.0, 6.0], [34.0, 6.0], [34.0, 34.0], [6.0, 34.0]])?;
+/// let mut detector = Box::new(MaximumLikelihood::<4096>::new(Camera::default()));
+/// let detection = detector.detect(&Frame::new(&pixels, 40, 40)?, &corners)?;
+/// assert_eq!(detection.bits.bits(), 0x5555_5555_5555_5555);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub struct MaximumLikelihood<const PIXELS: usize> {
+    camera: Camera,
+    curve: Curve,
+    experience: Experience,
+    image: Image<PIXELS>,
+    spots: Spots,
+    couplings: Couplings,
+}
+
+/// Bits and levels, as far as a search has come.
+#[derive(Clone, Copy)]
+struct Solution {
+    levels: Levels,
+    share: [f32; LEDS],
+    centre: [[f32; 2]; LEDS],
+}
+
+impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
+    /// A detector for frames of `camera` that has seen none.
+    pub fn new(camera: Camera) -> Self {
+        let mut detector = Self::blind();
+        detector.prepare(camera);
+        detector
+    }
+
+    /// A detector's memory, for a `static`: it sees black before it is [prepared](Self::prepare).
+    pub const fn blind() -> Self {
+        Self {
+            camera: Camera {
+                gamma: 1.0,
+                blur_sigma_px: 1.0,
+                read_noise_e: 0.0,
+            },
+            curve: Curve::DARK,
+            experience: Experience::NONE,
+            image: Image::new(),
+            spots: Spots::new(),
+            couplings: Couplings::new(),
+        }
+    }
+
+    /// Gets ready for frames of `camera`, and forgets all others.
+    pub fn prepare(&mut self, camera: Camera) {
+        self.camera = camera;
+        self.curve = Curve::new(camera.gamma);
+        self.experience = Experience::NONE;
+    }
+
+    /// What has been learnt from the frames so far.
+    pub const fn experience(&self) -> Experience {
+        self.experience
+    }
+
+    /// Goes on with what was learnt elsewhere.
+    pub fn set_experience(&mut self, experience: Experience) {
+        self.experience = experience;
+    }
+
+    /// Reads the panel at `corners`, and learns from it.
+    ///
+    /// # Errors
+    /// [`DetectError::ContrastTooLow`] if all pixels look alike, [`DetectError::OutsideMemory`] if the panel's image is not in
+    /// the frame or does not fit into `PIXELS`.
+    pub fn detect(
+        &mut self,
+        frame: &Frame<'_>,
+        corners: &Corners,
+    ) -> Result<Detection, DetectError> {
+        let view = View::new(frame, corners, PIXELS);
+        let mut best = self.search(frame, &view, self.experience)?;
+        if !self.experience.fits(best.levels.noise) {
+            let anew = self.search(frame, &view, Experience::NONE)?;
+            if anew.levels.noise < best.levels.noise {
+                best = anew;
+            }
+        }
+        let loss = self.climb_in_groups(&mut best);
+        let bits = best.bits();
+        let llr = core::array::from_fn(|led| if bits.led(led) { loss[led] } else { -loss[led] });
+        let mixed = !self.experience.fits(best.levels.noise);
+        let sure = loss.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
+        if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
+            self.experience.learn(&best.levels);
+        }
+        Ok(Detection {
+            mixed,
+            ..Detection::new(bits, llr)
+        })
+    }
+
+    /// Bits and levels from scratch, or from what is known of the levels.
+    fn search(
+        &mut self,
+        frame: &Frame<'_>,
+        view: &View,
+        experience: Experience,
+    ) -> Result<Solution, DetectError> {
+        let blur = self.camera.blur_sigma_px / view.bin as f32;
+        let first = Levels {
+            background: 1.0,
+            off: 0.0,
+            contrast: 0.0,
+            // An LED is about half a pitch wide.
+            variance: blur * blur + view.pitch * view.pitch / 64.0 + 1.0 / 12.0,
+            noise: FIRST_NOISE,
+        };
+        let mut levels = experience.levels().unwrap_or(first);
+        self.load(frame, view, levels.noise)?;
+        self.spots.centre = view.centre;
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        let squares = LeastSquares::solve(&mut self.image, &self.spots);
+        if let Some(levels) = experience.sure_levels() {
+            let share = squares.shares(&levels);
+            let start = Solution {
+                levels,
+                share,
+                centre: view.centre,
+            };
+            return self.refine(frame, view, start, experience);
+        }
+        squares.split(&mut levels);
+        let range_grey = self.contrast_grey(&levels);
+        if range_grey < MIN_CONTRAST_GREY {
+            return Err(DetectError::ContrastTooLow { range_grey });
+        }
+        let share = squares.shares(&levels);
+        let mut best: Option<Solution> = None;
+        for factor in FIRST_CONTRASTS {
+            let levels = Levels {
+                contrast: factor * levels.contrast,
+                ..levels
+            };
+            let start = Solution {
+                levels,
+                share,
+                centre: view.centre,
+            };
+            let found = self.refine(frame, view, start, experience)?;
+            if best.is_none_or(|best| found.levels.noise < best.levels.noise) {
+                best = Some(found);
+            }
+        }
+        best.ok_or(DetectError::ContrastTooLow { range_grey })
+    }
+
+    /// The height of an On LED above an Off one, in grey levels, about the background's grey.
+    fn contrast_grey(&self, levels: &Levels) -> f32 {
+        let background = levels.background.max(f32::MIN_POSITIVE);
+        levels.contrast * self.spots.peak() / background * self.curve.grey_of_one()
+    }
+
+    /// Interference cancellation, then flips of single LEDs.
+    fn refine(
+        &mut self,
+        frame: &Frame<'_>,
+        view: &View,
+        start: Solution,
+        experience: Experience,
+    ) -> Result<Solution, DetectError> {
+        let mut solution = start;
+        self.expect(&solution);
+        solution.levels.noise = self.noise();
+        for _ in 0..FIRST_SWEEPS {
+            self.climb(&mut solution).soften();
+        }
+        for _ in 0..ROUNDS {
+            self.fit(&mut solution, &experience);
+            let offset = self.offset(solution.levels.noise);
+            if (offset - self.image.offset).abs() > OFFSET_STEP * offset {
+                self.load(frame, view, solution.levels.noise)?;
+                self.expect(&solution);
+                solution.levels.noise = self.noise();
+            }
+            for _ in 0..SWEEPS {
+                self.climb(&mut solution).soften();
+            }
+            if experience.fits_surely(solution.levels.noise) && is_hard(&solution.share) {
+                break;
+            }
+        }
+        self.climb(&mut solution).harden();
+        self.fit(&mut solution, &experience);
+        self.climb(&mut solution).settle();
+        self.fit(&mut solution, &experience);
+        while !self.is_clear(&mut solution, &experience) && self.climb(&mut solution).grow() {
+            self.fit(&mut solution, &experience);
+            self.climb(&mut solution).settle();
+        }
+        Ok(solution)
+    }
+
+    /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
+    fn climb_in_groups(&mut self, solution: &mut Solution) -> [f32; LEDS] {
+        let experience = self.experience;
+        self.expect(solution);
+        if self.is_clear(solution, &experience) {
+            return self.climb(solution).losses();
+        }
+        self.fit(solution, &experience);
+        let mut loss = [0.0; LEDS];
+        for _ in 0..GROUP_ROUNDS {
+            let Some(pull) = Equations::and_pull(
+                &self.image,
+                &self.spots,
+                &solution.share,
+                &solution.levels,
+                &experience,
+            ) else {
+                break;
+            };
+            let mut climb = Climb {
+                image: &mut self.image,
+                spots: &self.spots,
+                levels: &solution.levels,
+                share: &mut solution.share,
+            };
+            climb.couple(&pull, &mut self.couplings);
+            let mut groups = self.couplings.groups();
+            loss = groups.map(|(_, gain)| (-gain).max(0.0));
+            groups.sort_unstable_by(|a, b| b.1.total_cmp(&a.1));
+            let worth = groups.into_iter().filter(|group| group.1 > LEAST_GAIN);
+            let mut risen = false;
+            for (group, _) in worth.take(GROUP_TRIES) {
+                risen = self.try_group(solution, group, &experience);
+                if risen {
+                    break;
+                }
+            }
+            if !risen {
+                break;
+            }
+        }
+        loss
+    }
+
+    /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt.
+    fn is_clear(&mut self, solution: &mut Solution, experience: &Experience) -> bool {
+        experience.fits_surely(solution.levels.noise)
+            && self
+                .climb(solution)
+                .losses()
+                .into_iter()
+                .all(|loss| loss > CLEAR)
+    }
+
+    /// Flips a group and refits the levels; takes both back where the likelihood has not risen.
+    fn try_group(&mut self, solution: &mut Solution, group: u64, experience: &Experience) -> bool {
+        let before = *solution;
+        let noise = before.levels.noise;
+        let loss_before = self.loss(&before.levels, experience, noise);
+        for led in (0..LEDS).filter(|led| group >> led & 1 == 1) {
+            self.climb(solution).flip(led);
+        }
+        self.fit(solution, experience);
+        self.climb(solution).settle();
+        self.fit(solution, experience);
+        if self.loss(&solution.levels, experience, noise) < loss_before - LEAST_GAIN {
+            return true;
+        }
+        *solution = before;
+        self.spots.centre = before.centre;
+        self.expect(solution);
+        false
+    }
+
+    /// The negative log-likelihood of pixels and levels.
+    fn loss(&self, levels: &Levels, experience: &Experience, noise: f32) -> f32 {
+        let unusual = experience.priors().zip(levels.values());
+        let unusual = unusual.map(|((mean, variance), now)| (now - mean) * (now - mean) / variance);
+        self.image.loss(noise) + 0.5 * unusual.sum::<f32>()
+    }
+
+    fn climb<'a>(&'a mut self, solution: &'a mut Solution) -> Climb<'a, PIXELS> {
+        Climb {
+            image: &mut self.image,
+            spots: &self.spots,
+            levels: &solution.levels,
+            share: &mut solution.share,
+        }
+    }
+
+    /// One step of the fit of the levels; nothing where the pixels do not determine them.
+    fn fit(&mut self, solution: &mut Solution, experience: &Experience) {
+        let equations = Equations::of(
+            &self.image,
+            &self.spots,
+            &solution.share,
+            &solution.levels,
+            experience,
+        );
+        if let Some([dx, dy]) = equations.step(&mut solution.levels) {
+            solution.centre = solution.centre.map(|[x, y]| [x + dx, y + dy]);
+        }
+        self.expect(solution);
+        solution.levels.noise = self.noise();
+    }
+
+    /// Makes the image hold what is expected of a solution.
+    fn expect(&mut self, solution: &Solution) {
+        let levels = &solution.levels;
+        self.spots.centre = solution.centre;
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        self.image.expect(
+            &self.spots,
+            levels.background,
+            &levels.light(&solution.share),
+        );
+    }
+
+    fn noise(&self) -> f32 {
+        self.image
+            .mean_square(FITTED)
+            .max(self.curve.rounding_variance())
+    }
+
+    fn load(&mut self, frame: &Frame<'_>, view: &View, noise: f32) -> Result<(), DetectError> {
+        let offset = self.offset(noise);
+        let fits = self
+            .image
+            .load(frame, view.window, view.bin, &self.curve, offset);
+        fits.then_some(()).ok_or(DetectError::OutsideMemory {
+            width: view.window.width / view.bin,
+            height: view.window.height / view.bin,
+            capacity: PIXELS,
+        })
+    }
+
+    /// What is added to light under the root: 3/8 electron and the read noise's variance (Murtagh et al. 1995), at the
+    /// electrons that make the noise.
+    fn offset(&self, noise: f32) -> f32 {
+        let light_of_an_electron = 4.0 * (noise - self.curve.rounding_variance());
+        let [least, most] = OFFSET_RANGE;
+        (light_of_an_electron * (0.375 + self.camera.read_noise_e * self.camera.read_noise_e))
+            .clamp(least, most)
+    }
+}
+
+impl Solution {
+    fn bits(&self) -> PanelFrame {
+        let on = (0..LEDS).filter(|&led| self.share[led] > 0.5);
+        PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
+    }
+}
+
+fn is_hard(share: &[f32; LEDS]) -> bool {
+    share.iter().all(|share| share.min(1.0 - share) < HARD)
+}
+
+#[cfg(test)]
+mod tests;

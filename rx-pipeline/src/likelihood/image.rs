@@ -1,0 +1,254 @@
+//! The panel's pixels as they were seen, and as the model expects them.
+//!
+//! Light is linear, 1 at grey 118. A pixel of light x caught x·k electrons, of which shot and read noise make
+//! x ± √((x + c)/k): with root light y = √(x + c) the deviation is 1/(2·√k) throughout (Anscombe 1948; with read noise Murtagh,
+//! Starck & Bijaoui 1995). So all pixels weigh the same, and one variance says how noisy the frame is. What rounding to
+//! grey levels adds is nearly constant there too, since the gamma curve is nearly a root.
+
+use super::spots::{LANES, Spots};
+use crate::frame::Frame;
+use link::panel::LEDS;
+
+/// Grey level of linear value 1.
+const MIDDLE_GREY: f32 = 118.0;
+/// The longest side of an image.
+pub(super) const SIDE_MAX: usize = 128;
+
+/// The light of a grey level by the gamma curve x = (g/118)^γ, and the least light that is read as 255.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Curve {
+    linear: [f32; 256],
+    full: f32,
+    gamma: f32,
+}
+
+impl Curve {
+    /// No light at all.
+    pub const DARK: Self = Self {
+        linear: [0.0; 256],
+        full: 1.0,
+        gamma: 1.0,
+    };
+
+    pub fn new(gamma: f32) -> Self {
+        let linear = |grey: f32| libm::powf(grey / MIDDLE_GREY, gamma);
+        Self {
+            linear: core::array::from_fn(|grey| linear(grey as f32)),
+            full: linear(254.5),
+            gamma,
+        }
+    }
+
+    /// Grey levels by which light 1 brighter by a small part of itself is more, over that part: 118/γ.
+    pub fn grey_of_one(&self) -> f32 {
+        MIDDLE_GREY / self.gamma
+    }
+
+    /// The variance of root light that rounding to whole grey levels adds: 1/12·(dy/dg)², at middle grey.
+    pub fn rounding_variance(&self) -> f32 {
+        let slope = self.gamma / (2.0 * MIDDLE_GREY);
+        slope * slope / 12.0
+    }
+}
+
+/// Part of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Window {
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
+}
+
+pub(super) struct Image<const PIXELS: usize> {
+    pub window: Window,
+    /// Frame pixels along a side of an image pixel.
+    pub bin: usize,
+    /// Pixels of the image.
+    pub size: [usize; 2],
+    pub stride: usize,
+    /// What is added to light under the root.
+    pub offset: f32,
+    /// The root light of a pixel that is just about read as 255.
+    pub full: f32,
+    /// One bit a row: whether a pixel of it is saturated.
+    saturated_rows: u128,
+    /// Root light as seen; at least [`Image::full`] where it is saturated.
+    pub seen: [f32; PIXELS],
+    /// Light as expected, and the offset.
+    pub expected: [f32; PIXELS],
+    /// Its root.
+    pub root: [f32; PIXELS],
+}
+
+impl<const PIXELS: usize> Image<PIXELS> {
+    pub const fn new() -> Self {
+        Self {
+            window: Window {
+                x: 0,
+                y: 0,
+                width: 0,
+                height: 0,
+            },
+            bin: 1,
+            size: [0; 2],
+            stride: 0,
+            offset: 0.0,
+            full: 0.0,
+            saturated_rows: 0,
+            seen: [0.0; PIXELS],
+            expected: [0.0; PIXELS],
+            root: [0.0; PIXELS],
+        }
+    }
+
+    /// Takes in the `window` of a frame, `bin` × `bin` pixels as one; `offset` is that of the root. False if it does not fit.
+    pub fn load(
+        &mut self,
+        frame: &Frame<'_>,
+        window: Window,
+        bin: usize,
+        curve: &Curve,
+        offset: f32,
+    ) -> bool {
+        let [width, height] = [window.width / bin, window.height / bin];
+        let stride = width.next_multiple_of(LANES);
+        if width == 0
+            || height < LANES
+            || stride > SIDE_MAX
+            || height > SIDE_MAX
+            || stride * height > PIXELS
+        {
+            return false;
+        }
+        (self.window, self.bin, self.size, self.stride) = (window, bin, [width, height], stride);
+        (self.offset, self.full) = (offset, root(curve.full + offset));
+        self.saturated_rows = 0;
+        let per_pixel = 1.0 / (bin * bin) as f32;
+        for row in 0..height {
+            let to = &mut self.seen[row * stride..][..stride];
+            to.fill(0.0);
+            let mut saturated = [false; SIDE_MAX];
+            for y in window.y + bin * row..window.y + bin * (row + 1) {
+                let Some(from) = frame
+                    .row(y)
+                    .and_then(|from| from.get(window.x..window.x + bin * width))
+                else {
+                    return false;
+                };
+                for ((to, saturated), from) in to
+                    .iter_mut()
+                    .zip(&mut saturated)
+                    .zip(from.chunks_exact(bin))
+                {
+                    for &grey in from {
+                        *to += curve.linear[usize::from(grey)];
+                        *saturated |= grey == u8::MAX;
+                    }
+                }
+            }
+            for (to, saturated) in to.iter_mut().zip(saturated) {
+                *to = root(*to * per_pixel + offset);
+                if saturated {
+                    *to = to.max(self.full);
+                    self.saturated_rows |= 1 << row;
+                } else {
+                    // Averages stay below what counts as saturated.
+                    *to = to.min(self.full * BELOW);
+                }
+            }
+        }
+        true
+    }
+
+    pub fn is_saturated(&self, row: usize) -> bool {
+        self.saturated_rows >> row & 1 == 1
+    }
+
+    /// Fills in what the model expects: `background` and each LED's light.
+    pub fn expect(&mut self, spots: &Spots, background: f32, light: &[f32; LEDS]) {
+        let used = self.stride * self.size[1];
+        self.expected[..used].fill(background + self.offset);
+        for (led, &light) in light.iter().enumerate() {
+            self.add(spots, led, light);
+        }
+        self.take_roots();
+    }
+
+    /// Adds light to an LED; roots follow with [`Image::take_roots`].
+    pub fn add(&mut self, spots: &Spots, led: usize, light: f32) {
+        let [x, y] = spots.first[led];
+        for (row, &down) in (y..).zip(spots.down(led)) {
+            let scale = light * down;
+            let start = row * self.stride + x;
+            for (to, &across) in self.expected[start..].iter_mut().zip(spots.across(led)) {
+                *to += scale * across;
+            }
+        }
+    }
+
+    /// The mean square of root light about what is expected, over the pixels that are not saturated; `free` numbers have been
+    /// fitted to them.
+    pub fn mean_square(&self, free: usize) -> f32 {
+        let (mut sum, mut count) = (0.0, 0usize);
+        for (&seen, &root) in self.pixels() {
+            if seen < self.full {
+                sum += (seen - root) * (seen - root);
+                count += 1;
+            }
+        }
+        sum / count.saturating_sub(free).max(1) as f32
+    }
+
+    /// The negative log-likelihood of all pixels at a variance of root light of `noise`, but for a constant.
+    pub fn loss(&self, noise: f32) -> f32 {
+        let per_deviation = 1.0 / libm::sqrtf(noise);
+        self.pixels().fold(0.0, |sum, (&seen, &root)| {
+            sum + if seen < self.full {
+                0.5 * (seen - root) * (seen - root) / noise
+            } else {
+                censored_loss((self.full - root) * per_deviation)
+            }
+        })
+    }
+
+    /// Root light as seen and as expected.
+    fn pixels(&self) -> impl Iterator<Item = (&f32, &f32)> {
+        let [width, height] = self.size;
+        (0..height).flat_map(move |row| {
+            let start = row * self.stride;
+            self.seen[start..][..width]
+                .iter()
+                .zip(&self.root[start..][..width])
+        })
+    }
+
+    fn take_roots(&mut self) {
+        let used = self.stride * self.size[1];
+        for (root_light, &light) in self.root[..used].iter_mut().zip(&self.expected[..used]) {
+            *root_light = root(light);
+        }
+    }
+}
+
+/// Just below the limit, relatively.
+const BELOW: f32 = 0.9999;
+
+/// √x for positive x, to a relative error of 5e-6, in multiplications only, so that loops over pixels are vectorised;
+/// what is negative counts as next to nothing.
+#[inline(always)]
+pub(super) fn root(x: f32) -> f32 {
+    let x = x.max(1e-6);
+    let guess = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
+    let half = 0.5 * x;
+    let refine = |y: f32| y * (1.5 - half * y * y);
+    x * refine(refine(guess))
+}
+
+/// −ln Q(t): what it costs that a pixel expected t deviations below saturation is saturated. Two parabolas, off by at most
+/// 0.05 + 5 % of the value.
+#[inline(always)]
+pub(super) fn censored_loss(t: f32) -> f32 {
+    let (near, far) = ((t + 2.0).max(0.0), t.max(0.0));
+    0.173 * near * near + 0.257 * far * far
+}

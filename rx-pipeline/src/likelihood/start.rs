@@ -1,0 +1,151 @@
+//! A first guess of light and levels: least squares on the light of the 64 LEDs.
+
+use super::image::Image;
+use super::levels::{Levels, dot};
+use super::spots::Spots;
+use link::panel::LEDS;
+
+/// Rounds of Gauss and Seidel's method; fewer where no LED's light changes by more than this part of the range any more.
+const ROUNDS: usize = 20;
+const SETTLED: f32 = 0.01;
+/// What is added to the diagonal, relatively: the closer LEDs are, the less their difference can be told from noise.
+const RIDGE: f32 = 0.05;
+
+/// The light of each LED above a common background, times its area, and that background, by least squares with a ridge that
+/// draws LEDs towards their mean.
+pub(super) struct LeastSquares {
+    pub background: f32,
+    pub light: [f32; LEDS],
+}
+
+impl LeastSquares {
+    /// Solves for the light in `image`, in whose roots it keeps what is left of the light.
+    pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &Spots) -> Self {
+        let [width, height] = image.size;
+        let used = image.stride * height;
+        for (rest, seen) in image.root[..used].iter_mut().zip(&image.seen[..used]) {
+            *rest = seen * seen - image.offset;
+        }
+        let mut found = Self {
+            background: 0.0,
+            light: [0.0; LEDS],
+        };
+        found.move_background(image, darkest_side(image));
+        let weight: [f32; LEDS] = core::array::from_fn(|led| {
+            let down: f32 = spots.down(led).iter().map(|d| d * d).sum();
+            1.0 / (dot(spots.across(led), spots.across(led)) * down * (1.0 + RIDGE))
+        });
+        for _ in 0..ROUNDS {
+            let mut greatest = 0.0f32;
+            for (led, weight) in weight.iter().enumerate() {
+                greatest = greatest.max(found.improve(image, spots, led, *weight).abs());
+            }
+            if greatest < SETTLED * found.range() {
+                break;
+            }
+            let rest: f32 = (0..height)
+                .map(|row| {
+                    image.root[row * image.stride..][..width]
+                        .iter()
+                        .sum::<f32>()
+                })
+                .sum();
+            found.move_background(image, rest / (width * height) as f32);
+        }
+        found
+    }
+
+    /// Moves one LED's light to where the others leave it; by how much.
+    fn improve<const PIXELS: usize>(
+        &mut self,
+        image: &mut Image<PIXELS>,
+        spots: &Spots,
+        led: usize,
+        weight: f32,
+    ) -> f32 {
+        let [x, y] = spots.first[led];
+        let across = spots.across(led);
+        let mut along = 0.0;
+        for (row, &down) in (y..).zip(spots.down(led)) {
+            along += down
+                * dot(
+                    &image.root[row * image.stride + x..][..across.len()],
+                    across,
+                );
+        }
+        let mean = self.light.iter().sum::<f32>() / LEDS as f32;
+        let change = weight * along - (self.light[led] - mean) * RIDGE / (1.0 + RIDGE);
+        self.light[led] += change;
+        for (row, &down) in (y..).zip(spots.down(led)) {
+            let scale = change * down;
+            let rest = &mut image.root[row * image.stride + x..];
+            for (rest, &across) in rest.iter_mut().zip(across) {
+                *rest -= scale * across;
+            }
+        }
+        change
+    }
+
+    /// From the darkest to the brightest LED.
+    fn range(&self) -> f32 {
+        let (low, high) = self
+            .light
+            .iter()
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &light| {
+                (low.min(light), high.max(light))
+            });
+        high - low
+    }
+
+    fn move_background<const PIXELS: usize>(&mut self, image: &mut Image<PIXELS>, change: f32) {
+        self.background += change;
+        let used = image.stride * image.size[1];
+        for rest in &mut image.root[..used] {
+            *rest -= change;
+        }
+    }
+
+    /// The levels of the two groups of LEDs that are farthest apart (Otsu 1979), as far as `levels` are theirs.
+    pub fn split(&self, levels: &mut Levels) {
+        let mut sorted = self.light;
+        sorted.sort_unstable_by(f32::total_cmp);
+        let total: f32 = sorted.iter().sum();
+        let (mut below, mut best) = (0.0, 0.0);
+        (levels.background, levels.off, levels.contrast) =
+            (self.background, total / LEDS as f32, 0.0);
+        for (count, &light) in (1u8..LEDS as u8).zip(&sorted) {
+            below += light;
+            let count = f32::from(count);
+            let (low, high) = (below / count, (total - below) / (LEDS as f32 - count));
+            let between = count * (LEDS as f32 - count) * (high - low) * (high - low);
+            if between > best {
+                best = between;
+                (levels.off, levels.contrast) = (low, high - low);
+            }
+        }
+    }
+
+    /// The share of the exposure for which each LED was On, were the levels right.
+    pub fn shares(&self, levels: &Levels) -> [f32; LEDS] {
+        self.light
+            .map(|light| ((light - levels.off) / levels.contrast).clamp(0.0, 1.0))
+    }
+}
+
+/// The mean along that side of the image which is darkest.
+fn darkest_side<const PIXELS: usize>(image: &Image<PIXELS>) -> f32 {
+    let ([width, height], stride) = (image.size, image.stride);
+    let mean = |from: usize, step: usize, count: usize| {
+        let line = image.root[from..].iter().step_by(step).take(count);
+        line.sum::<f32>() / count as f32
+    };
+    [
+        mean(0, 1, width),
+        mean((height - 1) * stride, 1, width),
+        mean(0, stride, height),
+        mean(width - 1, stride, height),
+    ]
+    .into_iter()
+    .fold(f32::INFINITY, f32::min)
+    .max(0.0)
+}

@@ -1,0 +1,202 @@
+use super::*;
+use crate::synthetic::Scene;
+use proptest::prelude::*;
+use std::boxed::Box;
+use std::vec::Vec;
+
+fn detector() -> Box<MaximumLikelihood<16384>> {
+    Box::new(MaximumLikelihood::new(Camera::default()))
+}
+
+fn read(detector: &mut MaximumLikelihood<16384>, scene: &Scene) -> Detection {
+    detector
+        .detect(&scene.render().frame(), &scene.corners())
+        .unwrap()
+}
+
+#[test]
+fn panels_of_any_size_and_turn_are_read() {
+    for (pitch_px, roll_deg, fill) in [
+        (2.4, 0.0, 0.66),
+        (3.3, 8.0, 0.5),
+        (5.0, 0.0, 0.4),
+        (9.0, 3.0, 0.5),
+    ] {
+        let scene = Scene {
+            pitch_px,
+            roll_deg,
+            fill,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        let detection = read(&mut detector(), &scene);
+        assert_eq!(
+            (detection.bits.bits(), detection.mixed),
+            (scene.bits, false),
+            "{scene:?}"
+        );
+    }
+}
+
+#[test]
+fn the_blur_need_not_be_known() {
+    for blur_sigma_px in [0.9, 1.2, 2.0, 2.4] {
+        let camera = Camera {
+            blur_sigma_px,
+            ..Camera::default()
+        };
+        let mut detector = Box::new(MaximumLikelihood::<16384>::new(camera));
+        let scene = Scene {
+            pitch_px: 2.8,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        assert_eq!(
+            read(&mut detector, &scene).bits.bits(),
+            scene.bits,
+            "{blur_sigma_px} px"
+        );
+    }
+}
+
+#[test]
+fn corners_a_quarter_of_a_pixel_off_do_no_harm() {
+    let scene = Scene {
+        pitch_px: 3.0,
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+    let corners = scene.corners().shifted(0.25, -0.2).unwrap();
+    let detection = detector()
+        .detect(&scene.render().frame(), &corners)
+        .unwrap();
+    assert_eq!(detection.bits.bits(), scene.bits);
+}
+
+#[test]
+fn what_was_seen_before_tells_all_on_from_all_off() {
+    let mut detector = detector();
+    let panel = |bits| Scene {
+        bits,
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+    for seed in 1..12u64 {
+        read(
+            &mut detector,
+            &panel(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)),
+        );
+    }
+    for bits in [u64::MAX, 0, 1 << 27, !(1 << 8)] {
+        let detection = read(&mut detector, &panel(bits));
+        assert_eq!(detection.bits.bits(), bits);
+        assert!(detection.confidence > 0.99 && !detection.mixed, "{bits:x}");
+    }
+}
+
+#[test]
+fn a_mixture_of_two_panels_is_told() {
+    let mut detector = detector();
+    let scene = |bits| Scene {
+        bits,
+        noise_grey: 1.0,
+        ..Scene::PLAIN
+    };
+    for seed in 1..8u64 {
+        assert!(
+            !read(
+                &mut detector,
+                &scene(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+            )
+            .mixed
+        );
+    }
+    let [one, other] =
+        [0x0123_4567_89ab_cdef, 0x5555_3333_0f0f_00ff].map(|bits| scene(bits).render());
+    let mean = |(a, b): (&u8, &u8)| ((u16::from(*a) + u16::from(*b)) / 2) as u8;
+    let pixels: Vec<u8> = one.pixels.iter().zip(&other.pixels).map(mean).collect();
+    let plain = scene(0);
+    let frame = Frame::new(&pixels, plain.width, plain.height).unwrap();
+    assert!(detector.detect(&frame, &plain.corners()).unwrap().mixed);
+}
+
+#[test]
+fn experience_can_be_handed_on() {
+    let (mut one, mut other) = (detector(), detector());
+    for seed in 1..8u64 {
+        let bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        read(
+            &mut one,
+            &Scene {
+                bits,
+                noise_grey: 2.0,
+                ..Scene::PLAIN
+            },
+        );
+    }
+    other.set_experience(one.experience());
+    let scene = Scene {
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+    assert_eq!(read(&mut one, &scene), read(&mut other, &scene));
+    assert_eq!(one.experience(), other.experience());
+}
+
+#[test]
+fn what_is_no_panel_or_outside_frame_or_memory_is_refused() {
+    let scene = Scene::PLAIN;
+    let far = scene.corners().shifted(500.0, 0.0).unwrap();
+    let mut tiny = Box::new(MaximumLikelihood::<64>::new(Camera::default()));
+    let rendered = scene.render();
+    let refused = |found: Result<Detection, DetectError>| {
+        matches!(found, Err(DetectError::OutsideMemory { .. }))
+    };
+    assert!(refused(detector().detect(&rendered.frame(), &far)));
+    assert!(refused(tiny.detect(&rendered.frame(), &scene.corners())));
+    let plain = Frame::new(&[118; 96 * 96], 96, 96).unwrap();
+    assert!(matches!(
+        detector().detect(&plain, &scene.corners()),
+        Err(DetectError::ContrastTooLow { .. })
+    ));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn noise_makes_soft_values_smaller(bits: u64) {
+        prop_assume!((16..48).contains(&bits.count_ones()));
+        let sum = |noise_grey| {
+            let scene = Scene { bits, pitch_px: 2.6, noise_grey, ..Scene::PLAIN };
+            let soft = read(&mut detector(), &scene).soft;
+            soft.0.iter().map(|llr| i32::from(llr.unsigned_abs())).sum::<i32>()
+        };
+        prop_assert!(sum(30.0) < sum(3.0));
+    }
+
+    #[test]
+    fn no_pixels_and_no_place_panic(
+        pixels in prop::collection::vec(any::<u8>(), 48 * 40),
+        black: bool,
+        corners in prop::array::uniform4(prop::array::uniform2(-20.0f32..70.0)),
+        jitter in prop::array::uniform8(-4.0f32..4.0),
+    ) {
+        let pixels = if black { std::vec![0; 48 * 40] } else { pixels };
+        let frame = Frame::new(&pixels, 48, 40).unwrap();
+        let square = [[8.0, 8.0], [36.0, 8.0], [36.0, 32.0], [8.0, 32.0]];
+        let near = core::array::from_fn(|i| {
+            let [x, y]: [f32; 2] = square[i];
+            [x + jitter[2 * i], y + jitter[2 * i + 1]]
+        });
+        let mut detector = detector();
+        for corners in [corners, near] {
+            if let Ok(corners) = Corners::new(corners)
+                && let Ok(detection) = detector.detect(&frame, &corners)
+            {
+                prop_assert!(detection.soft.0.iter().all(|&llr| llr > i8::MIN));
+                prop_assert!((0.5..=1.0).contains(&detection.confidence));
+            }
+        }
+    }
+}
