@@ -10,6 +10,8 @@
 //   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
 //   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
 //   {"lux": 5000, "fault": "none"}   the light on the sensor, and how it fails: none, missing, stuck, silent, hanging
+//   {"hang": true}                   the processor executes nothing any more
+//   {"enter": "NAME"}                it goes on in the function of that (mangled) name
 //   {"cut_after": 3}                 cuts the power half-way through a flash operation, after so many more
 //
 // Events have the simulated time, ns since power-up: {"ns", "panel"}: the LEDs at a latch's edge; {"ns", "lit_cycles",
@@ -19,6 +21,7 @@ import fs from 'node:fs';
 import net from 'node:net';
 import readline from 'node:readline';
 import { parseArgs } from 'node:util';
+import { functions } from './elf.mjs';
 import { Flash } from './flash.mjs';
 import { Pico } from './pico.mjs';
 import { Stopwatch } from './stopwatch.mjs';
@@ -95,6 +98,8 @@ commands.on('line', async (line) => {
   if ('lux' in command) pico.sensor.lux = command.lux;
   if ('fault' in command) pico.sensor.fail(command.fault);
   if ('cut_after' in command) flash.cutAfter(command.cut_after);
+  if ('hang' in command) pico.hang();
+  if ('enter' in command) pico.enter(functions(elf).find(({ name }) => name.includes(command.enter)).address);
   if ('real_time' in command) {
     realTime = command.real_time ? { at: performance.now(), nanos: pico.nanos } : null;
     say({ real_time: command.real_time, ns: Math.round(pico.nanos) });

@@ -8,7 +8,7 @@ import { repair } from './repairs.mjs';
 
 // Behind the 256 bytes of the second-stage boot loader, which the emulator does not need.
 const VECTORS = 0x10000100;
-const WATCHDOG = 0x40058;
+const WATCHDOG = 0x40058, TIMED_OUT = 1;
 const NANOS_PER_SECOND = 1e9;
 
 export class Pico {
@@ -29,12 +29,17 @@ export class Pico {
     mcu.logger = { debug() {}, info() {}, warn() {}, error: (part, text) => this.report({ error: `${part}: ${text}` }) };
     repair(mcu);
     this.flash.map(mcu.flash);
-    Object.assign(this, { mcu, clock, wanted: null });
+    Object.assign(this, { mcu, clock, wanted: null, hung: false });
     this.rom = new BootRom(mcu, this.flash);
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux, fault: light.fault });
     this.panel = new Panel(mcu, this.report, this.edges);
     mcu.uart[0].onByte = (byte) => this.onSerial?.(byte);
-    mcu.peripherals[WATCHDOG].onWatchdogTrigger = () => (this.wanted = 'reset');
+    const watchdog = mcu.peripherals[WATCHDOG];
+    watchdog.onWatchdogTrigger = () => {
+      this.wanted = 'reset';
+      // Or it triggers again before any time has passed.
+      watchdog.alarm.enable = false;
+    };
     this.stopwatch?.attach(mcu);
     const { core } = mcu;
     core.VTOR = VECTORS;
@@ -42,10 +47,28 @@ export class Pico {
     core.PC = mcu.readUint32(VECTORS + 4) & ~1;
   }
 
+  // By the watchdog: the chip starts over, and its register tells why.
   reset() {
+    const { reason } = this.mcu.peripherals[WATCHDOG];
+    const litNanos = this.panel.takeLitNanos();
     this.startedNanos += this.clock.nanos;
     this.powerUp();
-    this.report({ reset: 'watchdog' });
+    this.panel.litNanos = litNanos;
+    this.mcu.peripherals[WATCHDOG].reason = reason;
+    this.report({ reset: reason === TIMED_OUT ? 'timed out' : 'forced' });
+  }
+
+  // The processor executes nothing any more, as if it were in an endless loop with interrupts off.
+  hang() {
+    this.hung = true;
+  }
+
+  // The processor goes on in another function, with interrupts off.
+  enter(address) {
+    const { core } = this.mcu;
+    core.PM = true;
+    core.waiting = false;
+    core.PC = address;
   }
 
   run(nanos) {
@@ -61,9 +84,10 @@ export class Pico {
     const { core } = mcu;
     const cycleNanos = NANOS_PER_SECOND / mcu.clkSys;
     while (clock.nanos < end && !this.wanted) {
-      if (core.waiting) {
+      if (core.waiting || this.hung) {
         const sleep = clock.nanosToNextAlarm;
-        clock.tick(sleep > 0 ? Math.min(sleep, end - clock.nanos) : cycleNanos);
+        // Never so little that the time, a sum of floating-point numbers, stands still.
+        clock.tick(Math.max(Math.min(sleep, end - clock.nanos), cycleNanos));
       } else if (rom.holds(core.PC)) {
         rom.enter();
       } else {

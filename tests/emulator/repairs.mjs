@@ -8,6 +8,7 @@ export function repair(mcu) {
   mcu.spi.forEach((spi) => giveShiftingTime(mcu, spi));
   repairInterrupts(mcu);
   repairPwmRequests(mcu);
+  mcu.pwm.channels.forEach(repairPwmOutputs);
   addFlashController(mcu);
 }
 
@@ -101,6 +102,19 @@ function repairPwmRequests(mcu) {
   pwm.channelInterrupt = (slice) => {
     wrapped(slice);
     dma.clearDREQ(FIRST_WRAP_REQUEST + slice);
+  };
+}
+
+// 4.5.2: an output is the comparison of the counter, inverted or not, at any moment. The emulated one stays low until the
+// first period after it was switched on or inverted is over.
+function repairPwmOutputs(slice) {
+  const CONTROL = 0x00;
+  const write = slice.writeRegister.bind(slice);
+  slice.writeRegister = (offset, value) => {
+    write(offset, value);
+    if (offset !== CONTROL) return;
+    slice.setA(slice.timer.counter < slice.alarmA.target);
+    slice.setB(slice.timer.counter < slice.alarmB.target);
   };
 }
 

@@ -123,6 +123,16 @@ impl Emulator {
         self.command(&json!({ "cut_after": operations }));
     }
 
+    /// Stops the processor, and nothing else.
+    pub fn hang(&mut self) {
+        self.command(&json!({ "hang": true }));
+    }
+
+    /// Lets the processor go on in the function with this name.
+    pub fn enter(&mut self, function: &str) {
+        self.command(&json!({ "enter": function }));
+    }
+
     /// Whether the power is gone.
     pub fn is_off(&mut self) -> bool {
         matches!(self.process.try_wait(), Ok(Some(_)))

@@ -9,6 +9,7 @@ mod image;
 mod light;
 mod measure;
 mod panel;
+mod restart;
 mod serial;
 mod terminal;
 mod vocc;
@@ -49,6 +50,14 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_message_sent_to_the_board_is_received_by_a_camera",
         closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
+    ),
+    (
+        "a_program_that_hangs_is_restarted",
+        restart::a_program_that_hangs_is_restarted,
+    ),
+    (
+        "a_panic_is_dark_and_restarts",
+        restart::a_panic_is_dark_and_restarts,
     ),
     ("it_is_small", measure::it_is_small),
     (

@@ -14,12 +14,12 @@ use tx_firmware::{
 
 const SLICE: usize = 2;
 
-/// What dims the LEDs: output enable, which lights them when low and which a pull-up holds high while nothing drives it, and the
-/// pin that switches to the low current when high.
+/// What dims the LEDs. Output enable lights them when low, and a pull-up holds it high while nothing drives it. The current pin
+/// gives them the full current when high, and a pull-down holds it low.
 pub struct OutputEnable {
     drive: Drive,
     shown: Pulses,
-    low_current: Output<'static>,
+    full_current: Output<'static>,
     _pwm: Pwm<'static>,
 }
 
@@ -28,7 +28,7 @@ impl OutputEnable {
     pub fn dark(
         slice: Peri<'static, PWM_SLICE2>,
         output_enable: Peri<'static, PIN_20>,
-        low_current: Peri<'static, PIN_21>,
+        full_current: Peri<'static, PIN_21>,
         drive: Drive,
     ) -> Self {
         let mut config = pwm::Config::default();
@@ -37,7 +37,7 @@ impl OutputEnable {
         Self {
             drive,
             shown: Pulses::default(),
-            low_current: Output::new(low_current, Level::Low),
+            full_current: Output::new(full_current, Level::High),
             _pwm: Pwm::new_output_a(slice, output_enable, config),
         }
     }
@@ -55,13 +55,13 @@ impl OutputEnable {
         }
         // At no moment long pulses and full current: they change in the order that dims first.
         if pulses.low_current {
-            self.low_current.set_high();
+            self.full_current.set_low();
         }
         write(pulses);
         if self.shown.low_current && !pulses.low_current {
             // The pulses take effect when the present period ends.
             cortex_m::asm::delay(self.shown.period.into());
-            self.low_current.set_low();
+            self.full_current.set_high();
         }
         self.shown = pulses;
     }

@@ -1,0 +1,76 @@
+//! Start and restart: dark when nothing is known, and never stuck.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::emulator::{Emulator, Event, Fault};
+use crate::image::Programs;
+use crate::panel::Record;
+use crate::terminal::Terminal;
+use crate::vocc::vocc;
+
+/// The function that every panic ends in.
+const PANIC: &str = "rust_begin_unwind";
+
+/// For how long the LEDs were lit in a run that is over, ms.
+fn lit_ms(events: &[Event]) -> f64 {
+    events.last().map_or(f64::NAN, |event| event.lit_nanos) / 1e6
+}
+
+/// A board that shows its panel in daylight.
+fn shining(programs: &Programs, folder: &Path) -> Emulator {
+    let mut board = Emulator::power_up(programs, folder, &["--edges"]);
+    board.light(9_000.0, Fault::None);
+    let dark = board.run_ms(90);
+    assert!(
+        lit_ms(&dark) == 0.0,
+        "dark until the first reading: {} ms",
+        lit_ms(&dark)
+    );
+    let lit = board.run_ms(500);
+    assert!(lit_ms(&lit) > 50.0, "{} ms", lit_ms(&lit));
+    board
+}
+
+fn resets(events: &[Event]) -> Vec<&str> {
+    events
+        .iter()
+        .filter_map(|event| event.reset.as_deref())
+        .collect()
+}
+
+/// After a restart the panel shines again, and the status tells what happened.
+fn is_back(board: &mut Emulator, programs: &Programs, folder: &Path) {
+    let mut record = Record::default();
+    record.extend(&board.run_ms(500));
+    assert!(
+        record.last_pulses().luminance_cd_m2() > 1_000.0,
+        "{:?}",
+        record.last_pulses()
+    );
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    let faults = status["faults"].as_array().expect("a list");
+    assert!(faults.contains(&Value::from("watchdog")), "{status}");
+}
+
+/// A program that hangs is restarted by the watchdog.
+pub fn a_program_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
+    let mut board = shining(programs, folder);
+    board.hang();
+    let events = board.run_ms(2_050);
+    assert_eq!(resets(&events), ["timed out"]);
+    is_back(&mut board, programs, folder);
+}
+
+/// A panic makes the LEDs dark at once and restarts.
+pub fn a_panic_is_dark_and_restarts(programs: &Programs, folder: &Path) {
+    let mut board = shining(programs, folder);
+    board.enter(PANIC);
+    let events = board.run_ms(80);
+    assert_eq!(resets(&events), ["forced"]);
+    assert!(lit_ms(&events) < 0.001, "{} ms", lit_ms(&events));
+    is_back(&mut board, programs, folder);
+}
