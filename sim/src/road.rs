@@ -34,7 +34,7 @@ use crate::statistics::FrameErrors;
 use crate::view::ViewError;
 
 /// The most pixels of a panel that the receiver can hold.
-const PANEL_PIXELS: usize = 256 * 256;
+const PANEL_PIXELS: usize = 160 * 160;
 /// The blurs that the receiver's locator knows.
 const LOCATOR_BLUR_PX: [f64; 2] = [0.3, 4.0];
 
