@@ -53,13 +53,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// What came out, the road it came over, and what was sent.
+type Journey = (Option<Received>, Road, Vec<u8>);
+
 fn run(
     scene: &Scene,
     seed: u64,
     code: Code,
     bytes: usize,
     true_corners: bool,
-) -> Result<(Option<Received>, Road, Vec<u8>), Box<dyn std::error::Error>> {
+) -> Result<Journey, Box<dyn std::error::Error>> {
     let message: Vec<u8> = (0..bytes as u64)
         .map(|i| link::scramble::split_mix64(seed << 32 | i) as u8)
         .collect();
