@@ -51,7 +51,7 @@ fn evaluated((l2a, interval, distance_m, _): &Anchor) -> Distinguishability {
         frames: 20_000,
         seed: 1,
         random_reflectance: true,
-        detector: DetectorChoice::Best,
+        detector: DetectorChoice::KMeans,
         level: Level::Fast,
     };
     Evaluator::new(&scene, settings)

@@ -5,13 +5,19 @@ use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluation, Evaluator, Settings};
 use sim::scene::Scene;
 
-fn evaluate(preset: &str, threads: usize, seed: u64) -> Evaluation {
+fn evaluate(
+    preset: &str,
+    detector: DetectorChoice,
+    frames: u64,
+    threads: usize,
+    seed: u64,
+) -> Evaluation {
     let scene = Scene::load(preset, &[]).expect("a preset");
     let settings = Settings {
-        frames: 3000,
+        frames,
         seed,
         random_reflectance: true,
-        detector: DetectorChoice::Best,
+        detector,
         level: Level::Fast,
     };
     let pool = rayon::ThreadPoolBuilder::new()
@@ -28,12 +34,17 @@ fn evaluate(preset: &str, threads: usize, seed: u64) -> Evaluation {
 
 #[test]
 fn threads_change_nothing() {
-    for preset in ["paper", "night"] {
-        let one = evaluate(preset, 1, 7);
-        assert_eq!(one, evaluate(preset, 2, 7), "{preset}");
+    for (preset, detector, frames) in [
+        ("paper", DetectorChoice::KMeans, 3000),
+        ("night", DetectorChoice::KMeans, 3000),
+        ("night", DetectorChoice::MaximumLikelihood, 600),
+    ] {
+        let run = |threads, seed| evaluate(preset, detector, frames, threads, seed);
+        let one = run(1, 7);
+        assert_eq!(one, run(2, 7), "{preset}");
         assert_ne!(
             one,
-            evaluate(preset, 2, 8),
+            run(2, 8),
             "{preset}: another seed must differ, or this shows nothing"
         );
     }
@@ -46,7 +57,7 @@ fn a_frame_does_not_depend_on_those_before_it() {
         frames: 0,
         seed: 7,
         random_reflectance: true,
-        detector: DetectorChoice::Best,
+        detector: DetectorChoice::KMeans,
         level: Level::Fast,
     };
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");

@@ -13,7 +13,7 @@ use sim::scene::Scene;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [preset, rates, codes] = &arguments[..3] else {
+    let [preset, rates, codes, ..] = &arguments[..] else {
         return Err("give SCENE RATES CODES, such as day 50,90 TM1280,TM1536".into());
     };
     let number =
@@ -53,8 +53,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// What came out, the road it came over, and what was sent.
-type Journey = (Option<Received>, Road, Vec<u8>);
+/// What arrived, over which road, and what was sent.
+type Run = (Option<Received>, Road, Vec<u8>);
 
 fn run(
     scene: &Scene,
@@ -62,7 +62,7 @@ fn run(
     code: Code,
     bytes: usize,
     true_corners: bool,
-) -> Result<Journey, Box<dyn std::error::Error>> {
+) -> Result<Run, Box<dyn std::error::Error>> {
     let message: Vec<u8> = (0..bytes as u64)
         .map(|i| link::scramble::split_mix64(seed << 32 | i) as u8)
         .collect();

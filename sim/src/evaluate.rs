@@ -178,9 +178,6 @@ impl Evaluator {
         // Faults of the geometry show in the first frame.
         evaluator.read(0, &mut evaluator.workspace())?;
         let choice = settings.detector;
-        if matches!(choice.untrained(), Some(Method::MaximumLikelihood(_))) {
-            evaluator.experience = evaluator.experience()?;
-        }
         evaluator.reader = match (choice.untrained(), choice.learns()) {
             (Some(method), _) => Reader::Receiver(method),
             (_, Some(features)) => {
@@ -188,6 +185,10 @@ impl Evaluator {
             }
             _ => Reader::Genie(Likelihood::new(&evaluator.renderer)),
         };
+        let looks_at_features = matches!(evaluator.reader, Reader::Receiver(Method::Features(_)));
+        if !looks_at_features {
+            evaluator.experience = evaluator.experience()?;
+        }
         Ok(evaluator)
     }
 
@@ -291,6 +292,7 @@ impl Evaluator {
         Ok(part)
     }
 
+    /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
     fn experience(&self) -> Result<Experience, EvaluateError> {
         let mut workspace = self.workspace();
         let mut likelihood =
@@ -299,10 +301,9 @@ impl Evaluator {
             let reading =
                 self.read_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
             let Region { width, height, .. } = self.region;
-            let _ = likelihood.detect(
-                &Frame::new(&workspace.grey, width, height)?,
-                &reading.corners,
-            );
+            let picture = Frame::new(&workspace.grey, width, height)?;
+            // A frame that cannot be read teaches nothing.
+            let _ = likelihood.detect(&picture, &reading.corners);
         }
         Ok(likelihood.experience())
     }

@@ -154,7 +154,7 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
         couplings.gain = core::array::from_fn(|led| alone[led] + 0.5 * inner(led, led));
         for led in 0..LEDS {
             self.flip(led);
-            for (other, &alone) in alone.iter().enumerate().skip(led + 1) {
+            for (other, alone) in alone.iter().enumerate().skip(led + 1) {
                 let through_pixels = if self.spots.overlap(led, other) {
                     self.gain(other) - alone
                 } else {
