@@ -67,7 +67,7 @@ impl Default for Search {
             tolerance: 0.0,
             seed: 1,
             random_reflectance: true,
-            detector: DetectorChoice::Best,
+            detector: DetectorChoice::KMeans,
             level: Level::Fast,
         }
     }

@@ -222,7 +222,7 @@ mod tests {
         frames: 3000,
         seed: 5,
         random_reflectance: true,
-        detector: DetectorChoice::Best,
+        detector: DetectorChoice::KMeans,
         level: Level::Fast,
     };
 

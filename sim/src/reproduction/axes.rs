@@ -73,10 +73,10 @@ impl Axes {
     }
 }
 
-/// All detectors once, by name: `best` is one of the others.
+/// All detectors that a receiver can be, once, by name: `best` is one of the others.
 fn detectors() -> impl Iterator<Item = &'static str> {
     DETECTORS
         .iter()
-        .filter(|(_, choice)| *choice != DetectorChoice::Best)
+        .filter(|(_, choice)| !matches!(choice, DetectorChoice::Best | DetectorChoice::Genie))
         .map(|&(name, _)| name)
 }
