@@ -116,8 +116,11 @@ impl<R: Real> Canvas<R> {
             for (row, light) in rows.iter().zip(light.chunks_exact(SIDE)) {
                 let lit = &mut self.row[..self.region.width];
                 lit.fill(R::default());
-                for (values, &light) in self.across.chunks_exact(row_length).zip(light) {
-                    add_scaled(lit, &values[width..width + lit.len()], light);
+                let columns = self.across.chunks_exact(4 * row_length);
+                for (four, light) in columns.zip(light.chunks_exact(4)) {
+                    let column = |k: usize| &four[k * row_length + width..][..lit.len()];
+                    let four = [0, 1, 2, 3].map(column);
+                    add_four_scaled(lit, four, [light[0], light[1], light[2], light[3]]);
                 }
                 stamp.down(term, row - row.floor(), &mut self.down);
                 let first = row.floor() as i64 - before_y as i64 - y as i64;
@@ -193,6 +196,14 @@ impl<R: Real> Canvas<R> {
         let from = (centre - reach).ceil().clamp(0.0, end as f64) as usize;
         let to = ((centre + reach).floor() + 1.0).clamp(from as f64, end as f64) as usize;
         (from, to)
+    }
+}
+
+/// target += Σ source·scale, element by element.
+#[inline(always)]
+fn add_four_scaled<R: Real>(target: &mut [R], [a, b, c, d]: [&[R]; 4], scale: [R; 4]) {
+    for ((((target, &a), &b), &c), &d) in target.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+        *target += (a * scale[0] + b * scale[1]) + (c * scale[2] + d * scale[3]);
     }
 }
 

@@ -544,12 +544,6 @@ impl Renderer {
                     }
                 });
             }
-            let add_leds = |light: &[f64; LEDS], canvas: &mut Canvas<K::Real>| {
-                for (weight, layout) in &self.layouts[index] {
-                    let weighted = light.map(|light| K::Real::from_f64(light * weight));
-                    paint(layout, shift, &weighted, canvas);
-                }
-            };
             let mut light = self.led_light(index, moment, shown);
             if self.on_even_ground[index] {
                 let ground = self.board_light(index);
@@ -557,9 +551,27 @@ impl Renderer {
                 light = light.map(|light| light - ground);
             } else {
                 // Opaque LEDs hide what is behind them before they add their own light.
-                canvas.cover(K::Real::default(), |mask| add_leds(&[1.0; LEDS], mask));
+                canvas.cover(K::Real::default(), |mask| {
+                    self.add_leds(index, shift, &[1.0; LEDS], mask, &paint);
+                });
             }
-            add_leds(&light, canvas);
+            self.add_leds(index, shift, &light, canvas, &paint);
+        }
+    }
+
+    /// Adds the LEDs of panel `index`, each with its light, over all moments of the exposure.
+    #[inline(always)]
+    fn add_leds<R: Real>(
+        &self,
+        index: usize,
+        shift: DVec2,
+        light: &[f64; LEDS],
+        canvas: &mut Canvas<R>,
+        paint: &impl Fn(&Layout, DVec2, &[R; LEDS], &mut Canvas<R>),
+    ) {
+        for (weight, layout) in &self.layouts[index] {
+            let weighted = light.map(|light| R::from_f64(light * weight));
+            paint(layout, shift, &weighted, canvas);
         }
     }
 
