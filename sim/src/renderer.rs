@@ -1,5 +1,7 @@
 //! From a scene and the panels' bits to what the camera records.
 
+mod compose;
+
 use std::sync::{Arc, OnceLock};
 
 use fearless_simd::dispatch;
@@ -7,24 +9,21 @@ use glam::DVec2;
 use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::Rng;
 
+use self::compose::{Board, board_corners};
 use crate::accuracy::{Accuracy, Level};
 use crate::backdrop::Backdrop;
 use crate::canvas::{Canvas, Region};
-use crate::chords::Chords;
 use crate::clock::{Moment, WINDOW};
-use crate::effects;
 use crate::exposure::LedLight;
 use crate::grey::{self, Encoder};
-use crate::kernel::{Exact, Kernel, Real, Tabulated};
-use crate::layout::{self, Images, Layout, image_of};
+use crate::kernel::{Exact, Tabulated};
+use crate::layout::{Images, Layout};
 use crate::noise::{FlatNoise, PixelNoise};
-use crate::outline::Outline;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::recipe::Recipe;
-use crate::scene::{Camera, Scene};
-use crate::stamp::Chorded;
-use crate::view::{BOARD_CORNERS, PanelView, Photograph, View, ViewError};
+use crate::scene::Scene;
+use crate::view::{Photograph, View, ViewError};
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]
@@ -491,202 +490,6 @@ impl Renderer {
         let ellipses = &self.view.panels[index].ellipses;
         std::array::from_fn(|led| self.recipe.row_delay_s * ellipses[led].centre.y)
     }
-
-    /// Adds the LEDs of a layout by a kernel.
-    #[inline(always)]
-    fn paint<K: Kernel>(
-        &self,
-        kernel: &K,
-        layout: &Layout,
-        shift: DVec2,
-        light: &[K::Real; LEDS],
-        canvas: &mut Canvas<K::Real>,
-    ) {
-        match &layout.images {
-            Images::Chords { shapes, .. } => {
-                let stamp = |led| Chorded::new(kernel, image_of(shapes, led), self.margin_px);
-                layout.paint(stamp, shift, light, canvas);
-            }
-            Images::Outlines(outlines) => {
-                for (led, &light) in light.iter().enumerate() {
-                    canvas.add_outline(
-                        image_of(outlines, led),
-                        self.recipe.sigma_px,
-                        self.margin_px,
-                        layout.centre(led) + shift,
-                        light,
-                    );
-                }
-            }
-        }
-    }
-
-    /// Background, boards and LEDs, the farthest panel first; `paint` adds the LEDs of a layout.
-    #[inline(always)]
-    fn compose<K: Kernel>(
-        &self,
-        kernel: &K,
-        moment: &Moment,
-        shown: &[Shown],
-        canvas: &mut Canvas<K::Real>,
-        paint: impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
-    ) {
-        self.draw_background(canvas);
-        for &index in &self.far_to_near {
-            let Some(shown) = shown.get(index) else {
-                continue;
-            };
-            let shift = DVec2::from_array(shown.shift_px);
-            if let Some(light) = self.board_light(index) {
-                canvas.cover(K::Real::from_f64(light), |mask| {
-                    for (weight, board) in &self.boards[index] {
-                        self.add_board(kernel, board, shift, K::Real::from_f64(*weight), mask);
-                    }
-                });
-            }
-            let mut light = self.led_light(index, moment, shown);
-            if self.on_even_ground[index] {
-                let ground = self.board_light(index);
-                let ground = ground.unwrap_or_else(|| self.plain_background());
-                light = light.map(|light| light - ground);
-            } else {
-                // Opaque LEDs hide what is behind them before they add their own light.
-                canvas.cover(K::Real::default(), |mask| {
-                    self.add_leds(index, shift, &[1.0; LEDS], mask, &paint);
-                });
-            }
-            self.add_leds(index, shift, &light, canvas, &paint);
-        }
-    }
-
-    /// Adds the LEDs of panel `index`, each with its light, over all moments of the exposure.
-    #[inline(always)]
-    fn add_leds<R: Real>(
-        &self,
-        index: usize,
-        shift: DVec2,
-        light: &[f64; LEDS],
-        canvas: &mut Canvas<R>,
-        paint: &impl Fn(&Layout, DVec2, &[R; LEDS], &mut Canvas<R>),
-    ) {
-        for (weight, layout) in &self.layouts[index] {
-            let weighted = light.map(|light| R::from_f64(light * weight));
-            paint(layout, shift, &weighted, canvas);
-        }
-    }
-
-    /// Adds a board of the linear value `light`, edges blurred.
-    fn add_board<K: Kernel>(
-        &self,
-        kernel: &K,
-        board: &Board,
-        shift: DVec2,
-        light: K::Real,
-        canvas: &mut Canvas<K::Real>,
-    ) {
-        let centre = board.centre + shift;
-        match &board.chords {
-            Some(chords) => {
-                let stamp = Chorded::new(kernel, chords, self.margin_px);
-                canvas.add_led(&stamp, centre, light);
-            }
-            None => canvas.add_outline(
-                &board.outline,
-                self.recipe.sigma_px,
-                self.margin_px,
-                centre,
-                light,
-            ),
-        }
-    }
-
-    /// The photograph, where it is drawn.
-    fn photograph(&self) -> Option<&Photograph> {
-        let photograph = self.view.photograph.as_ref();
-        photograph.filter(|_| self.recipe.photograph)
-    }
-
-    fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
-        let Some(photograph) = self.photograph() else {
-            canvas.fill(R::from_f64(self.plain_background()));
-            return;
-        };
-        let Region { x, y, width, .. } = canvas.region();
-        let air = self.recipe.background_air;
-        let source = photograph.relative();
-        let source = source.chunks_exact(self.sensor().width).skip(y);
-        for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(source) {
-            for (value, &relative) in row.iter_mut().zip(&source[x..x + width]) {
-                *value = R::from_f64(air.through(self.view.background * f64::from(relative)));
-            }
-        }
-    }
-
-    /// The linear value of panel `index`'s board through the air, where it is drawn.
-    fn board_light(&self, index: usize) -> Option<f64> {
-        let air = self.recipe.air[index];
-        let reflectance = self.view.panels[index]
-            .panel
-            .board_reflectance
-            .filter(|_| self.recipe.boards)?;
-        Some(air.through(effects::board::linear(&self.view, reflectance)))
-    }
-
-    /// The linear value of each LED of a panel through the air.
-    fn led_light(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
-        let delay_s = self.delays_s(index);
-        let mut own: [f64; LEDS] = if self.recipe.mix_symbols {
-            std::array::from_fn(|led| {
-                let shares = moment.shares(delay_s[led]);
-                let seen = shown.symbols.iter().zip(shares);
-                seen.map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share)
-                    .sum()
-            })
-        } else {
-            let truth = self.truth(index, moment, shown);
-            std::array::from_fn(|led| f64::from(u8::from(truth.led(led))))
-        };
-        for stage in &self.recipe.led_stages {
-            stage.apply(index, moment, &delay_s, &mut own);
-        }
-        let air = self.recipe.air[index];
-        std::array::from_fn(|led| {
-            air.through(shown.light.off + own[led] * (shown.light.on - shown.light.off))
-        })
-    }
-
-    /// The linear value of a background without photograph.
-    fn plain_background(&self) -> f64 {
-        self.recipe.background_air.through(self.view.background)
-    }
-}
-
-/// A panel's board of 8 × 8 pitches.
-struct Board {
-    centre: DVec2,
-    outline: Outline,
-    /// None where it is drawn pixel by pixel.
-    chords: Option<Chords>,
-}
-
-impl Board {
-    /// Where it is `after_s` seconds after the middle of the exposure.
-    fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        recipe: &Recipe,
-        accuracy: &Accuracy,
-        after_s: f64,
-    ) -> Self {
-        let corners = board_corners(camera, panel, recipe, after_s);
-        let centre = corners.iter().sum::<DVec2>() / 4.0;
-        let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
-        Self {
-            centre,
-            outline,
-            chords: Chords::within(&outline, recipe.sigma_px, accuracy.quadrature),
-        }
-    }
 }
 
 /// Whether two regions have a pixel in common.
@@ -694,13 +497,4 @@ fn meet(one: Region, other: Region) -> bool {
     let apart = |a: usize, length: usize, b: usize, other: usize| a + length <= b || b + other <= a;
     !apart(one.x, one.width, other.x, other.width)
         && !apart(one.y, one.height, other.y, other.height)
-}
-
-/// The corners of a panel's board, each at its row's own time.
-fn board_corners(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -> [DVec2; 4] {
-    BOARD_CORNERS.map(|(row, column)| {
-        let at = panel.projection.led_m(row, column);
-        let delay_s = recipe.row_delay_s * panel.projection.pixel(at).y;
-        layout::place(camera, panel, recipe, after_s + delay_s, at)
-    })
 }
