@@ -7,7 +7,7 @@ use tx_firmware::drive::{FIDELITY_PPM, RIPPLE_MAX_PPM};
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, L2A, REFLECTANCE, Record};
+use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
 
 /// The greatest relative error of the luminance: what the smoothing leaves when it has settled, half a count of an OPT3001's mantissa, at least
 /// 2048 counts, and the step of the pulses.
@@ -21,7 +21,7 @@ const NIGHT_LIMIT_CD_M2: f64 = 4.0 * 50.0 * REFLECTANCE;
 
 /// L* = r·E·R, as far as the panel goes.
 fn wanted_cd_m2(lux: f64) -> f64 {
-    (L2A * lux * REFLECTANCE).min(FULL_CD_M2)
+    (l2a(lux) * lux * REFLECTANCE).min(FULL_CD_M2)
 }
 
 /// (c) After light has changed and settled the LEDs have the luminance L* = r·E·R, measured at the output-enable line.

@@ -9,7 +9,7 @@ use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 
 use crate::emulator::{Emulator, Event, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, L2A, REFLECTANCE, Record};
+use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
 
 const FLASH_MAX: u32 = 64 * 1024;
 const RAM_MAX: u32 = 24 * 1024;
@@ -100,7 +100,7 @@ pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) 
         board.light(to, Fault::None);
         let started = record.symbols.last().expect("symbols are shown").ns;
         record.extend(&board.run_ms(12_000));
-        let wanted = (L2A * to * REFLECTANCE).min(FULL_CD_M2);
+        let wanted = (l2a(to) * to * REFLECTANCE).min(FULL_CD_M2);
         let after_ms = |tolerance: f64| {
             let settled = record.pulses.iter().rev().take_while(|(ns, pulses)| {
                 *ns > started && (pulses.luminance_cd_m2() / wanted).ln().abs() <= tolerance.ln()

@@ -1,5 +1,6 @@
 //! What the LEDs of an emulated board showed, from what its pins did.
 
+use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::panel::PanelFrame;
 
 use crate::emulator::{CLOCK_HZ, Event};
@@ -10,8 +11,11 @@ pub const LOW_CURRENT_SHARE: f64 = 0.125;
 pub const FULL_CD_M2: f64 = 26_000.0;
 /// Reflectance of its LEDs' surface.
 pub const REFLECTANCE: f64 = 0.4;
-/// The placeholder table's L2A at its interval of 1.
-pub const L2A: f64 = 2.05;
+/// The L2A that the table it ships with holds at its interval of 1 and an illuminance.
+pub fn l2a(lux: f64) -> f64 {
+    let illuminance = Illuminance::saturating_from_num(lux);
+    L2aTable::default().l2a(illuminance, Interval::ONE).to_num()
+}
 
 /// The pulses that dim the LEDs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

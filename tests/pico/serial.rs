@@ -8,13 +8,13 @@ use sim::l2a::table_file;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, L2A, REFLECTANCE};
+use crate::panel::{FULL_CD_M2, REFLECTANCE, l2a};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
 const NIGHT: &str = "night.toml";
 
-/// A table of one L2A that is not the placeholder's.
+/// A table of one L2A that is not the one it ships with.
 fn write_table(folder: &Path, name: &str, l2a: f32) -> L2aTable {
     let table = L2aTable::new(&[50.0, 16_000.0], &[1.0], &[l2a; 2]).expect("a table");
     std::fs::write(folder.join(name), table_file(&table)).expect("the folder can be written");
@@ -39,13 +39,14 @@ pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     let terminal = Terminal::open(board.socket());
     let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
     assert!(close(&status["illuminance_lx"], 1000.0), "{status}");
-    assert!(close(&status["l2a"], L2A), "{status}");
+    let l2a = l2a(1000.0);
+    assert!(close(&status["l2a"], l2a), "{status}");
     assert!(
-        close(&status["luminance_cd_m2"], L2A * 1000.0 * REFLECTANCE),
+        close(&status["luminance_cd_m2"], l2a * 1000.0 * REFLECTANCE),
         "{status}"
     );
     assert!(
-        close(&status["duty"], L2A * 1000.0 * REFLECTANCE / FULL_CD_M2),
+        close(&status["duty"], l2a * 1000.0 * REFLECTANCE / FULL_CD_M2),
         "{status}"
     );
     assert_eq!(
