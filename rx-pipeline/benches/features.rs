@@ -8,7 +8,7 @@ use rx_pipeline::{
     features::Features,
     frame::Frame,
     likelihood::{Camera, MaximumLikelihood},
-    locate::{Locator, LocatorSettings},
+    locate::{Locator, LocatorMemory, LocatorSettings},
 };
 
 fn main() {
@@ -178,8 +178,9 @@ fn locate_full_hd(bencher: Bencher, with_panel: bool) {
     };
     let frame = Frame::new(&pixels, width, height).expect("as many pixels as the frame has");
     let locator = Locator::new(LocatorSettings::default()).expect("valid settings");
-    assert_eq!(locator.locate(&frame).is_ok(), with_panel);
-    bencher.bench_local(|| locator.locate(black_box(&frame)));
+    let mut memory = Box::new(LocatorMemory::<16384>::new());
+    assert_eq!(locator.locate(&frame, &mut memory).is_ok(), with_panel);
+    bencher.bench_local(|| locator.locate(black_box(&frame), &mut memory));
 }
 
 /// A panel of Gaussian spots, two in three of them On.

@@ -10,7 +10,8 @@
 //! | module | from | to |
 //! |---|---|---|
 //! | [`frame`] | bytes | a view of 8-bit grey pixels |
-//! | [`locate`] | a frame | the panel's four corner LEDs, to a fraction of a pixel |
+//! | [`locate`] | a frame, and earlier ones if there are | the panel's four corner LEDs, to a fraction of a pixel |
+//! | [`track`] | a panel that was read | where it will be in the next frame, or why it is lost |
 //! | [`corners`] | four points | a checked pose, and the homography it fixes |
 //! | [`cells`] | a pose | for each pixel its LED's cell and the direction to the LED: once for a pose |
 //! | [`features`] | a frame and the cells | AGR, GRI and NGR of each LED: for each frame |
@@ -29,8 +30,9 @@
 //! - **Single frames, or a panel whose place is known:** [`corners::Corners`], [`cells::CellMap`],
 //!   [`features::Features`] and [`detect::Detector`], as below.
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
-//! - **The locator** wants a plain background that is darker than LEDs that are Off. Where the place is known,
-//!   [`receiver::Receiver::place`] goes without it.
+//! - **The locator** finds a panel that stands out in one frame, and before clutter one that blinks in two or three: give it the
+//!   earlier frames ([`receiver::Receiver::with_history`]). Where the place is known, [`receiver::Receiver::place`] goes without it.
+//! - **How long does a stage take?** Ask with a [`profile::Profile`].
 //!
 //! ```
 //! use rx_pipeline::{cells::CellMap, corners::Corners, detect::Detector, features::Features, frame::Frame};
@@ -63,11 +65,19 @@ pub mod cells;
 pub mod corners;
 pub mod detect;
 pub mod features;
+mod fit;
 pub mod frame;
+mod history;
+mod lattice;
+mod light;
 pub mod likelihood;
 pub mod locate;
+pub mod profile;
+mod reader;
 pub mod receiver;
+mod spots;
 pub mod symbols;
+pub mod track;
 
 #[cfg(test)]
 mod synthetic;

@@ -1,37 +1,43 @@
-//! Where in the frame is a panel? A first locator, for a panel before a plain background.
+//! Where in the frame is a panel?
 //!
-//! 1. `background`: the commonest grey level and the spread around it.
-//! 2. `candidate`: the patches that are brighter. LEDs that are Off show too, as long as they reflect more than what is behind
-//!    them, so a patch is as large as the panel whatever it says.
-//! 3. `outline`: the rectangle of least area around a patch, up to 20° turned.
-//! 4. `lattice`: 64 Gaussian spots of free brightness on an affine lattice, fitted to the patch in linear light by least
-//!    squares, and moved by whole rows and columns to where the light is.
+//! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame at hand, places that have changed.
+//! 2. `blob`: how large is what stands out there?
+//! 3. `starts`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one convolution of the patch
+//!    (`patch`), so hundreds of poses can be asked; `search` climbs it.
+//! 4. `proof`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all four
+//!    sides where the pixels do, and show a pattern as random as a scrambled message. Else they say why not.
 //!
-//! It takes the sensor's gamma, and no more than a guess of the blur. Beyond it are: a background with structure of its own;
-//! LEDs that are no brighter than it when Off; strong perspective, since the lattice is affine; and spots wider than 3 px. Then it
-//! says why. What it may not notice is a lattice one row or column off: where noise hides the LEDs that are Off, and now and then where
-//! the pitch is less than 2.6 px (turned panels) or, with noise of some grey levels, 3.1 px.
+//! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
+//! frame what is behind the panel counts as noise: there the panel must stand out.
+//!
+//! The locator takes the sensor's gamma and a good guess of the blur. Beyond it are panels of more than 110 px, of strong perspective
+//! (the lattice is affine), and those that show no pattern, such as all On.
 
-mod background;
-mod candidate;
-mod lattice;
-mod light;
-mod outline;
+mod blob;
+mod evidence;
+mod patch;
+mod proof;
+mod search;
+mod starts;
+mod survey;
 
 use crate::corners::{Corners, CornersError};
 use crate::frame::Frame;
-use background::Background;
-use core::ops::RangeInclusive;
-use lattice::{Fit, Lattice};
-use light::{Light, Patch};
-use outline::Outline;
+use crate::lattice::Lattice;
+use crate::light::Light;
+use crate::profile::{Profile, Stage};
+use crate::spots::{Canvas, Spots};
+use blob::Blob;
+use proof::Proven;
+use starts::{Ground, View};
+use survey::{Candidate, Survey, Tiles};
 
 /// How the frames were made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocatorSettings {
     /// The exponent γ of the encoding, grey ∝ light^(1/γ): 1 to 4.
     pub gamma: f32,
-    /// Standard deviation of the blur in pixels, as a first guess: 0.3 to 4.
+    /// Standard deviation of the blur in pixels: 0.3 to 4.
     pub blur_sigma_px: f32,
 }
 
@@ -45,23 +51,46 @@ impl Default for LocatorSettings {
     }
 }
 
-/// Finds the panel in a frame.
-///
-/// The locator keeps tables of 2 kB; a search takes up to 160 kB of stack (`cargo test --release -p rx-pipeline stack`),
-/// most of it for the equations of 72 unknowns.
+/// Finds panels in frames.
 ///
 /// ```
-/// use rx_pipeline::{frame::Frame, locate::{LocateError, Locator, LocatorSettings}};
+/// use rx_pipeline::{frame::Frame, locate::{LocateError, Locator, LocatorMemory, LocatorSettings}};
 /// let locator = Locator::new(LocatorSettings::default())?;
+/// let mut memory = Box::new(LocatorMemory::<4096>::new());
 /// let plain = [118; 64 * 64];
-/// let nothing = locator.locate(&Frame::new(&plain, 64, 64)?);
-/// assert!(matches!(nothing, Err(LocateError::ContrastTooLow { background: 118, .. })));
+/// let nothing = locator.locate(&Frame::new(&plain, 64, 64)?, &mut memory);
+/// assert_eq!(nothing, Err(LocateError::NothingStandsOut));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Locator {
     light: Light,
     blur_sigma_px: f32,
+}
+
+/// Working memory of a search, for windows of up to `PIXELS` around a panel: 8 bytes a pixel and 128 kB. A search also takes up to 100 kB of
+/// stack.
+pub struct LocatorMemory<const PIXELS: usize> {
+    pub(crate) canvas: Canvas<PIXELS>,
+    busy: Tiles,
+    changed: Tiles,
+}
+
+impl<const PIXELS: usize> LocatorMemory<PIXELS> {
+    /// Memory that holds nothing.
+    pub const fn new() -> Self {
+        Self {
+            canvas: Canvas::new(),
+            busy: Tiles::new(),
+            changed: Tiles::new(),
+        }
+    }
+}
+
+impl<const PIXELS: usize> Default for LocatorMemory<PIXELS> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// A panel found.
@@ -71,8 +100,15 @@ pub struct Location {
     pub corners: Corners,
     /// Root mean square difference between the frame and the fitted spots, in grey levels.
     pub residual_grey: f32,
+    /// Standard deviation of the noise of a pixel, in grey levels.
+    pub noise_grey: f32,
+    /// Amplitude of all LEDs together over the noise of a pixel.
+    pub signal_to_noise: f32,
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
+    /// Whether it was found by its change from an earlier frame.
+    pub by_change: bool,
+    pub(crate) spots: Spots,
 }
 
 /// Why no panel was found.
@@ -87,50 +123,30 @@ pub enum LocateError {
         /// The blur asked for.
         blur_sigma_px: f32,
     },
-    /// Nothing is brighter than the background.
+    /// The frame is even but for its noise.
     #[error(
-        "no 3×3 pixels have a mean grey of {needed} or more before a background of {background}: raise the panel's \
-         luminance or the exposure"
+        "no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure"
     )]
-    ContrastTooLow {
-        /// The frame's commonest grey level.
-        background: u8,
-        /// The lowest mean of 3×3 pixels that is told from the background and its noise, in grey levels.
-        needed: f32,
-    },
-    /// Nothing bright has the size of a panel.
+    NothingStandsOut,
+    /// Nothing that stands out has the size of a panel.
     #[error(
-        "of {patches} bright patches none is between {} and {} px wide and high: move the camera, or crop the frame",
-        candidate::MIN_SIZE_PX,
-        candidate::MAX_SIZE_PX
+        "no candidate: of {places} places that stand out none is {} to {} px large; move the camera or crop the frame",
+        blob::SIDE_PX.start(),
+        blob::SIDE_PX.end()
     )]
     NoCandidate {
-        /// Bright patches seen.
-        patches: u32,
+        /// Places looked at.
+        places: usize,
     },
-    /// The patch is white throughout.
+    /// No lattice settles on what stands out.
     #[error(
-        "{percent} % of the panel's pixels are at grey 255, at most {MAX_SATURATED_PERCENT} % may be: expose less"
+        "the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view"
     )]
-    Saturated {
-        /// Share of the patch's pixels at 255, in percent.
-        percent: u8,
-    },
-    /// Every lattice tried has lost its shape on the way.
+    NoLattice,
+    /// No lattice of 8×8 spots looks like what stands out.
     #[error(
-        "no 8×8 lattice like that of a panel settles on the bright patch of {width} × {height} px: it may be no panel, or \
-         its background may not be plain"
-    )]
-    NoLattice {
-        /// The patch's columns, with a rim.
-        width: usize,
-        /// The patch's rows, with a rim.
-        height: usize,
-    },
-    /// No lattice of 8×8 spots looks like the patch.
-    #[error(
-        "the best 8×8 lattice differs from the frame by {residual_grey} grey levels (root mean square), {allowed_grey} \
-         would do: the bright patch may be no panel, or its background may not be plain"
+        "the grid does not fit: the best 8×8 lattice differs from the frame by {residual_grey:.1} grey levels (root mean square), \
+         {allowed_grey:.1} would do; what stands out is no panel, or clutter behind it shows through"
     )]
     GridDoesNotFit {
         /// Root mean square difference, in grey levels.
@@ -138,56 +154,110 @@ pub enum LocateError {
         /// The largest accepted here, in grey levels.
         allowed_grey: f32,
     },
+    /// The LEDs are lost in noise.
+    #[error(
+        "contrast too low: the LEDs have a signal-to-noise ratio of {signal_to_noise:.1}, {needed:.1} is needed; expose longer or brighter"
+    )]
+    ContrastTooLow {
+        /// That of all LEDs together, in amplitude.
+        signal_to_noise: f32,
+        /// The least that does.
+        needed: f32,
+    },
+    /// The panel is white throughout.
+    #[error(
+        "saturated: {percent} % of the panel's pixels are at grey 255, at most {MAX_SATURATED_PERCENT} % may be; expose less"
+    )]
+    Saturated {
+        /// Share of pixels at 255, in percent.
+        percent: u8,
+    },
+    /// Too few LEDs are On, or too many, or they form a picture.
+    #[error(
+        "no random pattern: {lit} LEDs are lit or have changed, {different} of 112 neighbours differ; a scrambled message shows about 32 and 56"
+    )]
+    NotRandom {
+        /// LEDs that are On, or that have changed.
+        lit: u32,
+        /// Neighbours in rows and columns that differ.
+        different: u32,
+    },
+    /// An outer row or column cannot be seen, so that the lattice may be one line off.
+    #[error(
+        "an edge is unseen: an outer line of LEDs has a signal-to-noise ratio of {signal_to_noise:.1}; the next frames may show it"
+    )]
+    EdgeUnseen {
+        /// In amplitude.
+        signal_to_noise: f32,
+    },
+    /// The pattern goes on beyond 8×8.
+    #[error("the grid goes on: {lit_around} of 36 places around the 8×8 lattice are lit like LEDs")]
+    GoesOn {
+        /// Places that are lit.
+        lit_around: u32,
+    },
     /// The spots that fit best are no LEDs.
     #[error(
-        "the best 8×8 lattice has spots of {spot_sigma_px} px (standard deviation) where the blur and the pitch make \
-         {expected_px}: the bright patch may be no panel, or the blur in the settings may be wrong"
+        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs under this blur {narrowest_px:.2} to \
+         {widest_px:.2}; check the blur in the settings"
     )]
     SpotsDoNotFit {
         /// The fitted spots' standard deviation.
         spot_sigma_px: f32,
-        /// That of discs half a pitch wide under the blur of the settings.
-        expected_px: f32,
+        /// The least possible.
+        narrowest_px: f32,
+        /// The most possible.
+        widest_px: f32,
+    },
+    /// The LEDs are too close together to be sure of anything.
+    #[error(
+        "the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens"
+    )]
+    TooSmall {
+        /// Distance of neighbouring LEDs.
+        pitch_px: f32,
+    },
+    /// The lattice is turned or stretched as no panel is.
+    #[error(
+        "the grid does not fit: it is {aspect:.2} times as wide as high and turned by {roll_deg:.0}°, beyond what is looked for"
+    )]
+    ImpossiblePose {
+        /// Pitch along rows over pitch along columns.
+        aspect: f32,
+        /// Turn of the rows in degrees.
+        roll_deg: f32,
     },
     /// The fitted lattice is no readable panel.
-    #[error("the lattice found is no panel: {0}")]
+    #[error("the grid found is no panel: {0}")]
     Corners(#[from] CornersError),
 }
 
-/// The share of white pixels from which a patch is not fitted, in percent: with fewer than half of them left there is less to fit
-/// than to guess.
-pub const MAX_SATURATED_PERCENT: u8 = 50;
+/// The share of white pixels from which a panel is not fitted, in percent.
+pub const MAX_SATURATED_PERCENT: u8 = 60;
 
-/// What the fit may leave unexplained: rounding in grey levels, noise against the background's, and a share of the
-/// patch's contrast (root mean square), since spots are not quite Gaussian.
-struct Tolerance {
-    rounding_grey: f32,
-    noise: f32,
-    contrast: f32,
+/// Places looked at in one frame, at most: changed ones, and busy ones.
+const CHANGED: usize = 4;
+const BUSY: usize = 12;
+/// An LED's radius is at least this many pixels in the range the locator is made for; and a pixel's own variance.
+const LED_SIGMA_PX: f32 = 0.6;
+const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
+/// Noise below this is rounding.
+const LEAST_NOISE_GREY: f32 = 0.3;
+
+/// A change with less signal to noise than this has to show from another earlier frame too: moving things may look like a panel once.
+const FAINT: f32 = 60.0;
+
+/// How much of a frame to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// All candidates.
+    Full,
+    /// The most striking candidates, and of the others one in each frame: pass a number that counts the frames.
+    Share(u64),
 }
 
-/// The fitted spots' size over that expected. LEDs are never exactly half a pitch wide, nor is the blur known exactly.
-const SPOT_RATIO: RangeInclusive<f32> = 0.6..=1.5;
-
-/// Beyond this the lattice is not accepted.
-const ACCEPTED: Tolerance = Tolerance {
-    rounding_grey: 1.0,
-    noise: 1.2,
-    contrast: 0.12,
-};
-/// Below this no other start of the fit can do better.
-const PERFECT: Tolerance = Tolerance {
-    rounding_grey: 0.33,
-    noise: 1.02,
-    contrast: 0.002,
-};
-
-impl Tolerance {
-    fn residual_grey(&self, background: &Background, patch: &Patch) -> f32 {
-        let spread = background.spread;
-        self.rounding_grey + self.noise * spread + self.contrast * patch.contrast_grey(spread)
-    }
-}
+/// Busy places looked at in every frame with [`Effort::Share`]; and one more, another each time.
+const ALWAYS: usize = 2;
 
 impl Locator {
     /// A locator for one camera.
@@ -211,274 +281,195 @@ impl Locator {
         })
     }
 
-    /// The panel in `frame`; where several patches could be one, the brightest that fits.
-    ///
-    /// # Errors
-    /// One variant of [`LocateError`] for each step that may fail, about the brightest patch.
-    pub fn locate(&self, frame: &Frame<'_>) -> Result<Location, LocateError> {
-        let background = Background::of(frame);
-        let threshold = background.threshold_of_nine();
-        let found = candidate::find(frame, threshold, background.level);
-        if found.patches == 0 {
-            return Err(LocateError::ContrastTooLow {
-                background: background.level,
-                needed: f32::from(threshold) / 9.0,
-            });
-        }
-        let mut first_failure = LocateError::NoCandidate {
-            patches: found.patches,
-        };
-        for (i, outline) in found.outlines.iter().enumerate() {
-            match self.fit(frame, outline, &background) {
-                Ok(location) => return Ok(location),
-                Err(failure) if i == 0 => first_failure = failure,
-                Err(_) => {}
-            }
-        }
-        Err(first_failure)
-    }
-
-    fn fit(
-        &self,
-        frame: &Frame<'_>,
-        outline: &Outline,
-        background: &Background,
-    ) -> Result<Location, LocateError> {
-        let window = outline.window(frame);
-        let patch = Patch::of(frame, window, background.level);
-        let percent = patch.saturated_percent();
-        if percent > MAX_SATURATED_PERCENT {
-            return Err(LocateError::Saturated { percent });
-        }
-        let allowed_grey = ACCEPTED.residual_grey(background, &patch);
-        let perfect_grey = PERFECT.residual_grey(background, &patch);
-        let fit =
-            |start: Lattice| lattice::fit(frame, window, &self.light, background.level, start);
-        let mut best = None;
-        for start in outline.starts(self.blur_sigma_px) {
-            best = better(best, fit(start));
-            if best
-                .as_ref()
-                .is_some_and(|best| best.residual_grey < perfect_grey)
-            {
-                break;
-            }
-        }
-        if let Some(Fit {
-            lattice,
-            residual_grey,
-        }) = best
-            && residual_grey >= perfect_grey
-        {
-            best = lattice.neighbours().map(fit).fold(best, better);
-        }
-        let (width, height) = window.size();
-        let Fit {
-            lattice,
-            residual_grey,
-        } = best.ok_or(LocateError::NoLattice { width, height })?;
-        if residual_grey > allowed_grey {
-            return Err(LocateError::GridDoesNotFit {
-                residual_grey,
-                allowed_grey,
-            });
-        }
-        let (spot_sigma_px, expected_px) =
-            (lattice.sigma, lattice.blurred(self.blur_sigma_px).sigma);
-        if !SPOT_RATIO.contains(&(spot_sigma_px / expected_px)) {
-            return Err(LocateError::SpotsDoNotFit {
-                spot_sigma_px,
-                expected_px,
-            });
-        }
-        Ok(Location {
-            corners: Corners::new(lattice.corners())?,
-            residual_grey,
-            spot_sigma_px: lattice.sigma,
-        })
-    }
-}
-
-/// The fit of smaller residual.
-fn better(one: Option<Fit>, other: Option<Fit>) -> Option<Fit> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(if other.residual_grey < one.residual_grey {
-            other
-        } else {
-            one
-        }),
-        (one, other) => one.or(other),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::synthetic::Scene;
-    use proptest::prelude::*;
-
-    fn locate(frame: &Frame<'_>) -> Result<Location, LocateError> {
-        Locator::new(LocatorSettings::default())
-            .unwrap()
-            .locate(frame)
-    }
-
-    /// The greatest distance between a corner found and the true one, in pixels.
-    fn error_px(found: &Location, scene: &Scene) -> f32 {
-        let pairs = found
-            .corners
-            .points()
-            .into_iter()
-            .zip(scene.corners().points());
-        pairs
-            .map(|([ax, ay], [bx, by])| libm::hypotf(ax - bx, ay - by))
-            .fold(0.0, f32::max)
-    }
-
-    #[test]
-    fn settings_no_camera_has_are_refused() {
-        for (gamma, blur_sigma_px) in [(0.5, 1.5), (f32::NAN, 1.5), (2.2, 0.0), (2.2, 9.0)] {
-            assert!(matches!(
-                Locator::new(LocatorSettings {
-                    gamma,
-                    blur_sigma_px
-                }),
-                Err(LocateError::Settings { .. })
-            ));
-        }
-    }
-
-    #[test]
-    fn a_white_patch_is_saturated() {
-        let mut pixels = [100; 100 * 100];
-        for row in pixels.chunks_mut(100).skip(30).take(40) {
-            row[30..70].fill(255);
-        }
-        let frame = Frame::new(&pixels, 100, 100).unwrap();
-        assert!(matches!(
-            locate(&frame),
-            Err(LocateError::Saturated { percent: 90..=100 })
-        ));
-    }
-
-    #[test]
-    fn a_lone_spot_is_no_candidate() {
-        let mut pixels = [100; 100 * 100];
-        for row in pixels.chunks_mut(100).skip(50).take(5) {
-            row[50..55].fill(180);
-        }
-        assert_eq!(
-            locate(&Frame::new(&pixels, 100, 100).unwrap()),
-            Err(LocateError::NoCandidate { patches: 1 })
-        );
-    }
-
-    #[test]
-    fn stripes_are_no_lattice() {
-        let mut pixels = [100; 100 * 100];
-        for row in pixels.chunks_mut(100).skip(30).take(40) {
-            for pixels in row[30..69].chunks_mut(3) {
-                pixels.copy_from_slice(&[240, 110, 110]);
-            }
-        }
-        let result = locate(&Frame::new(&pixels, 100, 100).unwrap());
-        assert!(
-            matches!(result, Err(LocateError::GridDoesNotFit { .. })),
-            "{result:?}"
-        );
-    }
-
-    #[test]
-    fn the_panel_is_found_anywhere_in_a_large_frame() {
-        let scene = Scene {
-            width: 1920,
-            height: 300,
-            centre: [1850.2, 51.7],
-            noise_grey: 1.0,
-            ..Scene::PLAIN
-        };
-        let found = locate(&scene.render().frame()).unwrap();
-        assert!(error_px(&found, &scene) < 0.2);
-    }
-
-    #[test]
-    fn a_search_fits_on_its_stack() {
-        let stack_bytes = if cfg!(debug_assertions) { 768 } else { 160 } * 1024;
-        let rendered = Scene::PLAIN.render();
-        let search = move || locate(&rendered.frame()).is_ok();
-        let thread = std::thread::Builder::new()
-            .stack_size(stack_bytes)
-            .spawn(search)
-            .unwrap();
-        assert!(thread.join().unwrap());
-    }
-
-    /// Panels of a pitch from `least_px` on, upright or turned. Turned ones of less than 2.6 px are now and then found a row off.
-    fn scene(least_px: f32) -> impl Strategy<Value = Scene> {
-        let bits =
-            any::<u64>().prop_filter("both states", |bits| (16..48).contains(&bits.count_ones()));
-        let turned = (least_px.max(2.6)..9.0, -15.0f32..15.0);
-        let upright = (least_px..9.0, Just(0.0));
-        let shape = (prop_oneof![upright, turned], 0.95f32..1.1, 0.33f32..0.67);
-        let light = (0.3f32..0.5, 0.3f32..3.0);
-        (bits, shape, light, 46.0f32..50.0, 46.0f32..50.0).prop_map(
-            |(bits, ((pitch_px, roll_deg), aspect, fill), (reflectance, l2a), x, y)| {
-                let off = reflectance / 0.18;
-                let light = [off, off * (1.0 + core::f32::consts::PI * l2a)];
-                Scene {
-                    bits,
-                    pitch_px,
-                    roll_deg,
-                    aspect,
-                    fill,
-                    light,
-                    centre: [x, y],
-                    ..Scene::PLAIN
-                }
-            },
+    /// Standard deviation of one LED's image before anything is known of it, in pixels.
+    pub(crate) fn spot_sigma_px(&self) -> f32 {
+        libm::sqrtf(
+            self.blur_sigma_px * self.blur_sigma_px + LED_SIGMA_PX * LED_SIGMA_PX + PIXEL_VARIANCE,
         )
     }
 
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(24))]
+    pub(crate) fn light(&self) -> &Light {
+        &self.light
+    }
 
-        #[test]
-        fn panels_before_a_plain_background_are_found(scene in scene(2.3)) {
-            let found = locate(&scene.render().frame()).unwrap();
-            prop_assert!(error_px(&found, &scene) < 0.2, "{}", error_px(&found, &scene));
-        }
+    /// The panel in a single frame that stands out most.
+    ///
+    /// # Errors
+    /// One variant of [`LocateError`] for each way to fail, about the most striking candidate.
+    pub fn locate<const N: usize>(
+        &self,
+        frame: &Frame<'_>,
+        memory: &mut LocatorMemory<N>,
+    ) -> Result<Location, LocateError> {
+        self.locate_among(frame, &[], &[], Effort::Full, memory, &mut ())
+    }
 
-        #[test]
-        fn noise_does_not_shift_the_lattice(scene in scene(4.0), noise_grey in 0.5f32..2.0) {
-            let scene = Scene { noise_grey, ..scene };
-            let found = locate(&scene.render().frame()).unwrap();
-            prop_assert!(error_px(&found, &scene) < 0.4 * scene.pitch_px, "{}", error_px(&found, &scene));
-        }
-
-        #[test]
-        fn no_frame_panics(
-            pixels in prop::collection::vec(prop_oneof![any::<u8>(), Just(0u8), Just(255u8)], 1..6000),
-            width in 1usize..100,
-        ) {
-            let height = pixels.len() / width;
-            if let Ok(frame) = Frame::new(&pixels, width, height)
-                && let Ok(location) = locate(&frame)
-            {
-                prop_assert!(location.residual_grey.is_finite());
+    /// The panel in `frame` that stands out most, by itself or by its change from the `earlier` frames (latest first), other than those
+    /// `known`. Earlier frames of another size are left out.
+    ///
+    /// # Errors
+    /// As [`Locator::locate`].
+    pub fn locate_among<const N: usize>(
+        &self,
+        frame: &Frame<'_>,
+        earlier: &[Frame<'_>],
+        known: &[Corners],
+        effort: Effort,
+        memory: &mut LocatorMemory<N>,
+        profile: &mut impl Profile,
+    ) -> Result<Location, LocateError> {
+        let same_size =
+            |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
+        let LocatorMemory {
+            canvas,
+            busy,
+            changed,
+        } = memory;
+        let survey = profile.timed(Stage::Survey, || {
+            Survey::<BUSY>::of(frame, earlier.iter().find(same_size), busy, changed)
+        });
+        let unknown =
+            |candidate: &&Candidate| known.iter().all(|corners| !near(corners, candidate.centre));
+        let mut attempt = Attempt {
+            locator: self,
+            canvas,
+            failure: None,
+            places: 0,
+        };
+        for candidate in survey.changed.iter().filter(unknown).take(CHANGED) {
+            let mut faint: Option<Location> = None;
+            for before in earlier.iter().filter(same_size) {
+                let view = self.view(
+                    frame,
+                    Some(before),
+                    survey.noise_of_change_grey,
+                    Ground::Around,
+                );
+                let Some(found) = profile.timed(Stage::Search, || attempt.at(candidate, view))
+                else {
+                    continue;
+                };
+                let confirmed = faint
+                    .is_some_and(|other| other.spots.lattice.is_close_to(&found.spots.lattice));
+                if found.signal_to_noise >= FAINT || confirmed {
+                    return Ok(found);
+                }
+                attempt.failure.get_or_insert(LocateError::ContrastTooLow {
+                    signal_to_noise: found.signal_to_noise,
+                    needed: FAINT,
+                });
+                faint = Some(found);
             }
         }
-
-        #[test]
-        fn no_rectangle_panics(x in 0usize..60, y in 0usize..60, width in 1usize..60, height in 1usize..60, grey: u8, back: u8) {
-            let mut pixels = [back; 3600];
-            for row in pixels.chunks_mut(60).skip(y).take(height) {
-                for pixel in row.iter_mut().skip(x).take(width) {
-                    *pixel = grey;
+        let chosen = |rank: usize| match effort {
+            Effort::Full => true,
+            Effort::Share(number) => {
+                rank < ALWAYS || rank == ALWAYS + (number % (BUSY - ALWAYS) as u64) as usize
+            }
+        };
+        let ranked = survey.busy.iter().filter(unknown).enumerate();
+        for (_, candidate) in ranked.filter(|&(rank, _)| chosen(rank)) {
+            for ground in [Ground::Around, Ground::Within] {
+                let view = self.view(frame, None, survey.noise_grey, ground);
+                if let Some(found) = profile.timed(Stage::Search, || attempt.at(candidate, view)) {
+                    return Ok(found);
                 }
             }
-            if let Ok(location) = locate(&Frame::new(&pixels, 60, 60).unwrap()) {
-                prop_assert!(location.residual_grey.is_finite());
+        }
+        let places = attempt.places;
+        Err(attempt.failure.unwrap_or(if places == 0 {
+            LocateError::NothingStandsOut
+        } else {
+            LocateError::NoCandidate { places }
+        }))
+    }
+
+    /// The likeliest pose, in `frame` alone, of a panel as large and turned as `expected` and not much further away than it is wide.
+    pub(crate) fn locate_near(
+        &self,
+        frame: &Frame<'_>,
+        expected: &Lattice,
+        spot_sigma_px: f32,
+    ) -> Option<Lattice> {
+        let view = View {
+            spot_sigma_px,
+            ..self.view(frame, None, 0.0, Ground::Around)
+        };
+        view.near(expected)
+    }
+
+    fn view<'a, 'f>(
+        &self,
+        frame: &'a Frame<'f>,
+        earlier: Option<&'a Frame<'f>>,
+        noise_grey: f32,
+        ground: Ground,
+    ) -> View<'a, 'f> {
+        View {
+            frame,
+            earlier,
+            noise_grey: noise_grey.max(LEAST_NOISE_GREY),
+            spot_sigma_px: self.spot_sigma_px(),
+            ground,
+        }
+    }
+}
+
+/// Whether a position is within a panel's outline or nearly so.
+fn near(corners: &Corners, [x, y]: [f32; 2]) -> bool {
+    let [column, row] = corners.homography().to_panel([x.into(), y.into()]);
+    let within = -3.0..=10.0;
+    within.contains(&column) && within.contains(&row)
+}
+
+/// A search under way, and why it has failed so far.
+struct Attempt<'a, const N: usize> {
+    locator: &'a Locator,
+    canvas: &'a mut Canvas<N>,
+    failure: Option<LocateError>,
+    places: usize,
+}
+
+impl<const N: usize> Attempt<'_, N> {
+    fn at(&mut self, candidate: &Candidate, view: View<'_, '_>) -> Option<Location> {
+        self.places += 1;
+        let mut failure = None;
+        let mut best: Option<Proven> = None;
+        for blob in Blob::around(candidate, view.frame, view.earlier) {
+            let mut tried = heapless::Vec::<_, { starts::STARTS }>::new();
+            for start in view.starts(&blob) {
+                let Some((lattice, brightness)) = view.sharpened(&blob, &start) else {
+                    continue;
+                };
+                if tried.iter().any(|other| lattice.is_close_to(other)) {
+                    continue;
+                }
+                let _full = tried.push(lattice);
+                let state = match view.earlier {
+                    Some(_) => starts::three_states(&brightness),
+                    None => starts::two_states(&brightness),
+                };
+                match proof::prove(self.canvas, &view, &self.locator.light, lattice, state) {
+                    Ok(proven) if proven.is_beyond_doubt() => return Some(proven.location(&view)),
+                    // What passes may still be the second best of all poses.
+                    Ok(proven)
+                        if best
+                            .as_ref()
+                            .is_none_or(|best| proven.residual_grey < best.residual_grey) =>
+                    {
+                        best = Some(proven);
+                    }
+                    Ok(_) => {}
+                    Err(why) => {
+                        failure.get_or_insert(why);
+                    }
+                }
+            }
+            if best.is_some() {
+                break;
             }
         }
+        self.failure = self.failure.or(failure);
+        best.map(|proven| proven.location(&view))
     }
 }

@@ -5,11 +5,15 @@ use core::borrow::BorrowMut;
 use crate::cells::{CellMap, CellsError};
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Method};
-use crate::features::{Features, FeaturesError};
+use crate::features::FeaturesError;
 use crate::frame::Frame;
+use crate::history::History;
 use crate::likelihood::MaximumLikelihood;
-use crate::locate::{LocateError, Locator, LocatorSettings};
-use crate::symbols::{Symbol, SymbolClock, SymbolRateError};
+use crate::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSettings};
+use crate::profile::Profile;
+use crate::reader::{Reader, Tools};
+use crate::symbols::SymbolRateError;
+use crate::track::TrackError;
 use link::framing::{Deframer, Event};
 
 /// What a receiver has to know of the link.
@@ -46,15 +50,16 @@ pub enum ReceiverError {
     SymbolRate(#[from] SymbolRateError),
 }
 
-/// The large parts of a receiver: the cells of panels of up to `PIXELS` (bounding box), their likelihood, and the message in
-/// progress.
+/// The large parts of a receiver: the cells of panels of up to `PIXELS` (bounding box), their likelihood, the locator's memory, and the message
+/// in progress.
 ///
-/// 22 bytes a pixel and about 70 kB: 430 kB for 128×128 pixels; the receiver itself takes 2.5 kB. [`ReceiverMemory::new`] is `const`, so that on a
+/// 30 bytes a pixel and about 200 kB: 690 kB for 128×128 pixels; the receiver itself takes 4 kB. [`ReceiverMemory::new`] is `const`, so that on a
 /// microcontroller this is a `static`, which the receiver borrows; on a computer it can be owned, boxed, or borrowed.
 pub struct ReceiverMemory<const PIXELS: usize> {
     map: CellMap<PIXELS>,
     likelihood: MaximumLikelihood<PIXELS>,
-    deframer: Deframer,
+    pub(crate) locator: LocatorMemory<PIXELS>,
+    pub(crate) deframer: Deframer,
 }
 
 impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
@@ -63,7 +68,24 @@ impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
         Self {
             map: CellMap::empty(),
             likelihood: MaximumLikelihood::blind(),
+            locator: LocatorMemory::new(),
             deframer: Deframer::new(),
+        }
+    }
+
+    /// Gets ready for a camera and a panel.
+    pub(crate) fn prepare(&mut self, settings: &ReceiverSettings) {
+        if let Method::MaximumLikelihood(camera) = settings.method {
+            self.likelihood.prepare(camera);
+        }
+    }
+
+    /// What a panel is read with.
+    pub(crate) fn tools(&mut self) -> Tools<'_, PIXELS> {
+        Tools {
+            map: &mut self.map,
+            canvas: &mut self.locator.canvas,
+            likelihood: &mut self.likelihood,
         }
     }
 }
@@ -99,6 +121,20 @@ pub enum Loss {
     /// The bits could not be told apart.
     #[error(transparent)]
     Detect(#[from] DetectError),
+    /// The panel that was followed is not seen; it is looked for where it should be.
+    #[error(
+        "coasting, frame {missed} of {} without the panel: {why}",
+        crate::track::PATIENCE_FRAMES
+    )]
+    Coasting {
+        /// Frames missed in a row, from 1.
+        missed: u32,
+        /// Why this one did not show it.
+        why: TrackError,
+    },
+    /// The panel that was followed is given up; from the next frame on it is looked for everywhere.
+    #[error("lost: {0}")]
+    Lost(TrackError),
 }
 
 /// What one frame brought.
@@ -112,66 +148,59 @@ pub struct Outcome<'a> {
     pub event: Event<'a>,
 }
 
-/// A reading less sure than this is doubtful.
-pub const STEADY_CONFIDENCE: f32 = 0.9;
-/// So is one whose On cells have less than this share of the gradient radial inwards that they used to have: it is greatest
-/// where the cells are centred on the LEDs.
-pub const STEADY_GRADIENT: f32 = 0.75;
-/// So many doubtful readings in a row make the receiver look for the panel anew.
-pub const PATIENCE_FRAMES: u32 = 4;
-/// The usual gradient is the mean over about this many steady readings.
-const MEMORY_FRAMES: f32 = 16.0;
-
-/// Frames to messages.
+/// Frames to messages, for one panel.
 ///
-/// It looks for the panel once and then reads it where it was. It looks again at once when a frame cannot be read
-/// there, and when [`PATIENCE_FRAMES`] readings in a row were doubtful (see [`STEADY_CONFIDENCE`], [`STEADY_GRADIENT`]); then it
-/// keeps whichever place has the greater gradient. It does not follow a panel that moves from frame to frame.
+/// It looks for the panel until it has found one, and follows it from then on: where it goes, as it grows, through short gaps. When it has lost it
+/// for [`crate::track::PATIENCE_FRAMES`] frames it looks for one anew. A frame it cannot read with the panel in its expected place gives no
+/// reading but a [`Loss`] that says why.
 ///
-/// `M` is where its [memory](ReceiverMemory) is: `ReceiverMemory` itself, `&mut ReceiverMemory`, or a `Box` of it.
+/// `M` is where its [memory](ReceiverMemory) is: `ReceiverMemory` itself, `&mut ReceiverMemory`, or a `Box` of it. `H` keeps the last frames
+/// while the panel is looked for, so that one that does not stand out is found by its blinking: anything that lends a slice of bytes, of
+/// twice a frame's pixels (one frame's does with less certainty). Without it, as with [`Receiver::new`], each frame is searched alone.
 ///
 /// ```
 /// use rx_pipeline::{frame::Frame, receiver::{Receiver, ReceiverMemory, ReceiverSettings}};
-/// let mut memory = ReceiverMemory::<4096>::new();
-/// let mut receiver = Receiver::new(ReceiverSettings::default(), &mut memory)?;
+/// let mut memory = Box::new(ReceiverMemory::<4096>::new());
+/// let mut receiver = Receiver::new(ReceiverSettings::default(), memory.as_mut())?;
 /// let outcome = receiver.frame(0, &Frame::new(&[118; 64 * 64], 64, 64)?);
 /// let loss = outcome.reading.unwrap_err();
-/// assert!(loss.to_string().starts_with("no 3×3 pixels have a mean grey of 119.5"));
+/// assert!(loss.to_string().starts_with("no candidate"));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Receiver<const PIXELS: usize, M> {
+pub struct Receiver<const PIXELS: usize, M, H = [u8; 0]> {
     locator: Locator,
-    method: Method,
-    clock: SymbolClock,
-    pose: Option<Pose>,
-    doubtful_frames: u32,
-    usual_gradient: f32,
+    reader: Reader,
+    history: History<H>,
     memory: M,
 }
 
-/// A panel's place in frames of one size.
-#[derive(Clone, Copy, PartialEq)]
-struct Pose {
-    corners: Corners,
-    frame_size: (usize, usize),
-}
-
 impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS, M> {
-    /// A receiver that has seen nothing.
+    /// A receiver that has seen nothing, and finds panels that stand out in single frames.
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
-    pub fn new(settings: ReceiverSettings, mut memory: M) -> Result<Self, ReceiverError> {
-        if let Method::MaximumLikelihood(camera) = settings.method {
-            memory.borrow_mut().likelihood.prepare(camera);
-        }
+    pub fn new(settings: ReceiverSettings, memory: M) -> Result<Self, ReceiverError> {
+        Self::with_history(settings, memory, [])
+    }
+}
+
+impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, H: BorrowMut<[u8]>>
+    Receiver<PIXELS, M, H>
+{
+    /// A receiver that has seen nothing, and finds panels by their blinking too, in frames of up to half as many pixels as `history` has bytes.
+    ///
+    /// # Errors
+    /// [`ReceiverError`] if a setting is out of its range.
+    pub fn with_history(
+        settings: ReceiverSettings,
+        mut memory: M,
+        history: H,
+    ) -> Result<Self, ReceiverError> {
+        memory.borrow_mut().prepare(&settings);
         Ok(Self {
             locator: Locator::new(settings.locator)?,
-            method: settings.method,
-            clock: SymbolClock::new(settings.symbols_per_frame)?,
-            pose: None,
-            doubtful_frames: 0,
-            usual_gradient: 0.0,
+            reader: Reader::new(&settings)?,
+            history: History::new(history),
             memory,
         })
     }
@@ -180,47 +209,55 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
     ///
     /// Messages carry as stamps the numbers of the frames that first showed their symbols.
     pub fn frame(&mut self, number: u64, frame: &Frame<'_>) -> Outcome<'_> {
-        let reading = self.read(frame);
-        let ended = reading.as_ref().ok().and_then(|reading| {
-            let detection = &reading.detection;
-            if detection.mixed {
-                self.clock.push_mixed(number, &detection.soft)
-            } else {
-                self.clock.push(number, &detection.soft)
-            }
+        self.frame_timed(number, frame, &mut ())
+    }
+
+    /// The same, with somebody who takes the time of each stage.
+    pub fn frame_timed(
+        &mut self,
+        number: u64,
+        frame: &Frame<'_>,
+        profile: &mut impl Profile,
+    ) -> Outcome<'_> {
+        let memory = self.memory.borrow_mut();
+        let followed =
+            self.reader
+                .follow(number, frame, &self.locator, &mut memory.tools(), profile);
+        let reading = followed.unwrap_or_else(|| {
+            let found = self.history.with_earlier(frame, |earlier| {
+                self.locator.locate_among(
+                    frame,
+                    earlier,
+                    &[],
+                    Effort::Share(number),
+                    &mut memory.locator,
+                    profile,
+                )
+            });
+            self.history.keep(frame);
+            found.map_err(Loss::from).and_then(|location| {
+                self.reader
+                    .begin(number, frame, &location, &mut memory.tools(), profile)
+            })
         });
-        let symbol = reading.as_ref().ok().and_then(|_| self.clock.current());
-        let event = self.deframe(ended);
-        Outcome {
-            reading,
-            symbol,
-            event,
+        if self.reader.is_following() {
+            self.history.forget();
         }
+        self.reader
+            .outcome(number, reading, &mut memory.deframer, profile)
     }
 
     /// Takes in the symbol that the last frames showed, of which [`Receiver::frame`] waits for the end.
     pub fn finish(&mut self) -> Event<'_> {
-        let ended = self.clock.flush();
-        self.deframe(ended)
+        self.reader.finish(&mut self.memory.borrow_mut().deframer)
     }
 
-    fn deframe(&mut self, ended: Option<Symbol>) -> Event<'_> {
-        match ended {
-            Some(symbol) => self.memory.borrow_mut().deframer.push(
-                symbol.index,
-                symbol.first_frame,
-                &symbol.panel,
-            ),
-            None => Event::Nothing,
-        }
-    }
-
-    /// Where the panel is taken to be.
+    /// Where the panel was last seen, while it is followed.
     pub fn corners(&self) -> Option<Corners> {
-        self.pose.map(|pose| pose.corners)
+        self.reader.corners()
     }
 
-    /// Reads the panel at `corners` from now on, in frames of `width` × `height`, until it can no longer be read there.
+    /// Reads the panel at `corners` from now on, in frames of `width` × `height`, until it is lost there.
     ///
     /// # Errors
     /// [`CellsError`] if its cells do not fit into the frame or the memory; then nothing changes but that the panel will be
@@ -231,90 +268,13 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
         width: usize,
         height: usize,
     ) -> Result<(), CellsError> {
-        (self.doubtful_frames, self.usual_gradient) = (0, 0.0);
-        self.settle(Pose {
+        let spot_sigma_px = self.locator.spot_sigma_px();
+        self.reader.place(
             corners,
-            frame_size: (width, height),
-        })
-    }
-
-    fn read(&mut self, frame: &Frame<'_>) -> Result<Reading, Loss> {
-        let frame_size = (frame.width(), frame.height());
-        let Some(pose) = self.pose.filter(|pose| pose.frame_size == frame_size) else {
-            return self.read_anew(frame);
-        };
-        let Ok((kept, gradient)) = self.read_here(frame, pose.corners) else {
-            return self.read_anew(frame);
-        };
-        let usual = self.usual_gradient;
-        if kept.detection.confidence >= STEADY_CONFIDENCE && gradient >= STEADY_GRADIENT * usual {
-            self.doubtful_frames = 0;
-            self.usual_gradient += (gradient - usual) / MEMORY_FRAMES;
-            return Ok(kept);
-        }
-        self.doubtful_frames += 1;
-        if self.doubtful_frames < PATIENCE_FRAMES {
-            return Ok(kept);
-        }
-        match self.read_anew(frame) {
-            // The usual gradient is that of the new place now.
-            Ok(anew) if self.usual_gradient > gradient => Ok(anew),
-            _ => {
-                self.settle(pose)?;
-                self.usual_gradient = gradient;
-                Ok(kept)
-            }
-        }
-    }
-
-    /// Looks for the panel and reads it.
-    fn read_anew(&mut self, frame: &Frame<'_>) -> Result<Reading, Loss> {
-        self.pose = None;
-        self.doubtful_frames = 0;
-        let corners = self.locator.locate(frame)?.corners;
-        self.settle(Pose {
-            corners,
-            frame_size: (frame.width(), frame.height()),
-        })?;
-        match self.read_here(frame, corners) {
-            Ok((reading, gradient)) => {
-                self.usual_gradient = gradient;
-                Ok(reading)
-            }
-            Err(loss) => {
-                self.pose = None;
-                Err(loss)
-            }
-        }
-    }
-
-    fn settle(&mut self, pose: Pose) -> Result<(), CellsError> {
-        self.pose = None;
-        let (width, height) = pose.frame_size;
-        self.memory
-            .borrow_mut()
-            .map
-            .build(&pose.corners, width, height)?;
-        self.pose = Some(pose);
-        Ok(())
-    }
-
-    /// Reads the panel in the cells that the memory holds; with the mean gradient radial inwards of the cells that are On.
-    fn read_here(&mut self, frame: &Frame<'_>, corners: Corners) -> Result<(Reading, f32), Loss> {
-        let memory = self.memory.borrow_mut();
-        let features = Features::measure(frame, &memory.map)?;
-        let detection = match &self.method {
-            Method::Features(detector) => detector.detect(&features)?,
-            Method::MaximumLikelihood(_) => memory.likelihood.detect(frame, &corners)?,
-        };
-        let on = features
-            .gri
-            .iter()
-            .enumerate()
-            .filter(|&(led, _)| detection.bits.led(led));
-        let gradient =
-            on.map(|(_, gri)| gri).sum::<f32>() / detection.bits.count_on().max(1) as f32;
-        Ok((Reading { corners, detection }, gradient))
+            (width, height),
+            spot_sigma_px,
+            &mut self.memory.borrow_mut().map,
+        )
     }
 }
 
@@ -322,6 +282,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Receiver<PIXELS,
 mod tests {
     use super::*;
     use crate::synthetic::Scene;
+    use crate::track::PATIENCE_FRAMES;
     use link::fec::Code;
     use link::framing::Framer;
     use link::panel::PanelFrame;
@@ -391,52 +352,168 @@ mod tests {
         assert_eq!(delivered.unwrap().0, MESSAGE);
     }
 
-    #[test]
-    fn the_panel_is_looked_for_again_where_it_went() {
-        let mut receiver = receiver(1.0);
-        let panels = panels(20);
-        let jump = |number: usize| {
-            if number < 10 {
-                [47.3, 48.6]
-            } else {
-                [40.0, 52.0]
-            }
-        };
+    /// Reads panels in the scenes that `scene` makes of them; how many were read, and none of them wrongly.
+    fn read(
+        receiver: &mut Receiver<4096, Box<ReceiverMemory<4096>>>,
+        frames: usize,
+        scene: impl Fn(usize) -> Scene,
+    ) -> usize {
+        let panels = panels(frames);
+        let mut read = 0;
         for (number, panel) in panels.iter().enumerate() {
-            let centre = jump(number);
             let scene = Scene {
                 bits: panel.bits(),
-                centre,
-                ..Scene::PLAIN
+                ..scene(number)
             };
-            let reading = receiver
+            if let Ok(reading) = receiver
                 .frame(number as u64, &scene.render().frame())
                 .reading
-                .unwrap();
-            if number < 10 || number >= 10 + PATIENCE_FRAMES as usize {
+            {
                 assert_eq!(reading.detection.bits, *panel, "frame {number}");
+                read += 1;
             }
+        }
+        read
+    }
+
+    #[test]
+    fn a_panel_that_drives_past_is_followed() {
+        // 14.5 px a frame: 20 m/s across at 50 m before a camera of 100 frames a second.
+        let across = |number: usize| Scene {
+            width: 640,
+            centre: [60.0 + 14.5 * number as f32, 48.0 + 0.3 * number as f32],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        assert!(read(&mut receiver(1.0), 35, across) >= 34);
+    }
+
+    #[test]
+    fn no_speed_is_mistaken_for_another_line() {
+        // About one, two and three pitches a frame.
+        for speed_px in [4.4, 8.9, 13.1] {
+            let across = |number: usize| Scene {
+                width: 400,
+                centre: [40.0 + speed_px * number as f32, 48.0],
+                ..Scene::PLAIN
+            };
+            assert!(
+                read(&mut receiver(1.0), 20, across) >= 18,
+                "{speed_px} px a frame"
+            );
         }
     }
 
     #[test]
-    fn frames_without_a_panel_say_why() {
+    fn a_jump_is_found_or_admitted() {
+        let jump = |number: usize| Scene {
+            centre: if number < 10 {
+                [47.3, 48.6]
+            } else {
+                [40.0, 52.0]
+            },
+            ..Scene::PLAIN
+        };
+        assert!(read(&mut receiver(1.0), 20, jump) >= 18);
+    }
+
+    #[test]
+    fn growth_and_exposure_changes_are_followed() {
+        let grow = |number: usize| {
+            let exposure = if number < 15 { 1.0 } else { 0.6 };
+            let light = Scene::PLAIN.light.map(|light| light * exposure);
+            Scene {
+                width: 128,
+                height: 128,
+                centre: [64.0, 63.0],
+                pitch_px: 4.4 * 1.01f32.powi(number as i32),
+                light,
+                noise_grey: 1.0,
+                ..Scene::PLAIN
+            }
+        };
+        assert!(read(&mut receiver(1.0), 40, grow) >= 38);
+    }
+
+    #[test]
+    fn a_short_occlusion_is_coasted_through_and_a_long_one_ends_openly() {
+        let mut receiver = receiver(1.0);
+        let plain = Frame::new(&[118; 96 * 96], 96, 96).unwrap();
+        let scene = Scene::PLAIN.render();
+        assert!(receiver.frame(0, &scene.frame()).reading.is_ok());
+        assert!(receiver.frame(1, &scene.frame()).reading.is_ok());
+        for missed in 1..=PATIENCE_FRAMES {
+            let loss = receiver
+                .frame(u64::from(missed) + 1, &plain)
+                .reading
+                .unwrap_err();
+            assert!(
+                matches!(loss, Loss::Coasting { missed: m, .. } if m == missed),
+                "{loss}"
+            );
+        }
+        let frame = u64::from(PATIENCE_FRAMES) + 2;
+        assert!(matches!(
+            receiver.frame(frame, &plain).reading,
+            Err(Loss::Lost(_))
+        ));
+        assert_eq!(receiver.corners(), None);
+        let nothing = receiver.frame(frame + 1, &plain).reading;
+        assert_eq!(nothing, Err(Loss::Locate(LocateError::NothingStandsOut)));
+        assert!(receiver.frame(frame + 2, &scene.frame()).reading.is_ok());
+    }
+
+    #[test]
+    fn blinking_gives_a_panel_away_that_does_not_stand_out() {
+        let settings = ReceiverSettings::default();
+        let mut receiver = Receiver::with_history(
+            settings,
+            Box::new(ReceiverMemory::<4096>::new()),
+            std::vec![0u8; 2 * 96 * 96],
+        )
+        .unwrap();
+        let clutter = |pixels: &mut [u8]| {
+            for (i, grey) in pixels.iter_mut().enumerate() {
+                let (x, y) = ((i % 96) as f32, (i / 96) as f32);
+                let wave = (x / 3.1).sin() * (y / 2.7).cos() + ((x + 2.0 * y) / 5.0).sin();
+                *grey = (f32::from(*grey) + 25.0 * wave).clamp(0.0, 255.0) as u8;
+            }
+        };
+        let mut found = None;
+        for (number, panel) in panels(4).iter().enumerate() {
+            let mut rendered = Scene {
+                bits: panel.bits(),
+                light: [1.2, 5.0],
+                noise_grey: 1.0,
+                ..Scene::PLAIN
+            }
+            .render();
+            clutter(&mut rendered.pixels);
+            found = found.or(receiver
+                .frame(number as u64, &rendered.frame())
+                .reading
+                .ok());
+        }
+        let [x, y] = found.unwrap().corners.centre_px();
+        assert!((x - 47.3).abs() < 0.3 && (y - 48.6).abs() < 0.3, "{x} {y}");
+    }
+
+    #[test]
+    fn frames_of_other_sizes_end_what_was_followed() {
         let mut receiver = receiver(1.0);
         let scene = Scene::PLAIN;
         assert!(receiver.frame(0, &scene.render().frame()).reading.is_ok());
-        let plain = Frame::new(&[118; 96 * 96], 96, 96).unwrap();
-        let loss = receiver.frame(1, &plain).reading.unwrap_err();
-        assert!(matches!(
-            loss,
-            Loss::Locate(LocateError::ContrastTooLow {
-                background: 118,
-                ..
-            })
-        ));
-        assert_eq!(receiver.corners(), None);
-        assert!(receiver.frame(2, &scene.render().frame()).reading.is_ok());
         let small = Frame::new(&[118; 16], 4, 4).unwrap();
-        assert!(receiver.frame(3, &small).reading.is_err());
+        assert_eq!(
+            receiver.frame(1, &small).reading,
+            Err(Loss::Locate(LocateError::NothingStandsOut))
+        );
+        assert_eq!(receiver.corners(), None);
+        let larger = Scene {
+            width: 128,
+            ..scene
+        };
+        assert!(receiver.frame(2, &larger.render().frame()).reading.is_ok());
     }
 
     #[test]
@@ -471,15 +548,17 @@ mod tests {
             let height = pixels.len() / width;
             if let Ok(frame) = Frame::new(&pixels, width, height) {
                 let reading = receiver.frame(number, &frame).reading;
-                prop_assert_eq!(reading.is_ok(), receiver.corners().is_some());
+                if reading.is_ok() {
+                    prop_assert!(receiver.corners().is_some());
+                }
             }
         }
     }
 
     #[test]
     fn the_memory_is_as_large_as_stated() {
-        assert!(size_of::<ReceiverMemory<16384>>() < 430_000);
-        assert!(size_of::<Receiver<16384, &mut ReceiverMemory<16384>>>() < 2_500);
+        assert!(size_of::<ReceiverMemory<16384>>() < 700_000);
+        assert!(size_of::<Receiver<16384, &mut ReceiverMemory<16384>>>() < 4_000);
     }
 
     #[test]

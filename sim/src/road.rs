@@ -124,7 +124,7 @@ pub struct Road {
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
-    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>>,
+    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, Vec<u8>>,
     true_corners: bool,
     symbols: Symbols,
     canvas: Canvas<f32>,
@@ -153,7 +153,8 @@ impl Road {
             Some(method) => method,
             None => trained(scene, settings)?,
         };
-        let receiver = Receiver::new(
+        let sensor = renderer.sensor();
+        let receiver = Receiver::with_history(
             ReceiverSettings {
                 locator: LocatorSettings {
                     gamma: scene.camera.gamma as f32,
@@ -167,9 +168,9 @@ impl Road {
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },
             Box::default(),
+            vec![0; 2 * sensor.width * sensor.height],
         )?;
         let canvas = Canvas::new(renderer.lit_region());
-        let sensor = renderer.sensor();
         Ok(Self {
             scene: scene.clone(),
             seed: settings.seed,

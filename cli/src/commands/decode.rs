@@ -8,7 +8,7 @@ use rx_pipeline::detect::{Detection, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Camera, Experience, MaximumLikelihood};
-use rx_pipeline::locate::{Locator, LocatorSettings};
+use rx_pipeline::locate::{Locator, LocatorMemory, LocatorSettings};
 use serde::Serialize;
 use sim::detectors::DetectorChoice;
 
@@ -20,6 +20,8 @@ use crate::pictures;
 const PANEL_PIXELS: usize = 512 * 512;
 /// The most pixels that the likelihood looks at; larger panels are binned.
 const LIKELIHOOD_PIXELS: usize = 128 * 128;
+/// The most pixels of a window that a panel is looked for in.
+const WINDOW_PIXELS: usize = 160 * 160;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -51,6 +53,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut decoder = Decoder {
         method: options::untrained(arguments.detector)?,
         locator: Locator::new(LocatorSettings::default())?,
+        window: Box::default(),
         map: Box::new(CellMap::empty()),
         likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
     };
@@ -102,6 +105,7 @@ fn corners(text: &str) -> Result<Corners, String> {
 struct Decoder {
     method: Method,
     locator: Locator,
+    window: Box<LocatorMemory<WINDOW_PIXELS>>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
 }
@@ -118,7 +122,7 @@ impl Decoder {
         let frame = Frame::new(image.as_raw(), width, height)?;
         let corners = match given {
             Some(corners) => corners,
-            None => match self.locator.locate(&frame) {
+            None => match self.locator.locate(&frame, &mut self.window) {
                 Ok(location) => location.corners,
                 Err(why) => return Ok(Err(why.to_string())),
             },

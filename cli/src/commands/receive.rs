@@ -15,7 +15,7 @@ use crate::output::{self, Answer, line};
 use crate::pictures;
 
 /// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 256 * 256;
+const PANEL_PIXELS: usize = 160 * 160;
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]

@@ -9,6 +9,7 @@ pub use panel::{BOARD_CORNERS, DEPTH_MIN_M, PITCH_MIN_PX, PanelView};
 pub use photograph::Photograph;
 
 use glam::DVec2;
+use image::GrayImage;
 
 use crate::air::Air;
 use crate::effects;
@@ -59,6 +60,15 @@ impl View {
     /// As [`View::new`].
     pub fn with_reflectances(scene: &Scene, range: Option<[f64; 2]>) -> Result<Self, ViewError> {
         Self::with_photograph(scene, range, Photograph::of(scene)?)
+    }
+
+    /// The same before a picture in memory in place of the background that the scene names.
+    ///
+    /// # Errors
+    /// As [`View::new`], and when the picture has no pixels or is black.
+    pub fn before(scene: &Scene, picture: &GrayImage) -> Result<Self, ViewError> {
+        let photograph = Photograph::new(picture, "the picture given", scene)?;
+        Self::with_photograph(scene, None, Some(photograph))
     }
 
     /// Works another scene out, taking the photograph over if both have the same.

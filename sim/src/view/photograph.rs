@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use image::GrayImage;
 use image::imageops::{FilterType, resize};
 
 use super::ViewError;
@@ -34,12 +35,24 @@ impl Photograph {
         let picture = image::open(path)
             .map_err(|error| fault(error.to_string()))?
             .into_luma8();
+        Self::new(&picture, path, scene).map(Some)
+    }
+
+    /// A picture of any size, scaled to the scene's sensor; `path` names it in errors.
+    ///
+    /// # Errors
+    /// When it has no pixels, or is black.
+    pub fn new(picture: &GrayImage, path: &str, scene: &Scene) -> Result<Self, ViewError> {
+        let fault = |why: &str| ViewError::Background {
+            path: path.into(),
+            why: why.into(),
+        };
         if picture.width() == 0 || picture.height() == 0 {
-            return Err(fault("it has no pixels".into()));
+            return Err(fault("it has no pixels"));
         }
         let size_px = [scene.camera.width_px, scene.camera.height_px];
         let [width, height] = size_px.map(|side| side as u32);
-        let fitted = resize(&picture, width, height, FilterType::Triangle).into_raw();
+        let fitted = resize(picture, width, height, FilterType::Triangle).into_raw();
         let gamma = scene.camera.gamma;
         let table: Vec<f64> = (0..256)
             .map(|level| grey::linear(f64::from(level), gamma))
@@ -47,7 +60,7 @@ impl Photograph {
         let linear = |&level: &u8| table[usize::from(level)];
         let mean = fitted.iter().map(linear).sum::<f64>() / fitted.len() as f64;
         if mean <= 0.0 {
-            return Err(fault("it is black all over".into()));
+            return Err(fault("it is black all over"));
         }
         let relative: Arc<[f32]> = fitted
             .iter()
@@ -57,13 +70,13 @@ impl Photograph {
             relative.iter().copied().fold(f32::INFINITY, f32::min),
             relative.iter().copied().fold(0.0, f32::max),
         ];
-        Ok(Some(Self {
+        Ok(Self {
             relative,
             range: range.map(f64::from),
-            path: path.clone(),
+            path: path.into(),
             size_px,
             gamma,
-        }))
+        })
     }
 
     /// Whether a scene shows this photograph in the same way.

@@ -1,0 +1,104 @@
+//! From a pose that is about right to the one that fits the pixels best (Levenberg 1944; Marquardt 1963).
+
+use crate::lattice::{Lattice, MIDDLE};
+use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
+use link::panel::{LEDS, SIDE};
+
+/// A model that has settled, and how it differs from the frame.
+pub(crate) struct Settled {
+    pub spots: Spots,
+    pub slope: Slope,
+}
+
+/// A step that improves the sum of squares by less than this share is the last one.
+const SETTLED: f32 = 3e-3;
+/// With so much damping no step leads anywhere.
+const STUCK: f32 = 50.0;
+
+/// Settles levels, states and shape together in at most `steps` steps; `None` where there is nothing to settle on.
+pub(crate) fn settle<const N: usize>(
+    canvas: &mut Canvas<N>,
+    scenery: Scenery<'_, '_>,
+    window: Window,
+    start: Spots,
+    steps: usize,
+) -> Option<Settled> {
+    let pair = scenery.earlier.is_some();
+    let mut spots = start;
+    let mut slope = canvas.compare(&spots, scenery, window)?;
+    for _ in 0..LEVELLING {
+        spots = spots.relevelled(&slope, pair)?;
+        slope = canvas.compare(&spots, scenery, window)?;
+    }
+    let mut damping = 0.05;
+    for _ in 0..steps {
+        let mut next = spots.reshaped(&slope, damping)?.relevelled(&slope, pair)?;
+        let switched = next.switch(&slope, if pair { -1 } else { 0 });
+        let after = canvas.compare(&next, scenery, window)?;
+        if after.squares < slope.squares {
+            let settled = switched == 0 && slope.squares - after.squares < SETTLED * slope.squares;
+            (spots, slope) = (next, after);
+            damping = (damping * 0.3).max(0.01);
+            if settled {
+                break;
+            }
+        } else {
+            damping = 4.0 * damping + 0.2;
+            if damping > STUCK {
+                break;
+            }
+        }
+    }
+    Some(Settled { spots, slope })
+}
+
+/// Steps in which only the levels settle, since nothing else can before.
+const LEVELLING: usize = 3;
+
+/// The same lattice counted from a neighbouring row or column.
+pub(crate) fn shifted(spots: &Spots, columns: i32, rows: i32) -> Spots {
+    let mut shifted = *spots;
+    shifted.lattice.centre = spots
+        .lattice
+        .position(MIDDLE + columns as f32, MIDDLE + rows as f32);
+    for led in 0..LEDS {
+        let (column, row) = ((led % SIDE) as i32 + columns, (led / SIDE) as i32 + rows);
+        let inside = 0..SIDE as i32;
+        let known = inside.contains(&column) && inside.contains(&row);
+        shifted.state[led] = if known {
+            spots.state[row as usize * SIDE + column as usize]
+        } else {
+            0
+        };
+    }
+    shifted
+}
+
+/// The pixels around a lattice, up to `rim` pitches beyond its outer LEDs; `None` if it is not in the frame.
+pub(crate) fn window(
+    lattice: &Lattice,
+    rim: f32,
+    (width, height): (usize, usize),
+) -> Option<Window> {
+    let far = (SIDE - 1) as f32 + rim;
+    let corners =
+        [[-rim, -rim], [far, -rim], [far, far], [-rim, far]].map(|[u, v]| lattice.position(u, v));
+    let ends = |axis: usize, limit: usize| {
+        let low = corners
+            .iter()
+            .fold(f32::INFINITY, |low, corner| low.min(corner[axis]));
+        let high = corners
+            .iter()
+            .fold(f32::NEG_INFINITY, |high, corner| high.max(corner[axis]));
+        let first = libm::floorf(low).max(0.0);
+        let last = libm::ceilf(high).min(limit as f32 - 1.0);
+        (last > first).then(|| (first as usize, (last - first) as usize + 1))
+    };
+    let ((x, width), (y, height)) = (ends(0, width)?, ends(1, height)?);
+    Some(Window {
+        x,
+        y,
+        width,
+        height,
+    })
+}

@@ -1,0 +1,200 @@
+//! How large is what stands out at a candidate's place?
+
+use super::survey::Candidate;
+use crate::frame::Frame;
+use heapless::Vec;
+
+/// Cells along one side of the neighbourhood looked at.
+const CELLS: usize = 48;
+/// Side of a cell in pixels.
+const CELL_PX: usize = 4;
+/// A cell belongs to the blob with this share of what the busiest cells have. Before clutter only a high share sets it apart; in a
+/// large panel only a low one joins its LEDs.
+const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
+/// How far from a candidate's place its busiest cell is looked for, in cells.
+const NEAR: usize = 4;
+/// By how much light spilling over and the smoothing of cells make a blob wider, in pixels.
+const SPILL_PX: f32 = 6.0;
+/// Sides of the smallest and of the largest panel looked for, in pixels.
+pub(super) const SIDE_PX: core::ops::RangeInclusive<f32> = 14.0..=110.0;
+/// A blob that is smaller by less than this factor is no other one.
+const DISTINCT: f32 = 1.25;
+
+/// A connected patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Blob {
+    /// Its centre of gravity in pixels.
+    pub centre: [f32; 2],
+    /// The side of a square as spread out as it is, in pixels.
+    pub side_px: f32,
+}
+
+type Cells = [[f32; CELLS]; CELLS];
+
+impl Blob {
+    /// The connected cells around `candidate` that have changed since `earlier`, or that are busy if there is no earlier frame, by
+    /// rising thresholds: the largest first.
+    pub fn around(
+        candidate: &Candidate,
+        frame: &Frame<'_>,
+        earlier: Option<&Frame<'_>>,
+    ) -> Vec<Self, 4> {
+        let half = (CELLS * CELL_PX / 2) as i32;
+        let origin = candidate.centre.map(|c| c as i32 - half);
+        let mut energy = [[0.0f32; CELLS]; CELLS];
+        for (j, row) in energy.iter_mut().enumerate() {
+            for (i, cell) in row.iter_mut().enumerate() {
+                let (x, y) = (
+                    origin[0] + (CELL_PX * i) as i32,
+                    origin[1] + (CELL_PX * j) as i32,
+                );
+                *cell = match earlier {
+                    Some(earlier) => changed(frame, earlier, x, y),
+                    None => busy(frame, x, y),
+                };
+            }
+        }
+        let energy = smoothed(&energy);
+        let noise = median(&energy);
+        let near = CELLS / 2 - NEAR..CELLS / 2 + NEAR;
+        let (mut peak, mut place) = (0.0, (0, 0));
+        for (j, row) in energy.iter().enumerate().filter(|(j, _)| near.contains(j)) {
+            for (i, &value) in row.iter().enumerate().filter(|(i, _)| near.contains(i)) {
+                if value > peak {
+                    (peak, place) = (value, (i, j));
+                }
+            }
+        }
+        let mut blobs: Vec<Self, 4> = Vec::new();
+        for share in SHARES {
+            let threshold = (noise + share * (peak - noise)).max(2.0 * noise);
+            if peak <= threshold {
+                break;
+            }
+            let blob = Self::of(&connected(&energy, threshold, place), origin);
+            let distinct = blobs
+                .iter()
+                .all(|other| other.side_px > DISTINCT * blob.side_px);
+            if blob.side_px <= *SIDE_PX.end() && distinct {
+                // One for each share at most, so there is room.
+                let _full = blobs.push(blob);
+            }
+        }
+        blobs
+    }
+
+    fn of(patch: &[u64; CELLS], origin: [i32; 2]) -> Self {
+        let (mut count, mut sum, mut squares) = (0.0, [0.0; 2], 0.0);
+        for (j, bits) in patch.iter().enumerate() {
+            for i in (0..CELLS).filter(|i| bits >> i & 1 == 1) {
+                count += 1.0;
+                for (sum, place) in sum.iter_mut().zip([i as f32, j as f32]) {
+                    *sum += place;
+                    squares += place * place;
+                }
+            }
+        }
+        let mean = sum.map(|sum| sum / f32::max(count, 1.0));
+        let variance = squares / f32::max(count, 1.0) - mean[0] * mean[0] - mean[1] * mean[1];
+        let middle = (CELL_PX - 1) as f32 / 2.0;
+        // An evenly filled square of side s has s²/12 along each axis, and so has the cell itself.
+        let side_px = CELL_PX as f32 * libm::sqrtf(6.0 * variance.max(0.0) + 1.0) - SPILL_PX;
+        Self {
+            centre: core::array::from_fn(|axis| {
+                origin[axis] as f32 + CELL_PX as f32 * mean[axis] + middle
+            }),
+            side_px: side_px.max(*SIDE_PX.start()),
+        }
+    }
+}
+
+/// Squared difference of a cell's means.
+fn changed(frame: &Frame<'_>, earlier: &Frame<'_>, x: i32, y: i32) -> f32 {
+    let difference = sum(frame, x, y) - sum(earlier, x, y);
+    (difference * difference) as f32 / 256.0
+}
+
+fn sum(frame: &Frame<'_>, x: i32, y: i32) -> i32 {
+    let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
+        return 0;
+    };
+    let rows = (y..y + CELL_PX).filter_map(|y| frame.row(y)?.get(x..x + CELL_PX));
+    rows.flatten().map(|&grey| i32::from(grey)).sum()
+}
+
+/// How far the first differences of a cell's pixels reach.
+const REACH: usize = 2;
+
+/// The lesser of the squared first differences over four pixels along both axes, of the grey levels' squares, which are about light.
+fn busy(frame: &Frame<'_>, x: i32, y: i32) -> f32 {
+    let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
+        return 0.0;
+    };
+    let (mut along, mut down) = (0, 0);
+    let light = |grey: u8| i32::from(grey) * i32::from(grey) / 256;
+    for y in y..y + CELL_PX {
+        let (Some(above), Some(here), Some(below)) = (
+            y.checked_sub(REACH).and_then(|y| frame.row(y)),
+            frame.row(y),
+            frame.row(y + REACH),
+        ) else {
+            continue;
+        };
+        for x in x.max(REACH)..(x + CELL_PX).min(frame.width().saturating_sub(REACH)) {
+            let across = light(here[x + REACH]) - light(here[x - REACH]);
+            let upright = light(below[x]) - light(above[x]);
+            along += across * across;
+            down += upright * upright;
+        }
+    }
+    along.min(down) as f32 / 16.0
+}
+
+/// Means over 3×3 cells.
+fn smoothed(cells: &Cells) -> Cells {
+    core::array::from_fn(|j| {
+        core::array::from_fn(|i| {
+            let near = |c: usize| c.saturating_sub(1)..(c + 2).min(CELLS);
+            near(j)
+                .map(|v| cells[v][near(i)].iter().sum::<f32>())
+                .sum::<f32>()
+                / 9.0
+        })
+    })
+}
+
+/// The median of every fourth cell.
+fn median(cells: &Cells) -> f32 {
+    let mut sample = [0.0; CELLS * CELLS / 4];
+    let from = cells
+        .iter()
+        .step_by(2)
+        .flat_map(|row| row.iter().step_by(2));
+    for (to, &from) in sample.iter_mut().zip(from) {
+        *to = from;
+    }
+    let middle = sample.len() / 2;
+    *sample.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// The cells above the threshold that are connected to that at (`x`, `y`), if need be across one that is not.
+fn connected(cells: &Cells, threshold: f32, (x, y): (usize, usize)) -> [u64; CELLS] {
+    let above = |row: &[f32; CELLS]| {
+        (0..CELLS).fold(0, |bits, i| bits | u64::from(row[i] > threshold) << i)
+    };
+    let bits = cells.each_ref().map(above);
+    let mut patch = [0u64; CELLS];
+    patch[y] = 1 << x & bits[y];
+    loop {
+        let before = patch;
+        for y in 0..CELLS {
+            let near = patch[y.saturating_sub(2)..(y + 3).min(CELLS)]
+                .iter()
+                .fold(0, |near, row| near | row);
+            patch[y] |= (near | near << 1 | near >> 1 | near << 2 | near >> 2) & bits[y];
+        }
+        if patch == before {
+            return patch;
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! A square of the frame around a candidate, coarsened so that a panel of any size is about equally large in it.
+
+use crate::frame::Frame;
+use crate::lattice::Lattice;
+
+/// Samples along one side.
+pub(super) const SIDE: usize = 64;
+
+/// A square of samples, each a mean of `step`×`step` pixels.
+#[derive(Clone)]
+pub(super) struct Patch {
+    /// Samples, row by row.
+    pub sample: [[f32; SIDE]; SIDE],
+    /// The frame's position of the first sample.
+    pub origin: [f32; 2],
+    /// Pixels from one sample to the next.
+    pub step: usize,
+}
+
+impl Patch {
+    /// The square around `centre` of `frame`, less that of `earlier` if there is one.
+    pub fn of(
+        frame: &Frame<'_>,
+        earlier: Option<&Frame<'_>>,
+        centre: [f32; 2],
+        step: usize,
+    ) -> Self {
+        let first = centre.map(|c| libm::roundf(c) as i32 - (SIDE * step / 2) as i32);
+        let mut sample = [[0.0; SIDE]; SIDE];
+        for (j, row) in sample.iter_mut().enumerate() {
+            let mut sums = [0i32; SIDE];
+            for y in 0..step {
+                let y = first[1] + (j * step + y) as i32;
+                add_row(frame, y, first[0], step, 1, &mut sums);
+                if let Some(earlier) = earlier {
+                    add_row(earlier, y, first[0], step, -1, &mut sums);
+                }
+            }
+            for (sample, sum) in row.iter_mut().zip(sums) {
+                *sample = sum as f32 / (step * step) as f32;
+            }
+        }
+        let middle = (step as f32 - 1.0) / 2.0;
+        Self {
+            sample,
+            origin: first.map(|c| c as f32 + middle),
+            step,
+        }
+    }
+
+    /// A position of the frame in samples.
+    pub fn to_samples(&self, [x, y]: [f32; 2]) -> [f32; 2] {
+        let step = self.step as f32;
+        [(x - self.origin[0]) / step, (y - self.origin[1]) / step]
+    }
+
+    /// A position in samples in the frame.
+    pub fn to_frame(&self, [x, y]: [f32; 2]) -> [f32; 2] {
+        let step = self.step as f32;
+        [self.origin[0] + x * step, self.origin[1] + y * step]
+    }
+
+    /// A lattice in samples in the frame.
+    pub fn to_frame_lattice(&self, lattice: &Lattice) -> Lattice {
+        let step = self.step as f32;
+        Lattice {
+            centre: self.to_frame(lattice.centre),
+            column: lattice.column.map(|c| c * step),
+            row: lattice.row.map(|c| c * step),
+        }
+    }
+
+    /// Takes off the median of the patch's rim.
+    pub fn level_around(&mut self) {
+        let mut rim = [0.0; 4 * SIDE];
+        for (i, four) in rim.chunks_exact_mut(4).enumerate() {
+            let rows = (self.sample[RIM][i], self.sample[SIDE - 1 - RIM][i]);
+            four.copy_from_slice(&[
+                rows.0,
+                rows.1,
+                self.sample[i][RIM],
+                self.sample[i][SIDE - 1 - RIM],
+            ]);
+        }
+        let level = *rim.select_nth_unstable_by(2 * SIDE, f32::total_cmp).1;
+        self.sample
+            .iter_mut()
+            .flatten()
+            .for_each(|sample| *sample -= level);
+    }
+
+    /// Takes off the level that a fifth of the middle `side` × `side` samples stays below; what is darker counts as no darker.
+    pub fn level_within(&mut self, side: usize) {
+        let side = side.clamp(4, SIDE);
+        let span = (SIDE - side) / 2..(SIDE + side) / 2;
+        let mut middle = [0.0; SIDE * SIDE];
+        let mut count = 0;
+        for row in &self.sample[span.clone()] {
+            for (to, &from) in middle[count..].iter_mut().zip(&row[span.clone()]) {
+                *to = from;
+            }
+            count += span.len();
+        }
+        let level = *middle[..count]
+            .select_nth_unstable_by(count / 5, f32::total_cmp)
+            .1;
+        self.sample
+            .iter_mut()
+            .flatten()
+            .for_each(|sample| *sample = (*sample - level).max(0.0));
+    }
+
+    /// Root mean square of the samples.
+    pub fn contrast(&self) -> f32 {
+        let squares: f32 = self
+            .sample
+            .iter()
+            .flatten()
+            .map(|sample| sample * sample)
+            .sum();
+        libm::sqrtf(squares / (SIDE * SIDE) as f32)
+    }
+
+    /// Convolved with a Gaussian of that standard deviation in samples, its integral `gain`; beyond the patch is nothing.
+    pub fn blurred(&self, sigma: f32, gain: f32) -> [[f32; SIDE]; SIDE] {
+        let reach = (libm::ceilf(3.0 * sigma) as usize).min(REACH);
+        let mut kernel: [f32; REACH + 1] =
+            core::array::from_fn(|i| libm::expf(-0.5 * (i * i) as f32 / (sigma * sigma)));
+        let sum = kernel[0] + 2.0 * kernel[1..=reach].iter().sum::<f32>();
+        let scale = libm::sqrtf(gain) / sum;
+        kernel.iter_mut().for_each(|weight| *weight *= scale);
+        let kernel = &kernel[..=reach];
+        let mut across = [[0.0; SIDE]; SIDE];
+        for (to, from) in across.iter_mut().zip(&self.sample) {
+            let mut padded = [0.0; SIDE + 2 * REACH];
+            padded[REACH..REACH + SIDE].copy_from_slice(from);
+            for (offset, &weight) in kernel.iter().enumerate() {
+                for i in 0..SIDE {
+                    to[i] += if offset == 0 {
+                        weight * padded[REACH + i]
+                    } else {
+                        weight * (padded[REACH + i - offset] + padded[REACH + i + offset])
+                    };
+                }
+            }
+        }
+        let mut both = [[0.0; SIDE]; SIDE];
+        for (j, to) in both.iter_mut().enumerate() {
+            for (offset, &weight) in kernel.iter().enumerate() {
+                let mut add = |from: Option<&[f32; SIDE]>| {
+                    if let Some(from) = from {
+                        for i in 0..SIDE {
+                            to[i] += weight * from[i];
+                        }
+                    }
+                };
+                add(across.get(j + offset));
+                if offset > 0 {
+                    add(j.checked_sub(offset).and_then(|j| across.get(j)));
+                }
+            }
+        }
+        both
+    }
+}
+
+/// How far the rim is from the patch's end: what is brought in from beyond the frame should not decide.
+const RIM: usize = 2;
+/// The widest reach of a blur in samples.
+const REACH: usize = 12;
+
+fn add_row(frame: &Frame<'_>, y: i32, x: i32, step: usize, sign: i32, sums: &mut [i32; SIDE]) {
+    let (width, height) = (frame.width() as i32, frame.height() as i32);
+    // Beyond its edges a frame goes on as it ends.
+    let Some(row) = frame.row(y.clamp(0, height - 1) as usize) else {
+        return;
+    };
+    if x >= 0 && x + (SIDE * step) as i32 <= width {
+        for (sum, pixels) in sums.iter_mut().zip(row[x as usize..].chunks(step)) {
+            *sum += sign * pixels.iter().map(|&grey| i32::from(grey)).sum::<i32>();
+        }
+    } else {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            for k in 0..step {
+                let x = (x + (i * step + k) as i32).clamp(0, width - 1);
+                *sum += sign * i32::from(row[x as usize]);
+            }
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! Is it a panel? A lattice fitted to the pixels has to prove that it is one, or says why it is not.
+
+use super::starts::View;
+use super::{LocateError, Location};
+use crate::corners::Corners;
+use crate::fit::{self, Settled};
+use crate::lattice::Lattice;
+use crate::light::Light;
+use crate::spots::{Canvas, Scenery, Spots};
+use core::ops::RangeInclusive;
+use link::panel::LEDS;
+
+/// What is left unexplained may be this much noise over the camera's own, beside a share of the signal: of the change between two frames, and
+/// of a single frame, where what stands behind the panel counts too but the noise is better known.
+const EXCUSED_NOISE: [f32; 2] = [1.2, 1.0];
+const EXCUSED_SIGNAL: [f32; 2] = [0.08, 0.06];
+/// Rounding and what else no camera is free of, in grey levels squared.
+const ROUNDING: f32 = 0.1;
+/// The squares explained, over a pixel's noise: LEDs seen this clearly are no accident. A single frame, which holds all the clutter, has to be
+/// clearer.
+const LEAST_EXPLAINED: [f32; 2] = [1000.0, 8000.0];
+/// The same for the dimmest outer line of LEDs: below, the lattice may as well be a line off.
+const LEAST_EDGE: f32 = 25.0;
+/// LEDs that are On, or have changed.
+const LIT: RangeInclusive<u32> = 8..=56;
+/// Neighbours in rows and columns that differ. In random bits 56 ± 5 of 112 do; in pictures, which are smooth, far fewer.
+const DIFFERENT: RangeInclusive<u32> = 40..=84;
+/// Places next to the lattice that look like LEDs: more belong to something that goes on.
+const LIT_AROUND: [u32; 2] = [2, 4];
+/// Off LEDs darker than the ground by more than this share of what On LEDs are brighter are none.
+const DARKEST_OFF: f32 = -0.3;
+/// Ratio of the pitches: seen from up to 40° aside.
+const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
+/// LEDs closer together than this run into each other under any blur that this locator is made for, and any smooth patch looks like them.
+const LEAST_PITCH_PX: f32 = 2.0;
+/// Cosine between rows and columns.
+const MOST_SHEAR: f32 = 0.15;
+/// Turned by no more than this: 23°.
+const MOST_ROLL_RAD: f32 = 0.4;
+/// A spot's standard deviation over that of the narrowest and widest LED under the blur of the settings.
+const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
+/// Room around the lattice in pitches: enough for two lines more, or for no more than the cells.
+const WIDE: f32 = 1.8;
+const NARROW: f32 = 0.6;
+/// A lattice one line off has to fit this much better to be taken for the right one.
+const CLEARLY_BETTER: f32 = 0.97;
+
+/// A lattice that has proved to be a panel.
+pub(super) struct Proven {
+    pub corners: Corners,
+    pub spots: Spots,
+    pub residual_grey: f32,
+    pub noise_grey: f32,
+    pub signal_to_noise: f32,
+}
+
+/// Residuals of this many times the noise leave nothing to be found.
+const BEYOND_DOUBT: f32 = 1.25;
+
+impl Proven {
+    /// Whether there is next to nothing but noise left.
+    pub fn is_beyond_doubt(&self) -> bool {
+        self.residual_grey < BEYOND_DOUBT * self.noise_grey
+    }
+
+    pub fn location(&self, view: &View<'_, '_>) -> Location {
+        Location {
+            corners: self.corners,
+            residual_grey: self.residual_grey,
+            noise_grey: self.noise_grey,
+            signal_to_noise: self.signal_to_noise,
+            spot_sigma_px: self.spots.sigma,
+            by_change: view.earlier.is_some(),
+            spots: self.spots,
+        }
+    }
+}
+
+/// Lets the lattice settle on the pixels and examines what comes out.
+pub(super) fn prove<const N: usize>(
+    canvas: &mut Canvas<N>,
+    view: &View<'_, '_>,
+    light: &Light,
+    lattice: Lattice,
+    state: [i8; LEDS],
+) -> Result<Proven, LocateError> {
+    let scenery = Scenery {
+        frame: view.frame,
+        earlier: view.earlier,
+        light,
+    };
+    let size = (view.frame.width(), view.frame.height());
+    let single = view.earlier.is_none();
+    let rim = if single { NARROW } else { WIDE };
+    let start = Spots {
+        lattice,
+        sigma: view.spot_sigma_px,
+        background: if single { light.of(u8::MAX / 2) } else { 0.0 },
+        off: 0.0,
+        step: 0.0,
+        state,
+    };
+    let no_lattice = LocateError::NoLattice;
+    let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
+    let mut settled = fit::settle(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
+    let noise = view.noise_grey * view.noise_grey + ROUNDING;
+    if settled.slope.squares < 0.5 * settled.slope.total {
+        let wide = fit::window(&settled.spots.lattice, WIDE, size).ok_or(no_lattice)?;
+        if let Some(moved) = moved(canvas, scenery, wide, &settled.spots, noise) {
+            let window = fit::window(&moved.lattice, rim, size).ok_or(no_lattice)?;
+            settled = fit::settle(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
+        }
+    }
+    let window = fit::window(&settled.spots.lattice, rim, size).ok_or(no_lattice)?;
+    let slope = canvas
+        .compare(&settled.spots, scenery, window)
+        .ok_or(no_lattice)?;
+    let settled = Settled { slope, ..settled };
+    // What stands still is gone from the difference of two frames: around the panel there is noise alone.
+    let around = if single {
+        None
+    } else {
+        canvas.noise_around(&settled.spots, window)
+    };
+    let noise = around.map_or(noise, |around| around.max(0.3 * noise));
+    let signal_to_noise = examine(&settled, noise, single, view.spot_sigma_px)?;
+    let lit_around = canvas.lit_around(&settled.spots, window);
+    if lit_around > LIT_AROUND[usize::from(single)] {
+        return Err(LocateError::GoesOn { lit_around });
+    }
+    Ok(Proven {
+        corners: Corners::new(settled.spots.lattice.corners())?,
+        residual_grey: settled.residual_grey(),
+        noise_grey: libm::sqrtf(noise),
+        signal_to_noise,
+        spots: settled.spots,
+    })
+}
+
+impl Settled {
+    fn residual_grey(&self) -> f32 {
+        libm::sqrtf(self.slope.squares / self.slope.pixels.max(1) as f32)
+    }
+}
+
+/// The lattice counted from another line, if that fits clearly better.
+fn moved<const N: usize>(
+    canvas: &mut Canvas<N>,
+    scenery: Scenery<'_, '_>,
+    window: crate::spots::Window,
+    spots: &Spots,
+    noise: f32,
+) -> Option<Spots> {
+    const STEPS: [(i32, i32); 8] = [
+        (-1, 0),
+        (1, 0),
+        (0, -1),
+        (0, 1),
+        (1, 1),
+        (-1, 1),
+        (1, -1),
+        (-1, -1),
+    ];
+    let here = fit::settle(canvas, scenery, window, *spots, 2)?;
+    let enough = CLEARLY_BETTER * here.slope.squares - 40.0 * noise;
+    STEPS.iter().find_map(|&(columns, rows)| {
+        let there = fit::settle(
+            canvas,
+            scenery,
+            window,
+            fit::shifted(&here.spots, columns, rows),
+            3,
+        )?;
+        (there.slope.squares < enough).then_some(there.spots)
+    })
+}
+
+fn examine(
+    settled: &Settled,
+    noise: f32,
+    single: bool,
+    spot_sigma_px: f32,
+) -> Result<f32, LocateError> {
+    let Settled { spots, slope } = settled;
+    let pixels = slope.pixels as f32;
+    let saturated_percent = (100.0 * (1.0 - pixels / slope.window_pixels.max(1) as f32)) as u8;
+    if saturated_percent > super::MAX_SATURATED_PERCENT {
+        return Err(LocateError::Saturated {
+            percent: saturated_percent,
+        });
+    }
+    let signal = (slope.total - noise * pixels).max(0.0);
+    let mode = usize::from(single);
+    let allowed = EXCUSED_NOISE[mode] * noise * pixels + EXCUSED_SIGNAL[mode] * signal;
+    if slope.squares.is_nan() || slope.squares > allowed {
+        return Err(LocateError::GridDoesNotFit {
+            residual_grey: settled.residual_grey(),
+            allowed_grey: libm::sqrtf(allowed / pixels.max(1.0)),
+        });
+    }
+    let explained = (slope.total - slope.squares) / noise;
+    if explained < LEAST_EXPLAINED[mode] {
+        return Err(LocateError::ContrastTooLow {
+            signal_to_noise: libm::sqrtf(explained.max(0.0)),
+            needed: libm::sqrtf(LEAST_EXPLAINED[mode]),
+        });
+    }
+    let pattern = spots
+        .state
+        .iter()
+        .enumerate()
+        .fold(0u64, |bits, (led, &state)| {
+            bits | u64::from(state != 0) << led
+        });
+    let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
+    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) {
+        return Err(LocateError::NotRandom { lit, different });
+    }
+    let edge = spots.dimmest_edge(slope) / noise;
+    if edge < LEAST_EDGE {
+        return Err(LocateError::EdgeUnseen {
+            signal_to_noise: libm::sqrtf(edge.max(0.0)),
+        });
+    }
+    if single && spots.off < DARKEST_OFF * spots.step {
+        return Err(LocateError::NoLattice);
+    }
+    let [across, down] = spots.lattice.pitch();
+    let lattice = &spots.lattice;
+    let shear =
+        (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
+    let roll = libm::atan2f(lattice.column[1], lattice.column[0]);
+    // The widest LEDs fill two thirds of their pitch; a disc's variance along an axis is a sixteenth of its diameter's square.
+    let disc = across.max(down) / 1.5 / 4.0;
+    let narrowest = SPOT_RATIO.0 * spot_sigma_px;
+    let widest = SPOT_RATIO.1 * libm::sqrtf(spot_sigma_px * spot_sigma_px + disc * disc);
+    let possible =
+        ASPECT.contains(&(across / down)) && shear.abs() < MOST_SHEAR && roll.abs() < MOST_ROLL_RAD;
+    if across.min(down) < LEAST_PITCH_PX {
+        return Err(LocateError::TooSmall {
+            pitch_px: across.min(down),
+        });
+    }
+    if !possible {
+        return Err(LocateError::ImpossiblePose {
+            aspect: across / down,
+            roll_deg: roll.to_degrees(),
+        });
+    }
+    if !(narrowest..=widest).contains(&spots.sigma) {
+        return Err(LocateError::SpotsDoNotFit {
+            spot_sigma_px: spots.sigma,
+            narrowest_px: narrowest,
+            widest_px: widest,
+        });
+    }
+    Ok(libm::sqrtf(explained))
+}
+
+/// Pairs of neighbours in rows and columns that differ.
+fn neighbours_that_differ(pattern: u64) -> u32 {
+    const NOT_LAST_COLUMN: u64 = 0x7f7f_7f7f_7f7f_7f7f;
+    let rows = (pattern ^ pattern >> 8) & (u64::MAX >> 8);
+    let columns = (pattern ^ pattern >> 1) & NOT_LAST_COLUMN;
+    rows.count_ones() + columns.count_ones()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_bits_differ_from_their_neighbours_half_of_the_time() {
+        assert_eq!(neighbours_that_differ(0), 0);
+        assert_eq!(neighbours_that_differ(u64::MAX), 0);
+        // A chessboard differs everywhere.
+        assert_eq!(neighbours_that_differ(0xaa55_aa55_aa55_aa55), 112);
+        assert!(DIFFERENT.contains(&neighbours_that_differ(0x9a3c_5e71_0f96_c3a5)));
+    }
+}

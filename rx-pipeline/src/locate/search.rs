@@ -1,0 +1,144 @@
+//! The pose of greatest evidence, from coarse to fine.
+
+use super::evidence::Evidence;
+use crate::lattice::Lattice;
+
+/// A pose in five numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose {
+    pub centre: [f32; 2],
+    /// Logarithm of the pitch along rows and along columns.
+    pub log_pitch: [f32; 2],
+    pub roll_rad: f32,
+}
+
+impl Pose {
+    pub fn lattice(&self) -> Lattice {
+        let [across, down] = self.log_pitch.map(libm::expf);
+        Lattice::turned(self.centre, across, down, self.roll_rad)
+    }
+
+    /// One of [`MOVES`], `step` in samples at the panel's edge.
+    fn moved(&self, kind: usize, step: f32) -> Self {
+        let mut moved = *self;
+        let [across, down] = self.log_pitch.map(libm::expf);
+        let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
+        let mut edge = |axis: usize, sign: f32| {
+            // One side goes out by a step, the other stays.
+            let (pitch, direction) = if axis == 0 {
+                (across, [cos, sin])
+            } else {
+                (down, [-sin, cos])
+            };
+            moved.log_pitch[axis] += step / (7.0 * pitch);
+            for (centre, direction) in moved.centre.iter_mut().zip(direction) {
+                *centre += 0.5 * sign * step * direction;
+            }
+        };
+        match kind {
+            0 | 1 => moved.centre[kind] += step,
+            2 => edge(0, 1.0),
+            3 => edge(0, -1.0),
+            4 => edge(1, 1.0),
+            5 => edge(1, -1.0),
+            6 => moved.roll_rad += step / (3.5 * across),
+            // All sides at once: a size wrong in both directions is the commonest fault.
+            _ => {
+                moved.log_pitch[0] += step / (3.5 * across);
+                moved.log_pitch[1] += step / (3.5 * down);
+            }
+        }
+        moved
+    }
+}
+
+/// Ways of moving a pose.
+const MOVES: usize = 8;
+
+/// Climbs from `start` in steps that shrink from `step` (in pitches) to a sixteenth of it.
+pub(super) fn climb(
+    evidence: &Evidence,
+    start: Pose,
+    step: f32,
+    rounds: usize,
+) -> Option<(f32, Pose)> {
+    let mut best = (evidence.of(&start.lattice())?, start);
+    let mut step = step;
+    for _ in 0..rounds {
+        let pitch = libm::expf(0.5 * (best.1.log_pitch[0] + best.1.log_pitch[1]));
+        let mut improved = false;
+        for kind in 0..MOVES {
+            for direction in [-1.0, 1.0] {
+                let moved = best.1.moved(kind, direction * step * pitch);
+                if let Some(value) = evidence.of(&moved.lattice())
+                    && value > best.0
+                {
+                    best = (value, moved);
+                    improved = true;
+                    break;
+                }
+            }
+        }
+        if !improved {
+            step *= 0.5;
+            if step < 0.02 {
+                break;
+            }
+        }
+    }
+    Some(best)
+}
+
+/// Climbs, and then from what a row or a column more, less or further on would be, as long as that leads higher.
+pub(super) fn explore(
+    evidence: &Evidence,
+    start: Pose,
+    step: f32,
+    rounds: usize,
+) -> Option<(f32, Pose)> {
+    let mut best = climb(evidence, start, step, rounds)?;
+    for _ in 0..4 {
+        let mut highest: Option<(f32, Pose)> = None;
+        for pose in neighbours(&best.1) {
+            if let Some(value) = evidence.of(&pose.lattice())
+                && highest.as_ref().is_none_or(|h| value > h.0)
+            {
+                highest = Some((value, pose));
+            }
+        }
+        let next = climb(evidence, highest?.1, step, rounds)?;
+        if next.0 <= best.0 + MARGIN {
+            break;
+        }
+        best = next;
+    }
+    Some(best)
+}
+
+/// Evidence that counts as more.
+const MARGIN: f32 = 1.0;
+
+/// The poses with one side or two sides a line further out or in.
+fn neighbours(pose: &Pose) -> impl Iterator<Item = Pose> {
+    let pitch = pose.log_pitch.map(libm::expf);
+    let pose = *pose;
+    // By how many lines the right, left, lower and upper side go right or down.
+    let sides = |code: i32| {
+        [
+            code % 3 - 1,
+            code / 3 % 3 - 1,
+            code / 9 % 3 - 1,
+            code / 27 - 1,
+        ]
+    };
+    (0..81)
+        .map(sides)
+        .filter(|s| (1..=2).contains(&s.iter().filter(|&&s| s != 0).count()))
+        .map(move |sides| {
+            // Kinds 2 to 5 move right, left, lower and upper side outwards.
+            sides.iter().enumerate().fold(pose, |pose, (i, &lines)| {
+                let outwards = if i % 2 == 0 { 1.0 } else { -1.0 };
+                pose.moved(2 + i, outwards * lines as f32 * pitch[i / 2])
+            })
+        })
+}

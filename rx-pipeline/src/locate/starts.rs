@@ -1,0 +1,224 @@
+//! Poses worth a closer look: the patch around a blob, coarsened so that no panel's LEDs are told apart in it. There the evidence is a
+//! smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
+
+use super::blob::Blob;
+use super::evidence::Evidence;
+use super::patch::{Patch, SIDE as SAMPLES};
+use super::search::{self, Pose};
+use crate::frame::Frame;
+use crate::lattice::Lattice;
+use heapless::Vec;
+use link::panel::LEDS;
+
+/// Hills climbed at most.
+pub(super) const STARTS: usize = 6;
+
+/// Side of a panel in the coarsened patch, in samples, at least.
+const COARSE_SIDE: f32 = 20.0;
+/// The spots of the coarsened patch are blurred to at least this, in pitches: LEDs run into each other.
+const COARSE_SIGMA: f32 = 0.55;
+/// Room around a panel in the fine patch.
+const FINE_ROOM: f32 = 1.3;
+/// Room around a panel where it is looked for again, and steps of 0.6 pitches to either side there.
+const NEAR_ROOM: f32 = 2.6;
+const NEAR_STEPS: i32 = 10;
+/// λ of [`Evidence`] over a spot's energy, as its square root.
+const RIDGE: f32 = 0.1;
+/// What the evidence counts as noise beside the camera's: the share of the patch's contrast that spots of equal width on an even ground cannot
+/// explain.
+const MISMATCH: f32 = 0.1;
+
+/// A view of a place in one frame, or in the difference of two.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a, 'f> {
+    pub frame: &'a Frame<'f>,
+    pub earlier: Option<&'a Frame<'f>>,
+    /// Standard deviation of a pixel's noise in one frame.
+    pub noise_grey: f32,
+    /// Standard deviation of one LED's image.
+    pub spot_sigma_px: f32,
+    /// The level between LEDs: that of what surrounds the blob, or of the darkest fifth of the blob itself.
+    pub ground: Ground,
+}
+
+/// Where the level that LEDs stand out from is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ground {
+    Around,
+    Within,
+}
+
+impl View<'_, '_> {
+    fn patch(&self, blob: &Blob, step: usize) -> Patch {
+        let mut patch = Patch::of(self.frame, self.earlier, blob.centre, step);
+        match self.ground {
+            _ if self.earlier.is_some() => {}
+            Ground::Around => patch.level_around(),
+            Ground::Within => patch.level_within((blob.side_px / step as f32) as usize),
+        }
+        patch
+    }
+
+    fn evidence(&self, patch: &Patch, sigma: f32) -> Evidence {
+        let step = patch.step as f32;
+        let frames = if self.earlier.is_some() {
+            core::f32::consts::SQRT_2
+        } else {
+            1.0
+        };
+        let noise = frames * self.noise_grey / step + MISMATCH * patch.contrast();
+        Evidence::new(patch, self.spot_sigma_px / step, sigma, noise, RIDGE)
+    }
+
+    /// Lattices in the frame's pixels, the likeliest first.
+    pub fn starts(&self, blob: &Blob) -> Vec<Lattice, STARTS> {
+        let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
+        let patch = self.patch(blob, step);
+        let pitch = blob.side_px / 8.0 / step as f32;
+        let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
+        let evidence = self.evidence(&patch, sigma);
+        let mut best = Ranking::default();
+        for pose in grid(patch.to_samples(blob.centre), pitch) {
+            best.offer(evidence.of(&pose.lattice()), pose);
+        }
+        let mut climbed = Ranking::default();
+        for (_, start) in &best.0 {
+            if let Some((value, pose)) = search::climb(&evidence, *start, 0.3, 25) {
+                climbed.offer(Some(value), pose);
+            }
+        }
+        climbed
+            .0
+            .iter()
+            .map(|(_, pose)| patch.to_frame_lattice(&pose.lattice()))
+            .collect()
+    }
+
+    /// The likeliest pose with the shape of `expected`, its centre up to about a panel's width from there.
+    pub fn near(&self, expected: &Lattice) -> Option<Lattice> {
+        let [across, down] = expected.pitch();
+        let blob = Blob {
+            centre: expected.centre,
+            side_px: 8.0 * across.max(down),
+        };
+        let step = (libm::ceilf(blob.side_px * NEAR_ROOM / SAMPLES as f32) as usize).max(1);
+        let patch = self.patch(&blob, step);
+        let pitch = across.max(down) / step as f32;
+        let evidence = self.evidence(
+            &patch,
+            (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch),
+        );
+        let pose = Pose {
+            centre: patch.to_samples(expected.centre),
+            log_pitch: [across, down].map(|pitch| libm::logf(pitch / step as f32)),
+            roll_rad: libm::atan2f(expected.column[1], expected.column[0]),
+        };
+        let mut best = Ranking::default();
+        for (x, y) in
+            (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y)))
+        {
+            let moved = [x, y].map(|c| c as f32 * 0.6 * pitch);
+            let pose = Pose {
+                centre: [pose.centre[0] + moved[0], pose.centre[1] + moved[1]],
+                ..pose
+            };
+            best.offer(evidence.of(&pose.lattice()), pose);
+        }
+        let (_, pose) = search::climb(&evidence, best.0.first()?.1, 0.3, 12)?;
+        let near = patch.to_frame_lattice(&pose.lattice());
+        let blob = Blob {
+            centre: near.centre,
+            ..blob
+        };
+        self.sharpened(&blob, &near).map(|(lattice, _)| lattice)
+    }
+
+    /// The pose near `start` by the frame's own resolution, and how bright its LEDs are.
+    pub fn sharpened(&self, blob: &Blob, start: &Lattice) -> Option<(Lattice, [f32; LEDS])> {
+        let step = (libm::ceilf(blob.side_px * FINE_ROOM / SAMPLES as f32) as usize).max(1);
+        let patch = self.patch(blob, step);
+        let evidence = self.evidence(&patch, self.spot_sigma_px / step as f32);
+        let pose = Pose {
+            centre: patch.to_samples(start.centre),
+            log_pitch: start.pitch().map(|pitch| libm::logf(pitch / step as f32)),
+            roll_rad: libm::atan2f(start.column[1], start.column[0]),
+        };
+        let (_, pose) = search::explore(&evidence, pose, 0.12, 40)?;
+        let lattice = pose.lattice();
+        let brightness = evidence.brightness(&lattice)?;
+        Some((patch.to_frame_lattice(&lattice), brightness))
+    }
+}
+
+/// Poses with their evidence, the best first.
+#[derive(Default)]
+struct Ranking(Vec<(f32, Pose), STARTS>);
+
+impl Ranking {
+    fn offer(&mut self, value: Option<f32>, pose: Pose) {
+        let Some(value) = value else { return };
+        let place = self
+            .0
+            .iter()
+            .position(|other| other.0 < value)
+            .unwrap_or(self.0.len());
+        if self.0.is_full() && place < self.0.len() {
+            self.0.pop();
+        }
+        // Fails only for the worst when the list is full.
+        let _worst = self.0.insert(place, (value, pose));
+    }
+}
+
+/// Poses around a centre: sizes to 15 %, turns to 16° and centres to 0.6 pitches, each as far apart as a hill is wide.
+fn grid(centre: [f32; 2], pitch: f32) -> impl Iterator<Item = Pose> {
+    const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
+    const ROLLS_RAD: [f32; 4] = [-0.21, -0.07, 0.07, 0.21];
+    const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
+    /// Halfway to how a panel looks from 30° aside.
+    const FORESHORTENING: f32 = 0.06;
+    let log_pitch = libm::logf(pitch);
+    SCALES.into_iter().flat_map(move |scale| {
+        ROLLS_RAD.into_iter().flat_map(move |roll_rad| {
+            SHIFTS.into_iter().flat_map(move |x| {
+                SHIFTS.map(move |y| Pose {
+                    centre: [centre[0] + x * pitch, centre[1] + y * pitch],
+                    log_pitch: [log_pitch + scale - FORESHORTENING, log_pitch + scale],
+                    roll_rad,
+                })
+            })
+        })
+    })
+}
+
+/// LEDs by brightness: 1 brighter and 0 darker than halfway between the two groups they fall into.
+pub(super) fn two_states(brightness: &[f32; LEDS]) -> [i8; LEDS] {
+    let mean = |of: &dyn Fn(f32) -> bool| {
+        let (sum, count) = brightness
+            .iter()
+            .filter(|&&b| of(b))
+            .fold((0.0, 0.0f32), |(sum, n), b| (sum + b, n + 1.0));
+        sum / count.max(1.0)
+    };
+    let mut middle = mean(&|_| true);
+    for _ in 0..ROUNDS {
+        middle = 0.5 * (mean(&|b| b > middle) + mean(&|b| b <= middle));
+    }
+    brightness.map(|b| i8::from(b > middle))
+}
+
+/// LEDs by how they changed: 1 or −1 by more than half of what those that did have changed on average, else 0.
+pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
+    let mut level = change.iter().fold(0.0f32, |most, c| most.max(c.abs()));
+    for _ in 0..ROUNDS {
+        let (sum, count) = change
+            .iter()
+            .filter(|c| c.abs() > 0.5 * level)
+            .fold((0.0, 0.0f32), |(sum, n), c| (sum + c.abs(), n + 1.0));
+        level = sum / count.max(1.0);
+    }
+    change.map(|c| i8::from(c > 0.5 * level) - i8::from(c < -0.5 * level))
+}
+
+/// Rounds in which 64 values in two groups settle.
+const ROUNDS: usize = 6;

@@ -1,0 +1,330 @@
+//! One pass over a frame: where is it busy, and where has it changed?
+//!
+//! The frame is taken in sums of 2×2 pixels. For each tile of 16×16 pixels the pass adds up
+//!
+//! - the second differences over 4 pixels, along rows and along columns: LEDs make both large, edges and stripes one of them;
+//! - the differences from an earlier frame, where there is one: before what stands still, only a panel's LEDs change.
+
+use crate::frame::Frame;
+use heapless::Vec;
+
+/// Tiles along one side of the frame, at most.
+const TILES: usize = 128;
+/// Side of a tile in frames of up to 2048 px.
+const TILE_PX: usize = 16;
+/// Sums of 2×2 pixels along a tile's side.
+const TILE_SUMS: usize = TILE_PX / 2;
+/// Sums of 2×2 pixels worked on together: four rows of them stay in the processor's nearest memory.
+const SEGMENT: usize = 256;
+/// Reach of the second difference in sums of 2×2 pixels.
+const LAG: usize = 2;
+
+/// What a place has beyond half of all tiles must be this share of theirs at least. The mean of a tile's 64 differences varies by a tenth.
+const STANDS_OUT: f32 = 0.25;
+
+/// A place worth looking at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Candidate {
+    /// About its centre, in pixels.
+    pub centre: [f32; 2],
+    /// Mean difference of 2×2 pixels' means there, in grey levels.
+    pub strength: f32,
+}
+
+/// What a pass found.
+pub(super) struct Survey<const N: usize> {
+    /// Most strikingly busy places first.
+    pub busy: Vec<Candidate, N>,
+    /// Most strikingly changed places first; empty without an earlier frame.
+    pub changed: Vec<Candidate, N>,
+    /// Standard deviation of the noise of one pixel, in grey levels.
+    pub noise_grey: f32,
+    /// The same by the change from the earlier frame.
+    pub noise_of_change_grey: f32,
+}
+
+/// A value for each tile.
+pub(super) struct Tiles([[u32; TILES]; TILES]);
+
+impl<const N: usize> Survey<N> {
+    /// Goes over `frame` and, if there is one, an `earlier` frame of the same size.
+    pub fn of(
+        frame: &Frame<'_>,
+        earlier: Option<&Frame<'_>>,
+        busy: &mut Tiles,
+        changed: &mut Tiles,
+    ) -> Self {
+        let scale = frame.width().max(frame.height()).div_ceil(TILE_PX * TILES);
+        let tiles = |length: usize| (length / 2).div_ceil(TILE_SUMS * scale).min(TILES);
+        let size = (tiles(frame.width()), tiles(frame.height()));
+        if size.0 == 0 || size.1 == 0 {
+            return Self {
+                busy: Vec::new(),
+                changed: Vec::new(),
+                noise_grey: 0.0,
+                noise_of_change_grey: 0.0,
+            };
+        }
+        busy.clear(size);
+        changed.clear(size);
+        let mut sums = Sums { busy, changed };
+        sums.add(frame, earlier, scale);
+        let tile_px = (TILE_PX * scale) as f32;
+        let per_sum = 1.0 / (4.0 * (TILE_SUMS * TILE_SUMS * scale * scale) as f32);
+        let (busy_floor, changed_floor) = (busy.median(size), changed.median(size));
+        Self {
+            busy: busy.peaks(size, busy_floor, tile_px, per_sum),
+            changed: if earlier.is_some() {
+                changed.peaks(size, changed_floor, tile_px, per_sum)
+            } else {
+                Vec::new()
+            },
+            noise_grey: noise(frame),
+            // Mean |a − b| of normal numbers is 2/√π·σ; a mean of four pixels has half the noise of one.
+            noise_of_change_grey: changed_floor as f32 * per_sum * 1.772,
+        }
+    }
+}
+
+/// The noise of a pixel, in grey levels: from the second differences along some rows, of which most are nothing but noise.
+fn noise(frame: &Frame<'_>) -> f32 {
+    /// The median of |x| of normal numbers, times the spread of a − 2b + c.
+    const MEDIAN: f32 = 0.6745 * 2.449_5;
+    let mut histogram = [0u32; 512];
+    let mut count = 0;
+    for row in frame.rows().step_by(16) {
+        for three in row.chunks_exact(3) {
+            let difference = 2 * i32::from(three[1]) - i32::from(three[0]) - i32::from(three[2]);
+            histogram[(difference.unsigned_abs() as usize).min(511)] += 1;
+            count += 1;
+        }
+    }
+    let half = count as f32 / 2.0;
+    let mut below = 0.0;
+    for (difference, &here) in histogram.iter().enumerate() {
+        let here = here as f32;
+        if here > 0.0 && below + here >= half {
+            return (difference as f32 - 0.5 + (half - below) / here).max(0.0) / MEDIAN;
+        }
+        below += here;
+    }
+    0.0
+}
+
+struct Sums<'a> {
+    busy: &'a mut Tiles,
+    changed: &'a mut Tiles,
+}
+
+/// One row of sums of 2×2 pixels of a segment, with [`LAG`] more on either side.
+type Row = [i16; SEGMENT + 2 * LAG];
+
+impl Sums<'_> {
+    fn add(&mut self, frame: &Frame<'_>, earlier: Option<&Frame<'_>>, scale: usize) {
+        let (columns, rows) = (frame.width() / 2, frame.height() / 2);
+        let mut start = 0;
+        while start < columns {
+            self.add_segment(
+                frame,
+                earlier,
+                start,
+                (columns - start).min(SEGMENT),
+                rows,
+                scale,
+            );
+            start += SEGMENT;
+        }
+    }
+
+    fn add_segment(
+        &mut self,
+        frame: &Frame<'_>,
+        earlier: Option<&Frame<'_>>,
+        start: usize,
+        length: usize,
+        rows: usize,
+        scale: usize,
+    ) {
+        let mut ring: [Row; 2 * LAG + 1] = [[0; SEGMENT + 2 * LAG]; 2 * LAG + 1];
+        let mut before: Row = [0; SEGMENT + 2 * LAG];
+        let (mut along, mut down, mut change) = ([0u16; SEGMENT], [0u16; SEGMENT], [0u16; SEGMENT]);
+        for y in 0..rows + LAG {
+            let newest = y % (2 * LAG + 1);
+            let source = y.min(rows - 1);
+            sum_row(frame, source, start, length, &mut ring[newest]);
+            if y >= LAG {
+                let middle = y - LAG;
+                let above = if middle >= LAG {
+                    &ring[(middle - LAG) % (2 * LAG + 1)]
+                } else {
+                    &ring[middle % (2 * LAG + 1)]
+                };
+                let (here, below) = (&ring[middle % (2 * LAG + 1)], &ring[newest]);
+                second_differences(above, here, below, &mut along, &mut down);
+                if let Some(earlier) = earlier {
+                    sum_row(earlier, middle, start, length, &mut before);
+                    differences(here, &before, &mut change);
+                }
+                if (middle + 1).is_multiple_of(TILE_SUMS) || middle + 1 == rows {
+                    let row = middle / TILE_SUMS / scale;
+                    for tile in 0..length.div_ceil(TILE_SUMS) {
+                        let span = TILE_SUMS * tile..(TILE_SUMS * (tile + 1)).min(length);
+                        let column = (start / TILE_SUMS + tile) / scale;
+                        let total = |sums: &[u16]| {
+                            sums[span.clone()]
+                                .iter()
+                                .map(|&s| u32::from(s))
+                                .sum::<u32>()
+                        };
+                        let (along, down, change) = (total(&along), total(&down), total(&change));
+                        if row < TILES && column < TILES {
+                            self.busy.0[row][column] += along.min(down);
+                            self.changed.0[row][column] += change;
+                        }
+                    }
+                    (along, down, change) = ([0; SEGMENT], [0; SEGMENT], [0; SEGMENT]);
+                }
+            }
+        }
+    }
+}
+
+/// Sums of 2×2 pixels; beyond the frame its last ones again.
+fn sum_row(frame: &Frame<'_>, y: usize, start: usize, length: usize, sums: &mut Row) {
+    let (Some(upper), Some(lower)) = (frame.row(2 * y), frame.row(2 * y + 1)) else {
+        return;
+    };
+    let last = frame.width() / 2;
+    let (from, to) = (start.saturating_sub(LAG), (start + length + LAG).min(last));
+    let pairs = upper[2 * from..2 * to]
+        .chunks_exact(2)
+        .zip(lower[2 * from..2 * to].chunks_exact(2));
+    let offset = LAG - (start - from);
+    for (sum, (u, l)) in sums[offset..].iter_mut().zip(pairs) {
+        *sum = i16::from(u[0]) + i16::from(u[1]) + i16::from(l[0]) + i16::from(l[1]);
+    }
+    let first = sums[offset];
+    sums[..offset].fill(first);
+    let end = offset + to - from;
+    let final_sum = sums[end - 1];
+    sums[end..].fill(final_sum);
+}
+
+fn second_differences(
+    above: &Row,
+    here: &Row,
+    below: &Row,
+    along: &mut [u16; SEGMENT],
+    down: &mut [u16; SEGMENT],
+) {
+    for i in 0..SEGMENT {
+        let twice = 2 * light(here[i + LAG]);
+        along[i] += (light(here[i]) + light(here[i + 2 * LAG]) - twice).unsigned_abs();
+        down[i] += (light(above[i + LAG]) + light(below[i + LAG]) - twice).unsigned_abs();
+    }
+}
+
+fn differences(here: &Row, before: &Row, change: &mut [u16; SEGMENT]) {
+    for i in 0..SEGMENT {
+        change[i] += (here[i + LAG] - before[i + LAG]).unsigned_abs();
+    }
+}
+
+impl Tiles {
+    pub const fn new() -> Self {
+        Self([[0; TILES]; TILES])
+    }
+
+    fn clear(&mut self, (columns, rows): (usize, usize)) {
+        self.0[..rows]
+            .iter_mut()
+            .for_each(|row| row[..columns].fill(0));
+    }
+
+    /// The value that half of the tiles stay below.
+    fn median(&self, (columns, rows): (usize, usize)) -> u32 {
+        // In steps of 1/64, from a histogram of the values' square-root-like logarithm.
+        let mut histogram = [0u32; 1024];
+        let class = |value: u32| -> usize {
+            let value = value | 1;
+            let exponent = value.ilog2();
+            let mantissa = if exponent >= 5 {
+                value >> (exponent - 5) & 31
+            } else {
+                value << (5 - exponent) & 31
+            };
+            (32 * exponent + mantissa) as usize
+        };
+        for row in &self.0[..rows] {
+            for &value in &row[..columns] {
+                histogram[class(value).min(1023)] += 1;
+            }
+        }
+        let half = (columns * rows) as u32 / 2;
+        let mut below = 0;
+        for (class, &count) in histogram.iter().enumerate() {
+            below += count;
+            if below > half {
+                let (exponent, mantissa) = (class as u32 / 32, class as u32 % 32);
+                return ((u64::from(32 + mantissa) << exponent) >> 5) as u32;
+            }
+        }
+        0
+    }
+
+    /// Local maxima of 2×2 tiles, the greatest first.
+    fn peaks<const N: usize>(
+        &self,
+        (columns, rows): (usize, usize),
+        floor: u32,
+        tile_px: f32,
+        per_sum: f32,
+    ) -> Vec<Candidate, N> {
+        let mut peaks: Vec<Candidate, N> = Vec::new();
+        let at = |x: usize, y: usize| self.0[y][x].saturating_sub(floor);
+        let square = |x: usize, y: usize| {
+            let (right, lower) = ((x + 1).min(columns - 1), (y + 1).min(rows - 1));
+            at(x, y) + at(right, y) + at(x, lower) + at(right, lower)
+        };
+        for y in 0..rows {
+            for x in 0..columns {
+                let value = square(x, y);
+                if value as f32 <= STANDS_OUT * 4.0 * floor as f32 {
+                    continue;
+                }
+                let strength = value as f32 * per_sum / 4.0;
+                if peaks.is_full() && peaks.last().is_some_and(|last| last.strength >= strength) {
+                    continue;
+                }
+                let near = |c: usize, limit: usize| c.saturating_sub(1)..(c + 2).min(limit);
+                let greatest = near(y, rows).all(|v| {
+                    near(x, columns).all(|u| {
+                        let other = square(u, v);
+                        other < value || (other == value && (v, u) >= (y, x))
+                    })
+                });
+                if !greatest {
+                    continue;
+                }
+                let centre = [
+                    (x + 1) as f32 * tile_px - 0.5,
+                    (y + 1) as f32 * tile_px - 0.5,
+                ];
+                let place = peaks
+                    .iter()
+                    .position(|other| other.strength < strength)
+                    .unwrap_or(peaks.len());
+                if peaks.is_full() {
+                    peaks.pop();
+                }
+                let _full = peaks.insert(place, Candidate { centre, strength });
+            }
+        }
+        peaks
+    }
+}
+
+/// About the light of a sum of grey levels, 0 to 1016: the square, for any gamma near 2.
+fn light(sum: i16) -> i16 {
+    ((i32::from(sum) * i32::from(sum)) >> 10) as i16
+}

@@ -1,0 +1,252 @@
+//! Following a panel from frame to frame.
+//!
+//! A track predicts where the panel will be (its lattice, and how fast that changes), the bits are read there, and the frame, compared
+//! with what those bits should look like, says how far off the prediction was. So a frame costs one look at the pixels of each spot. How well
+//! the comparison fits tells whether the panel is still there.
+
+use crate::corners::{Corners, CornersError};
+use crate::detect::DetectError;
+use crate::fit;
+use crate::lattice::Lattice;
+use crate::spots::{Canvas, Scenery, Spots};
+use link::panel::{LEDS, PanelFrame};
+
+/// So many frames in a row may be missed before the panel counts as lost: at 100 frames a second 0.12 s.
+pub const PATIENCE_FRAMES: u32 = 12;
+/// A frame fits without further question as long as it explains this share of what frames usually do.
+pub(crate) const SURELY_FITS: f32 = 0.85;
+/// One that straddles two symbols explains less. It counts if the likeliest place in it, looked for anew, is the expected one.
+pub(crate) const STILL_FITS: f32 = 0.5;
+/// What a frame has to explain before it is known what is usual.
+const LEAST_EXPLAINED: f32 = 0.25;
+/// The usual share is the mean over about this many frames.
+const MEMORY_FRAMES: f32 = 16.0;
+/// A prediction off by more than this share of a pitch may have led to wrong bits.
+const FARTHEST: f32 = 0.3;
+/// Of what a frame says the prediction was off by: so much is taken for the place, and so much for the speed.
+const PLACE_GAIN: f32 = 0.8;
+const SPEED_GAIN: f32 = 0.3;
+/// The same for the shape, which changes more slowly.
+const SHAPE_GAIN: f32 = 0.4;
+const GROWTH_GAIN: f32 = 0.05;
+/// Room around the lattice in pitches.
+const RIM: f32 = 0.6;
+/// Frames further apart say nothing of each other.
+const LONGEST_GAP_FRAMES: u64 = 25;
+
+/// Where a panel is, how it moves, and how bright it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Track {
+    spots: Spots,
+    /// Change of the lattice in a frame.
+    speed: Lattice,
+    speed_known: bool,
+    usual: Option<f32>,
+    last_seen: u64,
+    /// Whether the number of the frame last seen is not known.
+    any_number: bool,
+    missed: u32,
+    frame_size: (usize, usize),
+}
+
+/// Why a followed panel was not seen in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrackError {
+    /// The frame does not look like the panel in its place.
+    #[error(
+        "the panel is not where it should be: the grid explains {explained:.2} of the light there, {needed:.2} is needed"
+    )]
+    DoesNotFit {
+        /// Share of the variance that the fitted spots explain.
+        explained: f32,
+        /// The least that counts as the panel.
+        needed: f32,
+    },
+    /// The place where the panel should be has no bits to tell apart.
+    #[error("the panel is not where it should be: {0}")]
+    Unreadable(#[from] DetectError),
+    /// The panel moved otherwise than it used to.
+    #[error(
+        "the panel is {off_px:.1} px from where it was expected, too far to be sure of its bits"
+    )]
+    OffCourse {
+        /// Distance in pixels.
+        off_px: f32,
+    },
+    /// The panel has left the frame.
+    #[error("the panel has left the frame")]
+    OutOfFrame,
+    /// What was followed is no panel any more.
+    #[error("the panel's shape is lost: {0}")]
+    Corners(#[from] CornersError),
+}
+
+impl Track {
+    /// Follows the panel that was found in frame `number`.
+    pub fn new(spots: Spots, number: u64, frame_size: (usize, usize)) -> Self {
+        let speed = Lattice {
+            centre: [0.0; 2],
+            column: [0.0; 2],
+            row: [0.0; 2],
+        };
+        Self {
+            spots,
+            speed,
+            speed_known: false,
+            usual: None,
+            last_seen: number,
+            any_number: false,
+            missed: 0,
+            frame_size,
+        }
+    }
+
+    /// Follows a panel at rest in a given place, whatever the number of the next frame.
+    pub fn placed(spots: Spots, frame_size: (usize, usize)) -> Self {
+        Self {
+            speed_known: true,
+            any_number: true,
+            ..Self::new(spots, 0, frame_size)
+        }
+    }
+
+    /// Whether two frames have shown how the panel moves.
+    pub fn speed_known(&self) -> bool {
+        self.speed_known
+    }
+
+    /// Frames missed in a row.
+    pub fn missed(&self) -> u32 {
+        self.missed
+    }
+
+    /// Counts a frame that did not show the panel; whether to go on looking.
+    pub fn miss(&mut self) -> bool {
+        self.missed += 1;
+        self.missed <= PATIENCE_FRAMES
+    }
+
+    /// Whether the prediction holds for a frame of that size and number.
+    pub fn reaches(&self, number: u64, frame_size: (usize, usize)) -> bool {
+        let elapsed = number.checked_sub(self.last_seen);
+        frame_size == self.frame_size
+            && (self.any_number
+                || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed)))
+    }
+
+    /// The lattice expected in frame `number`.
+    pub fn predicted(&self, number: u64) -> Lattice {
+        let elapsed = number.saturating_sub(self.last_seen) as f32;
+        moved(&self.spots.lattice, &self.speed, [elapsed; 2])
+    }
+
+    /// Where the panel was last seen.
+    pub fn lattice(&self) -> &Lattice {
+        &self.spots.lattice
+    }
+
+    /// Standard deviation of one LED's image, in pixels.
+    pub fn spot_sigma_px(&self) -> f32 {
+        self.spots.sigma
+    }
+
+    /// Compares frame `number` with the panel showing `bits` on `lattice`, and corrects the track if that explains at least `share` of what
+    /// frames usually do.
+    pub fn corrected<const N: usize>(
+        &self,
+        number: u64,
+        scenery: Scenery<'_, '_>,
+        lattice: Lattice,
+        bits: PanelFrame,
+        share: f32,
+        canvas: &mut Canvas<N>,
+    ) -> Result<Self, TrackError> {
+        let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
+        let state = core::array::from_fn(|led| i8::from(led < LEDS && bits.led(led)));
+        let mut spots = Spots {
+            lattice,
+            state,
+            ..self.spots
+        };
+        let needed = self.usual.map_or(LEAST_EXPLAINED, |usual| share * usual);
+        let nothing = TrackError::DoesNotFit {
+            explained: 0.0,
+            needed,
+        };
+        let mut slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
+        // Where brightness or exposure has changed the levels have to follow first.
+        let mut explained = slope.explained();
+        for _ in 0..RELEVELLING {
+            if explained >= 0.9 * self.usual.unwrap_or(1.0) {
+                break;
+            }
+            spots = spots.relevelled(&slope, false).ok_or(nothing)?;
+            slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
+            explained = slope.explained();
+        }
+        if explained.is_nan() || explained < needed {
+            return Err(TrackError::DoesNotFit { explained, needed });
+        }
+        let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
+        let shaped = spots.reshaped(&slope, 0.05).ok_or(nothing)?;
+        let off = difference(&shaped.lattice, &lattice);
+        let off_px = libm::hypotf(off.centre[0], off.centre[1]);
+        if off_px.is_nan() || off_px > FARTHEST * lattice.pitch()[0] {
+            return Err(TrackError::OffCourse { off_px });
+        }
+        let seen = moved(&lattice, &off, [PLACE_GAIN, SHAPE_GAIN]);
+        Corners::new(seen.corners())?;
+        let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
+        let speed = if self.speed_known {
+            moved(
+                &self.speed,
+                &off,
+                [SPEED_GAIN / elapsed, GROWTH_GAIN / elapsed],
+            )
+        } else {
+            let whole = difference(&seen, &self.spots.lattice);
+            Lattice {
+                centre: whole.centre.map(|c| c / elapsed),
+                column: [0.0; 2],
+                row: [0.0; 2],
+            }
+        };
+        let usual = self.usual.map_or(explained, |usual| {
+            usual + (explained - usual) / MEMORY_FRAMES
+        });
+        let sigma = self.spots.sigma + SHAPE_GAIN * (shaped.sigma - self.spots.sigma);
+        let track = Self {
+            spots: Spots {
+                lattice: seen,
+                sigma,
+                ..levels
+            },
+            speed,
+            speed_known: true,
+            usual: Some(usual),
+            last_seen: number,
+            any_number: false,
+            missed: 0,
+            ..*self
+        };
+        Ok(track)
+    }
+}
+
+/// Rounds in which levels settle that are wrong by any factor.
+const RELEVELLING: usize = 3;
+
+/// `lattice` moved by the shares `[place, shape]` of `by`.
+fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {
+    let sum = |a: [f32; 2], b: [f32; 2], share: f32| [a[0] + share * b[0], a[1] + share * b[1]];
+    Lattice {
+        centre: sum(lattice.centre, by.centre, place),
+        column: sum(lattice.column, by.column, shape),
+        row: sum(lattice.row, by.row, shape),
+    }
+}
+
+fn difference(a: &Lattice, b: &Lattice) -> Lattice {
+    moved(a, b, [-1.0; 2])
+}
