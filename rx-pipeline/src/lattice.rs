@@ -72,9 +72,9 @@ impl Lattice {
         [self.column, self.row].map(|[x, y]| libm::hypotf(x, y))
     }
 
-    /// Whether no corner differs by as much as a third of a pitch.
+    /// Whether no corner differs by as much as 0.4 pitches.
     pub fn is_close_to(&self, other: &Self) -> bool {
-        let limit = self.pitch()[0] / 3.0;
+        let limit = 0.4 * self.pitch()[0];
         let pairs = self.corners().into_iter().zip(other.corners());
         pairs
             .into_iter()

@@ -1,10 +1,12 @@
 //! Grey levels as light, and how much of it a grey level leaves unknown.
 
-/// The light of each grey level, and the light that one grey level more makes.
+/// The light of each grey level, and how much a difference of light counts there.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
     light: [f32; 256],
-    slope: [f32; 256],
+    /// The square of the light that one grey level more makes.
+    slope_squared: [f32; 256],
+    weight: [f32; 256],
 }
 
 /// Darker pixels count as uncertain as one of this grey level: there the encoding is so steep that not the grey level but the sensor's own
@@ -15,12 +17,15 @@ impl Light {
     /// Light is 1 at grey 118, the level of a grey card.
     pub fn new(gamma: f32) -> Self {
         let light_of = |grey: f32| libm::powf(grey / 118.0, gamma);
+        let slope_squared = core::array::from_fn(|grey| {
+            let grey = grey.max(DARKEST) as f32;
+            let slope = light_of(grey + 0.5) - light_of(grey - 0.5);
+            slope * slope
+        });
         Self {
             light: core::array::from_fn(|grey| light_of(grey as f32)),
-            slope: core::array::from_fn(|grey| {
-                let grey = grey.max(DARKEST) as f32;
-                light_of(grey + 0.5) - light_of(grey - 0.5)
-            }),
+            weight: slope_squared.map(|square: f32| 1.0 / square),
+            slope_squared,
         }
     }
 
@@ -35,8 +40,7 @@ impl Light {
         if grey == u8::MAX && model >= light {
             return (model, 0.0);
         }
-        let slope = self.slope[usize::from(grey)];
-        (light, 1.0 / (slope * slope))
+        (light, self.weight[usize::from(grey)])
     }
 
     /// The same for the difference from an earlier frame's pixel.
@@ -46,8 +50,8 @@ impl Light {
         if (white_now && (white_then || model >= light)) || (white_then && model <= light) {
             return (model, 0.0);
         }
-        let [now, then] = [grey, earlier].map(|grey| self.slope[usize::from(grey)]);
-        (light, 1.0 / (now * now + then * then))
+        let [now, then] = [grey, earlier].map(|grey| self.slope_squared[usize::from(grey)]);
+        (light, 1.0 / (now + then))
     }
 }
 

@@ -74,6 +74,8 @@ pub struct LocatorMemory<const PIXELS: usize> {
     pub(crate) canvas: Canvas<PIXELS>,
     busy: Tiles,
     changed: Tiles,
+    /// Where the frame before showed a change too faint to be sure.
+    suspect: Option<Lattice>,
 }
 
 impl<const PIXELS: usize> LocatorMemory<PIXELS> {
@@ -83,6 +85,7 @@ impl<const PIXELS: usize> LocatorMemory<PIXELS> {
             canvas: Canvas::new(),
             busy: Tiles::new(),
             changed: Tiles::new(),
+            suspect: None,
         }
     }
 }
@@ -245,7 +248,7 @@ const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 const LEAST_NOISE_GREY: f32 = 0.3;
 
 /// A change with less signal to noise than this has to show from another earlier frame too: moving things may look like a panel once.
-const FAINT: f32 = 60.0;
+const FAINT: f32 = 55.0;
 
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -256,6 +259,18 @@ pub enum Effort {
     Share(u64),
 }
 
+impl Effort {
+    fn budget(self, share: u32) -> u32 {
+        match self {
+            Self::Full => u32::MAX,
+            Self::Share(_) => share,
+        }
+    }
+}
+
+/// Poses tried in one frame with [`Effort::Share`], of changed and of busy places.
+const CHANGED_BUDGET: u32 = 8;
+const BUSY_BUDGET: u32 = 3;
 /// Busy places looked at in every frame with [`Effort::Share`]; and one more, another each time.
 const ALWAYS: usize = 2;
 
@@ -324,7 +339,9 @@ impl Locator {
             canvas,
             busy,
             changed,
+            suspect,
         } = memory;
+        let suspected = suspect.take();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
@@ -335,9 +352,10 @@ impl Locator {
             canvas,
             failure: None,
             places: 0,
+            budget: effort.budget(CHANGED_BUDGET),
         };
         for candidate in survey.changed.iter().filter(unknown).take(CHANGED) {
-            let mut faint: Option<Location> = None;
+            let mut faint = suspected;
             for before in earlier.iter().filter(same_size) {
                 let view = self.view(
                     frame,
@@ -349,8 +367,8 @@ impl Locator {
                 else {
                     continue;
                 };
-                let confirmed = faint
-                    .is_some_and(|other| other.spots.lattice.is_close_to(&found.spots.lattice));
+                let here = found.spots.lattice;
+                let confirmed = faint.is_some_and(|other| here.is_close_to(&other));
                 if found.signal_to_noise >= FAINT || confirmed {
                     return Ok(found);
                 }
@@ -358,9 +376,11 @@ impl Locator {
                     signal_to_noise: found.signal_to_noise,
                     needed: FAINT,
                 });
-                faint = Some(found);
+                faint = Some(here);
+                *suspect = faint;
             }
         }
+        attempt.budget = effort.budget(BUSY_BUDGET);
         let chosen = |rank: usize| match effort {
             Effort::Full => true,
             Effort::Share(number) => {
@@ -428,16 +448,26 @@ struct Attempt<'a, const N: usize> {
     canvas: &'a mut Canvas<N>,
     failure: Option<LocateError>,
     places: usize,
+    /// Poses that may still be tried.
+    budget: u32,
 }
 
 impl<const N: usize> Attempt<'_, N> {
     fn at(&mut self, candidate: &Candidate, view: View<'_, '_>) -> Option<Location> {
         self.places += 1;
+        if self.budget == 0 {
+            return None;
+        }
         let mut failure = None;
         let mut best: Option<Proven> = None;
         for blob in Blob::around(candidate, view.frame, view.earlier) {
             let mut tried = heapless::Vec::<_, { starts::STARTS }>::new();
-            for start in view.starts(&blob) {
+            let hills = view.hills(&blob);
+            for start in hills.tops() {
+                if self.budget == 0 {
+                    break;
+                }
+                self.budget -= 1;
                 let Some((lattice, brightness)) = view.sharpened(&blob, &start) else {
                     continue;
                 };

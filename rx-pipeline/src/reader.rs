@@ -12,11 +12,37 @@ use crate::profile::{Profile, Stage};
 use crate::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSettings};
 use crate::spots::{Canvas, Scenery, Spots};
 use crate::symbols::{Symbol, SymbolClock};
-use crate::track::{STILL_FITS, SURELY_FITS, Track, TrackError};
+use crate::track::{Fit, Track, TrackError};
 use link::framing::{Deframer, Event};
 
-/// The cells of a pose serve poses whose corners differ by less than this, in pixels.
-const SAME_CELLS_PX: f32 = 0.02;
+/// The cells of a pose serve poses whose corners differ by less than this share of a pitch: noise alone
+/// moves them by less, and a cell's mean hardly notices.
+const SAME_CELLS: f32 = 0.03;
+
+/// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
+type Followed = (Track, Reading, f32);
+
+/// The attempt that explains clearly more; the first if neither does.
+fn better(
+    here: Result<Followed, Loss>,
+    elsewhere: Result<Followed, Loss>,
+) -> Result<Followed, Loss> {
+    match (here, elsewhere) {
+        (Ok(here), Ok(elsewhere))
+            if elsewhere.2 > here.2 + CLEARLY
+                || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) =>
+        {
+            Ok(elsewhere)
+        }
+        (Err(_), Ok(elsewhere)) => Ok(elsewhere),
+        (here, _) => here,
+    }
+}
+
+/// By so much more of the light a place has to explain to be taken for the panel's instead of the expected one; or it leaves but this share of
+/// what is left there.
+const CLEARLY: f32 = 0.05;
+const CLEARLY_LEFT: f32 = 0.6;
 
 /// The large parts that it takes to read a panel.
 pub(crate) struct Tools<'a, const N: usize> {
@@ -84,29 +110,23 @@ impl Reader {
             tools,
         };
         let expected = track.predicted(number);
+        let mut attempt = self.attempt(&track, expected, Fit::SURE, &mut at, profile);
         // As long as it is not known how the panel moves, its bits may look right a line off.
-        let unsure = Err(TrackError::OffCourse { off_px: 0.0 }.into());
-        let mut attempt = if track.speed_known() {
-            self.attempt(&track, expected, SURELY_FITS, &mut at, profile)
-        } else {
-            unsure
-        };
-        if let Err(loss) = attempt {
+        if attempt.is_err() || !track.speed_known() {
             let near = profile.timed(Stage::Search, || {
                 locator.locate_near(frame, &expected, track.spot_sigma_px())
             });
-            attempt = match near {
-                Some(near) if near.is_close_to(&expected) => {
-                    self.attempt(&track, expected, STILL_FITS, &mut at, profile)
+            attempt = match (near, attempt) {
+                (Some(near), attempt) if !near.is_close_to(&expected) => {
+                    let elsewhere = self.attempt(&track, near, Fit::ELSEWHERE, &mut at, profile);
+                    better(attempt, elsewhere)
                 }
-                Some(near) => self.attempt(&track, near, SURELY_FITS, &mut at, profile),
-                None => Err(loss),
+                (_, Ok(here)) => Ok(here),
+                (Some(_), Err(_)) => self.attempt(&track, expected, Fit::STILL, &mut at, profile),
+                (None, Err(loss)) => Err(loss),
             };
-            if attempt.is_err() && !track.speed_known() {
-                attempt = self.attempt(&track, expected, SURELY_FITS, &mut at, profile);
-            }
         }
-        let read = attempt.and_then(|(track, reading)| {
+        let read = attempt.and_then(|(track, reading, _)| {
             let reading = self.read_well(frame, track.lattice(), reading, tools, profile)?;
             Ok((track, reading))
         });
@@ -152,10 +172,10 @@ impl Reader {
         &mut self,
         track: &Track,
         lattice: Lattice,
-        share: f32,
+        fit: Fit,
         at: &mut Place<'_, '_, '_, N>,
         profile: &mut impl Profile,
-    ) -> Result<(Track, Reading), Loss> {
+    ) -> Result<Followed, Loss> {
         let reading = self
             .read(at.frame, &lattice, at.tools.map, profile)
             .map_err(|loss| match loss {
@@ -169,9 +189,10 @@ impl Reader {
             light: at.locator.light(),
         };
         let corrected = profile.timed(Stage::Follow, || {
-            track.corrected(at.number, scenery, lattice, bits, share, at.tools.canvas)
+            track.corrected(at.number, scenery, lattice, bits, fit, at.tools.canvas)
         });
-        Ok((corrected?, reading))
+        let (track, explained) = corrected?;
+        Ok((track, reading, explained))
     }
 
     /// Reads the panel fast: well enough to follow it.
@@ -281,11 +302,12 @@ fn deframe(deframer: &mut Deframer, ended: Option<Symbol>) -> Event<'_> {
 }
 
 fn are_close(a: &Corners, b: &Corners) -> bool {
-    a.points()
-        .iter()
+    let limit = SAME_CELLS * a.pitch_px();
+    let (a, b) = (a.points(), b.points());
+    a.iter()
         .flatten()
-        .zip(b.points().iter().flatten())
-        .all(|(a, b)| (a - b).abs() < SAME_CELLS_PX)
+        .zip(b.iter().flatten())
+        .all(|(a, b)| (a - b).abs() < limit)
 }
 
 impl From<TrackError> for Loss {

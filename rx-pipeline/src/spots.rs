@@ -12,8 +12,8 @@ use crate::light::Light;
 use link::panel::{LEDS, SIDE};
 use nalgebra::{SMatrix, SVector};
 
-/// Spots end here, in standard deviations: 1 % of their height is left.
-const REACH: f32 = 3.0;
+/// Spots end here, in standard deviations: 3 % of their height is left.
+const REACH: f32 = 2.65;
 /// Pixels along one side of a spot at most.
 const SPOT_PX: usize = 20;
 /// Limits of a spot's standard deviation, in pixels.
@@ -74,6 +74,20 @@ pub(crate) struct Slope {
 }
 
 impl Slope {
+    /// Adds a pixel of that light and weight to the sums; its weighted residual and its weight.
+    #[inline]
+    fn add(&mut self, (light, weight): (f32, f32), model: f32, background: f32) -> (f32, f32) {
+        let difference = light - model;
+        let weighted = weight * difference;
+        let step = light - background;
+        self.squares += weighted * difference;
+        self.total += weight * step * step;
+        self.pixels += u32::from(weight > 0.0);
+        self.background[0] += weighted;
+        self.background[1] += weight;
+        (weighted, weight)
+    }
+
     /// The share of the variance around the background that the model explains.
     pub fn explained(&self) -> f32 {
         1.0 - self.squares / self.total.max(f32::MIN_POSITIVE)
@@ -89,46 +103,120 @@ struct Moments {
     weight: f32,
 }
 
+/// One spot's heights along x and along y, within the window.
 struct Profile {
     start: [usize; 2],
-    length: [usize; 2],
-    value: [[f32; SPOT_PX]; 2],
-    offset: [f32; 2],
+    rows: usize,
+    /// Pixels along x, made up to a multiple of [`LANES`] by zeros.
+    padded: usize,
+    /// Along x: exp(−x²/2σ²), and that times x and x².
+    across: [[f32; SPOT_PX]; 3],
+    down: [f32; SPOT_PX],
+    first_y: f32,
+}
+
+/// Pixels reckoned with at once.
+const LANES: usize = 4;
+
+/// The values of a Gaussian from `offset` on: exp(−q·(o + i)²) by its ratios, exp(−q·(2o + 1))·exp(−2q)^i.
+fn bell(offset: f32, length: usize, sigma: f32) -> [f32; SPOT_PX] {
+    let q = 0.5 / (sigma * sigma);
+    let mut value = libm::expf(-q * offset * offset);
+    let mut ratio = libm::expf(-q * (2.0 * offset + 1.0));
+    let factor = libm::expf(-2.0 * q);
+    let mut values = [0.0; SPOT_PX];
+    for slot in values.iter_mut().take(length) {
+        *slot = value;
+        value *= ratio;
+        ratio *= factor;
+    }
+    values
 }
 
 impl Profile {
     /// The spot at `centre` (in the window's pixels), as far as it lies within.
     fn new(centre: [f32; 2], sigma: f32, window: Window) -> Option<Self> {
         let reach = REACH * sigma;
-        let end = [window.width, window.height];
-        let mut profile = Self {
-            start: [0; 2],
-            length: [0; 2],
-            value: [[0.0; SPOT_PX]; 2],
-            offset: [0.0; 2],
-        };
-        for axis in 0..2 {
+        let span = |axis: usize, end: usize| {
             let first = libm::ceilf(centre[axis] - reach).max(0.0);
-            let last = libm::floorf(centre[axis] + reach).min(end[axis] as f32 - 1.0);
-            if last.is_nan() || last < first {
-                return None;
-            }
-            profile.start[axis] = first as usize;
-            profile.length[axis] = ((last - first) as usize + 1).min(SPOT_PX);
-            profile.offset[axis] = first - centre[axis];
-            let q = 0.5 / (sigma * sigma);
-            let offset = profile.offset[axis];
-            // exp(−q·(o + i)²) by its ratios: exp(−q·(2o + 1))·exp(−2q)^i.
-            let mut value = libm::expf(-q * offset * offset);
-            let mut ratio = libm::expf(-q * (2.0 * offset + 1.0));
-            let factor = libm::expf(-2.0 * q);
-            for slot in &mut profile.value[axis][..profile.length[axis]] {
-                *slot = value;
-                value *= ratio;
-                ratio *= factor;
+            let last = libm::floorf(centre[axis] + reach).min(end as f32 - 1.0);
+            (last >= first).then(|| (first, ((last - first) as usize + 1).min(SPOT_PX)))
+        };
+        let ((x, columns), (y, rows)) = (span(0, window.width)?, span(1, window.height)?);
+        let (first_x, first_y) = (x - centre[0], y - centre[1]);
+        let plain = bell(first_x, columns, sigma);
+        let offset: [f32; SPOT_PX] = core::array::from_fn(|i| first_x + i as f32);
+        let once: [f32; SPOT_PX] = core::array::from_fn(|i| plain[i] * offset[i]);
+        let twice = core::array::from_fn(|i| once[i] * offset[i]);
+        Some(Self {
+            start: [x as usize, y as usize],
+            rows,
+            padded: columns.next_multiple_of(LANES),
+            across: [plain, once, twice],
+            down: bell(first_y, rows, sigma),
+            first_y,
+        })
+    }
+
+    /// Adds the spot to an image of rows of `width`.
+    fn add_to(&self, image: &mut [f32], width: usize, height: f32) {
+        for (j, &down) in self.down.iter().enumerate().take(self.rows) {
+            let start = (self.start[1] + j) * width + self.start[0];
+            let end = (start + self.padded).min(image.len());
+            let scale = height * down;
+            let row = image[start..end].chunks_mut(LANES);
+            for (to, across) in row.zip(self.across[0].chunks_exact(LANES)) {
+                for (to, &across) in to.iter_mut().zip(across) {
+                    *to += scale * across;
+                }
             }
         }
-        Some(profile)
+    }
+
+    /// Its sums with a weighted residual.
+    fn moments(&self, residual: &[f32], weight: &[f32], width: usize) -> Moments {
+        let mut sums = Moments::default();
+        for (j, &down) in self.down.iter().enumerate().take(self.rows) {
+            let start = (self.start[1] + j) * width + self.start[0];
+            let end = (start + self.padded).min(residual.len());
+            let dots = self.dots(&residual[start..end], &weight[start..end]);
+            let [height, along, wide, squares] = dots.map(|lanes| lanes.iter().sum::<f32>());
+            let dy = self.first_y + j as f32;
+            sums.height += down * height;
+            sums.along[0] += down * along;
+            sums.along[1] += down * dy * height;
+            sums.width += down * (wide + dy * dy * height);
+            sums.weight += down * down * squares;
+        }
+        sums
+    }
+
+    /// Lane by lane, the products of a row's residuals with the three profiles, and of its weights with the first one's square.
+    fn dots(&self, residual: &[f32], weight: &[f32]) -> [[f32; LANES]; 4] {
+        let mut dots = [[0.0; LANES]; 4];
+        let [plain, once, twice] = &self.across;
+        let rows = residual.chunks(LANES).zip(weight.chunks(LANES));
+        let profiles = plain
+            .chunks_exact(LANES)
+            .zip(once.chunks_exact(LANES))
+            .zip(twice.chunks_exact(LANES));
+        for ((residual, weight), ((plain, once), twice)) in rows.zip(profiles) {
+            let (mut r, mut w) = ([0.0; LANES], [0.0; LANES]);
+            match (residual.first_chunk(), weight.first_chunk()) {
+                (Some(residual), Some(weight)) => (r, w) = (*residual, *weight),
+                _ => {
+                    r[..residual.len()].copy_from_slice(residual);
+                    w[..weight.len()].copy_from_slice(weight);
+                }
+            }
+            for lane in 0..LANES {
+                dots[0][lane] += r[lane] * plain[lane];
+                dots[1][lane] += r[lane] * once[lane];
+                dots[2][lane] += r[lane] * twice[lane];
+                dots[3][lane] += w[lane] * plain[lane] * plain[lane];
+            }
+        }
+        dots
     }
 }
 
@@ -151,26 +239,16 @@ impl<const N: usize> Canvas<N> {
         let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
         residual.fill(spots.background);
         let origin = [window.x as f32, window.y as f32];
-        let place = |led: usize| {
+        let profiles: [Option<Profile>; LEDS] = core::array::from_fn(|led| {
             let [x, y] = spots
                 .lattice
                 .position((led % SIDE) as f32, (led / SIDE) as f32);
-            [x - origin[0], y - origin[1]]
-        };
-        for led in 0..LEDS {
-            let height = spots.off + spots.step * f32::from(spots.state[led]);
-            if height == 0.0 {
-                continue;
-            }
-            let Some(profile) = Profile::new(place(led), spots.sigma, window) else {
-                continue;
-            };
-            let across = &profile.value[0][..profile.length[0]];
-            for (j, &down) in profile.value[1][..profile.length[1]].iter().enumerate() {
-                let start = (profile.start[1] + j) * window.width + profile.start[0];
-                for (to, &a) in residual[start..].iter_mut().zip(across) {
-                    *to += height * down * a;
-                }
+            Profile::new([x - origin[0], y - origin[1]], spots.sigma, window)
+        });
+        for (led, profile) in profiles.iter().enumerate() {
+            let height = spots.amplitude(led);
+            if let (Some(profile), true) = (profile, height != 0.0) {
+                profile.add_to(residual, window.width, height);
             }
         }
         let mut slope = Slope {
@@ -195,29 +273,28 @@ impl<const N: usize> Canvas<N> {
                 None => None,
             };
             let span = y * window.width..(y + 1) * window.width;
-            let (residual, weight) = (&mut residual[span.clone()], &mut weight[span]);
-            for x in 0..window.width {
-                let model = residual[x];
-                let (light, w) = match earlier {
-                    None => scenery.light.single(row[x], model),
-                    Some(earlier) => scenery.light.pair(row[x], earlier[x], model),
-                };
-                let difference = light - model;
-                let weighted = w * difference;
-                slope.squares += weighted * difference;
-                slope.total += w * (light - spots.background) * (light - spots.background);
-                slope.pixels += u32::from(w > 0.0);
-                slope.background[0] += weighted;
-                slope.background[1] += w;
-                residual[x] = weighted;
-                weight[x] = w;
+            let pixels = residual[span.clone()].iter_mut().zip(&mut weight[span]);
+            match earlier {
+                None => {
+                    for ((residual, weight), &grey) in pixels.zip(row) {
+                        let seen = scenery.light.single(grey, *residual);
+                        (*residual, *weight) = slope.add(seen, *residual, spots.background);
+                    }
+                }
+                Some(earlier) => {
+                    for ((residual, weight), (&grey, &before)) in
+                        pixels.zip(row.iter().zip(earlier))
+                    {
+                        let seen = scenery.light.pair(grey, before, *residual);
+                        (*residual, *weight) = slope.add(seen, *residual, spots.background);
+                    }
+                }
             }
         }
-        for led in 0..LEDS {
-            let Some(profile) = Profile::new(place(led), spots.sigma, window) else {
-                continue;
-            };
-            slope.led[led] = moments(&profile, residual, weight, window.width);
+        for (moments, profile) in slope.led.iter_mut().zip(&profiles) {
+            if let Some(profile) = profile {
+                *moments = profile.moments(residual, weight, window.width);
+            }
         }
         Some(slope)
     }
@@ -268,7 +345,7 @@ impl<const N: usize> Canvas<N> {
                 ) else {
                     continue;
                 };
-                let sums = moments(&profile, residual, weight, window.width);
+                let sums = profile.moments(residual, weight, window.width);
                 lit += u32::from(
                     sums.height.abs() > 0.5 * spots.step.abs() * sums.weight && sums.weight > 0.0,
                 );
@@ -276,34 +353,6 @@ impl<const N: usize> Canvas<N> {
         }
         lit
     }
-}
-
-fn moments(profile: &Profile, residual: &[f32], weight: &[f32], width: usize) -> Moments {
-    let mut sums = Moments::default();
-    let across = &profile.value[0][..profile.length[0]];
-    for (j, &down) in profile.value[1][..profile.length[1]].iter().enumerate() {
-        let start = (profile.start[1] + j) * width + profile.start[0];
-        let (residual, weight) = (
-            &residual[start..][..across.len()],
-            &weight[start..][..across.len()],
-        );
-        let (mut height, mut along, mut wide, mut squares) = (0.0, 0.0, 0.0, 0.0);
-        for (i, &a) in across.iter().enumerate() {
-            let dx = profile.offset[0] + i as f32;
-            let r = residual[i] * a;
-            height += r;
-            along += r * dx;
-            wide += r * dx * dx;
-            squares += weight[i] * a * a;
-        }
-        let dy = profile.offset[1] + j as f32;
-        sums.height += down * height;
-        sums.along[0] += down * along;
-        sums.along[1] += down * dy * height;
-        sums.width += down * (wide + dy * dy * height);
-        sums.weight += down * down * squares;
-    }
-    sums
 }
 
 /// Shape unknowns: centre, column step, row step, logarithm of the width.
@@ -365,15 +414,17 @@ impl Spots {
         let area = 2.0; // ∫g / ∫g² of a Gaussian
         normal[(0, 0)] = slope.background[1];
         gradient[0] = slope.background[0];
-        self.pairs(|k, l, du, dv| {
-            let weight =
-                libm::sqrtf(slope.led[k].weight * slope.led[l].weight) * overlaps[du][dv].0;
-            let (sk, sl) = (f32::from(self.state[k]), f32::from(self.state[l]));
-            let twice = if k == l { 1.0 } else { 2.0 };
-            normal[(1, 1)] += twice * weight;
-            normal[(1, 2)] += 0.5 * twice * weight * (sk + sl);
-            normal[(2, 2)] += twice * weight * sk * sl;
-        });
+        let weight: [f32; LEDS] = core::array::from_fn(|led| libm::sqrtf(slope.led[led].weight));
+        for (du, dv) in neighbourhood() {
+            let twice = if (du, dv) == ITSELF { 1.0 } else { 2.0 };
+            for (k, l) in pairs(du, dv) {
+                let weight = twice * weight[k] * weight[l] * overlaps[du][dv].0;
+                let (sk, sl) = (f32::from(self.state[k]), f32::from(self.state[l]));
+                normal[(1, 1)] += weight;
+                normal[(1, 2)] += 0.5 * weight * (sk + sl);
+                normal[(2, 2)] += weight * sk * sl;
+            }
+        }
         for led in 0..LEDS {
             let m = &slope.led[led];
             let s = f32::from(self.state[led]);
@@ -412,31 +463,23 @@ impl Spots {
         let mut normal = SMatrix::<f32, SHAPE, SHAPE>::zeros();
         let mut gradient = SVector::<f32, SHAPE>::zeros();
         let s2 = self.sigma * self.sigma;
-        let place = |k: usize| [1.0, (k % SIDE) as f32 - MIDDLE, (k / SIDE) as f32 - MIDDLE];
-        self.pairs(|k, l, du, dv| {
-            let weight = libm::sqrtf(slope.led[k].weight * slope.led[l].weight)
-                * self.amplitude(k)
-                * self.amplitude(l);
-            let [xx, xy, yy] = overlaps[du][dv].1.map(|o| o * weight);
-            let (pk, pl) = (place(k), place(l));
+        let strength: [f32; LEDS] =
+            core::array::from_fn(|led| self.amplitude(led) * libm::sqrtf(slope.led[led].weight));
+        for (du, dv) in neighbourhood() {
+            let together = together(&strength, du, dv);
+            let [xx, xy, yy] = overlaps[du][dv].1;
             for i in 0..3 {
                 for j in 0..3 {
-                    let both = if k == l {
-                        pk[i] * pl[j]
-                    } else {
-                        pk[i] * pl[j] + pl[i] * pk[j]
-                    };
-                    normal[(2 * i, 2 * j)] += both * xx;
-                    normal[(2 * i, 2 * j + 1)] += both * xy;
-                    normal[(2 * i + 1, 2 * j)] += both * xy;
-                    normal[(2 * i + 1, 2 * j + 1)] += both * yy;
+                    normal[(2 * i, 2 * j)] += together[i][j] * xx;
+                    normal[(2 * i, 2 * j + 1)] += together[i][j] * xy;
+                    normal[(2 * i + 1, 2 * j)] += together[i][j] * xy;
+                    normal[(2 * i + 1, 2 * j + 1)] += together[i][j] * yy;
                 }
             }
-            if k == l {
-                // ∫(g·d²/σ²)² over ∫g² = 2
-                normal[(6, 6)] += 2.0 * weight;
-            }
-        });
+        }
+        let place = |k: usize| [1.0, (k % SIDE) as f32 - MIDDLE, (k / SIDE) as f32 - MIDDLE];
+        // ∫(g·d²/σ²)² over ∫g² is 2.
+        normal[(6, 6)] = 2.0 * strength.iter().map(|s| s * s).sum::<f32>();
         for led in 0..LEDS {
             let m = &slope.led[led];
             let a = self.amplitude(led) / s2;
@@ -447,7 +490,6 @@ impl Spots {
             }
             gradient[6] += a * m.width;
         }
-        // A spot's width is known beforehand to about a fifth.
         let step = [damping, 0.5 + damping, 5.0 + damping]
             .into_iter()
             .find_map(|damping| {
@@ -466,21 +508,6 @@ impl Spots {
         next.sigma =
             (self.sigma * libm::expf(step[6].clamp(-0.2, 0.2))).clamp(SIGMA_PX.0, SIGMA_PX.1);
         Some(next)
-    }
-
-    /// Each pair of LEDs that are near enough for their spots to overlap, once; with the differences of their columns and of their rows plus 2.
-    fn pairs(&self, mut visit: impl FnMut(usize, usize, usize, usize)) {
-        for k in 0..LEDS {
-            let (u, v) = (k % SIDE, k / SIDE);
-            for du in 0..3 {
-                for dv in 0..5 {
-                    if (du == 0 && dv < 2) || u + du >= SIDE || v + dv < 2 || v + dv - 2 >= SIDE {
-                        continue;
-                    }
-                    visit(k, (v + dv - 2) * SIDE + u + du, du, dv);
-                }
-            }
-        }
     }
 
     /// Switches the LEDs that fit better in another state; how many. Only every other one of neighbours at a time: by how much it gains.
@@ -516,4 +543,45 @@ impl Spots {
         }
         changed
     }
+}
+
+/// Differences of columns, and of rows plus 2, of LEDs whose spots overlap; each pair of LEDs has one of them.
+fn neighbourhood() -> impl Iterator<Item = (usize, usize)> {
+    let all = (0..3).flat_map(|du| (0..5).map(move |dv| (du, dv)));
+    all.filter(|&(du, dv)| du > 0 || dv >= 2)
+}
+
+/// The difference of an LED from itself.
+const ITSELF: (usize, usize) = (0, 2);
+
+/// The pairs of LEDs that are so far apart.
+fn pairs(du: usize, dv: usize) -> impl Iterator<Item = (usize, usize)> {
+    let rows = 2usize.saturating_sub(dv)..SIDE.min(SIDE + 2 - dv);
+    rows.flat_map(move |row| {
+        (0..SIDE - du).map(move |column| (SIDE * row + column, SIDE * (row + dv - 2) + column + du))
+    })
+}
+
+/// Σ sₖ·sₗ·(pₖ·pₗᵀ + pₗ·pₖᵀ) over the pairs that are so far apart, p = (1, column, row) from the middle; each LED with itself once.
+fn together(strength: &[f32; LEDS], du: usize, dv: usize) -> [[f32; 3]; 3] {
+    let (mut m, mut mu, mut mv, mut muu, mut muv, mut mvv) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (k, l) in pairs(du, dv) {
+        let s = strength[k] * strength[l];
+        let (u, v) = ((k % SIDE) as f32 - MIDDLE, (k / SIDE) as f32 - MIDDLE);
+        m += s;
+        mu += s * u;
+        mv += s * v;
+        muu += s * u * u;
+        muv += s * u * v;
+        mvv += s * v * v;
+    }
+    let times = if (du, dv) == ITSELF { 0.5 } else { 1.0 };
+    let (du, dv) = (du as f32, dv as f32 - 2.0);
+    let (a, b, c) = (2.0 * m, 2.0 * mu + du * m, 2.0 * mv + dv * m);
+    let (d, e, f) = (
+        2.0 * (muu + du * mu),
+        2.0 * muv + dv * mu + du * mv,
+        2.0 * (mvv + dv * mv),
+    );
+    [[a, b, c], [b, d, e], [c, e, f]].map(|row| row.map(|value| times * value))
 }

@@ -13,12 +13,33 @@ use link::panel::{LEDS, PanelFrame};
 
 /// So many frames in a row may be missed before the panel counts as lost: at 100 frames a second 0.12 s.
 pub const PATIENCE_FRAMES: u32 = 12;
-/// A frame fits without further question as long as it explains this share of what frames usually do.
-pub(crate) const SURELY_FITS: f32 = 0.85;
-/// One that straddles two symbols explains less. It counts if the likeliest place in it, looked for anew, is the expected one.
-pub(crate) const STILL_FITS: f32 = 0.5;
-/// What a frame has to explain before it is known what is usual.
-const LEAST_EXPLAINED: f32 = 0.25;
+/// How much of the light in a place the panel has to explain there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fit {
+    /// Of what frames usually explain.
+    share: f32,
+    /// As long as it is not known what is usual.
+    least: f32,
+}
+
+impl Fit {
+    /// Where the panel is expected.
+    pub const SURE: Self = Self {
+        share: 0.85,
+        least: 0.25,
+    };
+    /// Where it is expected and also looks likeliest to be. A frame that straddles two symbols explains this little.
+    pub const STILL: Self = Self {
+        share: 0.5,
+        least: 0.25,
+    };
+    /// Where it is not expected: clutter explains some of itself too.
+    pub const ELSEWHERE: Self = Self {
+        share: 0.85,
+        least: 0.7,
+    };
+}
+
 /// The usual share is the mean over about this many frames.
 const MEMORY_FRAMES: f32 = 16.0;
 /// A prediction off by more than this share of a pitch may have led to wrong bits.
@@ -151,17 +172,17 @@ impl Track {
         self.spots.sigma
     }
 
-    /// Compares frame `number` with the panel showing `bits` on `lattice`, and corrects the track if that explains at least `share` of what
-    /// frames usually do.
+    /// Compares frame `number` with the panel showing `bits` on `lattice`, and corrects the track if that fits; with the share
+    /// of the light that it explains.
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
         scenery: Scenery<'_, '_>,
         lattice: Lattice,
         bits: PanelFrame,
-        share: f32,
+        fit: Fit,
         canvas: &mut Canvas<N>,
-    ) -> Result<Self, TrackError> {
+    ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
         let state = core::array::from_fn(|led| i8::from(led < LEDS && bits.led(led)));
         let mut spots = Spots {
@@ -169,7 +190,7 @@ impl Track {
             state,
             ..self.spots
         };
-        let needed = self.usual.map_or(LEAST_EXPLAINED, |usual| share * usual);
+        let needed = self.usual.map_or(fit.least, |usual| fit.share * usual);
         let nothing = TrackError::DoesNotFit {
             explained: 0.0,
             needed,
@@ -230,7 +251,7 @@ impl Track {
             missed: 0,
             ..*self
         };
-        Ok(track)
+        Ok((track, explained))
     }
 }
 

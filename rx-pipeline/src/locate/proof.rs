@@ -6,19 +6,21 @@ use crate::corners::Corners;
 use crate::fit::{self, Settled};
 use crate::lattice::Lattice;
 use crate::light::Light;
-use crate::spots::{Canvas, Scenery, Spots};
+use crate::spots::{Canvas, Scenery, Spots, Window};
 use core::ops::RangeInclusive;
 use link::panel::LEDS;
 
 /// What is left unexplained may be this much noise over the camera's own, beside a share of the signal: of the change between two frames, and
 /// of a single frame, where what stands behind the panel counts too but the noise is better known.
-const EXCUSED_NOISE: [f32; 2] = [1.2, 1.0];
-const EXCUSED_SIGNAL: [f32; 2] = [0.08, 0.06];
+const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
+const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.03];
+/// Spots nearer to each other than this, in standard deviations, overlap by so much that the excuse is cut down.
+const CLOSE: f32 = 2.2;
 /// Rounding and what else no camera is free of, in grey levels squared.
 const ROUNDING: f32 = 0.1;
 /// The squares explained, over a pixel's noise: LEDs seen this clearly are no accident. A single frame, which holds all the clutter, has to be
 /// clearer.
-const LEAST_EXPLAINED: [f32; 2] = [1000.0, 8000.0];
+const LEAST_EXPLAINED: [f32; 2] = [700.0, 5600.0];
 /// The same for the dimmest outer line of LEDs: below, the lattice may as well be a line off.
 const LEAST_EDGE: f32 = 25.0;
 /// LEDs that are On, or have changed.
@@ -26,7 +28,7 @@ const LIT: RangeInclusive<u32> = 8..=56;
 /// Neighbours in rows and columns that differ. In random bits 56 ± 5 of 112 do; in pictures, which are smooth, far fewer.
 const DIFFERENT: RangeInclusive<u32> = 40..=84;
 /// Places next to the lattice that look like LEDs: more belong to something that goes on.
-const LIT_AROUND: [u32; 2] = [2, 4];
+const LIT_AROUND: [u32; 2] = [2, 3];
 /// Off LEDs darker than the ground by more than this share of what On LEDs are brighter are none.
 const DARKEST_OFF: f32 = -0.3;
 /// Ratio of the pitches: seen from up to 40° aside.
@@ -42,8 +44,8 @@ const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
 /// Room around the lattice in pitches: enough for two lines more, or for no more than the cells.
 const WIDE: f32 = 1.8;
 const NARROW: f32 = 0.6;
-/// A lattice one line off has to fit this much better to be taken for the right one.
-const CLEARLY_BETTER: f32 = 0.97;
+/// In a single frame a lattice one line off has to leave this share of the signal more, or the frame does not tell them apart.
+const CLEARLY_WORSE: f32 = 0.01;
 
 /// A lattice that has proved to be a panel.
 pub(super) struct Proven {
@@ -104,11 +106,23 @@ pub(super) fn prove<const N: usize>(
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
     let mut settled = fit::settle(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
-    if settled.slope.squares < 0.5 * settled.slope.total {
+    let left = settled.slope.squares / settled.slope.pixels.max(1) as f32;
+    if left > BEYOND_DOUBT * BEYOND_DOUBT * noise
+        && settled.slope.squares < 0.5 * settled.slope.total
+    {
         let wide = fit::window(&settled.spots.lattice, WIDE, size).ok_or(no_lattice)?;
-        if let Some(moved) = moved(canvas, scenery, wide, &settled.spots, noise) {
+        let lines = Lines::of(canvas, scenery, wide, &settled.spots).ok_or(no_lattice)?;
+        let doubt = lines.here - lines.best_beside;
+        if doubt > 40.0 * noise {
+            let moved = lines.beside;
             let window = fit::window(&moved.lattice, rim, size).ok_or(no_lattice)?;
             settled = fit::settle(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
+        }
+        // What is behind the panel may make up for a line.
+        if single && doubt.abs() < CLEARLY_WORSE * lines.total {
+            return Err(LocateError::EdgeUnseen {
+                signal_to_noise: libm::sqrtf(doubt.abs() / noise),
+            });
         }
     }
     let window = fit::window(&settled.spots.lattice, rim, size).ok_or(no_lattice)?;
@@ -143,36 +157,48 @@ impl Settled {
     }
 }
 
-/// The lattice counted from another line, if that fits clearly better.
-fn moved<const N: usize>(
-    canvas: &mut Canvas<N>,
-    scenery: Scenery<'_, '_>,
-    window: crate::spots::Window,
-    spots: &Spots,
-    noise: f32,
-) -> Option<Spots> {
-    const STEPS: [(i32, i32); 8] = [
-        (-1, 0),
-        (1, 0),
-        (0, -1),
-        (0, 1),
-        (1, 1),
-        (-1, 1),
-        (1, -1),
-        (-1, -1),
-    ];
-    let here = fit::settle(canvas, scenery, window, *spots, 2)?;
-    let enough = CLEARLY_BETTER * here.slope.squares - 40.0 * noise;
-    STEPS.iter().find_map(|&(columns, rows)| {
-        let there = fit::settle(
-            canvas,
-            scenery,
-            window,
-            fit::shifted(&here.spots, columns, rows),
-            3,
-        )?;
-        (there.slope.squares < enough).then_some(there.spots)
-    })
+/// How a lattice fits, and how the best one counted from a neighbouring line does.
+struct Lines {
+    here: f32,
+    total: f32,
+    best_beside: f32,
+    beside: Spots,
+}
+
+impl Lines {
+    fn of<const N: usize>(
+        canvas: &mut Canvas<N>,
+        scenery: Scenery<'_, '_>,
+        window: Window,
+        spots: &Spots,
+    ) -> Option<Self> {
+        const STEPS: [(i32, i32); 8] = [
+            (-1, 0),
+            (1, 0),
+            (0, -1),
+            (0, 1),
+            (1, 1),
+            (-1, 1),
+            (1, -1),
+            (-1, -1),
+        ];
+        let here = fit::settle(canvas, scenery, window, *spots, 2)?;
+        let mut lines = Self {
+            here: here.slope.squares,
+            total: here.slope.total,
+            best_beside: f32::INFINITY,
+            beside: here.spots,
+        };
+        for (columns, rows) in STEPS {
+            let shifted = fit::shifted(&here.spots, columns, rows);
+            if let Some(there) = fit::settle(canvas, scenery, window, shifted, 3)
+                && there.slope.squares < lines.best_beside
+            {
+                (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
+            }
+        }
+        Some(lines)
+    }
 }
 
 fn examine(
@@ -191,7 +217,11 @@ fn examine(
     }
     let signal = (slope.total - noise * pixels).max(0.0);
     let mode = usize::from(single);
-    let allowed = EXCUSED_NOISE[mode] * noise * pixels + EXCUSED_SIGNAL[mode] * signal;
+    // Spots that overlap can stand in for each other: the closer they are the less may be left.
+    let [across, down] = spots.lattice.pitch();
+    let apart = (across.min(down) / (CLOSE * spots.sigma)).min(1.0);
+    let allowed =
+        EXCUSED_NOISE[mode] * noise * pixels + EXCUSED_SIGNAL[mode] * apart * apart * signal;
     if slope.squares.is_nan() || slope.squares > allowed {
         return Err(LocateError::GridDoesNotFit {
             residual_grey: settled.residual_grey(),
@@ -225,7 +255,6 @@ fn examine(
     if single && spots.off < DARKEST_OFF * spots.step {
         return Err(LocateError::NoLattice);
     }
-    let [across, down] = spots.lattice.pitch();
     let lattice = &spots.lattice;
     let shear =
         (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);

@@ -70,28 +70,22 @@ impl View<'_, '_> {
         Evidence::new(patch, self.spot_sigma_px / step, sigma, noise, RIDGE)
     }
 
-    /// Lattices in the frame's pixels, the likeliest first.
-    pub fn starts(&self, blob: &Blob) -> Vec<Lattice, STARTS> {
+    /// The hills around a blob.
+    pub fn hills(&self, blob: &Blob) -> Hills {
         let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
         let patch = self.patch(blob, step);
         let pitch = blob.side_px / 8.0 / step as f32;
         let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
         let evidence = self.evidence(&patch, sigma);
-        let mut best = Ranking::default();
+        let mut feet = Ranking::default();
         for pose in grid(patch.to_samples(blob.centre), pitch) {
-            best.offer(evidence.of(&pose.lattice()), pose);
+            feet.offer(evidence.of(&pose.lattice()), pose);
         }
-        let mut climbed = Ranking::default();
-        for (_, start) in &best.0 {
-            if let Some((value, pose)) = search::climb(&evidence, *start, 0.3, 25) {
-                climbed.offer(Some(value), pose);
-            }
+        Hills {
+            evidence,
+            patch,
+            feet,
         }
-        climbed
-            .0
-            .iter()
-            .map(|(_, pose)| patch.to_frame_lattice(&pose.lattice()))
-            .collect()
     }
 
     /// The likeliest pose with the shape of `expected`, its centre up to about a panel's width from there.
@@ -147,6 +141,23 @@ impl View<'_, '_> {
         let lattice = pose.lattice();
         let brightness = evidence.brightness(&lattice)?;
         Some((patch.to_frame_lattice(&lattice), brightness))
+    }
+}
+
+/// The evidence around a blob, with the poses to climb it from.
+pub(super) struct Hills {
+    evidence: Evidence,
+    patch: Patch,
+    feet: Ranking,
+}
+
+impl Hills {
+    /// The hilltops as lattices in the frame's pixels, climbed one by one as they are asked for.
+    pub fn tops(&self) -> impl Iterator<Item = Lattice> + '_ {
+        self.feet.0.iter().filter_map(|(_, foot)| {
+            let (_, pose) = search::climb(&self.evidence, *foot, 0.3, 25)?;
+            Some(self.patch.to_frame_lattice(&pose.lattice()))
+        })
     }
 }
 
