@@ -1,8 +1,8 @@
 //! `vocc`: optical camera communication between vehicles, from a command line.
 //!
 //! Arguments, files and printing only: the physics is in `sim`, the signal processing in `rx-pipeline`, the transmitter in
-//! `tx-firmware`. Every command is a module of [`commands`]; [`device`] talks to transmitters, [`output`] prints, [`pictures`] reads and writes images, [`results`]
-//! keeps what long runs have finished.
+//! `tx-firmware`. Every command is a module of [`commands`]; [`device`] talks to transmitters, [`output`] prints, [`pictures`] reads and writes
+//! images, [`results`] keeps what long runs have finished, [`streams`] reads frames from standard input, [`show`] draws what the receiver sees.
 
 mod commands;
 mod device;
@@ -11,6 +11,8 @@ mod output;
 mod pictures;
 mod plot;
 mod results;
+mod show;
+mod streams;
 
 use std::process::ExitCode;
 

@@ -25,7 +25,7 @@
 //!
 //! # Choosing
 //!
-//! - **From a camera to messages:** [`receiver::Receiver`]. Its [memory](receiver::ReceiverMemory) is sized by the largest panel
+//! - **From a camera to messages:** [`receiver::Receiver`]; of several panels at once [`receivers::Receivers`]. Its [memory](receiver::ReceiverMemory) is sized by the largest panel
 //!   to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
 //! - **Single frames, or a panel whose place is known:** [`corners::Corners`], [`cells::CellMap`],
 //!   [`features::Features`] and [`detect::Detector`], as below.
@@ -75,6 +75,7 @@ pub mod locate;
 pub mod profile;
 mod reader;
 pub mod receiver;
+pub mod receivers;
 mod spots;
 pub mod symbols;
 pub mod track;

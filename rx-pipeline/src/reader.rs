@@ -85,6 +85,10 @@ impl Reader {
         self.track.is_some()
     }
 
+    pub fn forget(&mut self) {
+        self.track = None;
+    }
+
     pub fn corners(&self) -> Option<Corners> {
         self.track.and(self.seen)
     }

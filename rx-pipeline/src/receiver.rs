@@ -56,7 +56,7 @@ pub enum ReceiverError {
 /// 30 bytes a pixel and about 200 kB: 690 kB for 128×128 pixels; the receiver itself takes 4 kB. [`ReceiverMemory::new`] is `const`, so that on a
 /// microcontroller this is a `static`, which the receiver borrows; on a computer it can be owned, boxed, or borrowed.
 pub struct ReceiverMemory<const PIXELS: usize> {
-    map: CellMap<PIXELS>,
+    pub(crate) map: CellMap<PIXELS>,
     likelihood: MaximumLikelihood<PIXELS>,
     pub(crate) locator: LocatorMemory<PIXELS>,
     pub(crate) deframer: Deframer,

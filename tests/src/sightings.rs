@@ -2,11 +2,15 @@
 
 use std::path::Path;
 
+use std::ops::Range;
+
 use image::GrayImage;
 use image::imageops::{self, FilterType};
 use link::panel::PanelFrame;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
 use sim::accuracy::Level;
 use sim::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
@@ -186,4 +190,154 @@ impl Sighting {
             .map(|(a, b)| (f64::from(a[0]) - b[0]).hypot(f64::from(a[1]) - b[1]))
             .fold(0.0, f64::max)
     }
+}
+
+/// The most pixels of a window around a panel.
+const WINDOW_PIXELS: usize = 160 * 160;
+/// Frames in which a panel is to be found.
+const FRAMES: usize = 3;
+/// A panel is found if no corner LED is further off than this share of a pitch: then each cell holds its own LED.
+const RIGHT: f64 = 0.35;
+
+/// What came of many searches.
+#[derive(Debug, Default)]
+pub struct Tally {
+    /// Panels found at the first, second and third frame.
+    pub found_at: [usize; FRAMES],
+    /// Panels seen where none or another one was.
+    pub wrong: usize,
+    /// Panels not found.
+    pub lost: usize,
+    /// The greatest distance of a corner from the truth, for each panel found, in pixels.
+    pub errors_px: Vec<f64>,
+}
+
+/// Looks for the panel of each scene in up to three frames, as a receiver does; tells of each that is not found.
+///
+/// # Panics
+/// When a scene cannot be drawn.
+pub fn search_scenes(
+    seeds: Range<u64>,
+    size: [usize; 2],
+    photographs: &[GrayImage],
+    mut tell: impl FnMut(&str),
+) -> Tally {
+    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let sighting = Sighting::draw(seed, size, FRAMES as u64, photographs);
+        let frames: Vec<Frame> = sighting
+            .frames
+            .iter()
+            .map(|pixels| frame(pixels, size))
+            .collect();
+        let mut why = Vec::new();
+        let mut outcome = None;
+        for number in 0..FRAMES {
+            let earlier: Vec<Frame> = frames[..number].iter().rev().copied().collect();
+            let effort = Effort::Share(number as u64);
+            match locator.locate_among(&frames[number], &earlier, &[], effort, &mut memory, &mut ())
+            {
+                Ok(location) => {
+                    outcome = Some((number, sighting.error_px(location.corners.points())));
+                    break;
+                }
+                Err(error) => why.push(error.to_string()),
+            }
+        }
+        match outcome {
+            Some((number, error_px)) if error_px < RIGHT * sighting.pitch_px => {
+                tally.found_at[number] += 1;
+                tally.errors_px.push(error_px);
+            }
+            Some((number, error_px)) => {
+                tally.wrong += 1;
+                tell(&format!(
+                    "wrong by {error_px:.1} px at frame {number}: {}",
+                    sighting.what
+                ));
+            }
+            None => {
+                tally.lost += 1;
+                tell(&format!("lost: {}: {}", sighting.what, why.join("; ")));
+            }
+        }
+    }
+    tally
+}
+
+/// Looks for panels where there are none: in photographs of any contrast and noise, alone and with one that the camera's shake has moved;
+/// how many were seen.
+///
+/// # Panics
+/// When a photograph is no picture.
+pub fn search_empty(
+    seeds: Range<u64>,
+    [width, height]: [usize; 2],
+    photographs: &[GrayImage],
+    mut tell: impl FnMut(&str),
+) -> usize {
+    const SHAKE_PX: u32 = 16;
+    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
+    let mut seen = 0;
+    for seed in seeds {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let shake = SHAKE_PX as usize;
+        let backdrop = backdrop(photographs, width + shake, height + shake, &mut random);
+        let noise = [0.0f32, 1.0, 4.0, 20.0][random.random_range(0..4)];
+        let gain: f32 = random.random_range(0.6..1.6);
+        let frames: Vec<Vec<u8>> = (0..FRAMES)
+            .map(|_| {
+                let (x, y) = (
+                    random.random_range(0..SHAKE_PX),
+                    random.random_range(0..SHAKE_PX),
+                );
+                let part =
+                    imageops::crop_imm(&backdrop, x, y, width as u32, height as u32).to_image();
+                part.as_raw()
+                    .iter()
+                    .map(|&grey| (f32::from(grey) * gain + noise * normal(&mut random)) as u8)
+                    .collect()
+            })
+            .collect();
+        let frames: Vec<Frame> = frames
+            .iter()
+            .map(|pixels| frame(pixels, [width, height]))
+            .collect();
+        let mut tell_of = |kind: &str, found: rx_pipeline::locate::Location| {
+            seen += 1;
+            tell(&format!(
+                "seen in photograph {seed}, {kind}, noise {noise}: {:?}",
+                found.corners.points()
+            ));
+        };
+        if let Ok(found) = locator.locate(&frames[0], &mut memory) {
+            tell_of("alone", found);
+        }
+        for number in 1..FRAMES {
+            let earlier: Vec<Frame> = frames[..number].iter().rev().copied().collect();
+            if let Ok(found) = locator.locate_among(
+                &frames[number],
+                &earlier,
+                &[],
+                Effort::Share(seed),
+                &mut memory,
+                &mut (),
+            ) {
+                tell_of("moved", found);
+            }
+        }
+    }
+    seen
+}
+
+fn frame(pixels: &[u8], [width, height]: [usize; 2]) -> Frame<'_> {
+    Frame::new(pixels, width, height).expect("as many pixels as the frame has")
+}
+
+/// About standard normal: the sum of twelve uniform numbers.
+fn normal(random: &mut impl Rng) -> f32 {
+    (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0
 }

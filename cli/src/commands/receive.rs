@@ -1,26 +1,33 @@
 //! `vocc receive`: messages from a sequence of frames.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use link::framing::{Event, SegmentOutcome};
+use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::Camera;
 use rx_pipeline::locate::LocatorSettings;
-use rx_pipeline::receiver::{Outcome, Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::profile::{Profile, STAGES, Stage};
+use rx_pipeline::receiver::{Outcome, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receivers::Receivers;
 use sim::detectors::DetectorChoice;
 
 use crate::options::{self, Shared, detector};
 use crate::output::{self, Answer, line};
-use crate::pictures;
+use crate::streams::{SIDE_MAX, Stream};
+use crate::{pictures, show};
 
+/// The most panels followed at once.
+const PANELS_MAX: usize = 4;
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 160 * 160;
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A folder of frames (PNG, JPEG, PGM; in the order of their names), one frame, or `-` for raw grey bytes on standard input.
+    /// A folder of frames (PNG, JPEG, PGM; in the order of their names), one frame, or `-` for y4m or raw grey bytes on standard input.
     #[arg(required = true)]
     sources: Vec<PathBuf>,
     /// Size of the raw frames on standard input.
@@ -38,6 +45,21 @@ pub struct Arguments {
     /// Also print what each frame shows.
     #[arg(long)]
     bits: bool,
+    /// Panels to follow at once, each with its own message.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=PANELS_MAX as i64))]
+    panels: u8,
+    /// Draw what is seen in each frame into this folder: outline, cells and bits.
+    #[arg(long, value_name = "DIR")]
+    show: Option<PathBuf>,
+    /// Exponent of the camera's encoding, 1 to 4.
+    #[arg(long, default_value_t = LocatorSettings::default().gamma, value_name = "G")]
+    gamma: f32,
+    /// Standard deviation of the lens blur in pixels, 0.3 to 4.
+    #[arg(long, default_value_t = LocatorSettings::default().blur_sigma_px, value_name = "PX")]
+    blur: f32,
+    /// Print how long each stage took, on standard error.
+    #[arg(long)]
+    profile: bool,
 }
 
 fn size(text: &str) -> Result<(usize, usize), String> {
@@ -45,47 +67,83 @@ fn size(text: &str) -> Result<(usize, usize), String> {
         .split_once('x')
         .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     match parsed {
-        Some((width, height)) if (1..=8192).contains(&width) && (1..=8192).contains(&height) => {
+        Some((width, height))
+            if (1..=SIDE_MAX).contains(&width) && (1..=SIDE_MAX).contains(&height) =>
+        {
             Ok((width, height))
         }
         _ => Err(format!(
-            "{text:?} is not WIDTHxHEIGHT of 1 to 8192 pixels each, such as 1920x1080"
+            "{text:?} is not WIDTHxHEIGHT of 1 to {SIDE_MAX} pixels each, such as 1920x1080"
         )),
     }
 }
 
 /// Reads all frames and prints the messages; exit status 1 where there was none.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let mut reception = Reception::new(arguments, shared)?;
+    match arguments.panels {
+        1 => receive::<1>(arguments, shared),
+        2 => receive::<2>(arguments, shared),
+        3 => receive::<3>(arguments, shared),
+        _ => receive::<PANELS_MAX>(arguments, shared),
+    }
+}
+
+fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    if let Some(folder) = &arguments.show {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let mut reception = Reception::<PANELS>::new(arguments, shared)?;
     if arguments.sources == [Path::new("-")] {
-        let (width, height) = arguments
-            .raw
-            .context("frames on standard input have no size: give it with --raw WIDTHxHEIGHT")?;
-        receive_raw(&mut reception, width, height)?;
-    } else {
-        let mut bad = 0;
-        for path in frames_of(&arguments.sources)? {
-            let taken = pictures::read_grey(&path).and_then(|image| {
-                reception.take(&Frame::new(
-                    image.as_raw(),
-                    image.width() as usize,
-                    image.height() as usize,
-                )?)
-            });
-            if let Err(error) = taken {
-                bad += 1;
-                reception.lose(&output::explain(&error));
+        let mut stream = Stream::open(std::io::stdin().lock(), arguments.raw)?;
+        let (width, height) = stream.size();
+        loop {
+            match stream.next_frame() {
+                Ok(Some(grey)) => reception.take(&Frame::new(grey, width, height)?)?,
+                Ok(None) => return reception.finish(),
+                Err(error) => {
+                    // What came before it is not lost.
+                    reception.finish()?;
+                    return Err(error);
+                }
             }
         }
-        let answer = reception.finish()?;
-        ensure!(
-            bad == 0,
-            "{bad} of {} frames could not be used",
-            reception.frames
-        );
-        return Ok(answer);
     }
-    reception.finish()
+    let mut bad = 0;
+    for path in frames_of(&arguments.sources)? {
+        let image = match pictures::read_grey(&path) {
+            Ok(image) => image,
+            Err(error) => {
+                bad += 1;
+                reception.lose(&output::explain(&error));
+                continue;
+            }
+        };
+        reception.take(&Frame::new(
+            image.as_raw(),
+            image.width() as usize,
+            image.height() as usize,
+        )?)?;
+    }
+    let answer = reception.finish()?;
+    ensure!(
+        bad == 0,
+        "{bad} of {} frames could not be used",
+        reception.frames
+    );
+    Ok(answer)
+}
+
+/// The detector asked for, for this camera.
+fn method(arguments: &Arguments) -> anyhow::Result<Method> {
+    Ok(match options::untrained(arguments.detector)? {
+        Method::MaximumLikelihood(camera) => Method::MaximumLikelihood(Camera {
+            gamma: arguments.gamma,
+            blur_sigma_px: arguments.blur,
+            ..camera
+        }),
+        features => features,
+    })
 }
 
 /// The frames of folders, in the order of their names, and single files.
@@ -124,90 +182,66 @@ fn frames_of(sources: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     Ok(frames)
 }
 
-fn receive_raw(reception: &mut Reception, width: usize, height: usize) -> anyhow::Result<()> {
-    let mut input = std::io::stdin().lock();
-    let mut grey = vec![0; width * height];
-    loop {
-        let mut filled = 0;
-        while filled < grey.len() {
-            match input
-                .read(&mut grey[filled..])
-                .context("cannot read standard input")?
-            {
-                0 => break,
-                read => filled += read,
-            }
-        }
-        match filled {
-            0 => return Ok(()),
-            all if all == grey.len() => reception.take(&Frame::new(&grey, width, height)?)?,
-            part => {
-                // What came before it is not lost.
-                reception.finish()?;
-                bail!(
-                    "standard input ends inside a frame, after {part} of {} bytes: check --raw {width}x{height}",
-                    grey.len()
-                );
-            }
-        }
-    }
-}
-
-/// A receiver and what it has had to say.
-struct Reception<'a> {
-    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>>,
+/// The receivers and what they have had to say.
+struct Reception<'a, const PANELS: usize> {
+    receivers: Option<Receiving<PANELS>>,
+    settings: ReceiverSettings,
     arguments: &'a Arguments,
     json: bool,
     frames: u64,
     messages: u64,
+    times: Times,
 }
 
-impl<'a> Reception<'a> {
+type Receiving<const PANELS: usize> =
+    Receivers<PANELS, PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, Vec<u8>>;
+
+/// Frames that are kept to see what blinks.
+const KEPT_FRAMES: usize = 2;
+
+impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     fn new(arguments: &'a Arguments, shared: &Shared) -> anyhow::Result<Self> {
         let settings = ReceiverSettings {
-            locator: LocatorSettings::default(),
-            method: options::untrained(arguments.detector)?,
+            locator: LocatorSettings {
+                gamma: arguments.gamma,
+                blur_sigma_px: arguments.blur,
+            },
+            method: method(arguments)?,
             symbols_per_frame: arguments.symbol_rate / arguments.fps,
         };
+        // Settings are refused before the first frame, not with it.
+        receivers::<PANELS>(settings, 0)?;
         Ok(Self {
-            receiver: Receiver::new(settings, Box::default())?,
+            receivers: None,
+            settings,
             arguments,
             json: shared.json,
             frames: 0,
             messages: 0,
+            times: Times::default(),
         })
     }
 
     fn take(&mut self, frame: &Frame) -> anyhow::Result<()> {
         let number = self.frames;
         self.frames += 1;
-        let Outcome {
-            reading,
-            symbol,
-            event,
-        } = self.receiver.frame(number, frame);
-        match &reading {
-            Ok(reading) if self.arguments.bits => {
-                let (bits, centre) = (
-                    reading.detection.bits.to_string(),
-                    reading.corners.centre_px(),
-                );
-                if self.json {
-                    output::json(
-                        &serde_json::json!({ "frame": number, "bits": bits, "symbol": symbol, "centre_px": centre, "confidence": reading.detection.confidence }),
-                    )?;
-                } else {
-                    line(&format!(
-                        "frame {number}: {bits} at ({:.2}, {:.2}) px",
-                        centre[0], centre[1]
-                    ))?;
-                }
-            }
-            Ok(_) => {}
-            Err(loss) => eprintln!("frame {number}: {loss}"),
+        if self.receivers.is_none() {
+            self.receivers = Some(receivers(self.settings, frame.width() * frame.height())?);
         }
-        self.messages += tell(&event, self.json)?;
-        Ok(())
+        let Some(receivers) = &mut self.receivers else {
+            return Ok(());
+        };
+        let (arguments, json, messages) = (self.arguments, self.json, &mut self.messages);
+        let mut told = Ok(());
+        receivers.frame(number, frame, &mut self.times, |panel, outcome| {
+            let done = report(arguments, json, number, panel, frame, &outcome);
+            let said =
+                tell(&outcome.event, panel, arguments.panels, json).map(|count| *messages += count);
+            if told.is_ok() {
+                told = done.and(said);
+            }
+        });
+        told
     }
 
     /// Counts a frame that cannot be used.
@@ -217,8 +251,20 @@ impl<'a> Reception<'a> {
     }
 
     fn finish(&mut self) -> anyhow::Result<Answer> {
-        let event = self.receiver.finish();
-        self.messages += tell(&event, self.json)?;
+        let (panels, json, messages) = (self.arguments.panels, self.json, &mut self.messages);
+        let mut told = Ok(());
+        if let Some(receivers) = &mut self.receivers {
+            receivers.finish(|panel, event| {
+                let said = tell(&event, panel, panels, json).map(|count| *messages += count);
+                if told.is_ok() {
+                    told = said;
+                }
+            });
+        }
+        told?;
+        if self.arguments.profile {
+            self.times.print();
+        }
         if self.messages > 0 {
             return Ok(Answer::Yes);
         }
@@ -227,8 +273,106 @@ impl<'a> Reception<'a> {
     }
 }
 
+fn receivers<const PANELS: usize>(
+    settings: ReceiverSettings,
+    frame_pixels: usize,
+) -> anyhow::Result<Receiving<PANELS>> {
+    let memories = [(); PANELS].map(|()| Box::default());
+    Ok(Receivers::new(
+        settings,
+        memories,
+        vec![0; KEPT_FRAMES * frame_pixels],
+    )?)
+}
+
+/// Prints and draws what one frame shows of a panel, and on standard error why it shows nothing.
+fn report(
+    arguments: &Arguments,
+    json: bool,
+    number: u64,
+    panel: usize,
+    frame: &Frame,
+    outcome: &Outcome,
+) -> anyhow::Result<()> {
+    let of_panel = if arguments.panels > 1 {
+        format!(", panel {panel}")
+    } else {
+        String::new()
+    };
+    let reading = match &outcome.reading {
+        Ok(reading) => reading,
+        Err(loss) => {
+            eprintln!("frame {number}{of_panel}: {loss}");
+            return Ok(());
+        }
+    };
+    if let Some(folder) = &arguments.show {
+        show::reading(
+            &folder.join(format!("frame-{number:06}-panel-{panel}.png")),
+            frame,
+            reading,
+        )?;
+    }
+    if !arguments.bits {
+        return Ok(());
+    }
+    let (bits, centre) = (
+        reading.detection.bits.to_string(),
+        reading.corners.centre_px(),
+    );
+    if json {
+        return output::json(&serde_json::json!({
+            "frame": number, "panel": panel, "bits": bits, "symbol": outcome.symbol, "centre_px": centre,
+            "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
+        }));
+    }
+    line(&format!(
+        "frame {number}{of_panel}: {bits} at ({:.2}, {:.2}) px",
+        centre[0], centre[1]
+    ))
+}
+
+/// How long each stage took in all, how often it ran, and how long at most.
+#[derive(Default)]
+struct Times {
+    begun: Vec<Instant>,
+    spent: [(Duration, u32, Duration); STAGES.len()],
+}
+
+impl Profile for Times {
+    fn begins(&mut self, _: Stage) {
+        self.begun.push(Instant::now());
+    }
+
+    fn ends(&mut self, stage: Stage) {
+        let spent = self
+            .begun
+            .pop()
+            .map(|begun| begun.elapsed())
+            .unwrap_or_default();
+        if let Some(index) = STAGES.iter().position(|&other| other == stage) {
+            let (total, count, most) = &mut self.spent[index];
+            (*total, *count, *most) = (*total + spent, *count + 1, spent.max(*most));
+        }
+    }
+}
+
+impl Times {
+    fn print(&self) {
+        eprintln!("stage      times  mean (us)  most (us)");
+        for (stage, (total, count, most)) in STAGES.iter().zip(self.spent) {
+            let mean = total.as_secs_f64() * 1e6 / f64::from(count.max(1));
+            eprintln!(
+                "{:<9} {count:>6} {mean:>10.1} {:>10.1}",
+                format!("{stage:?}"),
+                most.as_secs_f64() * 1e6
+            );
+        }
+    }
+}
+
 /// Prints a message, and on standard error why a part of one was lost; how many messages there were.
-fn tell(event: &Event<'_>, json: bool) -> anyhow::Result<u64> {
+fn tell(event: &Event<'_>, panel: usize, panels: u8, json: bool) -> anyhow::Result<u64> {
     match event {
         Event::Delivered(delivery) => {
             let text = String::from_utf8_lossy(delivery.message);
@@ -239,11 +383,16 @@ fn tell(event: &Event<'_>, json: bool) -> anyhow::Result<u64> {
             );
             if json {
                 output::json(
-                    &serde_json::json!({ "message": text, "first_frame": first, "last_frame": last, "corrected_bits": corrected }),
+                    &serde_json::json!({ "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected }),
                 )?;
             } else {
+                let of_panel = if panels > 1 {
+                    format!("panel {panel}: ")
+                } else {
+                    String::new()
+                };
                 line(&format!(
-                    "{text:?} in frames {first} to {last}, {corrected} bits corrected"
+                    "{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected"
                 ))?;
             }
             return Ok(1);

@@ -13,7 +13,7 @@ use link::panel::LEDS;
 /// What is left unexplained may be this much noise over the camera's own, beside a share of the signal: of the change between two frames, and
 /// of a single frame, where what stands behind the panel counts too but the noise is better known.
 const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
-const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.03];
+const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
 /// Spots nearer to each other than this, in standard deviations, overlap by so much that the excuse is cut down.
 const CLOSE: f32 = 2.2;
 /// Rounding and what else no camera is free of, in grey levels squared.
@@ -220,8 +220,8 @@ fn examine(
     // Spots that overlap can stand in for each other: the closer they are the less may be left.
     let [across, down] = spots.lattice.pitch();
     let apart = (across.min(down) / (CLOSE * spots.sigma)).min(1.0);
-    let allowed =
-        EXCUSED_NOISE[mode] * noise * pixels + EXCUSED_SIGNAL[mode] * apart * apart * signal;
+    let allowed = EXCUSED_NOISE[mode] * noise * pixels
+        + EXCUSED_SIGNAL[mode] * apart * apart * apart * apart * signal;
     if slope.squares.is_nan() || slope.squares > allowed {
         return Err(LocateError::GridDoesNotFit {
             residual_grey: settled.residual_grey(),

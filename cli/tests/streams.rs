@@ -1,0 +1,196 @@
+//! `vocc receive` on streams and films: y4m, H.264 made with ffmpeg, pictures of what it sees, why frames are lost.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+const MESSAGE: &str = "bend ahead";
+
+fn vocc() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_vocc"))
+}
+
+fn run(command: &mut Command) -> Output {
+    command.output().expect("the program runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A fresh folder with the frames of a link on the day preset, in a smaller picture.
+fn filmed(name: &str, frames: u32) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    let mut link = vocc();
+    link.args([
+        "link",
+        "day",
+        "--level",
+        "fast",
+        "--message",
+        MESSAGE,
+        "--frames",
+        &frames.to_string(),
+        "--save",
+    ]);
+    link.arg(&folder).args([
+        "--set",
+        "camera.width_px=320",
+        "--set",
+        "camera.height_px=240",
+    ]);
+    let output = run(&mut link);
+    assert!(
+        output.status.code().is_some_and(|code| code < 2),
+        "{}",
+        text(&output.stderr)
+    );
+    folder
+}
+
+fn pixels(folder: &Path) -> Vec<Vec<u8>> {
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    names.sort();
+    names
+        .iter()
+        .map(|name| image::open(name).expect("a frame").into_luma8().into_raw())
+        .collect()
+}
+
+/// Receives what a file holds, on standard input.
+fn receive(file: &Path, arguments: &[&str]) -> Output {
+    let input = std::fs::File::open(file).expect("the file");
+    run(vocc()
+        .args(["receive", "-", "--symbol-rate", "90"])
+        .args(arguments)
+        .stdin(input))
+}
+
+#[test]
+fn y4m_is_received() {
+    let folder = filmed("y4m", 16);
+    let mut stream = b"YUV4MPEG2 W320 H240 F100:1 Ip C420jpeg\n".to_vec();
+    for frame in pixels(&folder) {
+        stream.extend(b"FRAME\n");
+        stream.extend(frame);
+        stream.extend([128; 160 * 120 * 2]);
+    }
+    let file = folder.join("film.y4m");
+    std::fs::write(&file, &stream).expect("a file");
+    let whole = receive(&file, &[]);
+    assert!(
+        text(&whole.stdout).contains(MESSAGE),
+        "{}",
+        text(&whole.stderr)
+    );
+    std::fs::write(&file, &stream[..stream.len() - 9]).expect("a file");
+    let cut = receive(&file, &[]);
+    assert_eq!(cut.status.code(), Some(2));
+    assert!(text(&cut.stdout).contains(MESSAGE) && text(&cut.stderr).contains("colours"));
+}
+
+#[test]
+fn h264_of_common_quality_is_received() {
+    let found = Command::new("ffmpeg")
+        .arg("-version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    if !found.is_ok_and(|status| status.success()) {
+        eprintln!(
+            "SKIPPED h264_of_common_quality_is_received: ffmpeg is missing (Debian, Ubuntu: apt-get install ffmpeg)"
+        );
+        return;
+    }
+    let folder = filmed("h264", 24);
+    for quality in ["18", "23", "28"] {
+        let film = folder.join(format!("film-{quality}.mp4"));
+        let mut encode = Command::new("ffmpeg");
+        encode
+            .args(["-loglevel", "error", "-y", "-framerate", "100", "-i"])
+            .arg(folder.join("frame-%06d.png"));
+        let encoded = run(encode
+            .args(["-c:v", "libx264", "-crf", quality, "-pix_fmt", "yuv420p"])
+            .arg(&film));
+        assert!(encoded.status.success(), "{}", text(&encoded.stderr));
+        for (format, arguments) in [
+            ("yuv4mpegpipe", &[][..]),
+            ("rawvideo", &["--raw", "320x240"][..]),
+        ] {
+            let stream = folder.join(format!("film-{quality}.{format}"));
+            let mut decode = Command::new("ffmpeg");
+            decode
+                .args(["-loglevel", "error", "-y", "-i"])
+                .arg(&film)
+                .args(["-f", format]);
+            if format == "rawvideo" {
+                decode.args(["-pix_fmt", "gray"]);
+            }
+            let decoded = run(decode.arg(&stream));
+            assert!(decoded.status.success(), "{}", text(&decoded.stderr));
+            let received = receive(&stream, arguments);
+            assert!(
+                text(&received.stdout).contains(MESSAGE),
+                "CRF {quality}, {format}: {}",
+                text(&received.stderr)
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_seen_is_drawn_and_what_is_lost_is_explained() {
+    let folder = filmed("show", 4);
+    let mut stream: Vec<u8> = pixels(&folder).concat();
+    stream.extend(vec![118; 320 * 240]);
+    let file = folder.join("film.gray");
+    std::fs::write(&file, stream).expect("a file");
+    let drawn = folder.join("seen");
+    let arguments = [
+        "--raw",
+        "320x240",
+        "--profile",
+        "--show",
+        drawn.to_str().expect("a name"),
+    ];
+    let output = receive(&file, &arguments);
+    let told = text(&output.stderr);
+    assert!(told.contains("frame 4: coasting, frame 1 of 12"), "{told}");
+    assert!(told.contains("Follow"), "{told}");
+    let picture = image::open(drawn.join("frame-000002-panel-0.png"))
+        .expect("a picture")
+        .into_rgb8();
+    let green = picture
+        .pixels()
+        .filter(|pixel| pixel[1] > 150 && pixel[0] < 100)
+        .count();
+    let red = picture
+        .pixels()
+        .filter(|pixel| pixel[0] > 150 && pixel[1] < 100)
+        .count();
+    assert!(
+        green > 500 && red > 500,
+        "{green} green and {red} red pixels"
+    );
+    assert!(!drawn.join("frame-000004-panel-0.png").exists());
+}
+
+#[test]
+fn frames_of_changing_size_and_no_size_at_all_are_survived() {
+    let folder = filmed("sizes", 3);
+    for (name, width, height) in [("a", 1u32, 1u32), ("b", 7, 200), ("c", 640, 3)] {
+        image::GrayImage::from_pixel(width, height, image::Luma([255]))
+            .save(folder.join(format!("frame-000001{name}.png")))
+            .expect("a file");
+    }
+    let output = run(vocc().args(["receive", "--bits"]).arg(&folder));
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("frame 0:"),
+        "{}",
+        text(&output.stderr)
+    );
+}

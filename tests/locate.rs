@@ -1,0 +1,38 @@
+//! The locator over its whole range, before photographs and without, and where there is no panel at all. The example `range` does the
+//! same a thousand times over.
+
+use std::path::Path;
+
+use vocc_tests::sightings::{photographs, search_empty, search_scenes};
+
+const SIZE: [usize; 2] = [480, 360];
+
+fn clutter() -> Vec<image::GrayImage> {
+    photographs(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/photographs"
+    )))
+}
+
+#[test]
+fn panels_are_found_within_three_frames() {
+    let mut failures = Vec::new();
+    let tally = search_scenes(0..60, SIZE, &clutter(), |line| {
+        failures.push(line.to_owned())
+    });
+    let found: usize = tally.found_at.iter().sum();
+    assert_eq!(tally.wrong, 0, "{failures:#?}");
+    assert!(found >= 58, "{found} of 60: {failures:#?}");
+    let mut errors = tally.errors_px;
+    errors.sort_by(f64::total_cmp);
+    assert!(errors[errors.len() / 2] < 0.15, "{errors:?}");
+}
+
+#[test]
+fn photographs_without_a_panel_show_none() {
+    let mut failures = Vec::new();
+    let seen = search_empty(0..40, SIZE, &clutter(), |line| {
+        failures.push(line.to_owned())
+    });
+    assert_eq!(seen, 0, "{failures:#?}");
+}
