@@ -1,0 +1,27 @@
+//! Any bytes as frames of any size: `cargo +nightly fuzz run receive` in `rx-pipeline`.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+
+fuzz_target!(|data: &[u8]| {
+    let history = vec![0; 2 * 128 * 128];
+    let memory = Box::new(ReceiverMemory::<4096>::new());
+    let mut receiver = Receiver::with_history(ReceiverSettings::default(), memory, history).expect("the default settings");
+    let mut rest = data;
+    let mut number = 0u64;
+    // Each frame: its size, by how much its number rises, and its pixels, as often as they fit.
+    while let [width, height, step, pixels @ ..] = rest {
+        let (width, height) = (usize::from(*width % 128) + 1, usize::from(*height % 128) + 1);
+        let part = pixels.len().min(width * height);
+        if part == 0 {
+            break;
+        }
+        let frame: Vec<u8> = pixels[..part].iter().copied().cycle().take(width * height).collect();
+        number = number.wrapping_add(u64::from(*step));
+        let _outcome = receiver.frame(number, &Frame::new(&frame, width, height).expect("a whole frame"));
+        rest = &pixels[part..];
+    }
+    let _event = receiver.finish();
+});

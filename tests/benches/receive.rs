@@ -1,0 +1,95 @@
+//! Cold search in full-HD frames and a followed frame: `cargo bench -p vocc-tests --bench receive`.
+
+use std::path::Path;
+
+use divan::{Bencher, black_box};
+use rx_pipeline::frame::Frame;
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use vocc_tests::sightings::{Sighting, photographs};
+
+fn main() {
+    divan::main();
+}
+
+const SIZE: [usize; 2] = [1920, 1080];
+const PIXELS: usize = 160 * 160;
+
+/// Panels before photographs: dusk at 46 m, day at 35 m, night at 49 m.
+const SEEDS: [u64; 3] = [1, 9, 19];
+
+fn sighting(seed: u64) -> Sighting {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("photographs");
+    Sighting::draw(seed, SIZE, 3, &photographs(&folder))
+}
+
+fn frames(sighting: &Sighting) -> Vec<Frame<'_>> {
+    let frame = |pixels| Frame::new(pixels, sighting.width, sighting.height).expect("a frame");
+    sighting
+        .frames
+        .iter()
+        .map(|pixels| frame(pixels.as_slice()))
+        .collect()
+}
+
+/// A noisy frame before clutter with the one before it: nothing is known of the panel.
+#[divan::bench(args = SEEDS, max_time = 3)]
+fn cold_locate(bencher: Bencher, seed: u64) {
+    let sighting = sighting(seed);
+    let frames = frames(&sighting);
+    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
+    bencher.bench_local(|| {
+        locator.locate_among(
+            black_box(&frames[1]),
+            &frames[..1],
+            &[],
+            Effort::Share(1),
+            &mut memory,
+            &mut (),
+        )
+    });
+}
+
+/// The same in a single frame, which also has to look at what the clutter offers.
+#[divan::bench(args = SEEDS, max_time = 3)]
+fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
+    let sighting = sighting(seed);
+    let frames = frames(&sighting);
+    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
+    bencher.bench_local(|| {
+        locator.locate_among(
+            black_box(&frames[1]),
+            &[],
+            &[],
+            Effort::Share(1),
+            &mut memory,
+            &mut (),
+        )
+    });
+}
+
+/// A frame of a panel that is followed, all in: track, cells, features, k-means, symbols and framing.
+#[divan::bench(args = SEEDS, max_time = 3)]
+fn followed_frame(bencher: Bencher, seed: u64) {
+    let sighting = sighting(seed);
+    let frames = frames(&sighting);
+    let history = vec![0; 2 * SIZE[0] * SIZE[1]];
+    let memory = Box::<ReceiverMemory<PIXELS>>::default();
+    let mut receiver = Receiver::with_history(ReceiverSettings::default(), memory, history)
+        .expect("the default settings");
+    let mut number = 0;
+    let mut next = || {
+        number += 1;
+        receiver
+            .frame(number, black_box(&frames[(number % 3) as usize]))
+            .reading
+            .is_ok()
+    };
+    for _ in 0..6 {
+        next();
+    }
+    assert!(next(), "the panel is followed: {}", sighting.what);
+    bencher.bench_local(next);
+}
