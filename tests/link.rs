@@ -65,6 +65,26 @@ fn a_message_arrives_at_every_distance_and_interval() {
     }
 }
 
+/// Nothing is known of where the panel is: it is found before clutter, in twilight, and in the noise of the night.
+#[test]
+fn by_day_dusk_and_night_every_seed_delivers() {
+    for preset in ["day", "dusk", "night"] {
+        let scene = Scene::load(preset, &[]).expect("a preset");
+        for seed in 0..20 {
+            let settings = LinkSettings {
+                seed,
+                ..settings(DetectorChoice::Best)
+            };
+            let mut road = Road::new(&scene, &settings).expect("a usable link");
+            let received = (0..30).find_map(|frame| {
+                let report = road.frame(frame).expect("a panel in view");
+                report.delivered
+            });
+            assert_eq!(message(&received), Some(MESSAGE), "{preset}, seed {seed}");
+        }
+    }
+}
+
 #[test]
 fn every_detector_reads_the_paper_s_panel() {
     for detector in [

@@ -249,6 +249,11 @@ const LEAST_NOISE_GREY: f32 = 0.3;
 
 /// A change with less signal to noise than this has to show from another earlier frame too: moving things may look like a panel once.
 const FAINT: f32 = 55.0;
+/// The same where not the panel alone has changed: then the camera has moved, and edges that move may look like anything.
+const FAINT_IN_MOTION: f32 = 200.0;
+/// Half of the frame changes by more than so many times its noise, and this much, when the camera has moved.
+const IN_MOTION: f32 = 1.5;
+const IN_MOTION_GREY: f32 = 0.5;
 
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -354,6 +359,9 @@ impl Locator {
             places: 0,
             budget: effort.budget(CHANGED_BUDGET),
         };
+        let in_motion =
+            survey.noise_of_change_grey > IN_MOTION * survey.noise_grey + IN_MOTION_GREY;
+        let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
         for candidate in survey.changed.iter().filter(unknown).take(CHANGED) {
             let mut faint = suspected;
             for before in earlier.iter().filter(same_size) {
@@ -368,13 +376,16 @@ impl Locator {
                     continue;
                 };
                 let here = found.spots.lattice;
+                // Spots that overlap add up to anything smooth.
+                let apart = proof::apart(&found.spots);
+                let enough = enough / (apart * apart);
                 let confirmed = faint.is_some_and(|other| here.is_close_to(&other));
-                if found.signal_to_noise >= FAINT || confirmed {
+                if found.signal_to_noise >= enough || confirmed && !in_motion {
                     return Ok(found);
                 }
                 attempt.failure.get_or_insert(LocateError::ContrastTooLow {
                     signal_to_noise: found.signal_to_noise,
-                    needed: FAINT,
+                    needed: enough,
                 });
                 faint = Some(here);
                 *suspect = faint;

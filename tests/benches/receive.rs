@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
 use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
@@ -72,13 +73,27 @@ fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
 
 /// A frame of a panel that is followed, all in: track, cells, features, k-means, symbols and framing.
 #[divan::bench(args = SEEDS, max_time = 3)]
-fn followed_frame(bencher: Bencher, seed: u64) {
+fn followed_frame_k_means(bencher: Bencher, seed: u64) {
+    followed_frame(bencher, seed, Detector::default().into());
+}
+
+/// The same with maximum likelihood.
+#[divan::bench(args = SEEDS, max_time = 3)]
+fn followed_frame_maximum_likelihood(bencher: Bencher, seed: u64) {
+    followed_frame(bencher, seed, Method::default());
+}
+
+fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
     let sighting = sighting(seed);
     let frames = frames(&sighting);
     let history = vec![0; 2 * SIZE[0] * SIZE[1]];
     let memory = Box::<ReceiverMemory<PIXELS>>::default();
-    let mut receiver = Receiver::with_history(ReceiverSettings::default(), memory, history)
-        .expect("the default settings");
+    let settings = ReceiverSettings {
+        method,
+        ..ReceiverSettings::default()
+    };
+    let mut receiver =
+        Receiver::with_history(settings, memory, history).expect("the default settings");
     let mut number = 0;
     let mut next = || {
         number += 1;

@@ -1,6 +1,6 @@
 //! How many panels of the locator's whole range are found within three frames, and how many are seen where there are none.
 //!
-//! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT]`
+//! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`
 
 use std::path::Path;
 
@@ -16,13 +16,15 @@ fn main() {
         Some([width.parse().ok()?, height.parse().ok()?])
     });
     let size = size.unwrap_or([1920, 1080]);
+    let first: u64 = argument(4).and_then(|n| n.parse().ok()).unwrap_or(0);
+    let seeds = first..first + scenes;
     let photographs = photographs(Path::new(folder));
     let Tally {
         found_at,
         wrong,
         lost,
         mut errors_px,
-    } = search_scenes(0..scenes, size, &photographs, |line| println!("{line}"));
+    } = search_scenes(seeds.clone(), size, &photographs, |line| println!("{line}"));
     let found: usize = found_at.iter().sum();
     errors_px.sort_by(f64::total_cmp);
     let quantile = |part: f64| {
@@ -37,6 +39,6 @@ fn main() {
         quantile(0.5),
         quantile(0.99)
     );
-    let seen = search_empty(0..scenes, size, &photographs, |line| println!("{line}"));
+    let seen = search_empty(seeds, size, &photographs, |line| println!("{line}"));
     println!("{seen} panels seen in {scenes} photographs without one, each alone and then moved");
 }

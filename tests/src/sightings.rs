@@ -309,7 +309,8 @@ pub fn search_empty(
         let mut tell_of = |kind: &str, found: rx_pipeline::locate::Location| {
             seen += 1;
             tell(&format!(
-                "seen in photograph {seed}, {kind}, noise {noise}: {:?}",
+                "seen in photograph {seed}, {kind}, noise {noise}, signal to noise {:.0}: {:?}",
+                found.signal_to_noise,
                 found.corners.points()
             ));
         };

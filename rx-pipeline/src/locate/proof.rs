@@ -6,7 +6,7 @@ use crate::corners::Corners;
 use crate::fit::{self, Settled};
 use crate::lattice::Lattice;
 use crate::light::Light;
-use crate::spots::{Canvas, Scenery, Spots, Window};
+use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
 use core::ops::RangeInclusive;
 use link::panel::LEDS;
 
@@ -20,7 +20,7 @@ const CLOSE: f32 = 2.2;
 const ROUNDING: f32 = 0.1;
 /// The squares explained, over a pixel's noise: LEDs seen this clearly are no accident. A single frame, which holds all the clutter, has to be
 /// clearer.
-const LEAST_EXPLAINED: [f32; 2] = [700.0, 5600.0];
+const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
 /// The same for the dimmest outer line of LEDs: below, the lattice may as well be a line off.
 const LEAST_EDGE: f32 = 25.0;
 /// LEDs that are On, or have changed.
@@ -44,6 +44,10 @@ const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
 /// Room around the lattice in pitches: enough for two lines more, or for no more than the cells.
 const WIDE: f32 = 1.8;
 const NARROW: f32 = 0.6;
+/// A fit that leaves no more than noise is trusted where the signal is this many times the noise.
+const CLEAR: f32 = 8.0;
+/// A lattice one line off has to leave this much less, in the noise of a pixel, to be taken for the right one; and as much more to be ruled out.
+const WORTH_A_MOVE: f32 = 40.0;
 /// In a single frame a lattice one line off has to leave this share of the signal more, or the frame does not tell them apart.
 const CLEARLY_WORSE: f32 = 0.01;
 
@@ -106,20 +110,31 @@ pub(super) fn prove<const N: usize>(
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
     let mut settled = fit::settle(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
-    let left = settled.slope.squares / settled.slope.pixels.max(1) as f32;
-    if left > BEYOND_DOUBT * BEYOND_DOUBT * noise
-        && settled.slope.squares < 0.5 * settled.slope.total
-    {
+    let Slope {
+        squares,
+        total,
+        pixels,
+        ..
+    } = settled.slope;
+    let noise_squares = noise * pixels as f32;
+    let explains_all =
+        squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
+    if !explains_all && (squares < 0.5 * total || !single) {
         let wide = fit::window(&settled.spots.lattice, WIDE, size).ok_or(no_lattice)?;
         let lines = Lines::of(canvas, scenery, wide, &settled.spots).ok_or(no_lattice)?;
         let doubt = lines.here - lines.best_beside;
-        if doubt > 40.0 * noise {
+        if doubt > WORTH_A_MOVE * noise {
             let moved = lines.beside;
             let window = fit::window(&moved.lattice, rim, size).ok_or(no_lattice)?;
             settled = fit::settle(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
         }
-        // What is behind the panel may make up for a line.
-        if single && doubt.abs() < CLEARLY_WORSE * lines.total {
+        // What is behind the panel, or noise, may make up for a line.
+        let enough = if single {
+            CLEARLY_WORSE * lines.total
+        } else {
+            WORTH_A_MOVE * noise
+        };
+        if doubt.abs() < enough {
             return Err(LocateError::EdgeUnseen {
                 signal_to_noise: libm::sqrtf(doubt.abs() / noise),
             });
@@ -201,6 +216,12 @@ impl Lines {
     }
 }
 
+/// How far apart the spots are: 1 where they stand alone, less where they overlap.
+pub(super) fn apart(spots: &Spots) -> f32 {
+    let [across, down] = spots.lattice.pitch();
+    (across.min(down) / (CLOSE * spots.sigma)).min(1.0)
+}
+
 fn examine(
     settled: &Settled,
     noise: f32,
@@ -219,7 +240,7 @@ fn examine(
     let mode = usize::from(single);
     // Spots that overlap can stand in for each other: the closer they are the less may be left.
     let [across, down] = spots.lattice.pitch();
-    let apart = (across.min(down) / (CLOSE * spots.sigma)).min(1.0);
+    let apart = apart(spots);
     let allowed = EXCUSED_NOISE[mode] * noise * pixels
         + EXCUSED_SIGNAL[mode] * apart * apart * apart * apart * signal;
     if slope.squares.is_nan() || slope.squares > allowed {
