@@ -12,7 +12,7 @@ use clap::Args;
 use link::framing::MESSAGE_MAX;
 use rx_pipeline::detect::Method;
 use serialport::SerialPort;
-use sim::detectors::{DETECTORS, DetectorChoice};
+use sim::detectors::DetectorChoice;
 use sim::scene::Scene;
 
 use crate::device::{Client, port};
@@ -39,16 +39,6 @@ impl Shared {
     pub fn scene(&self, name: &str) -> anyhow::Result<Scene> {
         Ok(Scene::load(name, &self.set)?)
     }
-}
-
-/// A detector's name.
-pub fn detector(name: &str) -> Result<DetectorChoice, String> {
-    let known = || DETECTORS.map(|(name, _)| name).join(", ");
-    DETECTORS
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|&(_, choice)| choice)
-        .ok_or_else(|| format!("no detector {name:?}: choose one of {}", known()))
 }
 
 /// A flag that Ctrl-C clears, so that work ends with what is finished.

@@ -1,12 +1,16 @@
 //! The detectors by the names that users know them by.
 
+use std::str::FromStr;
+
 use rx_pipeline::detect::{Detector, FisherFeatures, Method};
 use rx_pipeline::likelihood::Camera;
+use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
 
-/// A choice of detector.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A choice of detector; in files it goes by its name in [`DETECTORS`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum DetectorChoice {
     /// The best there is.
     #[default]
@@ -39,7 +43,49 @@ pub const DETECTORS: [(&str, DetectorChoice); 8] = [
     ("genie", DetectorChoice::Genie),
 ];
 
+/// There is no such detector.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no detector {name:?}: choose one of {}", DETECTORS.map(|(name, _)| name).join(", "))]
+pub struct DetectorError {
+    /// What was asked for.
+    pub name: String,
+}
+
+impl FromStr for DetectorChoice {
+    type Err = DetectorError;
+
+    fn from_str(name: &str) -> Result<Self, DetectorError> {
+        DETECTORS
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map(|&(_, choice)| choice)
+            .ok_or_else(|| DetectorError { name: name.into() })
+    }
+}
+
+impl TryFrom<String> for DetectorChoice {
+    type Error = DetectorError;
+
+    fn try_from(name: String) -> Result<Self, DetectorError> {
+        name.parse()
+    }
+}
+
+impl From<DetectorChoice> for String {
+    fn from(choice: DetectorChoice) -> Self {
+        choice.name().into()
+    }
+}
+
 impl DetectorChoice {
+    /// Its name in [`DETECTORS`].
+    pub fn name(self) -> &'static str {
+        DETECTORS
+            .iter()
+            .find(|(_, choice)| *choice == self)
+            .map_or("best", |(name, _)| name)
+    }
+
     /// The method, where a receiver can be it without frames to learn from.
     pub fn untrained(self) -> Option<Method> {
         match self {

@@ -33,7 +33,7 @@ use crate::view::{View, ViewError};
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
 pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
 /// Frames worked on by one thread before their results are folded in.
-const CHUNK: u64 = 256;
+pub const CHUNK: u64 = 256;
 /// Frames that a trained detector learns from.
 const TRAINING_FRAMES: u64 = 500;
 /// Frames that maximum likelihood has seen before the first, as a receiver has that follows a panel.
@@ -226,48 +226,39 @@ impl Evaluator {
     /// When a frame cannot be measured.
     pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
         let mut tally = Tally::default();
-        self.run_chunks(0..chunks(self.settings.frames), &mut tally, |tally| {
-            progress(tally.total().errors.frames())
-        })?;
-        Ok(tally.total())
-    }
-
-    /// Evaluates those of a range of chunks (see [`chunks`]) that `tally` does not hold yet, and adds them; `progress` is shown
-    /// the tally now and then and may end the run by returning false.
-    ///
-    /// # Errors
-    /// When a frame cannot be measured.
-    pub fn run_chunks(
-        &self,
-        range: std::ops::Range<u64>,
-        tally: &mut Tally,
-        mut progress: impl FnMut(&Tally) -> bool,
-    ) -> Result<(), EvaluateError> {
-        let batch = 16 * rayon::current_num_threads();
-        let frames_of = |chunk: u64| chunk * CHUNK..self.settings.frames.min((chunk + 1) * CHUNK);
-        let mut next = range.start;
-        while next < range.end {
-            let missing: Vec<u64> = (next..range.end)
-                .filter(|&chunk| !tally.contains(chunk))
-                .take(batch)
+        let (chunks, batch) = (
+            chunks(self.settings.frames),
+            16 * rayon::current_num_threads() as u64,
+        );
+        for first in (0..chunks).step_by(batch as usize) {
+            let parts: Vec<_> = (first..chunks.min(first + batch))
+                .into_par_iter()
+                .map_init(
+                    || self.workspace(),
+                    |workspace, chunk| (chunk, self.chunk(chunk, workspace)),
+                )
                 .collect();
-            let Some(last) = missing.last() else { break };
-            next = last + 1;
-            let part = |workspace: &mut Workspace, &chunk: &u64| {
-                self.evaluate(frames_of(chunk), workspace)
-            };
-            let parts: Vec<_> = missing
-                .par_iter()
-                .map_init(|| self.workspace(), part)
-                .collect();
-            for (chunk, part) in missing.into_iter().zip(parts) {
+            for (chunk, part) in parts {
                 tally.add(chunk, part?)?;
             }
-            if !progress(tally) {
+            if !progress(tally.total().errors.frames()) {
                 break;
             }
         }
-        Ok(())
+        Ok(tally.total())
+    }
+
+    /// Evaluates chunk `chunk` (see [`chunks`]): [`CHUNK`] frames, fewer where the evaluation ends.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn chunk(
+        &self,
+        chunk: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluation, EvaluateError> {
+        let end = self.settings.frames.min((chunk + 1) * CHUNK);
+        self.evaluate(chunk * CHUNK..end, workspace)
     }
 
     /// Evaluates a range of frames.

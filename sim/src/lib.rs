@@ -10,7 +10,8 @@
 //! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┤   where a blur makes few chords enough
 //! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
 //!
-//! evaluate ── tally ── statistics   Monte Carlo at one setting, in shards if need be
+//! evaluate ── tally ── statistics   Monte Carlo at one setting
+//! sweep                             the same at every setting of a grid, in shards that add up to one run
 //! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
 //! reproduction                      the figures of Do & Yoo 2020 and what becomes of their claims
 //! road                              the transmitter's code, the frames, the receiver's code
@@ -20,12 +21,13 @@
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
 //! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
+//! - [`sweep`]: a plan of many settings, its division into shards, the engine that does them, and the results that files keep.
 //! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
 //! - [`reproduction`]: the paper's figures and claims, point by point.
 //!
 //! # Which to choose
 //!
-//! For one picture: [`renderer::Renderer`]. For numbers over many frames: [`evaluate::Evaluator`]. For the question
+//! For one picture: [`renderer::Renderer`]. For numbers over many frames: [`evaluate::Evaluator`]; over many settings: [`sweep::Sweep`]. For the question
 //! whether a message arrives: [`road::Road`]. [`accuracy`] says how exact a picture has to be for what.
 //!
 //! ```
@@ -75,6 +77,7 @@ pub mod road;
 pub mod scene;
 pub mod stamp;
 pub mod statistics;
+pub mod sweep;
 pub mod table;
 pub mod tally;
 pub mod view;

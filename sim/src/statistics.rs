@@ -161,8 +161,10 @@ impl Default for FrameErrors {
 }
 
 impl From<FrameErrors> for Vec<u64> {
+    /// Without the zeros at the end.
     fn from(errors: FrameErrors) -> Self {
-        errors.0.to_vec()
+        let used = errors.0.iter().rposition(|&frames| frames > 0);
+        errors.0[..used.map_or(0, |last| last + 1)].to_vec()
     }
 }
 
@@ -170,14 +172,26 @@ impl TryFrom<Vec<u64>> for FrameErrors {
     type Error = String;
 
     fn try_from(counts: Vec<u64>) -> Result<Self, String> {
-        let length = counts.len();
-        let counts = counts.try_into().map_err(|_| {
-            format!("{length} counts of bit errors instead of 65: the file is damaged")
+        let mut errors = Self::default();
+        let place = errors.0.get_mut(..counts.len()).ok_or_else(|| {
+            format!(
+                "{} counts of bit errors where a frame has at most 64: the file is damaged",
+                counts.len()
+            )
         })?;
-        Ok(Self(counts))
+        place.copy_from_slice(&counts);
+        let sum = counts.iter().try_fold(0u64, |sum, &n| sum.checked_add(n));
+        if sum.is_none_or(|frames| frames > MOST_FRAMES) {
+            return Err(format!(
+                "more than {MOST_FRAMES} frames are counted: the file is damaged"
+            ));
+        }
+        Ok(errors)
     }
 }
 
+/// The most frames that a file may speak of: no sum of them overflows.
+const MOST_FRAMES: u64 = 1 << 48;
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 2000;
 

@@ -2,8 +2,11 @@
 //!
 //! A sum of floating-point numbers depends on its order. Here the order is fixed by the chunks' numbers alone: two neighbours
 //! that fill an aligned pair (2k, 2k + 1) are merged, left before right, then two such pairs, and so on, like carries
-//! of a binary counter. Shards of a run so add up to what one run gives, bit for bit, and of n chunks in a row about log₂ n sums
-//! are kept.
+//! of a binary counter, up to whole *blocks*. Shards of a run so add up to what one run gives, bit for bit.
+//!
+//! Blocks are where a run may stop: the chunks from 2^k to 2^(k + 1) are divided into eight blocks, and the first sixteen chunks are
+//! blocks of their own. So at most an eighth more is done than a stopping rule asks for, and of n chunks about
+//! 8·log₂ n sums are kept. The rule is asked at the ends of blocks and in their order alone, whoever worked on them.
 
 use std::collections::BTreeMap;
 
@@ -52,7 +55,7 @@ pub enum TallyError {
     },
     /// A span that cannot be.
     #[error(
-        "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length; the file is damaged"
+        "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length and end with their block; the file is damaged"
     )]
     Misaligned {
         /// Its first chunk.
@@ -64,6 +67,28 @@ pub enum TallyError {
 
 /// The longest span is 2^40 chunks.
 const MOST_LEVELS: u32 = 40;
+/// The logarithm of the number of blocks that a doubling is divided into.
+const BLOCKS_A_DOUBLING: u32 = 3;
+
+/// The logarithm of the length of the block that holds a chunk.
+fn block_level(chunk: u64) -> u32 {
+    (chunk | 1).ilog2().saturating_sub(BLOCKS_A_DOUBLING)
+}
+
+/// The end of the block that holds a chunk.
+fn block_end(chunk: u64) -> u64 {
+    let level = block_level(chunk);
+    ((chunk >> level) + 1) << level
+}
+
+/// How far a range of chunks is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// All there is to do is done: up to this chunk, exclusively.
+    Done(u64),
+    /// This chunk is missing.
+    Missing(u64),
+}
 
 impl Tally {
     /// Adds the result of one chunk.
@@ -99,8 +124,61 @@ impl Tally {
         total
     }
 
+    /// How far the chunks of `range` are where a run stops at the end of the block in which `errors` bit errors are reached.
+    ///
+    /// Only what lies in the range counts: for a part of a run that does not begin at 0 this is when the part alone has
+    /// enough, and so the whole run certainly has.
+    pub fn standing(&self, range: std::ops::Range<u64>, errors: Option<u64>) -> Standing {
+        let (mut next, mut counted) = (range.start, 0);
+        let enough = |counted: u64| errors.is_some_and(|errors| counted >= errors);
+        // A longer span may hold the first chunk.
+        let first_span = self.nodes.range(..=range.start).next_back();
+        let from = first_span.map_or(range.start, |(&first, _)| first);
+        for (&first, (level, sums)) in self.nodes.range(from..range.end) {
+            if first + (1 << level) <= range.start {
+                continue;
+            }
+            if first > next {
+                return Standing::Missing(next);
+            }
+            next = first + (1 << level);
+            counted += sums.errors.errors();
+            if next == block_end(first) && enough(counted) {
+                return Standing::Done(next.min(range.end));
+            }
+        }
+        if next < range.end {
+            Standing::Missing(next)
+        } else {
+            Standing::Done(range.end)
+        }
+    }
+
+    /// Forgets all chunks from `end` on, which must be the end of a block or of all chunks.
+    pub fn truncate(&mut self, end: u64) {
+        self.nodes.split_off(&end);
+    }
+
+    /// Whether there is nothing in the sum.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Bit errors in all.
+    pub fn errors(&self) -> u64 {
+        self.nodes
+            .values()
+            .map(|(_, sums)| sums.errors.errors())
+            .sum()
+    }
+
+    /// The number of chunks in the sum.
+    pub fn chunks(&self) -> u64 {
+        self.nodes.values().map(|(level, _)| 1 << level).sum()
+    }
+
     fn add_span(&mut self, first: u64, level: u32, sums: Evaluation) -> Result<(), TallyError> {
-        if level > MOST_LEVELS
+        if level > MOST_LEVELS.min(block_level(first))
             || !first.is_multiple_of(1 << level)
             || first.checked_add(1 << level).is_none()
         {
@@ -116,7 +194,7 @@ impl Tally {
             return Err(TallyError::Doubled { first, last });
         }
         let (mut first, mut level, mut sums) = (first, level, sums);
-        while level < MOST_LEVELS {
+        while level < block_level(first) {
             let sibling = first ^ (1 << level);
             match self.nodes.get(&sibling) {
                 Some(&(its_level, other)) if its_level == level => {
@@ -194,6 +272,17 @@ mod tests {
         tally
     }
 
+    /// One frame a chunk, with so many errors.
+    fn sum_with(chunks: impl IntoIterator<Item = u64>, errors: impl Fn(u64) -> u32) -> Tally {
+        let mut tally = Tally::default();
+        for chunk in chunks {
+            let mut result = Evaluation::default();
+            result.errors.push(errors(chunk));
+            tally.add(chunk, result).expect("each chunk once");
+        }
+        tally
+    }
+
     #[test]
     fn a_plain_sum_depends_on_its_order() {
         let plain = |chunks: Vec<u64>| {
@@ -231,7 +320,33 @@ mod tests {
 
     #[test]
     fn few_sums_are_kept() {
-        assert!(sum(0..1000).nodes.len() <= 10);
+        // Sixteen, and eight for each of six doublings.
+        assert_eq!(sum(0..1024).nodes.len(), 16 + 6 * 8);
+        assert_eq!(
+            [0, 15, 16, 17, 31, 32, 1000].map(block_end),
+            [1, 16, 18, 18, 32, 36, 1024]
+        );
+    }
+
+    #[test]
+    fn a_run_stops_at_the_end_of_the_block_that_brings_enough() {
+        // One error a chunk.
+        let tally = sum_with(0..100, |_| 1);
+        assert_eq!(tally.standing(0..100, None), Standing::Done(100));
+        assert_eq!(tally.standing(0..120, None), Standing::Missing(100));
+        assert_eq!(tally.standing(0..100, Some(13)), Standing::Done(13));
+        assert_eq!(tally.standing(0..100, Some(33)), Standing::Done(36));
+        assert_eq!(tally.standing(0..120, Some(101)), Standing::Missing(100));
+        // The last block is cut where the run ends.
+        assert_eq!(tally.standing(0..100, Some(97)), Standing::Done(100));
+        // A part that begins in a block knows its own errors only.
+        let part = sum_with(33..90, |_| 1);
+        assert_eq!(part.standing(33..90, Some(3)), Standing::Done(36));
+        assert_eq!(part.standing(33..90, Some(4)), Standing::Done(40));
+        assert_eq!(part.standing(0..90, None), Standing::Missing(0));
+        let mut cut = tally.clone();
+        cut.truncate(36);
+        assert_eq!((&cut, cut.chunks()), (&sum_with(0..36, |_| 1), 36));
     }
 
     #[test]
@@ -253,5 +368,6 @@ mod tests {
             Err(TallyError::Misaligned { first: 3, level: 1 })
         );
         assert!(damaged(0, 64).is_err() && damaged(u64::MAX, 0).is_err());
+        assert!(damaged(16, 2).is_err(), "longer than its block");
     }
 }

@@ -12,7 +12,7 @@ use rx_pipeline::locate::{Locator, LocatorMemory, LocatorSettings};
 use serde::Serialize;
 use sim::detectors::DetectorChoice;
 
-use crate::options::{self, Shared, detector};
+use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
 use crate::pictures;
 
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(required = true)]
     images: Vec<PathBuf>,
     /// best, ml, kmeans, kmeans-raw or otsu.
-    #[arg(long, default_value = "best", value_parser = detector)]
+    #[arg(long, default_value = "best")]
     detector: DetectorChoice,
     /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
     #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]

@@ -9,7 +9,7 @@ use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluator, Settings};
 use sim::tally::Tally;
 
-use crate::options::{Shared, detector, until_interrupted};
+use crate::options::{Shared, until_interrupted};
 use crate::output::{Answer, Progress};
 use crate::results::{Results, Run};
 
@@ -33,7 +33,7 @@ pub struct Arguments {
     random_reflectance: bool,
     /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (told everything but the bits: a bound). The default is
     /// the paper's, which takes a small part of a frame's time; `best` takes most of it.
-    #[arg(long, default_value = "kmeans", value_parser = detector)]
+    #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]

@@ -12,7 +12,7 @@ use sim::plan::Plan;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
 
-use crate::options::{Message, Shared, detector, until_interrupted};
+use crate::options::{Message, Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
 use crate::pictures;
 
@@ -28,7 +28,7 @@ pub struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
     /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
-    #[arg(long, default_value = "best", value_parser = detector)]
+    #[arg(long, default_value = "best")]
     detector: DetectorChoice,
     /// Save every frame in this folder, for `vocc receive`.
     #[arg(long, value_name = "DIR")]

@@ -14,7 +14,7 @@ use rx_pipeline::receiver::{Outcome, ReceiverMemory, ReceiverSettings};
 use rx_pipeline::receivers::Receivers;
 use sim::detectors::DetectorChoice;
 
-use crate::options::{self, Shared, detector};
+use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
 use crate::streams::{SIDE_MAX, Stream};
 use crate::{pictures, show};
@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 100.0, value_name = "F")]
     symbol_rate: f32,
     /// best, ml, kmeans, kmeans-raw or otsu.
-    #[arg(long, default_value = "best", value_parser = detector)]
+    #[arg(long, default_value = "best")]
     detector: DetectorChoice,
     /// Also print what each frame shows.
     #[arg(long)]

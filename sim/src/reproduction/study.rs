@@ -8,7 +8,7 @@ use super::interpolation::interpolated;
 use super::optima;
 use super::point::Point;
 use super::setting::Setting;
-use crate::detectors::{DETECTORS, DetectorChoice};
+use crate::detectors::DetectorChoice;
 use crate::evaluate::EvaluateError;
 use crate::optimum::{FRAMES_MIN, OptimumError, Search};
 use crate::scene::Scene;
@@ -212,7 +212,6 @@ impl Study {
         let strata = errors::strata(dimming, |interval| {
             interpolated(&intervals, &means, interval)
         });
-        let choice = DETECTORS.iter().find(|(name, _)| *name == detector);
         let limits = Limits {
             frames: self.error_frames(detector),
             errors: ERRORS_ENOUGH,
@@ -221,7 +220,7 @@ impl Study {
             &self.scene,
             distance_m,
             &strata,
-            choice.map_or(DetectorChoice::Best, |&(_, choice)| choice),
+            detector.parse().unwrap_or(DetectorChoice::Best),
             limits,
             self.seed,
         )

@@ -76,7 +76,7 @@ impl Scene {
         };
         // Once as written, so that a fault is shown with its line; then with the overrides.
         let written: Scene = toml::from_str(text).map_err(parse_error)?;
-        let mut scene = if overrides.is_empty() {
+        let scene = if overrides.is_empty() {
             written
         } else {
             let mut table: Table = toml::from_str(text).map_err(parse_error)?;
@@ -88,11 +88,36 @@ impl Scene {
                 source: Box::new(source),
             })?
         };
-        if scene.panels.is_empty() {
-            scene.panels.push(Panel::default());
+        scene.checked()
+    }
+
+    /// This scene with overrides as in [`Scene::load`], which come from `source` in errors.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn with(&self, source: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let fault = |why: String| SceneError::Override {
+            text: overrides.join(", "),
+            why,
+        };
+        let mut table = Table::try_from(self).map_err(|error| fault(error.to_string()))?;
+        for text in overrides {
+            apply(&mut table, text)?;
         }
-        scene.validate()?;
-        Ok(scene)
+        let scene: Self = table.try_into().map_err(|fault| SceneError::Parse {
+            name: source.into(),
+            source: Box::new(fault),
+        })?;
+        scene.checked()
+    }
+
+    /// The scene with at least one panel, if it is valid.
+    fn checked(mut self) -> Result<Self, SceneError> {
+        if self.panels.is_empty() {
+            self.panels.push(Panel::default());
+        }
+        self.validate()?;
+        Ok(self)
     }
 }
 
@@ -131,7 +156,7 @@ fn apply(table: &mut Table, text: &str) -> Result<(), SceneError> {
 }
 
 /// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
-fn parse_value(text: &str) -> Value {
+pub(crate) fn parse_value(text: &str) -> Value {
     let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
         .ok()
         .and_then(|mut t| t.remove("value"));
@@ -164,6 +189,32 @@ mod tests {
         assert_eq!(scene.link.contrast, crate::scene::Contrast::Eq10);
         assert_eq!(scene.pose.velocity_m_s, [1.0, 0.0, -3.0]);
         assert_eq!(scene.effects.mode("blur"), crate::scene::Mode::Off);
+    }
+
+    #[test]
+    fn overrides_of_a_scene_are_those_of_its_text() {
+        for preset in ["paper", "night", "fog"] {
+            let scene = Scene::load(preset, &[]).unwrap();
+            assert_eq!(scene.with("a grid", &[]).unwrap(), scene);
+            let overrides = [
+                "pose.distance_m=70",
+                "link.l2a=table",
+                "effects.noise=on",
+                "panel.interval=0.5",
+            ];
+            let overrides = overrides.map(String::from);
+            assert_eq!(
+                scene.with("a grid", &overrides).unwrap(),
+                Scene::load(preset, &overrides).unwrap()
+            );
+        }
+        let scene = Scene::default();
+        let fault = scene.with("a grid", &["pose.distance_cm=1".into()]);
+        let fault = fault.unwrap_err().to_string();
+        assert!(
+            fault.contains("a grid") && fault.contains("distance_m"),
+            "{fault}"
+        );
     }
 
     #[test]

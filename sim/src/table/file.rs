@@ -20,7 +20,6 @@ use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
 use serde::{Deserialize, Serialize};
 
 use crate::accuracy::Level;
-use crate::detectors::DETECTORS;
 use crate::optimum::Criterion;
 use crate::scene::Scene;
 
@@ -139,9 +138,6 @@ impl SearchRecord {
     /// The record of a survey.
     pub fn of(survey: &Survey) -> Self {
         let search = &survey.search;
-        let detector = DETECTORS
-            .iter()
-            .find(|(_, choice)| *choice == search.detector);
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
             criterion: search.criterion,
@@ -151,7 +147,7 @@ impl SearchRecord {
             tolerance: search.tolerance,
             range: search.range,
             random_reflectance: search.random_reflectance,
-            detector: detector.map_or("best", |(name, _)| name).into(),
+            detector: search.detector.into(),
             level: search.level,
             distance_m: survey.distance_m.clone(),
             yaw_deg: survey.yaw_deg.clone(),

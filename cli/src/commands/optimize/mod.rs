@@ -13,7 +13,7 @@ use sim::scene::Scene;
 use sim::table::{Rule, Survey, TableFile};
 
 use crate::commands::evaluate::single_precision;
-use crate::options::{Shared, detector, until_interrupted};
+use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
 use crate::pictures::write_aside;
 use crate::plot;
@@ -58,7 +58,7 @@ pub struct Arguments {
     fixed_reflectance: bool,
     /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. The default is the
     /// paper's, which takes a small part of a frame's time.
-    #[arg(long, default_value = "kmeans", value_parser = detector)]
+    #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]

@@ -1,0 +1,271 @@
+//! What came out of a sweep so far, and the form in which files keep it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Sweep, SweepError, Work};
+use crate::evaluate::Evaluation;
+use crate::tally::{Standing, Tally, TallyError};
+
+/// The version of the form.
+const FORMAT: u32 = 2;
+
+/// The sums of a sweep's cells, and of which sweep they are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Results {
+    sweep: Sweep,
+    cells: BTreeMap<usize, Tally>,
+}
+
+/// Why results cannot be read or added up.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// No results at all, or half of them.
+    #[error("these are no whole results of vocc evaluate or vocc sweep ({0}): make them again")]
+    Damaged(serde_json::Error),
+    /// Of a sweep that cannot be.
+    #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
+    Sweep(Box<SweepError>),
+    /// Another form.
+    #[error("these are results of format {found}, this program ({version}) knows format {FORMAT}: read them with the version that wrote them, or make them again", version = env!("CARGO_PKG_VERSION"))]
+    Format {
+        /// The form's version.
+        found: u32,
+    },
+    /// Results of another program.
+    #[error("these are results of version {found}, this is {version}, whose frames may differ: use one version for all shards", version = env!("CARGO_PKG_VERSION"))]
+    Version {
+        /// The program's version.
+        found: String,
+    },
+    /// Results of another sweep.
+    #[error("these are results of another run: its {} differ; all shards must be of the same plan and seed", differences.join(", "))]
+    OtherRun {
+        /// What differs.
+        differences: Vec<&'static str>,
+    },
+    /// A cell that the sweep does not have.
+    #[error(
+        "there are results of cell {cell}, but the sweep has {cells} cells: the file is damaged"
+    )]
+    NoCell {
+        /// Its number.
+        cell: usize,
+        /// Cells of the sweep.
+        cells: usize,
+    },
+    /// A sum that is there already, or that cannot be.
+    #[error("cell {cell}: {source}")]
+    Tally {
+        /// The cell and its values.
+        cell: String,
+        /// What is wrong.
+        source: TallyError,
+    },
+    /// Not all is there.
+    #[error(
+        "chunk {chunk} of cell {cell} is missing: give all shards, and finish unfinished ones with --resume"
+    )]
+    Missing {
+        /// The cell and its values.
+        cell: String,
+        /// The first chunk that is missing.
+        chunk: u64,
+    },
+}
+
+/// What a file begins with.
+#[derive(Deserialize)]
+struct Head {
+    format: u32,
+    #[serde(default)]
+    version: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    format: u32,
+    version: String,
+    sweep: Sweep,
+    cells: Vec<WrittenCell>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenCell {
+    cell: usize,
+    sums: Tally,
+}
+
+impl Results {
+    /// Nothing yet.
+    pub fn new(sweep: Sweep) -> Self {
+        Self {
+            sweep,
+            cells: BTreeMap::new(),
+        }
+    }
+
+    /// What they are of.
+    pub fn sweep(&self) -> &Sweep {
+        &self.sweep
+    }
+
+    /// As a file keeps them. The same results are the same bytes.
+    ///
+    /// # Errors
+    /// When a number has no place in JSON.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        let cells = self.cells.iter().filter(|(_, sums)| !sums.is_empty());
+        serde_json::to_string(&Written {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").into(),
+            sweep: self.sweep.clone(),
+            cells: cells
+                .map(|(&cell, sums)| WrittenCell {
+                    cell,
+                    sums: sums.clone(),
+                })
+                .collect(),
+        })
+    }
+
+    /// What a file keeps.
+    ///
+    /// # Errors
+    /// When it is no such file, half of one, of another version, or contradicts itself.
+    pub fn from_json(text: &str) -> Result<Self, ResultsError> {
+        let Head { format, version } = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
+        if format != FORMAT {
+            return Err(ResultsError::Format { found: format });
+        }
+        if version != env!("CARGO_PKG_VERSION") {
+            return Err(ResultsError::Version { found: version });
+        }
+        let written: Written = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
+        written
+            .sweep
+            .check_description()
+            .map_err(|fault| ResultsError::Sweep(Box::new(fault)))?;
+        let cells = written.sweep.cells();
+        let mut results = Self::new(written.sweep);
+        for WrittenCell { cell, sums } in written.cells {
+            if cell >= cells {
+                return Err(ResultsError::NoCell { cell, cells });
+            }
+            results.merge_cell(cell, &sums)?;
+        }
+        Ok(results)
+    }
+
+    /// Adds results of the same sweep.
+    ///
+    /// # Errors
+    /// When they are of another one, or hold what is there already.
+    pub fn merge(&mut self, other: &Self) -> Result<(), ResultsError> {
+        let differences = differences(&self.sweep, &other.sweep);
+        if !differences.is_empty() {
+            return Err(ResultsError::OtherRun { differences });
+        }
+        for (&cell, sums) in &other.cells {
+            self.merge_cell(cell, sums)?;
+        }
+        Ok(())
+    }
+
+    fn merge_cell(&mut self, cell: usize, sums: &Tally) -> Result<(), ResultsError> {
+        let own = self.cells.entry(cell).or_default();
+        own.merge(sums).map_err(|source| ResultsError::Tally {
+            cell: self.sweep.name_of(cell),
+            source,
+        })
+    }
+
+    /// Forgets what lies beyond each cell's end; what is left is what one run leaves.
+    ///
+    /// # Errors
+    /// When something is missing.
+    pub fn finish(mut self) -> Result<Self, ResultsError> {
+        for cell in 0..self.sweep.cells() {
+            match self.standing(cell) {
+                Standing::Done(end) => self.truncate(cell, end),
+                Standing::Missing(chunk) => {
+                    let cell = self.sweep.name_of(cell);
+                    return Err(ResultsError::Missing { cell, chunk });
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    /// How far a cell is.
+    pub fn standing(&self, cell: usize) -> Standing {
+        self.standing_of(&Work {
+            cell,
+            chunks: 0..self.sweep.chunks(),
+        })
+    }
+
+    /// How far a part of a cell is.
+    pub fn standing_of(&self, work: &Work) -> Standing {
+        let chunks = work.chunks.clone();
+        match self.cells.get(&work.cell) {
+            Some(sums) => sums.standing(chunks, self.sweep.stop_errors),
+            None => Standing::Missing(chunks.start),
+        }
+    }
+
+    /// The sum over all of a cell that is there.
+    pub fn total(&self, cell: usize) -> Evaluation {
+        self.cells.get(&cell).map(Tally::total).unwrap_or_default()
+    }
+
+    /// The number of a cell's chunks that are there.
+    pub fn chunks_of(&self, cell: usize) -> u64 {
+        self.cells.get(&cell).map_or(0, Tally::chunks)
+    }
+
+    /// Bit errors of a cell so far.
+    pub fn errors_of(&self, cell: usize) -> u64 {
+        self.cells.get(&cell).map_or(0, Tally::errors)
+    }
+
+    pub(super) fn contains(&self, cell: usize, chunk: u64) -> bool {
+        self.cells
+            .get(&cell)
+            .is_some_and(|sums| sums.contains(chunk))
+    }
+
+    /// Adds a chunk that is not there yet.
+    pub(super) fn add(&mut self, cell: usize, chunk: u64, result: Evaluation) {
+        let added = self.cells.entry(cell).or_default().add(chunk, result);
+        debug_assert!(added.is_ok(), "only missing chunks are worked on");
+    }
+
+    pub(super) fn truncate(&mut self, cell: usize, end: u64) {
+        if let Some(sums) = self.cells.get_mut(&cell) {
+            sums.truncate(end);
+        }
+    }
+}
+
+/// In what two sweeps differ, in the words of their plans.
+fn differences(one: &Sweep, other: &Sweep) -> Vec<&'static str> {
+    let parts = [
+        ("scene", one.scene == other.scene),
+        ("grid", one.grid == other.grid),
+        ("detectors", one.detectors == other.detectors),
+        ("frames", one.frames == other.frames),
+        ("stopping rule", one.stop_errors == other.stop_errors),
+        ("seed", one.seed == other.seed),
+        (
+            "random reflectance",
+            one.random_reflectance == other.random_reflectance,
+        ),
+        ("level", one.level == other.level),
+    ];
+    let differing = parts.into_iter().filter(|(_, same)| !same);
+    differing.map(|(name, _)| name).collect()
+}

@@ -1,0 +1,227 @@
+//! The engine: works a shard's chunks off, on all threads.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::shard::Expected;
+use super::{Results, Shard, Sweep, SweepError, Work};
+use crate::evaluate::{CHUNK, EvaluateError, Evaluation, Evaluator, Workspace};
+use crate::tally::Standing;
+
+/// Chunks that are worked on for each thread before results are added up and shown.
+const CHUNKS_A_THREAD: usize = 16;
+
+/// A shard of a sweep to be done.
+pub struct Run<'a> {
+    sweep: &'a Sweep,
+    work: Vec<Work>,
+}
+
+/// How far a run is.
+pub struct News<'a> {
+    /// All that is finished.
+    pub results: &'a Results,
+    /// Frames done, with those of earlier runs that were gone on from.
+    pub frames: u64,
+    /// Frames to be expected in all, as far as can be told now.
+    pub expected: u64,
+    /// The cells of which nothing is left to do since the last news.
+    pub finished: &'a [usize],
+}
+
+impl Sweep {
+    /// For each cell the frames that it is expected to take: all of them, or as many as its first chunk lets expect where a
+    /// number of errors ends it.
+    ///
+    /// # Errors
+    /// When a cell cannot be evaluated.
+    pub fn expected_frames(&self) -> Result<Vec<u64>, SweepError> {
+        let Some(enough) = self.stop_errors else {
+            return Ok(vec![self.frames; self.cells()]);
+        };
+        (0..self.cells())
+            .into_par_iter()
+            .map(|cell| {
+                let evaluator = self.evaluator(cell)?;
+                let first = self.chunk(cell, &evaluator, 0, &mut evaluator.workspace())?;
+                let errors = first.errors;
+                let expected = enough as f64 / errors.errors() as f64 * errors.frames() as f64;
+                Ok((expected.ceil() as u64).clamp(1, self.frames))
+            })
+            .collect()
+    }
+
+    fn evaluator(&self, cell: usize) -> Result<Evaluator, SweepError> {
+        Evaluator::new(&self.scene_of(cell)?, self.settings_of(cell))
+            .map_err(|fault| self.evaluate_error(cell, fault))
+    }
+
+    fn chunk(
+        &self,
+        cell: usize,
+        evaluator: &Evaluator,
+        chunk: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluation, SweepError> {
+        evaluator
+            .chunk(chunk, workspace)
+            .map_err(|fault: EvaluateError| self.evaluate_error(cell, fault))
+    }
+}
+
+impl<'a> Run<'a> {
+    /// One shard of a sweep. It is cut by the frames that cells are `expected` to take, or without them by
+    /// [`Sweep::expected_frames`].
+    ///
+    /// # Errors
+    /// When the sweep cannot be done: see [`Sweep::check`].
+    pub fn new(
+        sweep: &'a Sweep,
+        shard: Shard,
+        expected: Option<&[u64]>,
+    ) -> Result<Self, SweepError> {
+        let costs = sweep.check()?;
+        let frames = match expected {
+            // All of it needs no cutting.
+            _ if shard == Shard::WHOLE => vec![sweep.frames; costs.len()],
+            Some(frames) if frames.len() == costs.len() => frames.to_vec(),
+            _ => sweep.expected_frames()?,
+        };
+        let cells: Vec<Expected> = frames
+            .iter()
+            .zip(costs)
+            .map(|(frames, frame_ns)| Expected {
+                chunks: frames.div_ceil(CHUNK),
+                chunk_cost: frame_ns,
+            })
+            .collect();
+        let work = shard.work(sweep.chunks(), &cells);
+        Ok(Self { sweep, work })
+    }
+
+    /// What is to be done.
+    pub fn work(&self) -> &[Work] {
+        &self.work
+    }
+
+    /// Works on all that `results` do not hold yet, and adds it; `progress` is told now and then and may end the run by returning false.
+    /// Returns whether all is done.
+    ///
+    /// # Errors
+    /// When a cell cannot be evaluated; what is finished is in `results`.
+    pub fn advance(
+        &self,
+        results: &mut Results,
+        mut progress: impl FnMut(&News) -> bool,
+    ) -> Result<bool, SweepError> {
+        let mut left: Vec<&Work> = self.work.iter().collect();
+        let mut open: BTreeMap<usize, Evaluator> = BTreeMap::new();
+        loop {
+            let finished = self.put_away_finished(&mut left, results);
+            let going_on = progress(&News {
+                results,
+                frames: self.frames_done(results),
+                expected: self.frames_expected(results),
+                finished: &finished,
+            });
+            if left.is_empty() || !going_on {
+                return Ok(left.is_empty());
+            }
+            let batch = self.batch(&left, results);
+            open.retain(|cell, _| batch.iter().any(|(wanted, _)| wanted == cell));
+            let mut new: Vec<usize> = batch.iter().map(|&(cell, _)| cell).collect();
+            new.dedup();
+            new.retain(|cell| !open.contains_key(cell));
+            let made = new
+                .par_iter()
+                .map(|&cell| Ok((cell, self.sweep.evaluator(cell)?)));
+            open.extend(made.collect::<Result<Vec<_>, SweepError>>()?);
+            let parts = self.evaluate(&batch, &open);
+            for ((cell, chunk), part) in batch.into_iter().zip(parts) {
+                results.add(cell, chunk, part?);
+            }
+        }
+    }
+
+    /// Takes the work that is done off the list, forgets what is beyond its end, and returns its cells.
+    fn put_away_finished(&self, left: &mut Vec<&Work>, results: &mut Results) -> Vec<usize> {
+        let mut finished = Vec::new();
+        left.retain(|work| match results.standing_of(work) {
+            Standing::Done(end) => {
+                results.truncate(work.cell, end);
+                finished.push(work.cell);
+                false
+            }
+            Standing::Missing(_) => true,
+        });
+        finished
+    }
+
+    /// The next chunks to be worked on. Of a cell that may have enough soon no more are taken than were done, so that few
+    /// are done in vain.
+    fn batch(&self, left: &[&Work], results: &Results) -> Vec<(usize, u64)> {
+        let size = CHUNKS_A_THREAD * rayon::current_num_threads();
+        let mut batch = Vec::with_capacity(size);
+        for work in left {
+            let room = size - batch.len();
+            let at_once = match self.sweep.stop_errors {
+                Some(_) => room.min(results.chunks_of(work.cell).max(1) as usize),
+                None => room,
+            };
+            let from = match results.standing_of(work) {
+                Standing::Missing(chunk) => chunk,
+                Standing::Done(_) => continue,
+            };
+            let missing = (from..work.chunks.end).filter(|&c| !results.contains(work.cell, c));
+            batch.extend(missing.take(at_once).map(|chunk| (work.cell, chunk)));
+            if batch.len() >= size {
+                break;
+            }
+        }
+        batch
+    }
+
+    fn evaluate(
+        &self,
+        batch: &[(usize, u64)],
+        open: &BTreeMap<usize, Evaluator>,
+    ) -> Vec<Result<Evaluation, SweepError>> {
+        let part = |room: &mut Option<(usize, Workspace)>, &(cell, chunk): &(usize, u64)| {
+            let evaluator = &open[&cell];
+            let (_, workspace) = match room {
+                Some(room) if room.0 == cell => room,
+                other => other.insert((cell, evaluator.workspace())),
+            };
+            self.sweep.chunk(cell, evaluator, chunk, workspace)
+        };
+        batch.par_iter().map_init(|| None, part).collect()
+    }
+
+    fn frames_done(&self, results: &Results) -> u64 {
+        let frames = |work: &Work| self.frames_of(results.chunks_of(work.cell));
+        self.work.iter().map(frames).sum()
+    }
+
+    fn frames_expected(&self, results: &Results) -> u64 {
+        let of_work = |work: &Work| {
+            let most = work.chunks.end - work.chunks.start;
+            let (done, errors) = (results.chunks_of(work.cell), results.errors_of(work.cell));
+            let expected = match (results.standing_of(work), self.sweep.stop_errors) {
+                (Standing::Done(_), _) => done,
+                (_, Some(enough)) if errors > 0 => {
+                    let chunks = enough as f64 / errors as f64 * done as f64;
+                    (chunks as u64).clamp(done.min(most), most)
+                }
+                _ => most,
+            };
+            self.frames_of(expected)
+        };
+        self.work.iter().map(of_work).sum()
+    }
+
+    /// Frames of so many chunks of a cell.
+    fn frames_of(&self, chunks: u64) -> u64 {
+        (chunks * CHUNK).min(self.sweep.frames)
+    }
+}

@@ -1,0 +1,131 @@
+//! A cell's outcome in numbers, and a table of all cells.
+
+use serde::Serialize;
+
+use super::{Results, Sweep};
+use crate::tally::Standing;
+
+/// What came out for one cell.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The cell's number.
+    pub cell: usize,
+    /// A value for each axis of the grid.
+    #[serde(skip)]
+    pub values: Vec<String>,
+    /// The detector.
+    pub detector: &'static str,
+    /// Whether the cell is finished.
+    pub finished: bool,
+    /// Frames.
+    pub frames: u64,
+    /// Their bits.
+    pub bits: u64,
+    /// Those read wrongly.
+    pub bit_errors: u64,
+    /// Bit error rate.
+    pub ber: f64,
+    /// Its 95 % interval.
+    pub ber_95: [f64; 2],
+    /// Between-class variance.
+    pub bvar: f64,
+    /// Within-class variance.
+    pub wvar: f64,
+    /// Their ratio.
+    pub b2w: f64,
+}
+
+impl Results {
+    /// What came out for a cell so far.
+    pub fn summary(&self, cell: usize) -> Summary {
+        let total = self.total(cell);
+        let (variances, errors) = (total.distinguishability(), total.errors);
+        let setting = self.sweep().cell(cell);
+        Summary {
+            cell,
+            values: setting.values,
+            detector: setting.detector.name(),
+            finished: matches!(self.standing(cell), Standing::Done(_)),
+            frames: errors.frames(),
+            bits: errors.bits(),
+            bit_errors: errors.errors(),
+            ber: errors.rate(),
+            ber_95: errors.interval_95(),
+            bvar: variances.bvar,
+            wvar: variances.wvar,
+            b2w: variances.b2w,
+        }
+    }
+
+    /// All cells as comma-separated values: a line of names, then a line a cell.
+    pub fn to_csv(&self) -> String {
+        let mut text = line(&names(self.sweep()));
+        for cell in 0..self.sweep().cells() {
+            text += &line(&self.summary(cell).fields(self.sweep().seed));
+        }
+        text
+    }
+}
+
+/// The names of the columns.
+fn names(sweep: &Sweep) -> Vec<String> {
+    let keys = sweep.grid.iter().map(|axis| axis.key.clone());
+    let own = [
+        "detector",
+        "finished",
+        "frames",
+        "bits",
+        "bit_errors",
+        "ber",
+        "ber_low_95",
+        "ber_high_95",
+        "bvar",
+        "wvar",
+        "b2w",
+        "seed",
+        "version",
+    ];
+    keys.chain(own.map(String::from)).collect()
+}
+
+impl Summary {
+    fn fields(self, seed: u64) -> Vec<String> {
+        let own = [
+            self.detector.into(),
+            self.finished.to_string(),
+            self.frames.to_string(),
+            self.bits.to_string(),
+            self.bit_errors.to_string(),
+            number(self.ber),
+            number(self.ber_95[0]),
+            number(self.ber_95[1]),
+            number(self.bvar),
+            number(self.wvar),
+            number(self.b2w),
+            seed.to_string(),
+            env!("CARGO_PKG_VERSION").into(),
+        ];
+        self.values.into_iter().chain(own).collect()
+    }
+}
+
+/// All digits; nothing where there is no number.
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        format!("{value:e}")
+    } else {
+        String::new()
+    }
+}
+
+fn line(fields: &[String]) -> String {
+    let quoted = |field: &String| {
+        if field.contains([',', '"', '\n']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.clone()
+        }
+    };
+    let fields: Vec<String> = fields.iter().map(quoted).collect();
+    fields.join(",") + "\n"
+}
