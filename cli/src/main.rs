@@ -49,7 +49,9 @@ enum Command {
     Evaluate(commands::evaluate::Arguments),
     /// The paper's figures, and a report on its claims.
     Figures(commands::figures::Arguments),
-    /// Add the shards of an evaluation up.
+    /// Monte Carlo at every setting of a plan, here or on a cluster.
+    Sweep(commands::sweep::Arguments),
+    /// Add the shards of an evaluation or a sweep up.
     Merge(commands::merge::Arguments),
     /// The best LED-to-ambient ratios, and the table that the transmitter carries.
     Optimize(commands::optimize::Arguments),
@@ -94,6 +96,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
         Some(Command::Figures(arguments)) => commands::figures::run(&arguments, shared),
+        Some(Command::Sweep(arguments)) => commands::sweep::run(&arguments, shared),
         Some(Command::Merge(arguments)) => commands::merge::run(&arguments, shared),
         Some(Command::Optimize(arguments)) => commands::optimize::run(&arguments, shared),
         Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),

@@ -41,7 +41,7 @@ impl Shared {
     }
 }
 
-/// A flag that Ctrl-C clears, so that work ends with what is finished.
+/// A flag that Ctrl-C clears, as does the signal that tells a program to end (SIGTERM), so that work ends with what is finished.
 pub fn until_interrupted() -> anyhow::Result<impl Fn() -> bool> {
     let going = Arc::new(AtomicBool::new(true));
     let flag = Arc::clone(&going);

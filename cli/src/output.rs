@@ -6,10 +6,9 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::evaluate::Evaluation;
+use sim::evaluate;
 use sim::plan::Plan;
-
-use crate::results::Run;
+use sim::sweep::Results;
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +58,7 @@ pub fn plan(plan: &Plan) -> anyhow::Result<()> {
 }
 
 #[derive(Serialize)]
-struct Evaluated<'a> {
+struct Evaluated {
     frames: u64,
     bvar: f64,
     wvar: f64,
@@ -71,18 +70,14 @@ struct Evaluated<'a> {
     seconds: Option<f64>,
     seed: u64,
     level: Level,
-    plan: &'a Plan,
+    plan: Plan,
 }
 
-/// Prints the outcome of an evaluation of what was `decided`; `seconds` where it is known how long it took.
-pub fn evaluation(
-    run: &Run,
-    decided: &Plan,
-    evaluation: &Evaluation,
-    seconds: Option<f64>,
-    as_json: bool,
-) -> anyhow::Result<()> {
-    let (variances, errors) = (evaluation.distinguishability(), evaluation.errors);
+/// Prints the outcome of the evaluation of one scene; `seconds` where it is known how long it took.
+pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
+    let (sweep, total) = (results.sweep(), results.total(0));
+    let (variances, errors) = (total.distinguishability(), total.errors);
+    let view = evaluate::view(&sweep.scene, sweep.random_reflectance)?;
     let report = Evaluated {
         frames: errors.frames(),
         bvar: variances.bvar,
@@ -93,14 +88,14 @@ pub fn evaluation(
         bits: errors.bits(),
         bit_errors: errors.errors(),
         seconds,
-        seed: run.seed(),
-        level: run.level(),
-        plan: decided,
+        seed: sweep.seed,
+        level: sweep.level,
+        plan: Plan::of(&view),
     };
     if as_json {
         return json(&report);
     }
-    plan(report.plan)?;
+    plan(&report.plan)?;
     match seconds {
         Some(seconds) => line(&format!(
             "frames     {} in all, {seconds:.2} s of work",
@@ -152,6 +147,11 @@ impl Progress {
             started: Instant::now(),
             told: Instant::now(),
         }
+    }
+
+    /// Prints something else without the bar in between.
+    pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
+        self.bar.suspend(print)
     }
 
     /// Tells that another number of steps is expected in all.

@@ -69,7 +69,7 @@ pub fn write_npy<T: npyz::AutoSerialize + Copy>(
     })
 }
 
-/// Writes a file beside its place and then moves it there, so that nobody finds half a file.
+/// Writes a file beside its place and then moves it there, so that nobody finds half a file, not even after a power cut.
 pub fn write_aside(
     path: &Path,
     write: impl FnOnce(&Path) -> anyhow::Result<()>,
@@ -78,9 +78,13 @@ pub fn write_aside(
         .file_name()
         .with_context(|| format!("{} names no file", path.display()))?
         .to_os_string();
-    name.push(".part");
+    // Two programs may write the same file.
+    name.push(format!(".{}.part", std::process::id()));
     let aside = path.with_file_name(name);
-    let written = write(&aside).and_then(|()| Ok(std::fs::rename(&aside, path)?));
+    let written = write(&aside).and_then(|()| {
+        File::open(&aside)?.sync_all()?;
+        Ok(std::fs::rename(&aside, path)?)
+    });
     written.map_err(|error| {
         // What is left of it is of no use; that it cannot be removed changes nothing.
         let _ = std::fs::remove_file(&aside);

@@ -1,123 +1,85 @@
-//! The file in which `vocc evaluate` keeps what is finished, and from which `vocc merge` adds up.
+//! Files of results: read, kept while work goes on, and the table and the plot beside them.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
-use anyhow::{Context, ensure};
-use serde::{Deserialize, Serialize};
-use sim::accuracy::Level;
-use sim::detectors::DETECTORS;
-use sim::evaluate::{self, Settings, chunks};
-use sim::plan::Plan;
-use sim::scene::Scene;
-use sim::tally::Tally;
-use sim::view::View;
+use anyhow::Context;
+use sim::sweep::{News, Results, Run};
 
-use crate::output;
 use crate::pictures::write_aside;
 
-/// The version of the file's format.
-const FORMAT: u32 = 1;
+/// Between two times that a run keeps what it has finished.
+const KEEP_EVERY: Duration = Duration::from_secs(10);
 
-/// What was evaluated, and the sums of the chunks that are finished.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Results {
-    /// What the sums belong to: they may be added to those of the same run only.
-    pub run: Run,
-    /// The sums.
-    pub tally: Tally,
+/// The results in a file.
+///
+/// # Errors
+/// When there is no such file, or it holds no whole results of this version.
+pub fn read(path: &Path) -> anyhow::Result<Results> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the results {}", path.display()))?;
+    Results::from_json(&text).with_context(|| path.display().to_string())
 }
 
-/// All that the result of a run depends on.
-#[derive(Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Run {
-    format: u32,
-    version: String,
-    /// Frames of the whole run, all shards together.
-    pub frames: u64,
-    seed: u64,
-    random_reflectance: bool,
-    detector: String,
-    level: Level,
-    scene: Scene,
+/// Adds the results of a file.
+///
+/// # Errors
+/// Those of [`read`], and when they are of another run or there already.
+pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
+    let other = read(path)?;
+    results
+        .merge(&other)
+        .with_context(|| path.display().to_string())
 }
 
-impl Run {
-    /// The run of these settings.
-    pub fn new(scene: &Scene, settings: &Settings) -> Self {
-        let name = DETECTORS
-            .iter()
-            .find(|(_, choice)| *choice == settings.detector);
-        Self {
-            format: FORMAT,
-            version: env!("CARGO_PKG_VERSION").into(),
-            frames: settings.frames,
-            seed: settings.seed,
-            random_reflectance: settings.random_reflectance,
-            detector: name.map_or("best", |(name, _)| name).into(),
-            level: settings.level,
-            scene: scene.clone(),
+/// Writes results: whole or not at all.
+///
+/// # Errors
+/// When they cannot be written; what was there before is untouched.
+pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
+    let text = results.to_json()?;
+    write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
+}
+
+/// Writes results, and a table beside them as comma-separated values.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
+    write(results, path)?;
+    let table = results.to_csv();
+    write_aside(&path.with_extension("csv"), |aside| {
+        Ok(std::fs::write(aside, table)?)
+    })
+}
+
+/// Does what `results` lack of a run; `keep` is given them now and then and at the end, whatever ends it. Returns whether all is done.
+///
+/// Trouble in keeping does not end the work: there may be room again before its end.
+///
+/// # Errors
+/// When the work cannot be done, or the results not be kept at last.
+pub fn advance(
+    run: &Run,
+    results: &mut Results,
+    keep: impl Fn(&Results) -> anyhow::Result<()>,
+    mut tell: impl FnMut(&News) -> anyhow::Result<()>,
+    going_on: impl Fn() -> bool,
+) -> anyhow::Result<bool> {
+    let mut kept = Instant::now();
+    let mut trouble = None;
+    let done = run.advance(results, |news| {
+        if kept.elapsed() > KEEP_EVERY {
+            if let Err(error) = keep(news.results) {
+                eprintln!("vocc: {error:#}; going on");
+            }
+            kept = Instant::now();
         }
-    }
-
-    /// The scene as the run sees it.
-    pub fn view(&self) -> anyhow::Result<View> {
-        Ok(evaluate::view(&self.scene, self.random_reflectance)?)
-    }
-
-    /// The seed.
-    pub fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    /// The level.
-    pub fn level(&self) -> Level {
-        self.level
-    }
-
-    /// Chunks of the whole run.
-    pub fn chunks(&self) -> u64 {
-        chunks(self.frames)
-    }
-}
-
-impl Results {
-    /// The results in a file.
-    pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("cannot read the results {}", path.display()))?;
-        serde_json::from_str(&text)
-            .with_context(|| format!("{} holds no results of vocc evaluate", path.display()))
-    }
-
-    /// Writes them: whole or not at all.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string(self)?;
-        write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
-    }
-
-    /// Adds the results of a file of the same run.
-    pub fn merge(&mut self, path: &Path) -> anyhow::Result<()> {
-        let other = Self::read(path)?;
-        ensure!(
-            other.run == self.run,
-            "{} is of another run: scene, frames, seed, detector, level and version must be the same",
-            path.display()
-        );
-        self.tally
-            .merge(&other.tally)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
-    }
-
-    /// The first chunk that is missing from the whole run.
-    pub fn first_missing(&self) -> Option<u64> {
-        (0..self.run.chunks()).find(|&chunk| !self.tally.contains(chunk))
-    }
-
-    /// Prints them as the outcome of a run by a plan; `seconds` where it is known how long it took.
-    pub fn report(&self, plan: &Plan, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
-        let evaluation = self.tally.total();
-        output::evaluation(&self.run, plan, &evaluation, seconds, as_json)
-    }
+        trouble = tell(news).err();
+        trouble.is_none() && going_on()
+    });
+    let kept = keep(results);
+    let done = done?;
+    kept?;
+    trouble.map_or(Ok(done), Err)
 }

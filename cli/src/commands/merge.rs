@@ -1,39 +1,50 @@
-//! `vocc merge`: the shards of an evaluation, added up to what one run gives, bit for bit.
+//! `vocc merge`: the shards of an evaluation or a sweep, added up to what one run gives, byte for byte.
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
-use sim::plan::Plan;
+use anyhow::Context;
 
+use super::sweep::{folder, report};
 use crate::options::Shared;
-use crate::output::Answer;
-use crate::results::Results;
+use crate::output::{self, Answer};
+use crate::results;
 
 /// Arguments of `vocc merge`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Result files of `vocc evaluate --shard`, all shards of one run.
+    /// Result files of `vocc evaluate --shard` or `vocc sweep --shard`, all shards of one run, or the folder that holds them.
     #[arg(required = true)]
     files: Vec<PathBuf>,
+    /// Keep the sums in this file, and a table and a plot beside it.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 /// Merges and prints; what is missing, doubled or of another run is refused.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let (first, others) = arguments
-        .files
+    let mut files = Vec::new();
+    for path in &arguments.files {
+        if path.is_dir() {
+            files.extend(folder::shards(path)?);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    let (first, others) = files
         .split_first()
-        .context("give the result files of all shards")?;
-    let mut results = Results::read(first)?;
+        .context("there are no shards: give the result files of all shards, or the folder")?;
+    let mut results = results::read(first)?;
     for path in others {
-        results.merge(path)?;
+        results::merge(&mut results, path)?;
     }
-    if let Some(chunk) = results.first_missing() {
-        bail!(
-            "chunk {chunk} of {} is missing: give all shards, and finish unfinished ones with --resume",
-            results.run.chunks()
-        );
+    let results = results.finish()?;
+    if let Some(path) = &arguments.out {
+        report::keep(&results, path)?;
     }
-    let plan = Plan::of(&results.run.view()?);
-    results.report(&plan, None, shared.json)?;
+    if results.sweep().grid.is_empty() {
+        output::evaluation(&results, None, shared.json)?;
+    } else {
+        report::print(&results, shared.json)?;
+    }
     Ok(Answer::Yes)
 }

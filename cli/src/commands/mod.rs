@@ -11,5 +11,6 @@ pub mod plan;
 pub mod receive;
 pub mod render;
 pub mod scene;
+pub mod sweep;
 pub mod table;
 pub mod transmit;

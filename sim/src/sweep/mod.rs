@@ -53,5 +53,5 @@ pub use description::{Axis, Cell, MOST_CELLS, MOST_FRAMES, Sweep, SweepError};
 pub use plan_file::{Division, PlanError, PlanFile};
 pub use results::{Results, ResultsError};
 pub use run::{News, Run};
-pub use shard::{MOST_SHARDS, Shard, ShardError, Work};
+pub use shard::{MOST_SHARDS, Partition, Shard, ShardError, Work};
 pub use summary::Summary;

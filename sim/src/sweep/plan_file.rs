@@ -228,6 +228,12 @@ impl Sweep {
 }
 
 impl PlanFile {
+    /// The frames that each cell is expected to take, where that was fixed.
+    pub fn expected_frames(&self) -> Option<&[u64]> {
+        let division = self.division.as_ref()?;
+        Some(&division.expected_frames)
+    }
+
     /// The plan as a file that stands for itself: its scene is written out.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::shard::Expected;
-use super::{Results, Shard, Sweep, SweepError, Work};
+use super::{Partition, Results, Shard, Sweep, SweepError, Work};
 use crate::evaluate::{CHUNK, EvaluateError, Evaluation, Evaluator, Workspace};
 use crate::tally::Standing;
 
@@ -52,6 +52,24 @@ impl Sweep {
             .collect()
     }
 
+    /// The borders between shards, by the frames that cells are `expected` to take, or without them by
+    /// [`Sweep::expected_frames`].
+    ///
+    /// # Errors
+    /// When the sweep cannot be done: see [`Sweep::check`].
+    pub fn partition(&self, expected: Option<&[u64]>) -> Result<Partition, SweepError> {
+        let costs = self.check()?;
+        let frames = match expected {
+            Some(frames) if frames.len() == costs.len() => frames.to_vec(),
+            _ => self.expected_frames()?,
+        };
+        let cells = frames.iter().zip(costs).map(|(frames, frame_ns)| Expected {
+            chunks: frames.div_ceil(CHUNK),
+            chunk_cost: frame_ns,
+        });
+        Ok(Partition::new(self.chunks(), cells.collect()))
+    }
+
     fn evaluator(&self, cell: usize) -> Result<Evaluator, SweepError> {
         Evaluator::new(&self.scene_of(cell)?, self.settings_of(cell))
             .map_err(|fault| self.evaluate_error(cell, fault))
@@ -71,8 +89,7 @@ impl Sweep {
 }
 
 impl<'a> Run<'a> {
-    /// One shard of a sweep. It is cut by the frames that cells are `expected` to take, or without them by
-    /// [`Sweep::expected_frames`].
+    /// One shard of a sweep, cut as by [`Sweep::partition`].
     ///
     /// # Errors
     /// When the sweep cannot be done: see [`Sweep::check`].
@@ -81,22 +98,17 @@ impl<'a> Run<'a> {
         shard: Shard,
         expected: Option<&[u64]>,
     ) -> Result<Self, SweepError> {
-        let costs = sweep.check()?;
-        let frames = match expected {
-            // All of it needs no cutting.
-            _ if shard == Shard::WHOLE => vec![sweep.frames; costs.len()],
-            Some(frames) if frames.len() == costs.len() => frames.to_vec(),
-            _ => sweep.expected_frames()?,
+        let work = if shard == Shard::WHOLE {
+            sweep.check()?;
+            let chunks = 0..sweep.chunks();
+            let all = |cell| Work {
+                cell,
+                chunks: chunks.clone(),
+            };
+            (0..sweep.cells()).map(all).collect()
+        } else {
+            sweep.partition(expected)?.work(shard)
         };
-        let cells: Vec<Expected> = frames
-            .iter()
-            .zip(costs)
-            .map(|(frames, frame_ns)| Expected {
-                chunks: frames.div_ceil(CHUNK),
-                chunk_cost: frame_ns,
-            })
-            .collect();
-        let work = shard.work(sweep.chunks(), &cells);
         Ok(Self { sweep, work })
     }
 

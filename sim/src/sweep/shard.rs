@@ -57,30 +57,53 @@ impl Shard {
     pub fn count(self) -> u64 {
         self.count
     }
+}
 
-    /// The part's work, where each of `cells` has so many `chunks` of which some are `expected` to be done, each at a `cost`.
+/// What is expected of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Expected {
+    /// Chunks until it has enough.
+    pub chunks: u64,
+    /// The time of a chunk.
+    pub chunk_cost: f64,
+}
+
+/// A sweep with borders between its parts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Partition {
+    /// Chunks of a cell, at most.
+    chunks: u64,
+    cells: Vec<Expected>,
+}
+
+impl Partition {
+    pub(super) fn new(chunks: u64, cells: Vec<Expected>) -> Self {
+        Self { chunks, cells }
+    }
+
+    /// The work of one part.
     ///
-    /// The chunks of a cell that are not expected to be done cost nothing; they belong to those who have the cell's end.
+    /// The chunks of a cell that are not expected to be done cost nothing; they belong to the part that has the cell's end.
     /// Sums are taken in the order of the cells, so that every part sees the same borders.
-    pub fn work(self, chunks: u64, cells: &[Expected]) -> Vec<Work> {
-        let cost = |cell: &Expected| cell.chunks.min(chunks) as f64 * cell.chunk_cost;
-        let total: f64 = cells.iter().map(cost).sum();
-        let border = |part: u64| total * part as f64 / self.count as f64;
-        let (from, to) = (border(self.index), border(self.index + 1));
+    pub fn work(&self, shard: Shard) -> Vec<Work> {
+        let cost = |cell: &Expected| cell.chunks.min(self.chunks) as f64 * cell.chunk_cost;
+        let total: f64 = self.cells.iter().map(cost).sum();
+        let border = |part: u64| total * part as f64 / shard.count as f64;
+        let (from, to) = (border(shard.index), border(shard.index + 1));
+        let (is_first, is_last) = (shard.index == 0, shard.index + 1 == shard.count);
         let (mut before, mut work) = (0.0, Vec::new());
-        for (number, cell) in cells.iter().enumerate() {
+        for (number, cell) in self.cells.iter().enumerate() {
             let after = before + cost(cell);
             // The chunk at which the cell is cut; a border at the cell's end is the next cell's beginning.
             let cut = |border: f64| {
                 if border >= after {
-                    chunks
-                } else {
-                    (((border - before) / cell.chunk_cost).max(0.0).round() as u64).min(chunks)
+                    return self.chunks;
                 }
+                let chunk = ((border - before) / cell.chunk_cost).max(0.0).round() as u64;
+                chunk.min(self.chunks)
             };
-            let start = if self.index == 0 { 0 } else { cut(from) };
-            let last = self.index + 1 == self.count;
-            let end = if last { chunks } else { cut(to) };
+            let start = if is_first { 0 } else { cut(from) };
+            let end = if is_last { self.chunks } else { cut(to) };
             if start < end {
                 work.push(Work {
                     cell: number,
@@ -91,15 +114,6 @@ impl Shard {
         }
         work
     }
-}
-
-/// What is expected of a cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
-    /// Chunks until it has enough.
-    pub chunks: u64,
-    /// The time of a chunk.
-    pub chunk_cost: f64,
 }
 
 impl fmt::Display for Shard {
@@ -137,7 +151,8 @@ mod tests {
         fn each_chunk_is_worked_on_once(cells in cells(), chunks in 1u64..2000, count in 1u64..40) {
             let mut next = vec![0; cells.len()];
             for index in 0..count {
-                for work in Shard::new(index, count).unwrap().work(chunks, &cells) {
+                let partition = Partition::new(chunks, cells.clone());
+                for work in partition.work(Shard::new(index, count).unwrap()) {
                     prop_assert_eq!(next[work.cell], work.chunks.start);
                     next[work.cell] = work.chunks.end;
                 }
@@ -151,7 +166,8 @@ mod tests {
             let total: f64 = cells.iter().map(|c| c.chunks as f64 * c.chunk_cost).sum();
             let dearest = cells.iter().map(|c| c.chunk_cost).fold(0.0, f64::max);
             for index in 0..count {
-                let work = Shard::new(index, count).unwrap().work(chunks, &cells);
+                let partition = Partition::new(chunks, cells.clone());
+                let work = partition.work(Shard::new(index, count).unwrap());
                 let of = |w: &Work| {
                     let end = w.chunks.end.min(cells[w.cell].chunks);
                     end.saturating_sub(w.chunks.start) as f64 * cells[w.cell].chunk_cost

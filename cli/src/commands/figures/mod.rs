@@ -1,6 +1,6 @@
 //! `vocc figures`: the figures of Do & Yoo 2020 and what becomes of their claims.
 
-mod chart;
+pub mod chart;
 mod document;
 mod errors;
 mod figure;

@@ -1,0 +1,155 @@
+//! `vocc sweep`: Monte Carlo at every setting of a plan, on this computer or as shards anywhere.
+
+mod chart;
+pub mod folder;
+pub mod report;
+mod slurm;
+mod status;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use sim::sweep::{PlanFile, Results, Run, Shard, Sweep};
+
+use crate::options::{Shared, until_interrupted};
+use crate::output::Answer;
+use crate::results;
+
+use report::Report;
+
+/// Arguments of `vocc sweep`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The plan: a TOML file with a scene, a grid over its keys, detectors, frames and a stopping rule.
+    #[arg(value_name = "PLAN.toml", required_unless_present = "status")]
+    plan: Option<PathBuf>,
+    /// Keep what is finished in this folder: sweep.json, and a table (.csv) and a plot (.svg, .png) beside it.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Go on from what --out holds already.
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Do only the i-th of n parts, i from 0, all expected to take equally long; `vocc merge` adds them up.
+    #[arg(long, value_name = "i/n", requires = "out")]
+    shard: Option<Shard>,
+    /// What is there of the shards in this folder, what is missing and what failed.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "slurm"])]
+    status: Option<PathBuf>,
+    #[command(flatten)]
+    slurm: slurm::Options,
+}
+
+/// Does what was asked for.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    if let Some(folder) = &arguments.status {
+        return status::run(folder, shared.json);
+    }
+    let path = arguments.plan.as_deref().context("give a plan")?;
+    let plan = read(path, shared)?;
+    if let Some(folder) = arguments.slurm.folder() {
+        ensure!(
+            arguments.out.is_none(),
+            "--slurm names the folder: leave --out away"
+        );
+        return slurm::run(&arguments.slurm, folder, plan);
+    }
+    match (arguments.shard, &arguments.out) {
+        (Some(shard), Some(folder)) => {
+            let done = part(arguments, &plan, shard, folder);
+            folder::note_failure(folder, shard, done.as_ref().err())?;
+            done
+        }
+        (_, folder) => whole(arguments, &plan, folder.as_deref(), shared.json),
+    }
+}
+
+/// The plan in a file, with what the command line says over it.
+fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the plan {}", path.display()))?;
+    let mut plan = Sweep::from_toml(&path.display().to_string(), &text, &shared.set)?;
+    let (asked, planned) = (shared.seed, plan.sweep.seed);
+    if plan.names_seed {
+        // Without the option the seed is 1.
+        ensure!(
+            asked == planned || asked == 1,
+            "the plan says seed = {planned}: leave --seed away, or take the key out of the plan"
+        );
+    } else {
+        plan.sweep.seed = asked;
+    }
+    Ok(plan)
+}
+
+/// One shard of it.
+fn part(
+    arguments: &Arguments,
+    plan: &PlanFile,
+    shard: Shard,
+    folder: &Path,
+) -> anyhow::Result<Answer> {
+    let plan = &folder::begin(folder, plan, shard.count())?;
+    let path = folder::shard(folder, shard);
+    let mut results = begun(&plan.sweep, &path, arguments.resume)?;
+    let run = Run::new(&plan.sweep, shard, plan.expected_frames())?;
+    let going_on = until_interrupted()?;
+    let mut report = Report::silent();
+    let done = results::advance(
+        &run,
+        &mut results,
+        |results| results::write(results, &path),
+        |news| report.heard(news),
+        going_on,
+    )?;
+    Ok(if done { Answer::Yes } else { Answer::No })
+}
+
+/// All of it.
+fn whole(
+    arguments: &Arguments,
+    plan: &PlanFile,
+    folder: Option<&Path>,
+    as_json: bool,
+) -> anyhow::Result<Answer> {
+    let path = folder.map(folder::whole);
+    let mut results = match (&path, folder) {
+        (Some(path), Some(folder)) => {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            begun(&plan.sweep, path, arguments.resume)?
+        }
+        _ => Results::new(plan.sweep.clone()),
+    };
+    let run = Run::new(&plan.sweep, Shard::WHOLE, None)?;
+    let going_on = until_interrupted()?;
+    let mut report = Report::new(&plan.sweep, as_json)?;
+    let done = results::advance(
+        &run,
+        &mut results,
+        |results| {
+            path.as_ref()
+                .map_or(Ok(()), |path| report::keep(results, path))
+        },
+        |news| report.heard(news),
+        going_on,
+    )?;
+    report.end(&results)?;
+    Ok(if done { Answer::Yes } else { Answer::No })
+}
+
+/// What to go on from: nothing, or what an earlier run has left.
+fn begun(sweep: &Sweep, path: &Path, resume: bool) -> anyhow::Result<Results> {
+    let mut results = Results::new(sweep.clone());
+    if path.exists() {
+        if !resume {
+            bail!(
+                "{} exists: go on from it with --resume, or name another folder",
+                path.display()
+            );
+        }
+        results::merge(&mut results, path)?;
+    }
+    // What cannot be kept should not be worked on first.
+    results::write(&results, path)?;
+    Ok(results)
+}

@@ -1,0 +1,152 @@
+//! What `vocc sweep` tells: progress, a line for each finished cell, and the files beside the results.
+
+use std::path::Path;
+
+use serde_json::{Map, Value};
+use sim::sweep::{News, Results, Summary, Sweep};
+
+use super::chart;
+use crate::output::{Progress, json, line};
+use crate::{plot, results};
+
+/// Progress on standard error, finished cells on standard output.
+pub struct Report {
+    progress: Progress,
+    lines: Lines,
+    told: Vec<bool>,
+}
+
+/// How cells are printed.
+enum Lines {
+    Table,
+    Json,
+    None,
+}
+
+/// Writes results, with a table and a plot beside them.
+pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
+    results::write_with_table(results, path)?;
+    match chart::svg(results)? {
+        Some(svg) => plot::save(&path.with_extension(""), &svg),
+        None => Ok(()),
+    }
+}
+
+/// Prints all cells.
+pub fn print(results: &Results, as_json: bool) -> anyhow::Result<()> {
+    Report::new(results.sweep(), as_json)?.end(results)
+}
+
+impl Report {
+    /// For a whole sweep.
+    pub fn new(sweep: &Sweep, as_json: bool) -> anyhow::Result<Self> {
+        if !as_json {
+            line(&heading(sweep))?;
+        }
+        Ok(Self {
+            progress: Progress::new(0, "frames"),
+            lines: if as_json { Lines::Json } else { Lines::Table },
+            told: vec![false; sweep.cells()],
+        })
+    }
+
+    /// For a part, whose cells say nothing until they are merged.
+    pub fn silent() -> Self {
+        Self {
+            progress: Progress::new(0, "frames"),
+            lines: Lines::None,
+            told: Vec::new(),
+        }
+    }
+
+    /// Shows progress, and the cells that are finished.
+    pub fn heard(&mut self, news: &News) -> anyhow::Result<()> {
+        self.progress.expect(news.expected.max(news.frames));
+        self.progress.done(news.frames);
+        news.finished
+            .iter()
+            .try_for_each(|&cell| self.cell(news.results, cell))
+    }
+
+    /// Shows the cells that were not shown yet, finished or not.
+    pub fn end(mut self, results: &Results) -> anyhow::Result<()> {
+        (0..self.told.len()).try_for_each(|cell| self.cell(results, cell))
+    }
+
+    fn cell(&mut self, results: &Results, cell: usize) -> anyhow::Result<()> {
+        if self.told.get(cell) != Some(&false) {
+            return Ok(());
+        }
+        self.told[cell] = true;
+        let summary = results.summary(cell);
+        self.progress.aside(|| match self.lines {
+            Lines::Table => line(&row(results.sweep(), &summary)),
+            Lines::Json => json(&object(results.sweep(), &summary)?),
+            Lines::None => Ok(()),
+        })
+    }
+}
+
+/// How wide the column of a key is: its last word, or its longest value.
+fn widths(sweep: &Sweep) -> Vec<usize> {
+    let width = |axis: &sim::sweep::Axis| {
+        let values = axis.values.iter().map(|value| value.chars().count());
+        values.chain([short(&axis.key).len()]).max().unwrap_or(0)
+    };
+    sweep.grid.iter().map(width).collect()
+}
+
+fn short(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+fn heading(sweep: &Sweep) -> String {
+    let keys = sweep.grid.iter().zip(widths(sweep));
+    let keys = keys.map(|(axis, width)| format!("{:>width$}  ", short(&axis.key)));
+    format!(
+        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>8}",
+        keys.collect::<String>(),
+        "detector",
+        "frames",
+        "errors",
+        "BER",
+        "95 %",
+        "B2W"
+    )
+}
+
+fn row(sweep: &Sweep, summary: &Summary) -> String {
+    let values = summary.values.iter().zip(widths(sweep));
+    let values = values.map(|(value, width)| format!("{value:>width$}  "));
+    let [low, high] = summary.ber_95;
+    let row = format!(
+        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>8.2}",
+        values.collect::<String>(),
+        summary.detector,
+        summary.frames,
+        summary.bit_errors,
+        summary.ber,
+        format!("{low:.3e} to {high:.3e}"),
+        summary.b2w
+    );
+    if summary.finished {
+        row
+    } else {
+        format!("{row}  unfinished")
+    }
+}
+
+/// The cell's keys and values, then what came out.
+fn object(sweep: &Sweep, summary: &Summary) -> anyhow::Result<Map<String, Value>> {
+    let keys = sweep.grid.iter().zip(&summary.values);
+    let mut object: Map<String, Value> = keys
+        .map(|(axis, value)| {
+            let value = serde_json::from_str(value).unwrap_or_else(|_| value.clone().into());
+            (axis.key.clone(), value)
+        })
+        .collect();
+    if let Value::Object(outcome) = serde_json::to_value(summary)? {
+        object.extend(outcome);
+    }
+    Ok(object)
+}

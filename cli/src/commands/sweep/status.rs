@@ -1,0 +1,135 @@
+//! What is there of a sweep's shards, what is missing and what failed.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sim::sweep::{Partition, Results, Shard, Sweep, Work};
+use sim::tally::Standing;
+
+use super::folder;
+use crate::output::{Answer, json, line};
+use crate::results;
+
+/// How a shard is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum State {
+    /// All of its work is done.
+    Done,
+    /// Some of it.
+    Unfinished,
+    /// It ended with an error.
+    Failed,
+    /// There is nothing of it.
+    Missing,
+}
+
+#[derive(Serialize)]
+struct Status {
+    shard: u64,
+    state: State,
+    /// The part of its chunks that is there.
+    done: f64,
+    why: Option<String>,
+}
+
+/// Prints how each shard is, and what to do about those that are not done.
+pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
+    let plan = folder::kept_plan(path)?;
+    let count = plan.division.as_ref().map_or(1, |division| division.shards);
+    let partition = plan.sweep.partition(plan.expected_frames())?;
+    let mut open = Vec::new();
+    for index in 0..count {
+        let status = status(path, &plan.sweep, &partition, Shard::new(index, count)?);
+        if as_json {
+            json(&status)?;
+        } else if status.state != State::Done {
+            line(&describe(&status))?;
+        }
+        if status.state != State::Done {
+            open.push(index);
+        }
+    }
+    if !as_json {
+        let whole = folder::whole(path);
+        let merged = if whole.exists() { "" } else { "not " };
+        line(&format!(
+            "{} of {count} shards done; {merged}merged",
+            count as usize - open.len()
+        ))?;
+        if !open.is_empty() {
+            let list = open
+                .iter()
+                .map(u64::to_string)
+                .collect::<Vec<_>>()
+                .join(",");
+            line(&format!("to do again what is not running: --array={list}"))?;
+        }
+    }
+    Ok(if open.is_empty() {
+        Answer::Yes
+    } else {
+        Answer::No
+    })
+}
+
+fn status(path: &Path, sweep: &Sweep, partition: &Partition, shard: Shard) -> Status {
+    let found = folder::shard(path, shard);
+    let failure = std::fs::read_to_string(folder::failure(path, shard)).ok();
+    let work = partition.work(shard);
+    let (mut state, mut done, mut why) = (State::Missing, 0.0, failure);
+    if found.exists() {
+        match results::read(&found) {
+            Ok(results) if results.sweep() == sweep => {
+                done = part_done(&results, &work);
+                state = if done == 1.0 {
+                    State::Done
+                } else {
+                    State::Unfinished
+                };
+            }
+            Ok(_) => why = Some(format!("{} is of another run", found.display())),
+            Err(error) => why = Some(format!("{error:#}")),
+        }
+    }
+    if why.is_some() && state != State::Done {
+        state = State::Failed;
+    }
+    Status {
+        shard: shard.index(),
+        state,
+        done,
+        why,
+    }
+}
+
+/// The part of the work that is done.
+fn part_done(results: &Results, work: &[Work]) -> f64 {
+    let of = |work: &Work| {
+        let most = work.chunks.end - work.chunks.start;
+        match results.standing_of(work) {
+            Standing::Done(_) => (most, most),
+            Standing::Missing(_) => (results.chunks_of(work.cell).min(most), most),
+        }
+    };
+    let (done, all) = work
+        .iter()
+        .map(of)
+        .fold((0, 0), |(done, all), (d, a)| (done + d, all + a));
+    if done == all {
+        1.0
+    } else {
+        done as f64 / all as f64
+    }
+}
+
+fn describe(status: &Status) -> String {
+    let part = format!("{:.0} %", 100.0 * status.done);
+    let why = status.why.as_deref().unwrap_or("");
+    match status.state {
+        State::Done => format!("shard {} is done", status.shard),
+        State::Missing => format!("shard {} is missing", status.shard),
+        State::Unfinished => format!("shard {} is unfinished, {part}", status.shard),
+        State::Failed => format!("shard {} failed, {part} done: {why}", status.shard),
+    }
+}
