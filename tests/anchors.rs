@@ -114,7 +114,7 @@ fn deviations(got: Distinguishability, anchor: &Anchor) -> [f64; 3] {
     [
         got.bvar / bvar - 1.0,
         got.wvar / wvar - 1.0,
-        got.b2w / b2w - 1.0,
+        got.b2w.expect("features that vary") / b2w - 1.0,
     ]
 }
 

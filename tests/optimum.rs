@@ -49,8 +49,8 @@ fn the_small_matrix_is_what_it_was() {
                 found.l2a_95[1],
                 variances.bvar,
                 variances.wvar,
-                variances.b2w,
-                variances.fisher,
+                variances.b2w.expect("features that vary"),
+                variances.fisher.expect("features that vary"),
                 at_one.errors.errors()
             );
         }

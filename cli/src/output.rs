@@ -62,7 +62,7 @@ struct Evaluated {
     frames: u64,
     bvar: f64,
     wvar: f64,
-    b2w: f64,
+    b2w: Option<f64>,
     ber: f64,
     ber_95: [f64; 2],
     bits: u64,
@@ -105,7 +105,7 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     }
     line(&format!("Bvar       {:.2}", report.bvar))?;
     line(&format!("Wvar       {:.2}", report.wvar))?;
-    line(&format!("B2W        {:.2}", report.b2w))?;
+    line(&format!("B2W        {}", ratio(report.b2w)))?;
     line(&format!(
         "bit errors {} of {}",
         report.bit_errors, report.bits
@@ -114,6 +114,11 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
         report.ber, report.ber_95[0], report.ber_95[1]
     ))
+}
+
+/// A ratio of variances, to two decimals.
+pub fn ratio(ratio: Option<f64>) -> String {
+    ratio.map_or("undefined".into(), |ratio| format!("{ratio:.2}"))
 }
 
 /// Progress of a run over a known number of steps: a bar on a terminal, elsewhere a line now and then.

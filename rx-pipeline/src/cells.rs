@@ -1,5 +1,6 @@
 //! Which pixel belongs to which LED, worked out once for a pose and laid out for [`crate::features`].
 
+use crate::approximate::inverse_sqrt;
 use crate::corners::Corners;
 use link::panel::{LEDS, SIDE};
 
@@ -435,16 +436,6 @@ fn to_unit_length(xs: &mut [f32], ys: &mut [f32]) {
     }
 }
 
-/// 1/√x for positive normal x to a relative error of 4e-7, finite at 0. In multiplications only, so that a whole row of it is
-/// vectorised on every processor: a first guess from the exponent, then three of Newton's steps.
-#[inline(always)]
-fn inverse_sqrt(x: f32) -> f32 {
-    let guess = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
-    let half = 0.5 * x;
-    let refine = |y: f32| y * (1.5 - half * y * y);
-    refine(refine(refine(guess)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -537,16 +528,6 @@ mod tests {
             CellMap::<2000>::new(&flat, 100, 100),
             Err(CellsError::EmptyCell { .. })
         ));
-    }
-
-    #[test]
-    fn inverse_sqrt_keeps_its_bound() {
-        let worst = (0..200_000)
-            .map(|i| 1e-6 * libm::exp(f64::from(i) * 1.2e-4))
-            .map(|x| f64::from(inverse_sqrt(x as f32)) * libm::sqrt(f64::from(x as f32)) - 1.0)
-            .fold(0.0, |worst: f64, error| worst.max(error.abs()));
-        assert!(worst < 4e-7, "{worst}");
-        assert!(inverse_sqrt(0.0).is_finite());
     }
 
     proptest! {

@@ -20,6 +20,8 @@
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
+//! [`approximate`] holds the roots and losses that loops over pixels compute quickly, with their bounds.
+//!
 //! All positions are in pixels; (0, 0) is the *centre* of the top-left pixel, x points right and y down. LED 8·row + column is
 //! bit 8·row + column, with row 0 at the top as the camera sees it.
 //!
@@ -61,6 +63,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod approximate;
 pub mod cells;
 pub mod corners;
 pub mod detect;

@@ -3,10 +3,15 @@
 use fixed::types::{I6F26, U2F30, U32F32};
 
 /// Bound of the relative error of [`exp2`], beside the step of 2⁻³² that the result's type costs.
-#[cfg(test)]
 pub const EXP2_ERROR: f64 = 5e-9;
 
 /// 2 to the power y.
+///
+/// ```
+/// use fixed::types::I6F26;
+/// use tx_firmware::power::exp2;
+/// assert_eq!(exp2(I6F26::from_num(10)), 1024);
+/// ```
 pub fn exp2(y: I6F26) -> U32F32 {
     let mantissa = u64::from(exp2_of_fraction(U2F30::from_num(y.frac())).to_bits());
     // From 30 fraction bits to 32, and 2 to the whole part of y: from −30 to 33 places, of which a

@@ -6,6 +6,7 @@
 //! grey levels adds is nearly constant there too, since the gamma curve is nearly a root.
 
 use super::spots::{LANES, Spots};
+pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
 use link::panel::LEDS;
 
@@ -233,22 +234,3 @@ impl<const PIXELS: usize> Image<PIXELS> {
 
 /// Just below the limit, relatively.
 const BELOW: f32 = 0.9999;
-
-/// √x for positive x, to a relative error of 5e-6, in multiplications only, so that loops over pixels are vectorised;
-/// what is negative counts as next to nothing.
-#[inline(always)]
-pub(super) fn root(x: f32) -> f32 {
-    let x = x.max(1e-6);
-    let guess = f32::from_bits(0x5f37_5a86 - (x.to_bits() >> 1));
-    let half = 0.5 * x;
-    let refine = |y: f32| y * (1.5 - half * y * y);
-    x * refine(refine(guess))
-}
-
-/// −ln Q(t): what it costs that a pixel expected t deviations below saturation is saturated. Two parabolas, off by at most
-/// 0.05 + 5 % of the value.
-#[inline(always)]
-pub(super) fn censored_loss(t: f32) -> f32 {
-    let (near, far) = ((t + 2.0).max(0.0), t.max(0.0));
-    0.173 * near * near + 0.257 * far * far
-}

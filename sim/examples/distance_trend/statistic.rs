@@ -24,7 +24,11 @@ impl Clouds {
             .push(feature);
         }
         let own = Distinguishability::of(&on, &off);
-        for (sum, value) in self.of_frames.iter_mut().zip([own.bvar, own.wvar, own.b2w]) {
+        for (sum, value) in
+            self.of_frames
+                .iter_mut()
+                .zip([own.bvar, own.wvar, own.b2w.unwrap_or(0.0)])
+        {
             *sum += value;
         }
         self.on.merge(&on);
@@ -57,7 +61,9 @@ pub const STATISTICS: [(&str, Statistic); 7] = [
     ("AGR alone", |clouds| clouds.scaled([1.0, 0.0])),
     ("GRI alone", |clouds| clouds.scaled([0.0, 1.0])),
     ("Fisher's criterion", |clouds| {
-        Distinguishability::of(&clouds.on, &clouds.off).fisher
+        Distinguishability::of(&clouds.on, &clouds.off)
+            .fisher
+            .unwrap_or(0.0)
     }),
     ("mean of each frame's B2W", |clouds| clouds.of_frames[2]),
     ("mean Bvar / mean Wvar of frames", |clouds| {

@@ -29,26 +29,20 @@ pub const CRITERIA: [(&str, Criterion); 3] = [
 ];
 
 impl Criterion {
-    /// Its value: a ratio of variances, or a bit error rate.
-    pub fn value(self, evaluation: &Evaluation) -> f64 {
-        match self {
-            Self::B2w => evaluation.distinguishability().b2w,
-            Self::Fisher => evaluation.distinguishability().fisher,
-            Self::Ber => evaluation.errors.rate(),
-        }
-    }
-
-    /// What is searched for its maximum: the logarithm of the ratio, or the log-odds of a right bit.
+    /// What is searched for its maximum: the logarithm of the ratio, or the log-odds of a right bit. None where the ratio is
+    /// undefined or 0.
     ///
     /// Half an error and half a right bit are added to those counted, so that no errors at all are finite log-odds too
     /// (Haldane 1955).
-    pub fn objective(self, evaluation: &Evaluation) -> f64 {
+    pub fn objective(self, evaluation: &Evaluation) -> Option<f64> {
+        let logarithm = |ratio: Option<f64>| ratio.filter(|&ratio| ratio > 0.0).map(f64::ln);
         match self {
-            Self::B2w | Self::Fisher => self.value(evaluation).ln(),
+            Self::B2w => logarithm(evaluation.distinguishability().b2w),
+            Self::Fisher => logarithm(evaluation.distinguishability().fisher),
             Self::Ber => {
                 let wrong = evaluation.errors.errors() as f64;
                 let right = evaluation.errors.bits() as f64 - wrong;
-                ((right + 0.5) / (wrong + 0.5)).ln()
+                Some(((right + 0.5) / (wrong + 0.5)).ln())
             }
         }
     }
@@ -93,7 +87,7 @@ mod tests {
         let of = |errors: u32| {
             let mut evaluation = Evaluation::default();
             (0..100).for_each(|frame| evaluation.errors.push(if frame == 0 { errors } else { 0 }));
-            Criterion::Ber.objective(&evaluation)
+            Criterion::Ber.objective(&evaluation).unwrap()
         };
         assert!(of(0).is_finite() && of(0) > of(1) && of(1) > of(2));
         assert!((of(64) - (6336.5f64 / 64.5).ln()).abs() < 1e-12);

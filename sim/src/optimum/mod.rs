@@ -157,22 +157,24 @@ pub struct Optimum {
 
 impl Optimum {
     /// How much less the criterion is at a ratio than at the best one, as a factor (of the odds of a bit error: how much more), by
-    /// straight lines between the wide grid's points.
-    pub fn loss_at(&self, criterion: Criterion, l2a: f64) -> f64 {
-        (self.objective_at(criterion, self.l2a) - self.objective_at(criterion, l2a)).exp()
+    /// straight lines between the wide grid's points. None where the criterion is undefined at one of these.
+    pub fn loss_at(&self, criterion: Criterion, l2a: f64) -> Option<f64> {
+        let best = self.objective_at(criterion, self.l2a)?;
+        Some((best - self.objective_at(criterion, l2a)?).exp())
     }
 
-    fn objective_at(&self, criterion: Criterion, l2a: f64) -> f64 {
+    fn objective_at(&self, criterion: Criterion, l2a: f64) -> Option<f64> {
         let points = self.grid.points();
         let above = points
             .partition_point(|point| point.l2a < l2a)
             .clamp(1, points.len().max(2) - 1);
         let (Some(low), Some(high)) = (points.get(above - 1), points.get(above)) else {
-            return f64::NAN;
+            return None;
         };
         let share = ((l2a - low.l2a) / (high.l2a - low.l2a)).clamp(0.0, 1.0);
         let of = |point: &Point| criterion.objective(&point.total());
-        of(low) + share * (of(high) - of(low))
+        let (low, high) = (of(low)?, of(high)?);
+        Some(low + share * (high - low))
     }
 }
 

@@ -53,10 +53,7 @@ impl Peak {
         range: [f64; 2],
         seed: u64,
     ) -> Option<Self> {
-        let objectives = samples.objectives(criterion);
-        if objectives.iter().any(|objective| !objective.is_finite()) {
-            return None;
-        }
+        let objectives = samples.objectives(criterion)?;
         let highest = index_of_highest(&objectives)?;
         let l2a: Vec<f64> = samples.points().iter().map(|point| point.l2a).collect();
         let weights = weights(samples, criterion, highest);
@@ -80,7 +77,7 @@ impl Peak {
             .collect();
         let level = parabola.at(top);
         let not_worse = not_worse(&resampled, &l2a, highest);
-        let mut l2a_95 = percentiles(&mut tops, 0.025);
+        let mut l2a_95 = percentiles(&mut tops, 0.025)?;
         if criterion == Criterion::Ber && samples.points()[highest].total().errors.errors() == 0 {
             l2a_95 = [l2a_95[0].min(not_worse[0]), l2a_95[1].max(not_worse[1])];
         }
@@ -141,14 +138,11 @@ fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usiz
 }
 
 /// The values that a share of them is below, and above; they are sorted.
-fn percentiles(values: &mut [f64], share: f64) -> [f64; 2] {
+fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
     values.sort_by(f64::total_cmp);
     let outside = (values.len() as f64 * share) as usize;
-    let at = |place: usize| values.get(place).copied().unwrap_or(f64::NAN);
-    [
-        at(outside),
-        at((values.len().max(1) - 1).saturating_sub(outside)),
-    ]
+    let inside = values.len().checked_sub(1 + outside)?;
+    Some([values[outside], values[inside]])
 }
 
 /// The ends of the row of points about the highest that are as high in at least 5 % of the resamples.

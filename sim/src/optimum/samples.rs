@@ -151,15 +151,15 @@ impl Samples {
         pooled
     }
 
-    /// The objective at each point.
-    pub fn objectives(&self, criterion: Criterion) -> Vec<f64> {
+    /// The objective at each point; none where it is undefined at one of them.
+    pub fn objectives(&self, criterion: Criterion) -> Option<Vec<f64>> {
         self.0
             .iter()
             .map(|p| criterion.objective(&p.total()))
             .collect()
     }
 
-    /// The objective at each point as it might have come out as well: one row a resample.
+    /// The objective at each point as it might have come out as well: one row a resample in which it is defined at all.
     ///
     /// Each round's batches are drawn from that round's with replacement, the same for all points. All points must hold as many
     /// rounds as the first.
@@ -182,7 +182,10 @@ impl Samples {
             };
             self.0.iter().map(objective).collect()
         };
-        (0..RESAMPLES).into_par_iter().map(resample).collect()
+        (0..RESAMPLES)
+            .into_par_iter()
+            .filter_map(resample)
+            .collect()
     }
 }
 

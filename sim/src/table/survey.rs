@@ -127,12 +127,20 @@ pub struct Cell {
     /// The ratios that are not significantly worse.
     #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
-    /// B2W next to the best ratio.
-    #[serde(serialize_with = "short")]
-    pub b2w: f64,
-    /// Fisher's criterion there.
-    #[serde(serialize_with = "short")]
-    pub fisher: f64,
+    /// B2W next to the best ratio, where it is defined.
+    #[serde(
+        default,
+        serialize_with = "short_if_any",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub b2w: Option<f64>,
+    /// Fisher's criterion there, where it is defined.
+    #[serde(
+        default,
+        serialize_with = "short_if_any",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub fisher: Option<f64>,
     /// Bit error rate there.
     #[serde(serialize_with = "short")]
     pub ber: f64,
@@ -201,6 +209,11 @@ impl Entry {
 /// A number as it is written: five digits, which is more than chance leaves of it.
 fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     five_digits(*value).serialize(serializer)
+}
+
+/// The same, if there is one.
+fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(five_digits).serialize(serializer)
 }
 
 /// The same of two.
@@ -434,7 +447,7 @@ impl Cell {
 
     fn with_loss(self, optimum: &Optimum, criterion: Criterion, carried: f64) -> Self {
         Self {
-            table_loss: optimum.loss_at(criterion, carried),
+            table_loss: optimum.loss_at(criterion, carried).unwrap_or(1.0),
             ..self
         }
     }

@@ -63,7 +63,7 @@ type Quantity = fn(&Sums) -> f64;
 const QUANTITIES: [(&str, Quantity); 9] = [
     ("bvar", |s| s.distinguishability().bvar),
     ("wvar", |s| s.distinguishability().wvar),
-    ("b2w", |s| s.distinguishability().b2w),
+    ("b2w", |s| s.distinguishability().b2w.unwrap_or(0.0)),
     ("agr_on", |s| s.on.mean()[0]),
     ("agr_off", |s| s.off.mean()[0]),
     ("gri_on", |s| s.on.mean()[1]),

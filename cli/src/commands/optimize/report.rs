@@ -5,7 +5,7 @@ use std::path::Path;
 use sim::optimum::{FIRST_ROUND, GRID};
 use sim::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use crate::output::{Progress, json, line};
+use crate::output::{Progress, json, line, ratio};
 
 /// Ratios of a finer grid that get all frames.
 const FINE: u64 = 5;
@@ -71,7 +71,7 @@ impl Report {
         for cell in cells {
             let border = if cell.at_border { "≥" } else { " " };
             line(&format!(
-                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8.2}  {:.1e}  {:>5.1} %",
+                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8}  {:.1e}  {:>5.1} %",
                 cell.illuminance_lx,
                 cell.interval,
                 cell.distance_m,
@@ -79,7 +79,7 @@ impl Report {
                 cell.l2a,
                 cell.l2a_95[0],
                 cell.l2a_95[1],
-                cell.b2w,
+                ratio(cell.b2w),
                 cell.ber,
                 (cell.table_loss - 1.0) * 100.0,
             ))?;

@@ -145,8 +145,9 @@ fn wvar(sums: &Sums) -> f64 {
     sums.distinguishability().wvar
 }
 
+/// 0 where it is undefined: no claim is to hold by that.
 fn b2w(sums: &Sums) -> f64 {
-    sums.distinguishability().b2w
+    sums.distinguishability().b2w.unwrap_or(0.0)
 }
 
 #[cfg(test)]
