@@ -1,5 +1,6 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
+pub mod naive;
 pub mod sightings;
 pub mod straightforward;
 pub mod supersampled;

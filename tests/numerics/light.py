@@ -1,8 +1,8 @@
 """Values of thirty digits that the simulator's reference level is held to.
 
     pip install mpmath==1.3.0 gmpy2                # gmpy2 only makes it quicker
-    python3 tests/high_precision/light.py          # writes light.csv and edge.csv beside this file, in some ten minutes
-    python3 tests/high_precision/light.py --check  # only compares with what stands there
+    python3 tests/numerics/light.py          # writes light.csv and edge.csv beside this file, in some ten minutes
+    python3 tests/numerics/light.py --check  # only compares with what stands there
 
 light.csv: the light at a pixel, the unit square about (x, y), of the ellipse (xx·cos φ + yx·sin φ, xy·cos φ + yy·sin φ) of
 luminance 1 under a Gaussian blur of standard deviation sigma. It is computed by the first of these ways; every shape at

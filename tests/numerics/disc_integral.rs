@@ -1,4 +1,4 @@
-//! The reference level against values of thirty digits: see `high_precision/light.py`.
+//! The reference level against values of thirty digits: see `light.py`.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -13,7 +13,7 @@ use sim::outline::Outline;
 /// The rows of a table of numbers beside the script that computed it.
 fn table<const COLUMNS: usize>(name: &str) -> Vec<[f64; COLUMNS]> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("high_precision")
+        .join("numerics")
         .join(name);
     let text = std::fs::read_to_string(&path).expect("a table");
     let row = |line: &str| {

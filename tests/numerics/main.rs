@@ -1,0 +1,7 @@
+//! Hard cases: where floating and fixed point go wrong, that the ways that come to mind first do, and that ours do not.
+//!
+//! `docs/numerics.md` says what each is about. The whole suite: `cargo test -p vocc-tests --test numerics`.
+
+mod disc_integral;
+mod nist;
+mod statistics;
