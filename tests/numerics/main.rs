@@ -3,5 +3,8 @@
 //! `docs/numerics.md` says what each is about. The whole suite: `cargo test -p vocc-tests --test numerics`.
 
 mod disc_integral;
+mod distinguishability;
+mod fisher_kmeans;
 mod nist;
 mod statistics;
+mod synthetic;

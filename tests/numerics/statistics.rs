@@ -3,11 +3,11 @@
 use link::panel::PanelFrame;
 use proptest::prelude::*;
 use rx_pipeline::detect::{Fisher, FisherFeatures, FisherScaling, FisherTraining};
-use rx_pipeline::features::Features;
 use sim::statistics::Moments;
 use vocc_tests::naive;
 
 use crate::nist::{DataSet, data_sets};
+use crate::synthetic::features;
 
 fn moments(values: impl IntoIterator<Item = f64>) -> Moments {
     let mut moments = Moments::default();
@@ -198,18 +198,6 @@ proptest! {
         prop_assert!((variance - first_variance).abs() <= 1e-13 * exact);
         let (_, naive) = naive::variance_by_squares(shuffled);
         prop_assert!((naive / exact - 1.0).abs() > 1e-3, "{}", naive);
-    }
-}
-
-/// Features whose AGR is `agr` and whose GRI is `gri`, cell by cell.
-fn features(agr: impl Fn(usize) -> f32, gri: impl Fn(usize) -> f32) -> Features {
-    Features {
-        mean_grey: [100.0; 64],
-        agr: std::array::from_fn(agr),
-        gri: std::array::from_fn(gri),
-        saturated: [0; 64],
-        pixels: [16; 64],
-        panel_grey: 100.0,
     }
 }
 
