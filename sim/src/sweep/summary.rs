@@ -31,8 +31,8 @@ pub struct Summary {
     pub bvar: f64,
     /// Within-class variance.
     pub wvar: f64,
-    /// Their ratio.
-    pub b2w: f64,
+    /// Their ratio, where there is one.
+    pub b2w: Option<f64>,
 }
 
 impl Results {
@@ -101,7 +101,7 @@ impl Summary {
             number(self.ber_95[1]),
             number(self.bvar),
             number(self.wvar),
-            number(self.b2w),
+            self.b2w.map(number).unwrap_or_default(),
             seed.to_string(),
             env!("CARGO_PKG_VERSION").into(),
         ];

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use sim::sweep::{News, Results, Summary, Sweep};
 
 use super::chart;
-use crate::output::{Progress, json, line};
+use crate::output::{Progress, json, line, ratio};
 use crate::{plot, results};
 
 /// Progress on standard error, finished cells on standard output.
@@ -104,7 +104,7 @@ fn heading(sweep: &Sweep) -> String {
     let keys = sweep.grid.iter().zip(widths(sweep));
     let keys = keys.map(|(axis, width)| format!("{:>width$}  ", short(&axis.key)));
     format!(
-        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>8}",
+        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>9}",
         keys.collect::<String>(),
         "detector",
         "frames",
@@ -120,14 +120,14 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
     let values = values.map(|(value, width)| format!("{value:>width$}  "));
     let [low, high] = summary.ber_95;
     let row = format!(
-        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>8.2}",
+        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>9}",
         values.collect::<String>(),
         summary.detector,
         summary.frames,
         summary.bit_errors,
         summary.ber,
         format!("{low:.3e} to {high:.3e}"),
-        summary.b2w
+        ratio(summary.b2w)
     );
     if summary.finished {
         row
