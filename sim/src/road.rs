@@ -251,12 +251,12 @@ impl Road {
         received(&self.receiver.finish())
     }
 
-    /// Tells the receiver where the panel is. Where that is no place to read, the receiver will say so.
+    /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
     fn place(&mut self) {
         let sensor = self.renderer.sensor();
         if let Ok(corners) = region_corners(&self.renderer, sensor) {
-            let at_rest = self.receiver.corners() == Some(corners);
-            if !at_rest {
+            let followed = self.receiver.corners();
+            if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
                 let _ = self.receiver.place(corners, sensor.width, sensor.height);
             }
         }
@@ -314,6 +314,16 @@ impl Road {
                 .led_light(&view.scene, &unlimited, panel.panel.reflectance, l2a);
         shown
     }
+}
+
+/// A panel followed within this of the truth is read as well as one whose place is told, in pixels.
+const FOLLOWED_PX: f32 = 0.5;
+
+fn are_near(a: &Corners, b: &Corners) -> bool {
+    let pairs = a.points().into_iter().zip(b.points());
+    pairs
+        .into_iter()
+        .all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < FOLLOWED_PX)
 }
 
 impl Symbols {
