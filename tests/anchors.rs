@@ -10,9 +10,9 @@ use rx_pipeline::frame::Frame;
 use sim::accuracy::Level;
 use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluator, Settings};
+use sim::raster::straightforward::{Panel, render};
 use sim::scene::Scene;
 use sim::statistics::{Distinguishability, Moments};
-use vocc_tests::straightforward::{Panel, render};
 
 /// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
 type Anchor = (f64, f64, f64, [f64; 3]);

@@ -4,11 +4,13 @@ use glam::{DMat2, DVec2};
 use sim::chords::Chords;
 use sim::kernel::Exact;
 use sim::outline::Outline;
-use vocc_tests::straightforward::{self, Panel};
-use vocc_tests::supersampled;
+use sim::raster::straightforward::{self, Panel};
+use sim::raster::supersampled;
 
 const SIDE: usize = 52;
 const SIGMA_PX: f64 = 1.5;
+/// Cells along a pixel's side.
+const FINER: usize = 8;
 
 /// Panels of interval 1 at 50 m, L2A 2, at some sub-pixel phases.
 fn panels() -> impl Iterator<Item = Panel> {
@@ -67,8 +69,8 @@ fn the_baselines_draw_the_exact_picture_to_a_hundredth_of_an_led() {
         .map(|panel| {
             let exact = exact(&panel, SIGMA_PX);
             let straight = straightforward::linear(&panel, SIGMA_PX, SIDE);
-            let fine = supersampled::linear(&panel, SIGMA_PX, SIDE);
-            let truncated = supersampled::linear(&panel, 1.41, SIDE);
+            let fine = supersampled::linear(&panel, SIGMA_PX, SIDE, FINER);
+            let truncated = supersampled::linear(&panel, 1.41, SIDE, FINER);
             [straight, fine, truncated].map(|drawn| difference(&panel, &drawn, &exact))
         })
         .collect();

@@ -51,6 +51,8 @@ enum Command {
     Figures(commands::figures::Arguments),
     /// Monte Carlo at every setting of a plan, here or on a cluster.
     Sweep(commands::sweep::Arguments),
+    /// What accuracy costs in time: work-precision diagrams of everything that can be done more or less exactly.
+    Accuracy(commands::accuracy::Arguments),
     /// Add the shards of an evaluation or a sweep up.
     Merge(commands::merge::Arguments),
     /// The best LED-to-ambient ratios, and the table that the transmitter carries.
@@ -97,6 +99,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
         Some(Command::Figures(arguments)) => commands::figures::run(&arguments, shared),
         Some(Command::Sweep(arguments)) => commands::sweep::run(&arguments, shared),
+        Some(Command::Accuracy(arguments)) => commands::accuracy::run(&arguments, shared),
         Some(Command::Merge(arguments)) => commands::merge::run(&arguments, shared),
         Some(Command::Optimize(arguments)) => commands::optimize::run(&arguments, shared),
         Some(Command::Table(arguments)) => commands::table::run(&arguments, shared),

@@ -95,16 +95,26 @@ impl Accuracy {
     /// The bound is shared out in four equal parts: quadrature, truncation, table, and f32 with all else. No part is asked to be
     /// finer than f32 is, so the bound holds for scenes whose floor is at least a thousandth of their brightest LED.
     pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
-        let share = match level {
-            Level::Reference => {
-                return Self {
-                    quadrature: REFERENCE,
-                    truncation: REFERENCE,
-                    phases: 0,
-                };
+        match level {
+            Level::Reference => Self::even(REFERENCE),
+            Level::Fine | Level::Fast => {
+                Self::within(level.error_bound_grey(), floor, excess, sigma_px, gamma)
             }
-            Level::Fine | Level::Fast => level.error_bound_grey() / 4.0,
-        };
+        }
+    }
+
+    /// Both tolerances alike and no table: for drawing in f64.
+    pub fn even(tolerance: f64) -> Self {
+        Self {
+            quadrature: tolerance,
+            truncation: tolerance,
+            phases: 0,
+        }
+    }
+
+    /// The same for any bound, in grey levels before rounding.
+    pub fn within(bound_grey: f64, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
+        let share = bound_grey / 4.0;
         // The curve is steepest at the floor, so what moves the grey by its share there does so nowhere less.
         let allowed = grey::linear(grey::unrounded(floor, gamma) + share, gamma) - floor;
         let part = (allowed / excess.max(1e-3)).clamp(F32_STEP, 1e-2);

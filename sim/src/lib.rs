@@ -15,6 +15,7 @@
 //! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
 //! reproduction                      the figures of Do & Yoo 2020 and what becomes of their claims
 //! road                              the transmitter's code, the frames, the receiver's code
+//! precision ── raster               what accuracy costs in time, and renderers to hold the own one against
 //! ```
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, the range of linear values.
@@ -24,6 +25,7 @@
 //! - [`sweep`]: a plan of many settings, its division into shards, the engine that does them, and the results that files keep.
 //! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
 //! - [`reproduction`]: the paper's figures and claims, point by point.
+//! - [`precision`]: error against time, of all that has more than one way to be done.
 //!
 //! # Which to choose
 //!
@@ -68,8 +70,10 @@ pub mod overlap;
 pub mod phases;
 pub mod plan;
 pub mod polyphase;
+pub mod precision;
 pub mod projection;
 pub mod random;
+pub mod raster;
 pub mod recipe;
 pub mod renderer;
 pub mod reproduction;

@@ -14,10 +14,10 @@ use sim::accuracy::Level;
 use sim::canvas::Canvas;
 use sim::detectors::DetectorChoice;
 use sim::evaluate::{Evaluator, Settings};
+use sim::raster::straightforward::{self, Panel};
+use sim::raster::supersampled;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
-use vocc_tests::straightforward::{self, Panel};
-use vocc_tests::supersampled;
 
 use link::panel::PanelFrame;
 
@@ -118,9 +118,14 @@ const BASELINES: [Baseline; 3] = [
     },
     Baseline {
         name: "supersampled",
-        render: supersampled::render,
+        render: supersampled_by_8,
     },
 ];
+
+/// On a raster eight times finer.
+fn supersampled_by_8(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
+    supersampled::render(panel, sigma_px, gamma, side, 8)
+}
 
 /// Renders the panel with its surroundings at a new sub-pixel phase and measures the features.
 fn baseline_frame(render: fn(&Panel, f64, f64, usize) -> Vec<u8>) -> impl FnMut() -> f32 {
@@ -184,7 +189,7 @@ fn print_ratios() {
         (
             "supersampled",
             1,
-            Box::new(baseline_frame(supersampled::render)),
+            Box::new(baseline_frame(supersampled_by_8)),
         ),
         ("fine", 40, Box::new(evaluator_frame(Level::Fine))),
         ("fast", 40, Box::new(evaluator_frame(Level::Fast))),

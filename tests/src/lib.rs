@@ -2,8 +2,6 @@
 
 pub mod naive;
 pub mod sightings;
-pub mod straightforward;
-pub mod supersampled;
 
 use std::fs;
 use std::path::{Path, PathBuf};

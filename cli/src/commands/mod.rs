@@ -1,5 +1,6 @@
 //! The commands, one a module: arguments in, library calls, answers out.
 
+pub mod accuracy;
 pub mod decode;
 pub mod device;
 pub mod evaluate;

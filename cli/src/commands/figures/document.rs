@@ -130,8 +130,9 @@ fn table_cell(text: &str) -> String {
     }
 }
 
-/// `figure-22-detectors` as "Figure 22 detectors".
+/// `figure-22-detectors` as "Figure 22 detectors", without the folder.
 fn titled(name: &str) -> String {
+    let name = name.rsplit('/').next().unwrap_or(name);
     let text = name.replace('-', " ").replace(" 0", " ");
     let mut letters = text.chars();
     letters

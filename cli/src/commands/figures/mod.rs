@@ -1,9 +1,9 @@
 //! `vocc figures`: the figures of Do & Yoo 2020 and what becomes of their claims.
 
-pub mod chart;
-mod document;
+pub(super) mod chart;
+pub(super) mod document;
 mod errors;
-mod figure;
+pub(super) mod figure;
 mod kept;
 mod optima;
 mod panels;

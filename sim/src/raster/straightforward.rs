@@ -6,7 +6,7 @@
 //! matters because discs of a few pixels hold detail finer than pixels can carry, which comes out shifted with the
 //! sub-pixel phase (aliasing) and widens the spread of the features.
 
-use crate::supersampled::{cells, pixels};
+use super::supersampled::{cells, pixels};
 
 /// A parallel panel: centre of its first LED, pitch and LED radius in px, linear values of LEDs before a background of 1.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ pub fn render(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> 
 /// The same picture with the discs drawn on a whole raster eight times finer, as one does who does not care about time: a
 /// pixel is the mean of its cells, and the blur acts on pixels.
 pub fn render_by_raster(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
-    let sharp = pixels(&cells(panel, side), side);
+    let sharp = pixels(&cells(panel, side, SAMPLES), side, SAMPLES);
     encode(&blur(&sharp, side, sigma_px), gamma)
 }
 
@@ -62,7 +62,7 @@ impl Panel {
 }
 
 /// Grey levels by the formula, pixel by pixel.
-pub(crate) fn encode(linear: &[f64], gamma: f64) -> Vec<u8> {
+pub(super) fn encode(linear: &[f64], gamma: f64) -> Vec<u8> {
     linear
         .iter()
         .map(|&x| (118.0 * x.powf(1.0 / gamma)).round().clamp(0.0, 255.0) as u8)
@@ -70,7 +70,7 @@ pub(crate) fn encode(linear: &[f64], gamma: f64) -> Vec<u8> {
 }
 
 /// A separable Gaussian cut at ±4σ, along the rows and then, the picture transposed, along the columns.
-pub(crate) fn blur(sharp: &[f64], side: usize, sigma_px: f64) -> Vec<f64> {
+pub(super) fn blur(sharp: &[f64], side: usize, sigma_px: f64) -> Vec<f64> {
     let kernel = gaussian(sigma_px);
     let along_rows = transpose(&blur_rows(sharp, side, &kernel), side);
     transpose(&blur_rows(&along_rows, side, &kernel), side)

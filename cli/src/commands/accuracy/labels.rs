@@ -1,0 +1,85 @@
+//! Where names can stand beside their points without covering each other.
+
+/// A rectangle in pixels: left, top, right, bottom.
+pub type Box = [i32; 4];
+
+/// Places for labels on a surface.
+pub struct Labels {
+    within: Box,
+    taken: Vec<Box>,
+}
+
+/// The width of a letter and the height of a line, at the size of labels.
+const LETTER_PX: f64 = 6.1;
+const LINE_PX: i32 = 13;
+/// How far from its point a label stands.
+const APART_PX: i32 = 7;
+
+impl Labels {
+    /// For labels within a rectangle, that must not cover what is `taken`.
+    pub fn new(within: Box, taken: Vec<Box>) -> Self {
+        Self { within, taken }
+    }
+
+    /// The top left corner for a label of the point at `at`, or none where there is no room near it.
+    pub fn place(&mut self, text: &str, at: (i32, i32)) -> Option<(i32, i32)> {
+        let width = (text.chars().count() as f64 * LETTER_PX) as i32;
+        let (x, y) = at;
+        let middle = y - LINE_PX / 2;
+        let (right, left) = (x + APART_PX, x - APART_PX - width);
+        let (above, below) = (y - APART_PX - LINE_PX, y + APART_PX);
+        let centre = x - width / 2;
+        let near = [
+            (right, middle),
+            (left, middle),
+            (centre, above),
+            (centre, below),
+            (right, above),
+            (right, below),
+            (left, above),
+            (left, below),
+        ];
+        let farther = near.map(|(left, top)| {
+            (
+                left + (left - x).signum() * 10,
+                top + 16 * (top - middle).signum(),
+            )
+        });
+        let free = near.into_iter().chain(farther).find(|&(left, top)| {
+            let label = [left, top, left + width, top + LINE_PX];
+            self.holds(label) && !self.taken.iter().any(|&other| meet(label, other))
+        });
+        let (left, top) = free?;
+        self.taken.push([left, top, left + width, top + LINE_PX]);
+        Some((left, top))
+    }
+
+    fn holds(&self, [left, top, right, bottom]: Box) -> bool {
+        let within = self.within;
+        left >= within[0] && top >= within[1] && right <= within[2] && bottom <= within[3]
+    }
+}
+
+fn meet(one: Box, other: Box) -> bool {
+    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_cover_neither_each_other_nor_points_nor_the_edge() {
+        let point = [45, 45, 55, 55];
+        let mut labels = Labels::new([0, 0, 200, 100], vec![point]);
+        let mut placed = Vec::new();
+        while let Some((left, top)) = labels.place("name", (50, 50)) {
+            placed.push([left, top, left + 24, top + LINE_PX]);
+        }
+        assert!(placed.len() >= 4, "{placed:?}");
+        for (k, &label) in placed.iter().enumerate() {
+            assert!(!meet(label, point) && labels.holds(label));
+            assert!(!placed[..k].iter().any(|&other| meet(label, other)));
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The page: each part's question, plot and table, and what was measured on what.
+
+use sim::precision::{CostUnit, Diagram, Part, Point};
+
+use super::super::figures::document::{Block, Document};
+use super::super::figures::figure::Figure;
+use super::FOLDER;
+use super::axis::short;
+use super::diagram::time;
+use super::kept::Kept;
+
+/// The page of what was measured.
+pub fn page(kept: &Kept, quick: bool, figures: &[Figure]) -> Document {
+    let mut document = Document::new("What accuracy costs in time");
+    document.text("Wherever this project can do a thing more or less exactly, here is what exactness costs: error against time for every way it has, and for ways that it does not go. \
+        In each plot **down** is more exact and **left** is quicker. The grey band is the *Pareto front*: the ways that no other beats in both. Full dots are on it, empty dots are beaten, and a \
+        ring marks what is done unless told otherwise. Below each plot stands why.");
+    document.text(format!(
+        "Made by `cargo run --release -- accuracy --out docs{}{}`, on: {}.",
+        if quick { " --quick" } else { "" },
+        match kept.run.scale.seed {
+            1 => String::new(),
+            seed => format!(" --seed {seed}"),
+        },
+        kept.run.machine
+    ));
+    document.text(format!(
+        "Times are multiples of the baseline's, named at the axis with its own time. All of a plot's variants are timed by turns in one run, {} turns; the ratio is taken turn by turn, and its median and quartiles are given. \
+        Errors are against a reference that is named, and solved far tighter than what is compared.",
+        kept.run.scale.turns
+    ));
+    for (part, figure) in kept.parts.iter().zip(figures) {
+        document.heading(&part.title);
+        document.push(Block::Picture {
+            name: format!("{FOLDER}/{}", figure.name),
+            caption: format!(
+                "[vector graphic]({FOLDER}/{0}.svg), [all numbers]({FOLDER}/{0}.csv)",
+                figure.name
+            ),
+            svg: figure.svg.clone(),
+        });
+        document.text(format!("**What is compared.** {}", part.method));
+        document.text(format!("**The reference.** {}", part.reference));
+        document.text(format!("**The default, and why.** {}", part.default));
+        document.push(table(part));
+    }
+    document
+}
+
+/// The points of the front, the default and the variants that stand alone.
+fn table(part: &Part) -> Block {
+    let head = ["", "variant", "error", "cost", "ratio (quartiles)", "front"];
+    let rows = part.diagrams.iter().flat_map(|diagram| {
+        let mut points: Vec<&Point> = diagram
+            .points
+            .iter()
+            .filter(|point| is_told(point))
+            .collect();
+        points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
+        let first = points.first().map(|point| std::ptr::from_ref(*point));
+        points
+            .into_iter()
+            .map(|point| row(diagram, point, Some(std::ptr::from_ref(point)) == first))
+            .collect::<Vec<_>>()
+    });
+    Block::Table {
+        head: head.map(String::from).to_vec(),
+        rows: rows.collect(),
+    }
+}
+
+fn is_told(point: &Point) -> bool {
+    point.on_front || point.is_default || point.is_baseline || point.curve.is_empty()
+}
+
+fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
+    let emphasis = if point.is_default { "**" } else { "" };
+    let error = match point.error_95 {
+        Some([low, high]) => format!(
+            "{} ({} to {})",
+            digits(point.error),
+            digits(low),
+            digits(high)
+        ),
+        None if point.at_most => format!("< {}", digits(point.error)),
+        None => digits(point.error),
+    };
+    let cost = match diagram.cost_unit {
+        CostUnit::Ns => time(point.cost.median),
+        CostUnit::Instructions | CostUnit::Cycles => short(point.cost.median.round()),
+    };
+    let title = format!("**{}**, {}", diagram.title, diagram.error);
+    vec![
+        if is_first { title } else { String::new() },
+        format!("{emphasis}{}{emphasis}", point.variant),
+        error,
+        cost,
+        format!(
+            "{} ({} to {})",
+            digits(point.ratio.median),
+            digits(point.ratio.low),
+            digits(point.ratio.high)
+        ),
+        if point.on_front {
+            "●".into()
+        } else {
+            "○ beaten".into()
+        },
+    ]
+}
+
+/// A number to three significant digits.
+fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-4.0..6.0).contains(&magnitude) {
+        return short(value);
+    }
+    let places = (2.0 - magnitude).max(0.0) as usize;
+    format!("{value:.places$}")
+}

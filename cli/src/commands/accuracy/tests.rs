@@ -1,0 +1,87 @@
+//! A small run, interrupted, finished and drawn.
+
+use super::*;
+use clap::Parser;
+
+/// Errors of a few frames; times mean nothing.
+fn tiny() -> Kept {
+    Kept::new(Run::new(Scale::TINY))
+}
+
+#[test]
+fn parts_are_measured_kept_drawn_and_not_measured_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments = Arguments {
+        out: folder.path().into(),
+        quick: true,
+        parts: vec!["decoder".into()],
+        resume: false,
+    };
+    let path = folder.path().join(KEPT);
+    let mut kept = tiny();
+    kept.missing = arguments.parts.clone();
+    assert!(!measure(&mut kept.clone(), &path, &|| false).expect("nothing to do"));
+    assert!(measure(&mut kept, &path, &|| true).expect("measured"));
+    write(&kept, &arguments, folder.path()).expect("drawn");
+    let again = Arguments {
+        parts: Vec::new(),
+        resume: true,
+        ..arguments
+    };
+    let resumed = begin(&again, Run::new(Scale::TINY), &path).expect("kept");
+    assert_eq!(resumed.parts, kept.parts);
+    assert_eq!(resumed.missing.len(), PARTS.len() - 1);
+    assert!(begin(&again, Run::new(Scale::FULL), &path).is_err());
+    let page = std::fs::read_to_string(folder.path().join("accuracy.md")).expect("a page");
+    for part in &kept.parts {
+        assert!(page.contains(&format!("![accuracy/{0}](accuracy/{0}.png)", part.name)));
+        let image =
+            std::fs::read(folder.path().join(format!("{}.png", part.name))).expect("a plot");
+        assert!(image.starts_with(b"\x89PNG"));
+        let numbers = std::fs::read_to_string(folder.path().join(format!("{}.csv", part.name)))
+            .expect("numbers");
+        let points: usize = part
+            .diagrams
+            .iter()
+            .map(|diagram| diagram.points.len())
+            .sum();
+        assert_eq!(numbers.lines().count(), points + 1);
+        let columns: Vec<usize> = numbers
+            .lines()
+            .map(|line| line.split(',').count())
+            .collect();
+        assert!(
+            columns.iter().all(|&count| count == columns[0]),
+            "{columns:?}"
+        );
+        for diagram in &part.diagrams {
+            let defaults = diagram
+                .points
+                .iter()
+                .filter(|point| point.is_default)
+                .count();
+            let baselines = diagram
+                .points
+                .iter()
+                .filter(|point| point.is_baseline)
+                .count();
+            assert!(defaults >= 1 && baselines == 1, "{}", diagram.title);
+        }
+    }
+}
+
+#[derive(Parser)]
+struct Command {
+    #[command(flatten)]
+    arguments: Arguments,
+}
+
+#[test]
+fn a_part_that_is_none_is_refused_with_the_names_of_those_that_are() {
+    let parsed = Command::try_parse_from(["accuracy", "--out", "x", "--part", "weather"]);
+    let message = parsed.err().expect("refused").to_string();
+    assert!(
+        message.contains("renderer") && message.contains("decoder"),
+        "{message}"
+    );
+}

@@ -1,0 +1,342 @@
+//! Messages that do not survive their noise: iterations, number formats and codes of the error correction.
+
+use labrador_ldpc::LDPCCode;
+use labrador_ldpc::decoder::DecodeFrom;
+use link::fec::MAX_ITERATIONS;
+use link::panel::LLR_STEP;
+use rand::Rng;
+
+use super::race::{Contender, race};
+use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front};
+use crate::random::{Purpose, normal, stream};
+
+/// Bytes of a message.
+const MESSAGE: usize = 128;
+/// Messages sent.
+const MESSAGES: usize = 2000;
+/// Messages whose decoding is timed.
+const TIMED: usize = 64;
+/// Most iterations.
+const ITERATIONS: [usize; 10] = [1, 2, 3, 5, 8, 12, 20, 35, MAX_ITERATIONS, 200];
+/// The code of which all number formats are compared.
+const COMPARED: LDPCCode = LDPCCode::TC512;
+/// Standard deviations of the noise on bits of ±1: 9 % of them wrong.
+const COMPARED_NOISE: f64 = 0.75;
+/// 3 % and 7 % wrong.
+const NOISES: [(f64, &str); 2] = [(0.53, "3 %"), (0.68, "7 %")];
+const CODES: [(LDPCCode, &str); 5] = [
+    (LDPCCode::TC128, "TC128"),
+    (LDPCCode::TC256, "TC256"),
+    (LDPCCode::TC512, "TC512"),
+    (LDPCCode::TM1280, "TM1280"),
+    (LDPCCode::TM1536, "TM1536"),
+];
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let mut diagrams = vec![formats(scale)];
+    diagrams.extend(NOISES.map(|(noise, wrong)| codes(noise, wrong, scale)));
+    Ok(Part {
+        name: "decoder".into(),
+        title: "Correcting errors".into(),
+        method: format!(
+            "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost if any of its blocks is not found, or \
+             found wrong. Points of a curve are the most iterations of min-sum: 1 to 200. *i8* is what `link::fec` decodes: log-likelihood ratios in steps of {LLR_STEP}, \
+             8 bits. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
+             The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
+        ),
+        reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; bars are 95 % intervals \
+            (Wilson 1927), an arrow means that no message was lost, at a bound of 3 over their number."
+            .into(),
+        default: format!(
+            "i8 and {MAX_ITERATIONS} iterations. Eight bits lose nothing that can be seen against 64, take a quarter of the memory of f32 and no floating-point unit. \
+             A decodable block is found within some ten iterations, so a high limit costs time only where decoding fails anyway. \
+             The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280)."
+        ),
+        diagrams,
+    })
+}
+
+/// One code in all number formats.
+fn formats(scale: &Scale) -> Diagram {
+    let sent = Sent::new(COMPARED, COMPARED_NOISE, scale);
+    let mut contenders = Vec::new();
+    for iterations in ITERATIONS {
+        let name = |format: &str| format!("{format}, {iterations}");
+        let is_default = iterations == MAX_ITERATIONS;
+        let mut point = sent.lost::<i8>(iterations, &name("i8")).on("i8");
+        point.is_default = is_default;
+        point.is_baseline = is_default;
+        contenders.push(sent.contender::<i8>(point, iterations));
+        let point = sent.lost::<f32>(iterations, &name("f32")).on("f32");
+        contenders.push(sent.contender::<f32>(point, iterations));
+        let point = sent.lost::<f64>(iterations, &name("f64")).on("f64");
+        contenders.push(sent.contender::<f64>(point, iterations));
+        let name = name("bit flipping");
+        let point = sent.lost_by(&mut |block| sent.flip(block, iterations), &name);
+        contenders.push(sent.flipping(point.on("bit flipping"), iterations));
+    }
+    diagram(
+        "TC512 in four number formats, 9 % of bits wrong".into(),
+        contenders,
+        scale,
+    )
+}
+
+/// All codes in 8 bits.
+fn codes(noise: f64, wrong: &str, scale: &Scale) -> Diagram {
+    let sent = CODES.map(|(code, name)| (Sent::new(code, noise, scale), name));
+    let contenders = sent.iter().flat_map(|(sent, name)| {
+        ITERATIONS.map(|iterations| {
+            let variant = format!("{name}, {iterations}");
+            let mut point = sent.lost::<i8>(iterations, &variant).on(name);
+            point.is_default = iterations == MAX_ITERATIONS;
+            point.is_baseline = point.is_default && sent.code == COMPARED;
+            sent.contender::<i8>(point, iterations)
+        })
+    });
+    diagram(
+        format!("all codes in 8 bits, {wrong} of bits wrong"),
+        contenders.collect(),
+        scale,
+    )
+}
+
+fn diagram(title: String, contenders: Vec<Contender>, scale: &Scale) -> Diagram {
+    let mut points = race(contenders, scale.turns);
+    front::mark(&mut points);
+    Diagram {
+        title,
+        error: "share of messages lost".into(),
+        error_unit: String::new(),
+        cost: format!("one message of {MESSAGE} bytes"),
+        cost_unit: CostUnit::Ns,
+        points,
+    }
+}
+
+/// Messages as they arrive.
+struct Sent {
+    code: LDPCCode,
+    blocks: Vec<Block>,
+}
+
+/// One block and its log-likelihood ratios, above 0 for a bit of 0.
+struct Block {
+    info: Vec<u8>,
+    i8: Vec<i8>,
+    f32: Vec<f32>,
+    f64: Vec<f64>,
+    hard: Vec<u8>,
+}
+
+impl Sent {
+    fn new(code: LDPCCode, noise: f64, scale: &Scale) -> Self {
+        let blocks = scale.of(MESSAGES, 20) * (MESSAGE * 8 / code.k());
+        let block = |number: usize| {
+            let mut random = stream(scale.seed, number as u64, Purpose::Noise);
+            Block::new(code, noise, &mut random)
+        };
+        Self {
+            code,
+            blocks: (0..blocks).map(block).collect(),
+        }
+    }
+
+    fn blocks_a_message(&self) -> usize {
+        MESSAGE * 8 / self.code.k()
+    }
+
+    fn timed(&self) -> &[Block] {
+        let most = TIMED * self.blocks_a_message();
+        &self.blocks[..most.min(self.blocks.len())]
+    }
+
+    /// The share of messages lost.
+    fn lost<T: Soft>(&self, iterations: usize, name: &str) -> Point {
+        let mut decoder = Decoder::<T>::new(self.code);
+        self.lost_by(&mut |block| decoder.decode(block, iterations), name)
+    }
+
+    fn lost_by(&self, decodes: &mut dyn FnMut(&Block) -> bool, name: &str) -> Point {
+        let messages = self.blocks.chunks_exact(self.blocks_a_message());
+        let count = messages.len() as f64;
+        let lost = messages
+            .filter(|blocks| !blocks.iter().all(&mut *decodes))
+            .count() as f64;
+        let at_most = lost == 0.0;
+        Point {
+            error_95: (!at_most).then(|| wilson(lost, count)),
+            at_most,
+            ..Point::new(name, if at_most { 3.0 / count } else { lost / count })
+        }
+    }
+
+    fn contender<'a, T: Soft + 'a>(&'a self, point: Point, iterations: usize) -> Contender<'a> {
+        let mut decoder = Decoder::<T>::new(self.code);
+        let blocks = self.timed();
+        Contender {
+            point,
+            work: Box::new(move || {
+                for block in blocks {
+                    std::hint::black_box(decoder.decode(block, iterations));
+                }
+            }),
+            units: blocks.len() as f64 / self.blocks_a_message() as f64,
+        }
+    }
+
+    fn flipping(&self, point: Point, iterations: usize) -> Contender<'_> {
+        let blocks = self.timed();
+        Contender {
+            point,
+            work: Box::new(move || {
+                for block in blocks {
+                    std::hint::black_box(self.flip(block, iterations));
+                }
+            }),
+            units: blocks.len() as f64 / self.blocks_a_message() as f64,
+        }
+    }
+
+    /// Whether bit flipping finds a block.
+    fn flip(&self, block: &Block, iterations: usize) -> bool {
+        let mut output = vec![0; self.code.output_len()];
+        let mut working = vec![0; self.code.decode_bf_working_len()];
+        let (found, _) = self
+            .code
+            .decode_bf(&block.hard, &mut output, &mut working, iterations);
+        found && output.starts_with(&block.info)
+    }
+}
+
+impl Block {
+    fn new(code: LDPCCode, noise: f64, random: &mut impl Rng) -> Self {
+        let mut word = vec![0; code.n() / 8];
+        let (info, _) = word.split_at_mut(code.k() / 8);
+        random.fill_bytes(info);
+        let info = info.to_vec();
+        code.encode(&mut word);
+        let bit = |bit: usize| word[bit / 8] >> (7 - bit % 8) & 1;
+        let f64: Vec<f64> = (0..code.n())
+            .map(|at| 1.0 - 2.0 * f64::from(bit(at)) + noise * normal(random))
+            .map(|received| 2.0 * received / (noise * noise))
+            .collect();
+        let eight_bits = |llr: &f64| (llr / f64::from(LLR_STEP)).round().clamp(-127.0, 127.0) as i8;
+        let mut hard = vec![0; code.n() / 8];
+        for (at, llr) in f64.iter().enumerate() {
+            hard[at / 8] |= u8::from(*llr < 0.0) << (7 - at % 8);
+        }
+        Self {
+            info,
+            i8: f64.iter().map(eight_bits).collect(),
+            f32: f64.iter().map(|&llr| llr as f32).collect(),
+            f64,
+            hard,
+        }
+    }
+}
+
+/// A number format of soft values.
+trait Soft: DecodeFrom {
+    fn of(block: &Block) -> &[Self];
+}
+
+impl Soft for i8 {
+    fn of(block: &Block) -> &[Self] {
+        &block.i8
+    }
+}
+
+impl Soft for f32 {
+    fn of(block: &Block) -> &[Self] {
+        &block.f32
+    }
+}
+
+impl Soft for f64 {
+    fn of(block: &Block) -> &[Self] {
+        &block.f64
+    }
+}
+
+/// Min-sum with its working area.
+struct Decoder<T> {
+    code: LDPCCode,
+    output: Vec<u8>,
+    working: Vec<T>,
+    signs: Vec<u8>,
+}
+
+impl<T: Soft> Decoder<T> {
+    fn new(code: LDPCCode) -> Self {
+        Self {
+            code,
+            output: vec![0; code.output_len()],
+            working: vec![T::zero(); code.decode_ms_working_len()],
+            signs: vec![0; code.decode_ms_working_u8_len()],
+        }
+    }
+
+    /// Whether a block is found.
+    fn decode(&mut self, block: &Block, iterations: usize) -> bool {
+        let (found, _) = self.code.decode_ms(
+            T::of(block),
+            &mut self.output,
+            &mut self.working,
+            &mut self.signs,
+            iterations,
+        );
+        found && self.output.starts_with(&block.info)
+    }
+}
+
+/// The 95 % interval of a share (Wilson 1927).
+fn wilson(hits: f64, count: f64) -> [f64; 2] {
+    const Z: f64 = 1.96;
+    let (share, squared) = (hits / count, Z * Z / count);
+    let middle = share + squared / 2.0;
+    let reach = Z * ((share * (1.0 - share) + squared / 4.0) / count).sqrt();
+    [-1.0, 1.0].map(|sign| (middle + sign * reach) / (1.0 + squared))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_iterations_lose_less_and_eight_bits_nothing() {
+        let scale = Scale {
+            share: 0.1,
+            ..Scale::TINY
+        };
+        let sent = Sent::new(COMPARED, COMPARED_NOISE, &scale);
+        let lost = |iterations| sent.lost::<i8>(iterations, "").error;
+        assert!(
+            lost(3) > lost(8) && lost(8) > lost(100),
+            "{} {} {}",
+            lost(3),
+            lost(8),
+            lost(100)
+        );
+        let soft = sent.lost::<f64>(100, "");
+        let [low, high] = soft.error_95.unwrap();
+        assert!(
+            (low..=high).contains(&lost(100)),
+            "{} of {low} to {high}",
+            lost(100)
+        );
+        let hard = sent.lost_by(&mut |block| sent.flip(block, 100), "").error;
+        assert!(hard > 2.0 * high, "{hard}");
+    }
+
+    #[test]
+    fn wilsons_interval_is_that_of_the_textbook() {
+        // 10 of 100: 0.0552 to 0.1744.
+        let [low, high] = wilson(10.0, 100.0);
+        assert!(
+            (low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4,
+            "{low} {high}"
+        );
+    }
+}
