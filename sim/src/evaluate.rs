@@ -41,7 +41,7 @@ const EXPERIENCE_FRAMES: u64 = 64;
 /// What turns the seed of an evaluation into that of the frames learnt from.
 const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
 /// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 128 * 128;
+pub(crate) const PANEL_PIXELS: usize = 128 * 128;
 
 /// Why an evaluation cannot be done.
 #[derive(Debug, thiserror::Error)]
@@ -146,6 +146,13 @@ pub struct Workspace {
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
     shown: Vec<Shown>,
+}
+
+impl Workspace {
+    /// The grey levels of the frame read last.
+    pub(crate) fn grey(&self) -> &[u8] {
+        &self.grey
+    }
 }
 
 /// One frame as it was read.
@@ -433,7 +440,7 @@ impl Evaluator {
 
 /// The features of a panel at `corners`.
 #[inline(always)]
-fn measure(
+pub(crate) fn measure(
     grey: &[u8],
     Region { width, height, .. }: Region,
     corners: &Corners,

@@ -20,6 +20,7 @@ mod search;
 
 pub use criterion::{CRITERIA, Criterion};
 pub use peak::{Peak, Window};
+pub(crate) use samples::at_ratio;
 pub use samples::{FIRST_ROUND, Point, Samples};
 pub use search::optimum;
 

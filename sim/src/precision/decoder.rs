@@ -7,7 +7,7 @@ use link::panel::LLR_STEP;
 use rand::Rng;
 
 use super::race::{Contender, race};
-use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front};
+use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front, share_95};
 use crate::random::{Purpose, normal, stream};
 
 /// Bytes of a message.
@@ -166,7 +166,7 @@ impl Sent {
             .count() as f64;
         let at_most = lost == 0.0;
         Point {
-            error_95: (!at_most).then(|| wilson(lost, count)),
+            error_95: (!at_most).then(|| share_95(lost, count)),
             at_most,
             ..Point::new(name, if at_most { 3.0 / count } else { lost / count })
         }
@@ -291,15 +291,6 @@ impl<T: Soft> Decoder<T> {
     }
 }
 
-/// The 95 % interval of a share (Wilson 1927).
-fn wilson(hits: f64, count: f64) -> [f64; 2] {
-    const Z: f64 = 1.96;
-    let (share, squared) = (hits / count, Z * Z / count);
-    let middle = share + squared / 2.0;
-    let reach = Z * ((share * (1.0 - share) + squared / 4.0) / count).sqrt();
-    [-1.0, 1.0].map(|sign| (middle + sign * reach) / (1.0 + squared))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,15 +319,5 @@ mod tests {
         );
         let hard = sent.lost_by(&mut |block| sent.flip(block, 100), "").error;
         assert!(hard > 2.0 * high, "{hard}");
-    }
-
-    #[test]
-    fn wilsons_interval_is_that_of_the_textbook() {
-        // 10 of 100: 0.0552 to 0.1744.
-        let [low, high] = wilson(10.0, 100.0);
-        assert!(
-            (low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4,
-            "{low} {high}"
-        );
     }
 }

@@ -14,8 +14,12 @@
 //! # Ok::<(), sim::precision::PrecisionError>(())
 //! ```
 
+mod counts;
 mod decoder;
+mod detectors;
+mod effects;
 pub mod front;
+mod monte_carlo;
 pub mod race;
 mod renderer;
 
@@ -170,10 +174,22 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 2] = [
+pub const PARTS: [Measurable; 5] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
+    },
+    Measurable {
+        name: "effects",
+        measure: effects::measure,
+    },
+    Measurable {
+        name: "monte-carlo",
+        measure: monte_carlo::measure,
+    },
+    Measurable {
+        name: "detectors",
+        measure: detectors::measure,
     },
     Measurable {
         name: "decoder",
@@ -193,4 +209,28 @@ pub enum PrecisionError {
     /// A frame cannot be measured.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+}
+
+/// The 95 % interval of a share, of which `hits` of `count` were seen (Wilson 1927).
+fn share_95(hits: f64, count: f64) -> [f64; 2] {
+    const Z: f64 = 1.96;
+    let (share, squared) = (hits / count, Z * Z / count);
+    let middle = share + squared / 2.0;
+    let reach = Z * ((share * (1.0 - share) + squared / 4.0) / count).sqrt();
+    [-1.0, 1.0].map(|sign| (middle + sign * reach) / (1.0 + squared))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_a_share_is_that_of_the_textbook() {
+        // 10 of 100: 0.0552 to 0.1744.
+        let [low, high] = share_95(10.0, 100.0);
+        assert!(
+            (low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4,
+            "{low} {high}"
+        );
+    }
 }
