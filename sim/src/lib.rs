@@ -79,6 +79,7 @@ pub mod renderer;
 pub mod reproduction;
 pub mod road;
 pub mod scene;
+pub mod sightings;
 pub mod stamp;
 pub mod statistics;
 pub mod sweep;

@@ -19,10 +19,12 @@ mod decoder;
 mod detectors;
 mod effects;
 pub mod front;
+mod locator;
 mod monte_carlo;
 pub mod race;
 mod renderer;
 
+use rx_pipeline::locate::LocateError;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluate::EvaluateError;
@@ -174,7 +176,7 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 5] = [
+pub const PARTS: [Measurable; 6] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
@@ -190,6 +192,10 @@ pub const PARTS: [Measurable; 5] = [
     Measurable {
         name: "detectors",
         measure: detectors::measure,
+    },
+    Measurable {
+        name: "locator",
+        measure: locator::measure,
     },
     Measurable {
         name: "decoder",
@@ -209,6 +215,12 @@ pub enum PrecisionError {
     /// A frame cannot be measured.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// The locator's settings are none.
+    #[error(transparent)]
+    Locator(#[from] LocateError),
+    /// A photograph is none.
+    #[error("a photograph that is part of the program is damaged: {0}")]
+    Photograph(#[from] image::ImageError),
 }
 
 /// The 95 % interval of a share, of which `hits` of `count` were seen (Wilson 1927).
