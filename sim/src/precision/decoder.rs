@@ -1,5 +1,7 @@
 //! Messages that do not survive their noise: iterations, number formats and codes of the error correction.
 
+use std::hint::black_box;
+
 use labrador_ldpc::LDPCCode;
 use labrador_ldpc::decoder::DecodeFrom;
 use link::fec::MAX_ITERATIONS;
@@ -15,9 +17,9 @@ const MESSAGE: usize = 128;
 /// Messages sent.
 const MESSAGES: usize = 2000;
 /// Messages whose decoding is timed.
-const TIMED: usize = 64;
+const TIMED: usize = 24;
 /// Most iterations.
-const ITERATIONS: [usize; 10] = [1, 2, 3, 5, 8, 12, 20, 35, MAX_ITERATIONS, 200];
+const ITERATIONS: [usize; 8] = [1, 2, 3, 5, 10, 20, 50, MAX_ITERATIONS];
 /// The code of which all number formats are compared.
 const COMPARED: LDPCCode = LDPCCode::TC512;
 /// Standard deviations of the noise on bits of ±1: 9 % of them wrong.
@@ -41,7 +43,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         title: "Correcting errors".into(),
         method: format!(
             "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost if any of its blocks is not found, or \
-             found wrong. Points of a curve are the most iterations of min-sum: 1 to 200. *i8* is what `link::fec` decodes: log-likelihood ratios in steps of {LLR_STEP}, \
+             found wrong. Points of a curve are the most iterations of min-sum: 1 to 100. *i8* is what `link::fec` decodes: log-likelihood ratios in steps of {LLR_STEP}, \
              8 bits. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
              The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
         ),
@@ -60,46 +62,32 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
 /// One code in all number formats.
 fn formats(scale: &Scale) -> Diagram {
     let sent = Sent::new(COMPARED, COMPARED_NOISE, scale);
-    let mut contenders = Vec::new();
-    for iterations in ITERATIONS {
-        let name = |format: &str| format!("{format}, {iterations}");
-        let is_default = iterations == MAX_ITERATIONS;
-        let mut point = sent.lost::<i8>(iterations, &name("i8")).on("i8");
-        point.is_default = is_default;
-        point.is_baseline = is_default;
-        contenders.push(sent.contender::<i8>(point, iterations));
-        let point = sent.lost::<f32>(iterations, &name("f32")).on("f32");
-        contenders.push(sent.contender::<f32>(point, iterations));
-        let point = sent.lost::<f64>(iterations, &name("f64")).on("f64");
-        contenders.push(sent.contender::<f64>(point, iterations));
-        let name = name("bit flipping");
-        let point = sent.lost_by(&mut |block| sent.flip(block, iterations), &name);
-        contenders.push(sent.flipping(point.on("bit flipping"), iterations));
+    let mut contenders = sent.curve("i8", || sent.decoder::<i8>());
+    if let Some(default) = contenders.last_mut() {
+        default.point.is_default = true;
+        default.point.is_baseline = true;
     }
-    diagram(
-        "TC512 in four number formats, 9 % of bits wrong".into(),
-        contenders,
-        scale,
-    )
+    contenders.extend(sent.curve("f32", || sent.decoder::<f32>()));
+    contenders.extend(sent.curve("f64", || sent.decoder::<f64>()));
+    contenders.extend(sent.curve("bit flipping", || sent.flipper()));
+    let title = "TC512 in four number formats, 9 % of bits wrong";
+    diagram(title.into(), contenders, scale)
 }
 
 /// All codes in 8 bits.
 fn codes(noise: f64, wrong: &str, scale: &Scale) -> Diagram {
     let sent = CODES.map(|(code, name)| (Sent::new(code, noise, scale), name));
-    let contenders = sent.iter().flat_map(|(sent, name)| {
-        ITERATIONS.map(|iterations| {
-            let variant = format!("{name}, {iterations}");
-            let mut point = sent.lost::<i8>(iterations, &variant).on(name);
-            point.is_default = iterations == MAX_ITERATIONS;
-            point.is_baseline = point.is_default && sent.code == COMPARED;
-            sent.contender::<i8>(point, iterations)
-        })
-    });
-    diagram(
-        format!("all codes in 8 bits, {wrong} of bits wrong"),
-        contenders.collect(),
-        scale,
-    )
+    let mut contenders = Vec::new();
+    for (sent, name) in &sent {
+        let mut curve = sent.curve(name, || sent.decoder::<i8>());
+        if let Some(default) = curve.last_mut() {
+            default.point.is_default = true;
+            default.point.is_baseline = sent.code == COMPARED;
+        }
+        contenders.extend(curve);
+    }
+    let title = format!("all codes in 8 bits, {wrong} of bits wrong");
+    diagram(title, contenders, scale)
 }
 
 fn diagram(title: String, contenders: Vec<Contender>, scale: &Scale) -> Diagram {
@@ -152,61 +140,72 @@ impl Sent {
         &self.blocks[..most.min(self.blocks.len())]
     }
 
-    /// The share of messages lost.
-    fn lost<T: Soft>(&self, iterations: usize, name: &str) -> Point {
-        let mut decoder = Decoder::<T>::new(self.code);
-        self.lost_by(&mut |block| decoder.decode(block, iterations), name)
-    }
-
-    fn lost_by(&self, decodes: &mut dyn FnMut(&Block) -> bool, name: &str) -> Point {
+    /// A way to decode at all limits of [`ITERATIONS`].
+    fn curve<'a>(&'a self, name: &str, decoder: impl Fn() -> Decode<'a>) -> Vec<Contender<'a>> {
+        let mut decode = decoder();
+        let mut needed = |blocks: &[Block]| {
+            // A message is there when the last of its blocks is.
+            let needed = blocks.iter().map(|block| decode(block, MAX_ITERATIONS));
+            needed.fold(Some(0), |most, own| Some(most?.max(own?)))
+        };
         let messages = self.blocks.chunks_exact(self.blocks_a_message());
-        let count = messages.len() as f64;
-        let lost = messages
-            .filter(|blocks| !blocks.iter().all(&mut *decodes))
-            .count() as f64;
-        let at_most = lost == 0.0;
-        Point {
-            error_95: (!at_most).then(|| share_95(lost, count)),
-            at_most,
-            ..Point::new(name, if at_most { 3.0 / count } else { lost / count })
-        }
+        let needed: Vec<Option<usize>> = messages.map(&mut needed).collect();
+        let contender = |limit: usize| {
+            let in_time = |needed: &&Option<usize>| needed.is_some_and(|needed| needed <= limit);
+            let lost = needed.len() - needed.iter().filter(in_time).count();
+            let point = lost_of(lost, needed.len(), &format!("{name}, {limit}")).on(name);
+            let mut decode = decoder();
+            let blocks = self.timed();
+            Contender {
+                point,
+                work: Box::new(move || {
+                    for block in blocks {
+                        black_box(decode(block, limit));
+                    }
+                }),
+                units: blocks.len() as f64 / self.blocks_a_message() as f64,
+            }
+        };
+        ITERATIONS.map(contender).into()
     }
 
-    fn contender<'a, T: Soft + 'a>(&'a self, point: Point, iterations: usize) -> Contender<'a> {
-        let mut decoder = Decoder::<T>::new(self.code);
-        let blocks = self.timed();
-        Contender {
-            point,
-            work: Box::new(move || {
-                for block in blocks {
-                    std::hint::black_box(decoder.decode(block, iterations));
-                }
-            }),
-            units: blocks.len() as f64 / self.blocks_a_message() as f64,
-        }
+    /// Min-sum, with its working area.
+    fn decoder<'a, T: Soft + 'a>(&'a self) -> Decode<'a> {
+        let code = self.code;
+        let mut output = vec![0; code.output_len()];
+        let mut working = vec![T::zero(); code.decode_ms_working_len()];
+        let mut signs = vec![0; code.decode_ms_working_u8_len()];
+        Box::new(move |block, limit| {
+            let llrs = T::of(block);
+            let (found, passed) =
+                code.decode_ms(llrs, &mut output, &mut working, &mut signs, limit);
+            (found && output.starts_with(&block.info)).then_some(passed + 1)
+        })
     }
 
-    fn flipping(&self, point: Point, iterations: usize) -> Contender<'_> {
-        let blocks = self.timed();
-        Contender {
-            point,
-            work: Box::new(move || {
-                for block in blocks {
-                    std::hint::black_box(self.flip(block, iterations));
-                }
-            }),
-            units: blocks.len() as f64 / self.blocks_a_message() as f64,
-        }
+    /// Bit flipping.
+    fn flipper(&self) -> Decode<'_> {
+        let code = self.code;
+        let mut output = vec![0; code.output_len()];
+        let mut working = vec![0; code.decode_bf_working_len()];
+        Box::new(move |block, limit| {
+            let (found, passed) = code.decode_bf(&block.hard, &mut output, &mut working, limit);
+            (found && output.starts_with(&block.info)).then_some(passed + 1)
+        })
     }
+}
 
-    /// Whether bit flipping finds a block.
-    fn flip(&self, block: &Block, iterations: usize) -> bool {
-        let mut output = vec![0; self.code.output_len()];
-        let mut working = vec![0; self.code.decode_bf_working_len()];
-        let (found, _) = self
-            .code
-            .decode_bf(&block.hard, &mut output, &mut working, iterations);
-        found && output.starts_with(&block.info)
+/// Decodes a block in at most so many iterations: how many it took, or none.
+type Decode<'a> = Box<dyn FnMut(&Block, usize) -> Option<usize> + 'a>;
+
+/// The share of messages lost.
+fn lost_of(lost: usize, messages: usize, name: &str) -> Point {
+    let (lost, count) = (lost as f64, messages as f64);
+    let at_most = lost == 0.0;
+    Point {
+        error_95: (!at_most).then(|| share_95(lost, count)),
+        at_most,
+        ..Point::new(name, if at_most { 3.0 / count } else { lost / count })
     }
 }
 
@@ -260,37 +259,6 @@ impl Soft for f64 {
     }
 }
 
-/// Min-sum with its working area.
-struct Decoder<T> {
-    code: LDPCCode,
-    output: Vec<u8>,
-    working: Vec<T>,
-    signs: Vec<u8>,
-}
-
-impl<T: Soft> Decoder<T> {
-    fn new(code: LDPCCode) -> Self {
-        Self {
-            code,
-            output: vec![0; code.output_len()],
-            working: vec![T::zero(); code.decode_ms_working_len()],
-            signs: vec![0; code.decode_ms_working_u8_len()],
-        }
-    }
-
-    /// Whether a block is found.
-    fn decode(&mut self, block: &Block, iterations: usize) -> bool {
-        let (found, _) = self.code.decode_ms(
-            T::of(block),
-            &mut self.output,
-            &mut self.working,
-            &mut self.signs,
-            iterations,
-        );
-        found && self.output.starts_with(&block.info)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -302,22 +270,31 @@ mod tests {
             ..Scale::TINY
         };
         let sent = Sent::new(COMPARED, COMPARED_NOISE, &scale);
-        let lost = |iterations| sent.lost::<i8>(iterations, "").error;
+        let lost = |curve: Vec<Contender>| -> Vec<Point> {
+            curve.into_iter().map(|contender| contender.point).collect()
+        };
+        let eight_bits = lost(sent.curve("i8", || sent.decoder::<i8>()));
+        let exact = lost(sent.curve("f64", || sent.decoder::<f64>()));
+        let hard = lost(sent.curve("bit flipping", || sent.flipper()));
+        assert!(eight_bits.is_sorted_by(|a, b| a.error >= b.error));
+        assert!(eight_bits[2].error > 2.0 * eight_bits[7].error);
+        let [low, high] = exact[7].error_95.unwrap();
         assert!(
-            lost(3) > lost(8) && lost(8) > lost(100),
-            "{} {} {}",
-            lost(3),
-            lost(8),
-            lost(100)
+            (low..=high).contains(&eight_bits[7].error),
+            "{low} to {high}"
         );
-        let soft = sent.lost::<f64>(100, "");
-        let [low, high] = soft.error_95.unwrap();
-        assert!(
-            (low..=high).contains(&lost(100)),
-            "{} of {low} to {high}",
-            lost(100)
-        );
-        let hard = sent.lost_by(&mut |block| sent.flip(block, 100), "").error;
-        assert!(hard > 2.0 * high, "{hard}");
+        assert!(hard[7].error > 2.0 * high);
+    }
+
+    #[test]
+    fn a_limit_is_that_of_the_decoder() {
+        let sent = Sent::new(COMPARED, COMPARED_NOISE, &Scale::TINY);
+        let mut decode = sent.decoder::<i8>();
+        for block in &sent.blocks {
+            if let Some(needed) = decode(block, MAX_ITERATIONS) {
+                assert_eq!(decode(block, needed), Some(needed));
+                assert_eq!(decode(block, needed - 1), None);
+            }
+        }
     }
 }

@@ -23,6 +23,7 @@ mod locator;
 mod monte_carlo;
 pub mod race;
 mod renderer;
+mod transmitter;
 
 use rx_pipeline::locate::LocateError;
 use serde::{Deserialize, Serialize};
@@ -87,6 +88,8 @@ pub struct Point {
     pub curve: String,
     /// Its error.
     pub error: f64,
+    /// Its root mean square, where `error` is the greatest.
+    pub rms: Option<f64>,
     /// The 95 % interval of an error that was sampled.
     pub error_95: Option<[f64; 2]>,
     /// Whether the error is a bound, and no value: it is at most `error`.
@@ -112,6 +115,7 @@ impl Point {
             variant: variant.into(),
             curve: String::new(),
             error,
+            rms: None,
             error_95: None,
             at_most: false,
             cost: Spread::default(),
@@ -176,7 +180,7 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 6] = [
+pub const PARTS: [Measurable; 7] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
@@ -196,6 +200,10 @@ pub const PARTS: [Measurable; 6] = [
     Measurable {
         name: "locator",
         measure: locator::measure,
+    },
+    Measurable {
+        name: "transmitter",
+        measure: transmitter::measure,
     },
     Measurable {
         name: "decoder",

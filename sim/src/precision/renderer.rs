@@ -27,6 +27,8 @@ const BOUNDS: [f64; 7] = [0.001, 0.003, 0.03, 0.1, 0.5, 1.0, 3.0];
 /// One knob's values, the others being those of `fine`.
 const TOLERANCES: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 const PHASES: [usize; 6] = [2, 4, 16, 64, 256, 1024];
+/// The curves on which a knob is turned.
+const KNOBS: [&str; 4] = ["bound", "quadrature", "truncation", "phases"];
 /// Tolerances of drawing in f64.
 const EXACT: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
 /// What `reference` is held to against values of thirty digits, as a part of an LED's light.
@@ -39,28 +41,30 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
     let mut diagrams = Vec::new();
     for (distance_m, interval) in PLACES {
         let place = Place::new(distance_m, interval, scale)?;
-        let (greatest, rms) = place.measure(scale);
         let side = place.side();
-        let title = format!("{distance_m} m, interval {interval} ({side} × {side} px)");
-        let diagram = |error: &str, mut points: Vec<Point>| {
+        let points = place.measure(scale);
+        let diagram = |what: &str, wanted: fn(&&Point) -> bool| {
+            let mut points: Vec<Point> = points.iter().filter(wanted).cloned().collect();
             front::mark(&mut points);
             Diagram {
-                title: title.clone(),
-                error: error.into(),
+                title: format!("{what}: {distance_m} m, interval {interval} ({side} × {side} px)"),
+                error: "error of a pixel".into(),
                 error_unit: "grey levels".into(),
                 cost: "one frame".into(),
                 cost_unit: CostUnit::Ns,
                 points,
             }
         };
-        diagrams.push(diagram("greatest error of a pixel", greatest));
-        diagrams.push(diagram("rms error of a pixel", rms));
+        diagrams.push(diagram("all ways", |point| !has_a_knob(point)));
+        diagrams.push(diagram("knobs", |point| {
+            has_a_knob(point) || is_a_level(point)
+        }));
     }
     Ok(Part {
         name: "renderer".into(),
         title: "Rendering a panel".into(),
         method: "From 64 bits to 8-bit grey levels: the panel and 11 px around it, paper's camera, L2A 2, random bits and sub-pixel phases. \
-            The error is that of the grey level before it is rounded; rounding itself does 0.5. \
+            The dot is the greatest error of a pixel, the tick below it the root mean square, both before the grey level is rounded; rounding itself does 0.5. \
             `reference`, `fine` and `fast` are the levels a user chooses. The curve *bound* sets all knobs for a bound in grey levels, as the levels \
             do. *quadrature*, *truncation* and *phases* turn one knob and leave the others at `fine`. *f64* draws by the error function, without tables. \
             *supersampled* lights cells of a raster 2 to 16 times finer, blurs them and takes their mean; with one cell a pixel that is *point-sampled*. \
@@ -75,6 +79,15 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
             .into(),
         diagrams,
     })
+}
+
+/// Whether a point is on a curve of [`KNOBS`].
+fn has_a_knob(point: &Point) -> bool {
+    KNOBS.contains(&point.curve.as_str())
+}
+
+fn is_a_level(point: &Point) -> bool {
+    ["fine", "fast"].contains(&point.variant.as_str())
 }
 
 /// One scene and its frames.
@@ -142,28 +155,26 @@ impl Place {
         self.reference.view().clone()
     }
 
-    /// All variants with their greatest errors and costs, and the same with rms errors.
-    fn measure(&self, scale: &Scale) -> (Vec<Point>, Vec<Point>) {
-        let mut rms = Vec::new();
-        let contenders = self.variants().into_iter().map(|(mut point, way)| {
-            let errors = self.errors(&way);
-            point.error = if point.at_most { point.error } else { errors.0 };
-            let second = if point.at_most { point.error } else { errors.1 };
-            rms.push(second);
+    /// All variants with their errors and costs.
+    fn measure(&self, scale: &Scale) -> Vec<Point> {
+        let contenders = self.variants().into_iter().map(|(point, way)| {
+            let (greatest, rms) = self.errors(&way);
+            let point = if point.at_most {
+                point
+            } else {
+                Point {
+                    error: greatest,
+                    rms: Some(rms),
+                    ..point
+                }
+            };
             Contender {
                 point,
                 work: self.work(way),
                 units: 1.0,
             }
         });
-        let contenders: Vec<_> = contenders.collect();
-        let greatest = race(contenders, scale.turns);
-        let with_rms = greatest.iter().zip(rms).map(|(point, error)| Point {
-            error,
-            ..point.clone()
-        });
-        let with_rms = with_rms.collect();
-        (greatest, with_rms)
+        race(contenders.collect(), scale.turns)
     }
 
     fn variants(&self) -> Vec<(Point, Way)> {

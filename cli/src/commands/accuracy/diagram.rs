@@ -16,6 +16,9 @@ const AROUND_PX: [i32; 4] = [78, 34, 18, 52];
 const TITLE_PX: i32 = 16;
 pub const TEXT_PX: i32 = 14;
 const LABEL_PX: i32 = 11;
+/// What marks reach over.
+const DOT_PX: i32 = 4;
+const RING_PX: i32 = 9;
 /// The colour of the front.
 pub const FRONT: RGBColor = RGBColor(205, 205, 205);
 const GRID: RGBColor = RGBColor(232, 232, 232);
@@ -93,7 +96,8 @@ impl Frame {
         let [left, top, right, bottom] = AROUND_PX;
         let edges = [left, top, width - right, SIZE_PX.1 - bottom];
         let costs = diagram.points.iter().map(|point| point.ratio.median);
-        let errors = diagram.points.iter().map(|point| point.error);
+        let errors = diagram.points.iter();
+        let errors = errors.flat_map(|point| [point.error, point.rms.unwrap_or(point.error)]);
         Self {
             edges,
             x: Axis::over(costs, [edges[0], edges[2]]),
@@ -207,6 +211,11 @@ impl Frame {
         let quiet = colour.mix(0.5).stroke_width(1);
         let [low, high] = [point.ratio.low, point.ratio.high].map(|ratio| self.x.pixel(ratio));
         surface.draw(&PathElement::new(vec![(low, at.1), (high, at.1)], quiet))?;
+        if let Some(rms) = point.rms {
+            let (x, low) = (at.0, self.y.pixel(rms));
+            surface.draw(&PathElement::new(vec![at, (x, low)], quiet))?;
+            surface.draw(&PathElement::new(vec![(x - 3, low), (x + 3, low)], quiet))?;
+        }
         if let Some([low, high]) = point.error_95 {
             let [low, high] = [low, high].map(|error| self.y.pixel(error));
             surface.draw(&PathElement::new(vec![(at.0, low), (at.0, high)], quiet))?;
@@ -246,7 +255,8 @@ impl Frame {
     ) -> anyhow::Result<()> {
         let around = |point: &Point| {
             let (x, y) = self.at(point);
-            [x - 4, y - 4, x + 4, y + 4]
+            let reach = if point.is_default { RING_PX } else { DOT_PX };
+            [x - reach, y - reach, x + reach, y + reach]
         };
         let mut labels = Labels::new(self.edges, diagram.points.iter().map(around).collect());
         let of = |name: &str| {
@@ -272,10 +282,16 @@ impl Frame {
                 continue;
             }
             named.push(point);
-            if let Some(place) = labels.place(&point.variant, self.at(point)) {
+            // A curve's name is its colour.
+            let name = match point.variant.split_once(", ") {
+                Some((curve, knob)) if curve == point.curve => knob,
+                _ => &point.variant,
+            };
+            let apart = if point.is_default { RING_PX } else { DOT_PX };
+            if let Some(place) = labels.place(name, self.at(point), apart) {
                 text(
                     surface,
-                    &point.variant,
+                    name,
                     place,
                     LABEL_PX,
                     legend::colour(curves, &point.curve),

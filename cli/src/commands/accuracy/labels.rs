@@ -12,8 +12,8 @@ pub struct Labels {
 /// The width of a letter and the height of a line, at the size of labels.
 const LETTER_PX: f64 = 6.1;
 const LINE_PX: i32 = 13;
-/// How far from its point a label stands.
-const APART_PX: i32 = 7;
+/// How far from its mark a label stands.
+const APART_PX: i32 = 3;
 
 impl Labels {
     /// For labels within a rectangle, that must not cover what is `taken`.
@@ -21,13 +21,14 @@ impl Labels {
         Self { within, taken }
     }
 
-    /// The top left corner for a label of the point at `at`, or none where there is no room near it.
-    pub fn place(&mut self, text: &str, at: (i32, i32)) -> Option<(i32, i32)> {
+    /// The top left corner for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
+    pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<(i32, i32)> {
+        let apart = reach + APART_PX;
         let width = (text.chars().count() as f64 * LETTER_PX) as i32;
         let (x, y) = at;
         let middle = y - LINE_PX / 2;
-        let (right, left) = (x + APART_PX, x - APART_PX - width);
-        let (above, below) = (y - APART_PX - LINE_PX, y + APART_PX);
+        let (right, left) = (x + apart, x - apart - width);
+        let (above, below) = (y - apart - LINE_PX, y + apart);
         let centre = x - width / 2;
         let near = [
             (right, middle),
@@ -73,7 +74,7 @@ mod tests {
         let point = [45, 45, 55, 55];
         let mut labels = Labels::new([0, 0, 200, 100], vec![point]);
         let mut placed = Vec::new();
-        while let Some((left, top)) = labels.place("name", (50, 50)) {
+        while let Some((left, top)) = labels.place("name", (50, 50), 4) {
             placed.push([left, top, left + 24, top + LINE_PX]);
         }
         assert!(placed.len() >= 4, "{placed:?}");

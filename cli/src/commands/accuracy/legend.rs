@@ -7,6 +7,12 @@ use super::super::figures::chart::COLOURS;
 use super::diagram::{FRONT, Mark, TEXT_PX, mark, text};
 use crate::plot::Surface;
 
+/// Where more curves than [`COLOURS`] are.
+const MORE_COLOURS: [RGBColor; 3] = [
+    RGBColor(140, 86, 75),
+    RGBColor(120, 130, 0),
+    RGBColor(110, 60, 180),
+];
 /// The height of a legend.
 pub const HEIGHT_PX: i32 = 58;
 /// The first curve's place.
@@ -20,7 +26,8 @@ pub fn curves(part: &Part) -> Vec<(String, RGBColor)> {
             names.push(point.curve.clone());
         }
     }
-    names.into_iter().zip(COLOURS.into_iter().cycle()).collect()
+    let colours = COLOURS.into_iter().chain(MORE_COLOURS);
+    names.into_iter().zip(colours.cycle()).collect()
 }
 
 /// The colour of a curve; black for variants that stand alone.
@@ -59,7 +66,7 @@ pub fn draw(surface: &Surface, curves: &[(String, RGBColor)]) -> anyhow::Result<
     }
     text(
         surface,
-        "bars: quartiles of time, 95 % of a sampled error; arrow: at most",
+        "bars: quartiles of time, 95 % of a sampled error, down to the rms; arrow: at most",
         (left, 36),
         TEXT_PX,
         BLACK,

@@ -170,6 +170,7 @@ fn numbers(part: &Part) -> String {
         "curve",
         "error",
         "error_unit",
+        "rms",
         "error_low",
         "error_high",
         "at_most",
@@ -198,6 +199,7 @@ fn numbers(part: &Part) -> String {
                 point.error.to_string(),
                 diagram.error_unit.clone(),
             ];
+            row.push(point.rms.map_or_else(String::new, |rms| rms.to_string()));
             row.extend([low, high].map(|value| value.to_string()));
             row.push(point.at_most.to_string());
             row.extend(cost.map(|value| value.to_string()));
@@ -229,6 +231,8 @@ struct Line<'a> {
     variant: &'a str,
     error: f64,
     error_unit: &'a str,
+    error_rms: Option<f64>,
+    error_95: Option<[f64; 2]>,
     error_at_most: bool,
     time_ns: Option<f64>,
     instructions: Option<f64>,
@@ -257,6 +261,8 @@ fn print(parts: &[Part], as_json: bool) -> anyhow::Result<()> {
                     variant: &point.variant,
                     error: point.error,
                     error_unit: &diagram.error_unit,
+                    error_rms: point.rms,
+                    error_95: point.error_95,
                     error_at_most: point.at_most,
                     time_ns: cost(CostUnit::Ns),
                     instructions: cost(CostUnit::Instructions),

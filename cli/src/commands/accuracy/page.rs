@@ -82,6 +82,11 @@ fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
             digits(low),
             digits(high)
         ),
+        None if point.rms.is_some() => format!(
+            "{} (rms {})",
+            digits(point.error),
+            digits(point.rms.unwrap_or_default())
+        ),
         None if point.at_most => format!("< {}", digits(point.error)),
         None => digits(point.error),
     };
