@@ -16,7 +16,8 @@
 //! known bits with certainty: a short block is not only shorter on the air but also better protected.
 //!
 //! **Decoding** is min-sum on 8-bit log-likelihood ratios. At the steps of [`LLR_STEP`](crate::panel::LLR_STEP)
-//! they decode as well as 32-bit floating point does (a test compares them). The TM codes have
+//! they decode as well as 32-bit floating point does (a test compares them), and frames in which every bit is as sure as can be, some of
+//! them wrongly, decode too. The TM codes have
 //! punctured parity bits (128 and 256), which are never sent but take part in the decoding and enlarge its
 //! working area: see [`Decoder`].
 
@@ -37,6 +38,9 @@ pub const MAX_ITERATIONS: usize = 100;
 
 const BITS_MAX: usize = CODEWORD_PANELS_MAX * LEDS;
 const LARGEST: LDPCCode = LDPCCode::TM1536;
+/// The surest that a received bit counts as: half of what the decoder's messages hold. A message is a saturating sum less one of its
+/// terms; with bits as sure as the greatest sum that difference is 0, and nothing is told any more.
+const SUREST: i8 = 63;
 /// What is known for certain to be 0: in the decoder's sign, which is opposite to [`Llr`]'s.
 const CERTAIN_ZERO: i8 = i8::MAX;
 
@@ -285,7 +289,7 @@ impl Decoder {
                 let bits = self.llrs[place + 8 * row..].iter_mut();
                 // The decoder counts a byte's bits from the most significant and takes positive for 0.
                 bits.zip(leds.iter().rev())
-                    .for_each(|(bit, &led)| *bit = led.saturating_neg());
+                    .for_each(|(bit, &led)| *bit = led.saturating_neg().clamp(-SUREST, SUREST));
             }
         }
         self.llrs[8 * block.info_bytes..8 * block.code.info_bytes()].fill(CERTAIN_ZERO);
