@@ -51,6 +51,11 @@ pub const INTERVAL_MAX: f32 = 15.0;
 ///
 /// It keeps the interpolation between them finer than 2⁻¹⁵ of their distance.
 pub const AXIS_STEP_MIN_LOG2: f32 = 1.0 / 512.0;
+/// How far [`L2aTable::l2a`] is from bilinear interpolation in true logarithms at most.
+///
+/// Half a step of its type, 6.1e-5; twice 2⁻¹⁶ of the range of 3.8 from the fractions' truncation, 1.2e-4; and twice what
+/// [`LOG2_ERROR_MAX`] at both ends is of the shortest distance, [`AXIS_STEP_MIN_LOG2`], of that range: 4.6e-4.
+pub const L2A_ERROR_MAX: f64 = 6.4e-4;
 /// How far [`log2`] is from the true logarithm at most.
 pub const LOG2_ERROR_MAX: f64 = 1.0 / (1 << 24) as f64;
 

@@ -29,10 +29,11 @@ pub fn root(x: f32) -> f32 {
     x * refined(refined(guess(x), half), half)
 }
 
-/// Bounds of the error of [`censored_loss`]: absolute, and relative, of which it may have both together.
+/// Bounds of the error of [`censored_loss`] up to 10 deviations: absolute, and relative, of which it may have both together.
 pub const CENSORED_LOSS_ERROR: [f64; 2] = [0.05, 0.05];
 
-/// −ln Q(t), by two parabolas: what it costs that a pixel expected t deviations below saturation is saturated.
+/// −ln Q(t), by two parabolas: what it costs that a pixel expected t deviations below saturation is saturated. Beyond 10 deviations up
+/// to 14 % too little.
 #[inline(always)]
 pub fn censored_loss(t: f32) -> f32 {
     let (near, far) = ((t + 2.0).max(0.0), t.max(0.0));

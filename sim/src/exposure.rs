@@ -73,13 +73,16 @@ impl Exposure {
     }
 
     /// The LEDs of `panel` with the surface `reflectance`, driven to the ratio `l2a` as far as the panel's luminance
-    /// limits let it.
+    /// limits let it. LEDs that reflect nothing have no such ratio, and are dark.
     pub fn led_light(&self, scene: &Scene, panel: &Panel, reflectance: f64, l2a: f64) -> LedLight {
         let reflected = scene.ambient.illuminance_lx * reflectance;
         let wanted = l2a * reflected;
         let floor = panel.luminance_min_cd_m2.unwrap_or(0.0);
         let top = panel.luminance_max_cd_m2.unwrap_or(f64::INFINITY);
-        let l2a = wanted.min(top).max(floor) / reflected;
+        let l2a = match reflected {
+            0.0 => 0.0,
+            reflected => wanted.min(top).max(floor) / reflected,
+        };
         let off = self.linear(reflected / PI);
         LedLight {
             off,

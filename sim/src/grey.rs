@@ -3,7 +3,7 @@
 /// The grey level of linear value 1.
 pub const MIDDLE_GREY: f64 = 118.0;
 
-/// The unrounded grey level of a linear value: 118·x^(1/γ), at most 255.
+/// The unrounded grey level of a linear value: 118·x^(1/γ), at most 255; 0 of negative values and NaN. γ is 1 to 4.
 ///
 /// ```
 /// assert_eq!(sim::grey::unrounded(1.0, 2.2), 118.0);
@@ -13,9 +13,9 @@ pub fn unrounded(linear: f64, gamma: f64) -> f64 {
     (MIDDLE_GREY * linear.max(0.0).powf(1.0 / gamma)).min(255.0)
 }
 
-/// The linear value of a grey level: the inverse of [`unrounded`] below 255.
+/// The linear value of a grey level: the inverse of [`unrounded`] below 255; 0 of negative levels and NaN.
 pub fn linear(grey: f64, gamma: f64) -> f64 {
-    (grey / MIDDLE_GREY).powf(gamma)
+    (grey.max(0.0) / MIDDLE_GREY).powf(gamma)
 }
 
 /// The most that a change of `linear_change` can move the unrounded grey of a pixel not darker than `floor`.
@@ -43,8 +43,8 @@ pub struct Encoder {
 
 /// Adding this rounds a number below 2²² in size to an integer, which then stands in the last bits.
 const ROUNDING: f32 = 12_582_912.0;
-/// Darker values are grey level 0 at any γ up to 4; brighter ones 255.
-const DARKEST: f32 = 1e-20;
+/// Darker values are grey level 0 at any γ up to 4, to within [`CURVE_ERROR_GREY`]; brighter ones 255.
+const DARKEST: f32 = 1e-24;
 const BRIGHTEST: f32 = 1e3;
 
 impl Encoder {
@@ -59,7 +59,7 @@ impl Encoder {
 
     /// The unrounded grey level of a linear value; 0 of negative values and NaN.
     #[inline(always)]
-    fn unrounded(&self, linear: f32) -> f32 {
+    pub fn unrounded(&self, linear: f32) -> f32 {
         // NaN is not brighter than the darkest.
         let linear = if linear > DARKEST { linear } else { DARKEST };
         let bits = linear.min(BRIGHTEST).to_bits();

@@ -1,11 +1,15 @@
-//! Why a valid scene cannot be seen.
+//! Why a scene cannot be seen.
 
 use super::{DEPTH_MIN_M, PITCH_MIN_PX};
 use crate::l2a::L2aError;
+use crate::scene::RangeError;
 
-/// Why a valid scene cannot be seen.
+/// Why a scene cannot be seen.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
+    /// A key was set to what it must not be.
+    #[error(transparent)]
+    OutOfRange(#[from] RangeError),
     /// An LED is behind the camera, or as good as beside it.
     #[error(
         "panel {panel} reaches to {depth_m} m before the camera: all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"

@@ -46,10 +46,10 @@ pub struct View {
 }
 
 impl View {
-    /// Works a valid scene out.
+    /// Works a scene out.
     ///
     /// # Errors
-    /// When a panel is behind the camera, off the sensor or too small, or a file the scene names cannot be used.
+    /// When a key is out of its range, a panel is behind the camera, off the sensor or too small, or a file the scene names cannot be used.
     pub fn new(scene: &Scene) -> Result<Self, ViewError> {
         Self::with_reflectances(scene, None)
     }
@@ -89,6 +89,7 @@ impl View {
         range: Option<[f64; 2]>,
         photograph: Option<Photograph>,
     ) -> Result<Self, ViewError> {
+        scene.validate()?;
         let exposure = Exposure::of(scene);
         let panels = (0..scene.panels.len())
             .map(|index| PanelView::new(scene, &exposure, index))
