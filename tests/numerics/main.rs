@@ -2,9 +2,16 @@
 //!
 //! `docs/numerics.md` says what each is about. The whole suite: `cargo test -p vocc-tests --test numerics`.
 
+mod control;
 mod disc_integral;
 mod distinguishability;
+mod error_limits;
 mod fisher_kmeans;
+mod gamma;
+mod homography;
+mod least_squares;
+mod llr_ldpc;
+mod long_runs;
 mod nist;
 mod statistics;
 mod synthetic;

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use rx_pipeline::detect::{Fisher, FisherFeatures, FisherScaling, FisherTraining};
 use sim::statistics::Moments;
 use vocc_tests::naive;
+use vocc_tests::offset::{self, values_about};
 
 use crate::nist::{DataSet, data_sets};
 use crate::synthetic::features;
@@ -92,36 +93,18 @@ fn exact_variance(values: &[f64]) -> f64 {
     (n * squares - sum * sum) as f64 / (n * n) as f64 * (unit * unit)
 }
 
-/// 1000 values of 12 bits behind the point about 2^k: exact in a double up to k = 40.
-fn about(offset: f64) -> impl Iterator<Item = f64> + Clone {
-    fractions().map(move |fraction| offset + f64::from(fraction) / 4096.0)
-}
-
-fn fractions() -> impl Iterator<Item = u32> + Clone {
-    (0..1000u32).map(|k| k.wrapping_mul(2_654_435_761) >> 20)
-}
-
-/// Their variance (over n), from whole numbers.
-fn variance_of_fractions() -> f64 {
-    let (sum, squares) = fractions().fold((0u64, 0u64), |(sum, squares), x| {
-        let x = u64::from(x);
-        (sum + x, squares + x * x)
-    });
-    (1000 * squares - sum * sum) as f64 / 1e6 / 4096f64.powi(2)
-}
-
 #[test]
 fn an_offset_of_any_size_costs_no_digits() {
-    let exact = variance_of_fractions();
+    let exact = offset::variance();
     let error = |(_, variance): (f64, f64)| (variance / exact - 1.0).abs();
     let mut of_naive = Vec::new();
     for k in 0..=40 {
-        let offset = f64::from(k).exp2();
-        let naive = error(naive::variance_by_squares(about(offset)));
-        let unshifted = error(naive::variance_unshifted(about(offset)));
+        let centre = f64::from(k).exp2();
+        let naive = error(naive::variance_by_squares(values_about(centre)));
+        let unshifted = error(naive::variance_unshifted(values_about(centre)));
         of_naive.push((naive, unshifted));
-        let pushed = moments(about(offset));
-        let pairs: Vec<[f64; 2]> = about(offset).map(|x| [x, -x]).collect();
+        let pushed = moments(values_about(centre));
+        let pairs: Vec<[f64; 2]> = values_about(centre).map(|x| [x, -x]).collect();
         let mut merged = Moments::of(&pairs[..3]);
         merged.merge(&Moments::of(&pairs[3..]));
         for ours in [pushed, Moments::of(&pairs), merged] {
@@ -159,7 +142,7 @@ fn a_million_identical_values_have_a_variance_of_exactly_zero() {
 
 #[test]
 fn shards_of_one_and_of_a_million_merge_to_the_whole() {
-    let values: Vec<f64> = about(1e9).cycle().take(1_000_000).collect();
+    let values: Vec<f64> = values_about(1e9).cycle().take(1_000_000).collect();
     let one = 1e9 + 4096.0;
     let whole = {
         let all = values.iter().copied().chain([one]);
@@ -189,9 +172,9 @@ proptest! {
     /// Bound: what is left of n additions' rounding, about the first value.
     #[test]
     fn the_order_of_values_hardly_matters(order in Just((0..1000usize).collect::<Vec<_>>()).prop_shuffle()) {
-        let values: Vec<f64> = about(1e8).collect();
+        let values: Vec<f64> = values_about(1e8).collect();
         let shuffled = order.iter().map(|&k| values[k]);
-        let exact = variance_of_fractions();
+        let exact = offset::variance();
         let (mean, variance) = mean_and_variance(&moments(shuffled.clone()));
         let (first_mean, first_variance) = mean_and_variance(&moments(values.iter().copied()));
         prop_assert!((mean - first_mean).abs() <= 2e-8, "{} {}", mean, first_mean);

@@ -1,6 +1,8 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
+pub mod least_squares;
 pub mod naive;
+pub mod offset;
 pub mod sightings;
 
 use std::fs;

@@ -1,0 +1,128 @@
+//! Draws what an offset costs a variance: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`
+//! and `.png`.
+
+use std::error::Error;
+use std::path::Path;
+use std::sync::Arc;
+
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+use sim::statistics::Moments;
+use vocc_tests::naive;
+use vocc_tests::offset::{values_about, variance};
+
+const FONT: &str = "DejaVu Sans";
+const SIZE: (u32, u32) = (900, 460);
+/// An error of nothing is drawn as this.
+const LEAST: f64 = 1e-17;
+/// Errors beyond this look all the same.
+const MOST: f64 = 1e12;
+
+/// A way to a variance: its name, its colour (Okabe & Ito 2008), and its error at an offset.
+struct Way {
+    name: &'static str,
+    colour: RGBColor,
+    error: fn(f64) -> f64,
+}
+
+fn relative(got: f64) -> f64 {
+    (got / variance() - 1.0).abs()
+}
+
+const WAYS: [Way; 3] = [
+    Way {
+        name: "E x² − (E x)²",
+        colour: RGBColor(213, 94, 0),
+        error: |offset| relative(naive::variance_by_squares(values_about(offset)).1),
+    },
+    Way {
+        name: "Welford's updates, not shifted",
+        colour: RGBColor(0, 114, 178),
+        error: |offset| relative(naive::variance_unshifted(values_about(offset)).1),
+    },
+    Way {
+        name: "Welford's updates about the first value (ours)",
+        colour: RGBColor(0, 158, 115),
+        error: |offset| {
+            let mut moments = Moments::default();
+            values_about(offset).for_each(|x| moments.push([x, 0.0]));
+            relative(moments.covariance()[0][0])
+        },
+    },
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let stem = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/numerics/offset_sweep");
+    let svg = drawing()?;
+    std::fs::write(stem.with_extension("svg"), &svg)?;
+    std::fs::write(stem.with_extension("png"), png(&svg)?)?;
+    println!("{}", stem.with_extension("png").display());
+    Ok(())
+}
+
+fn drawing() -> Result<String, Box<dyn Error>> {
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .map_err(|_| "a damaged font")?;
+    let mut document = String::new();
+    {
+        let surface = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
+        surface.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&surface)
+            .caption(
+                "Error of the variance of 1000 values about an offset",
+                (FONT, 18),
+            )
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(64)
+            .build_cartesian_2d(0..40i32, (LEAST..MOST).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .label_style((FONT, 13))
+            .x_desc("offset, as a power of two; the spread is 1")
+            .y_desc("relative error")
+            .y_label_formatter(&|error| format!("{error:.0e}"))
+            .draw()?;
+        for Way {
+            name,
+            colour,
+            error,
+        } in &WAYS
+        {
+            let at = |k: i32| (k, error(f64::from(k).exp2()).clamp(LEAST, MOST));
+            chart
+                .draw_series(
+                    LineSeries::new((0..=40).map(at), colour.stroke_width(2)).point_size(3),
+                )?
+                .label(*name)
+                .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE)
+            .border_style(BLACK)
+            .label_font((FONT, 13))
+            .draw()?;
+        surface.present()?;
+    }
+    Ok(document)
+}
+
+/// Twice as large, for screens that show two points a pixel.
+fn png(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_font_data(dejavu::sans::regular().to_vec());
+    let options = Options {
+        font_family: FONT.into(),
+        fontdb: Arc::new(fonts),
+        ..Options::default()
+    };
+    let tree = Tree::from_str(svg, &options)?;
+    let mut image = Pixmap::new(2 * SIZE.0, 2 * SIZE.1).ok_or("no pixels")?;
+    resvg::render(&tree, Transform::from_scale(2.0, 2.0), &mut image.as_mut());
+    Ok(image.encode_png()?)
+}
