@@ -212,6 +212,11 @@ impl Evaluator {
         }
     }
 
+    /// What maximum likelihood begins every frame with.
+    pub(crate) fn experience_at_hand(&self) -> Experience {
+        self.experience
+    }
+
     /// Room to work on frames in.
     pub fn workspace(&self) -> Workspace {
         Workspace {

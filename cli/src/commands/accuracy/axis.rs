@@ -13,8 +13,13 @@ pub struct Axis {
 const ROOM: f64 = 0.07;
 /// The shortest axis, in powers of ten.
 const SHORTEST: f64 = 0.5;
-/// From so many powers of ten on, only these are labelled.
-const LONG: f64 = 2.2;
+/// Ticks within a power of ten, from few to many; as many as it takes for so many on an axis.
+const STEPS: [&[f64]; 3] = [
+    &[1.0],
+    &[1.0, 2.0, 5.0],
+    &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
+];
+const FEWEST: usize = 3;
 
 impl Axis {
     /// An axis that holds all positive values.
@@ -42,21 +47,24 @@ impl Axis {
         (first + share * (last - first)).round() as i32
     }
 
-    /// The values to be labelled, ascending.
+    /// The values to be labelled, ascending: powers of ten, or as many between them as it takes.
     pub fn ticks(&self) -> Vec<f64> {
         let [low, high] = self.ends.map(f64::log10);
-        let steps: &[f64] = if high - low > LONG {
-            &[1.0]
-        } else {
-            &[1.0, 2.0, 5.0]
-        };
-        let powers = low.floor() as i32..=high.ceil() as i32;
         let every = ((high - low) / 7.0).ceil().max(1.0) as i32;
-        powers
-            .filter(|power| power.rem_euclid(every) == 0)
-            .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
-            .filter(|tick| (self.ends[0]..=self.ends[1]).contains(tick))
-            .collect()
+        let of = |steps: &[f64]| -> Vec<f64> {
+            let powers = (low.floor() as i32..=high.ceil() as i32)
+                .filter(|power| power.rem_euclid(every) == 0);
+            powers
+                .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
+                .filter(|tick| (self.ends[0]..=self.ends[1]).contains(tick))
+                .collect()
+        };
+        let finer = STEPS.iter().map(|steps| of(steps));
+        finer
+            .clone()
+            .find(|ticks| ticks.len() >= FEWEST)
+            .or_else(|| finer.last())
+            .unwrap_or_default()
     }
 }
 
@@ -99,7 +107,7 @@ mod tests {
 
     #[test]
     fn short_axes_have_ticks_between_the_powers_and_none_panics() {
-        assert!(Axis::over([2.0, 3.0].into_iter(), [0, 100]).ticks().len() >= 2);
+        assert!(Axis::over([2.0, 3.0].into_iter(), [0, 100]).ticks().len() >= FEWEST);
         assert!(
             !Axis::over([1e-12, 1e12].into_iter(), [0, 100])
                 .ticks()

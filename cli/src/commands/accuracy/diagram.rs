@@ -30,12 +30,11 @@ pub fn figure(part: &Part) -> anyhow::Result<String> {
     let count = part.diagrams.len();
     let columns = count.clamp(1, 2);
     let rows = count.div_ceil(columns).max(1);
-    let size = (
-        (SIZE_PX.0 * columns as i32).max(2 * SIZE_PX.0) as u32,
-        (legend::HEIGHT_PX + SIZE_PX.1 * rows as i32) as u32,
-    );
-    plot::svg(size, |surface| {
-        let (head, body) = surface.split_vertically(legend::HEIGHT_PX);
+    let width_px = 2 * SIZE_PX.0;
+    let legend_px = legend::height_px(&curves, width_px);
+    let height_px = legend_px + SIZE_PX.1 * rows as i32;
+    plot::svg((width_px as u32, height_px as u32), |surface| {
+        let (head, body) = surface.split_vertically(legend_px);
         legend::draw(&head, &curves)?;
         let parts = body.split_evenly((rows, columns));
         for (surface, diagram) in parts.iter().zip(&part.diagrams) {
@@ -45,6 +44,21 @@ pub fn figure(part: &Part) -> anyhow::Result<String> {
         }
         Ok(())
     })
+}
+
+/// The first diagrams of two parts, for a first look: how a panel is drawn, and how it is read. None before both are measured.
+pub fn summary(parts: &[Part]) -> anyhow::Result<Option<String>> {
+    let wanted = ["renderer", "detectors"];
+    let found = wanted.map(|name| parts.iter().find(|part| part.name == name));
+    let [Some(renderer), Some(detectors)] = found else {
+        return Ok(None);
+    };
+    let first = [renderer, detectors].map(|part| part.diagrams.first().cloned());
+    let both = Part {
+        diagrams: first.into_iter().flatten().collect(),
+        ..renderer.clone()
+    };
+    figure(&both).map(Some)
 }
 
 /// What a point is marked as.
@@ -283,10 +297,9 @@ impl Frame {
             }
             named.push(point);
             // A curve's name is its colour.
-            let name = match point.variant.split_once(", ") {
-                Some((curve, knob)) if curve == point.curve => knob,
-                _ => &point.variant,
-            };
+            let knob = point.variant.strip_prefix(&point.curve);
+            let knob = knob.and_then(|knob| knob.strip_prefix(", "));
+            let name = knob.unwrap_or(&point.variant);
             let apart = if point.is_default { RING_PX } else { DOT_PX };
             if let Some(place) = labels.place(name, self.at(point), apart) {
                 text(

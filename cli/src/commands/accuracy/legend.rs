@@ -13,10 +13,18 @@ const MORE_COLOURS: [RGBColor; 3] = [
     RGBColor(120, 130, 0),
     RGBColor(110, 60, 180),
 ];
-/// The height of a legend.
-pub const HEIGHT_PX: i32 = 58;
-/// The first curve's place.
+/// The height of a row.
+const ROW_PX: i32 = 26;
+/// The first entry's place.
 const LEFT_PX: i32 = 24;
+/// From an entry's place to its name.
+const NAME_PX: i32 = 32;
+const MARKS: [(Option<Mark>, &str); 4] = [
+    (Some(Mark::OnFront), "on the front"),
+    (Some(Mark::Beaten), "beaten in both"),
+    (Some(Mark::Default), "default"),
+    (None, "the front"),
+];
 
 /// The curves of a part in the order in which they appear, with their colours.
 pub fn curves(part: &Part) -> Vec<(String, RGBColor)> {
@@ -36,43 +44,55 @@ pub fn colour(curves: &[(String, RGBColor)], curve: &str) -> RGBColor {
     known.map_or(BLACK, |(_, colour)| *colour)
 }
 
+/// The height of the legend of some curves on a surface so wide.
+pub fn height_px(curves: &[(String, RGBColor)], width_px: i32) -> i32 {
+    let rows = places(curves, width_px)
+        .last()
+        .map_or(0, |(_, row)| row + 1);
+    ROW_PX * (rows + 1) + 8
+}
+
 /// Draws it along the top of a surface.
 pub fn draw(surface: &Surface, curves: &[(String, RGBColor)]) -> anyhow::Result<()> {
-    let mut left = LEFT_PX;
-    for (name, colour) in curves {
-        let line = vec![(left, 18), (left + 26, 18)];
+    let (width_px, height_px) = surface.dim_in_pixel();
+    for ((name, colour), (left, row)) in curves.iter().zip(places(curves, width_px as i32)) {
+        let middle = ROW_PX * row + 18;
+        let line = vec![(left, middle), (left + 26, middle)];
         surface.draw(&PathElement::new(line, colour.stroke_width(2)))?;
-        mark(surface, (left + 13, 18), *colour, Mark::OnFront)?;
-        text(surface, name, (left + 32, 10), TEXT_PX, BLACK)?;
-        left += 32 + width(name);
+        mark(surface, (left + 13, middle), *colour, Mark::OnFront)?;
+        text(surface, name, (left + NAME_PX, middle - 8), TEXT_PX, BLACK)?;
     }
-    left = LEFT_PX;
-    let marks = [
-        (Some(Mark::OnFront), "on the front"),
-        (Some(Mark::Beaten), "beaten in both"),
-        (Some(Mark::Default), "default"),
-        (None, "the front"),
-    ];
-    for (kind, name) in marks {
+    let (mut left, middle) = (LEFT_PX, height_px as i32 - 14);
+    for (kind, name) in MARKS {
         match kind {
-            Some(kind) => mark(surface, (left + 13, 44), BLACK, kind)?,
+            Some(kind) => mark(surface, (left + 13, middle), BLACK, kind)?,
             None => {
-                let line = vec![(left, 44), (left + 26, 44)];
+                let line = vec![(left, middle), (left + 26, middle)];
                 surface.draw(&PathElement::new(line, FRONT.stroke_width(6)))?;
             }
         }
-        text(surface, name, (left + 32, 36), TEXT_PX, BLACK)?;
-        left += 32 + width(name);
+        text(surface, name, (left + NAME_PX, middle - 8), TEXT_PX, BLACK)?;
+        left += width(name);
     }
-    text(
-        surface,
-        "bars: quartiles of time, 95 % of a sampled error, down to the rms; arrow: at most",
-        (left, 36),
-        TEXT_PX,
-        BLACK,
-    )
+    let bars = "bars: quartiles of time, 95 % of a sampled error, down to the rms; arrow: at most";
+    text(surface, bars, (left, middle - 8), TEXT_PX, BLACK)
 }
 
+/// Where entries stand, from left to right and in rows.
+fn places(curves: &[(String, RGBColor)], width_px: i32) -> Vec<(i32, i32)> {
+    let (mut left, mut row) = (LEFT_PX, 0);
+    let place = |(name, _): &(String, RGBColor)| {
+        if left + width(name) > width_px && left > LEFT_PX {
+            (left, row) = (LEFT_PX, row + 1);
+        }
+        let place = (left, row);
+        left += width(name);
+        place
+    };
+    curves.iter().map(place).collect()
+}
+
+/// What an entry takes.
 fn width(name: &str) -> i32 {
-    name.chars().count() as i32 * 8 + 22
+    NAME_PX + name.chars().count() as i32 * 8 + 18
 }

@@ -19,6 +19,7 @@ use super::figures::figure::{Figure, csv};
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
 use crate::pictures::write_aside;
+use crate::plot;
 use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
@@ -155,6 +156,9 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
         };
         figure.save(folder)?;
         figures.push(figure);
+    }
+    if let Some(svg) = diagram::summary(&kept.parts)? {
+        plot::save(&folder.join("summary"), &svg)?;
     }
     let page = page::page(kept, arguments.quick, &figures);
     write_aside(&arguments.out.join("accuracy.md"), |aside| {

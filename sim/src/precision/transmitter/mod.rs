@@ -118,8 +118,9 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         ),
         reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
         default: format!(
-            "The firmware's fixed point: logarithm by repeated squaring, power of 2 by its series. It needs no table, its bound holds at every input, and {}. \
-             A reading comes ten times a second, so that anything here takes far less than a thousandth of the processor: exactness and flash count, not cycles.",
+            "The firmware's fixed point: logarithm by repeated squaring, power of 2 by its series; {}. Tables are the front: they are some four times as quick, \
+             and the number of their entries costs flash, not cycles. The firmware goes without: a reading comes ten times a second, so that its cycles are a thousandth of an RP2040's, and a bound that needs no table holds \
+             at every input alike. Its own error is the rounding of the illuminance to 1/4096 lx and of the ratio to 1/8192, not of logarithm and power.",
             compared(&points)
         ),
         diagrams: vec![Diagram {
