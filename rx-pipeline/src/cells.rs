@@ -113,7 +113,7 @@ pub(crate) struct MapRow<'a> {
 }
 
 impl<const PIXELS: usize> CellMap<PIXELS> {
-    /// A map without cells, to be built in place.
+    /// A map without cells, to be built in place: all zeros, so that a `static` takes no room in flash.
     pub const fn empty() -> Self {
         Self {
             bounds: Bounds {
@@ -124,7 +124,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
             },
             rho_x: [0.0; PIXELS],
             rho_y: [0.0; PIXELS],
-            cell: [NO_CELL; PIXELS],
+            cell: [0; PIXELS],
             run: [0; PIXELS],
             pixels: [0; LEDS],
         }
@@ -169,6 +169,24 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         self.fill(corners, bounds)?;
         self.bounds = bounds;
         Ok(())
+    }
+
+    /// Moves the cells by whole pixels, for a frame that begins elsewhere and is `width` × `height` px; empties the map, and is false,
+    /// where they do not lie within it.
+    pub(crate) fn shift(&mut self, [dx, dy]: [i32; 2], width: usize, height: usize) -> bool {
+        let moved = |start: usize, by: i32, length: usize, limit: usize| {
+            let start = start.checked_add_signed(by as isize)?;
+            (start >= 1 && start.checked_add(length)? < limit).then_some(start)
+        };
+        let Bounds { x, y, .. } = self.bounds;
+        let place =
+            moved(x, dx, self.bounds.width, width).zip(moved(y, dy, self.bounds.height, height));
+        self.bounds = place.map_or(Bounds::default(), |(x, y)| Bounds {
+            x,
+            y,
+            ..self.bounds
+        });
+        place.is_some()
     }
 
     /// The panel's bounding box; of no pixels while the map is empty.

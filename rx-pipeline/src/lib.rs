@@ -34,6 +34,8 @@
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
 //! - **The locator** finds a panel that stands out in one frame, and before clutter one that blinks in two or three: give it the
 //!   earlier frames ([`receiver::Receiver::with_history`]). Where the place is known, [`receiver::Receiver::place`] goes without it.
+//! - **On a microcontroller, or in a part of the frame:** [`region`] reads a panel whose place is known once, and has the messages
+//!   for asking a board to.
 //! - **How long does a stage take?** Ask with a [`profile::Profile`].
 //!
 //! ```
@@ -79,6 +81,7 @@ pub mod profile;
 mod reader;
 pub mod receiver;
 pub mod receivers;
+pub mod region;
 mod spots;
 pub mod symbols;
 pub mod track;

@@ -148,12 +148,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         detector
     }
 
-    /// A detector's memory, for a `static`: it sees black before it is [prepared](Self::prepare).
+    /// A detector's memory, for a `static`: it sees black before it is [prepared](Self::prepare). It is all zeros, so that it takes no
+    /// room in flash.
     pub const fn blind() -> Self {
         Self {
             camera: Camera {
-                gamma: 1.0,
-                blur_sigma_px: 1.0,
+                gamma: 0.0,
+                blur_sigma_px: 0.0,
                 read_noise_e: 0.0,
             },
             curve: Curve::DARK,

@@ -93,6 +93,24 @@ impl Reader {
         self.track.and(self.seen)
     }
 
+    /// Goes on in frames of another size that begin elsewhere, so that positions change by `shift` px.
+    pub fn shift<const N: usize>(
+        &mut self,
+        shift: [i32; 2],
+        frame_size: (usize, usize),
+        map: &mut CellMap<N>,
+    ) {
+        let by = shift.map(|shift| shift as f32);
+        let moved = |corners: Corners| corners.shifted(by[0], by[1]).ok();
+        self.track = self.track.map(|track| track.shifted(by, frame_size));
+        self.seen = self.seen.and_then(moved);
+        self.cells = if map.shift(shift, frame_size.0, frame_size.1) {
+            self.cells.and_then(moved)
+        } else {
+            None
+        };
+    }
+
     /// Reads the panel where it is expected; `None` if none is followed.
     pub fn follow<const N: usize>(
         &mut self,

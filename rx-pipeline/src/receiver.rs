@@ -112,6 +112,9 @@ pub enum Loss {
     /// No panel was found.
     #[error(transparent)]
     Locate(#[from] LocateError),
+    /// No panel is followed, and none is looked for.
+    #[error("no panel is followed, and regions are not searched for one: give its corners")]
+    NoPlace,
     /// The panel's cells are not in the frame or the memory.
     #[error(transparent)]
     Cells(#[from] CellsError),

@@ -118,44 +118,54 @@ struct Profile {
 /// Pixels reckoned with at once.
 const LANES: usize = 4;
 
-/// The values of a Gaussian from `offset` on: exp(−q·(o + i)²) by its ratios, exp(−q·(2o + 1))·exp(−2q)^i.
-fn bell(offset: f32, length: usize, sigma: f32) -> [f32; SPOT_PX] {
+/// Writes the values of a Gaussian from `offset` on: exp(−q·(o + i)²) by its ratios, exp(−q·(2o + 1))·exp(−2q)^i.
+fn bell(values: &mut [f32], offset: f32, sigma: f32) {
     let q = 0.5 / (sigma * sigma);
     let mut value = libm::expf(-q * offset * offset);
     let mut ratio = libm::expf(-q * (2.0 * offset + 1.0));
     let factor = libm::expf(-2.0 * q);
-    let mut values = [0.0; SPOT_PX];
-    for slot in values.iter_mut().take(length) {
+    for slot in values {
         *slot = value;
         value *= ratio;
         ratio *= factor;
     }
-    values
 }
 
 impl Profile {
-    /// The spot at `centre` (in the window's pixels), as far as it lies within.
-    fn new(centre: [f32; 2], sigma: f32, window: Window) -> Option<Self> {
+    /// No spot: no rows.
+    const NONE: Self = Self {
+        start: [0; 2],
+        rows: 0,
+        padded: 0,
+        across: [[0.0; SPOT_PX]; 3],
+        down: [0.0; SPOT_PX],
+        first_y: 0.0,
+    };
+
+    /// Makes of [`Profile::NONE`], in its place, the spot at `centre` (in the window's pixels) as far as it lies within.
+    fn place(&mut self, centre: [f32; 2], sigma: f32, window: Window) {
         let reach = REACH * sigma;
         let span = |axis: usize, end: usize| {
             let first = libm::ceilf(centre[axis] - reach).max(0.0);
             let last = libm::floorf(centre[axis] + reach).min(end as f32 - 1.0);
             (last >= first).then(|| (first, ((last - first) as usize + 1).min(SPOT_PX)))
         };
-        let ((x, columns), (y, rows)) = (span(0, window.width)?, span(1, window.height)?);
-        let (first_x, first_y) = (x - centre[0], y - centre[1]);
-        let plain = bell(first_x, columns, sigma);
-        let offset: [f32; SPOT_PX] = core::array::from_fn(|i| first_x + i as f32);
-        let once: [f32; SPOT_PX] = core::array::from_fn(|i| plain[i] * offset[i]);
-        let twice = core::array::from_fn(|i| once[i] * offset[i]);
-        Some(Self {
-            start: [x as usize, y as usize],
-            rows,
-            padded: columns.next_multiple_of(LANES),
-            across: [plain, once, twice],
-            down: bell(first_y, rows, sigma),
-            first_y,
-        })
+        let (Some((x, columns)), Some((y, rows))) = (span(0, window.width), span(1, window.height))
+        else {
+            return;
+        };
+        (self.start, self.rows) = ([x as usize, y as usize], rows);
+        self.padded = columns.next_multiple_of(LANES);
+        self.first_y = y - centre[1];
+        let first_x = x - centre[0];
+        let [plain, once, twice] = &mut self.across;
+        bell(&mut plain[..columns], first_x, sigma);
+        bell(&mut self.down[..rows], self.first_y, sigma);
+        for (i, &height) in plain.iter().enumerate().take(columns) {
+            let offset = first_x + i as f32;
+            once[i] = height * offset;
+            twice[i] = once[i] * offset;
+        }
     }
 
     /// Adds the spot to an image of rows of `width`.
@@ -239,15 +249,14 @@ impl<const N: usize> Canvas<N> {
         let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
         residual.fill(spots.background);
         let origin = [window.x as f32, window.y as f32];
-        let profiles: [Option<Profile>; LEDS] = core::array::from_fn(|led| {
+        let mut profiles = [Profile::NONE; LEDS];
+        for (led, profile) in profiles.iter_mut().enumerate() {
             let [x, y] = spots
                 .lattice
                 .position((led % SIDE) as f32, (led / SIDE) as f32);
-            Profile::new([x - origin[0], y - origin[1]], spots.sigma, window)
-        });
-        for (led, profile) in profiles.iter().enumerate() {
+            profile.place([x - origin[0], y - origin[1]], spots.sigma, window);
             let height = spots.amplitude(led);
-            if let (Some(profile), true) = (profile, height != 0.0) {
+            if height != 0.0 {
                 profile.add_to(residual, window.width, height);
             }
         }
@@ -292,9 +301,7 @@ impl<const N: usize> Canvas<N> {
             }
         }
         for (moments, profile) in slope.led.iter_mut().zip(&profiles) {
-            if let Some(profile) = profile {
-                *moments = profile.moments(residual, weight, window.width);
-            }
+            *moments = profile.moments(residual, weight, window.width);
         }
         Some(slope)
     }
@@ -338,13 +345,9 @@ impl<const N: usize> Canvas<N> {
                     continue;
                 }
                 let [x, y] = spots.lattice.position(column as f32, row as f32);
-                let Some(profile) = Profile::new(
-                    [x - window.x as f32, y - window.y as f32],
-                    spots.sigma,
-                    window,
-                ) else {
-                    continue;
-                };
+                let mut profile = Profile::NONE;
+                let at = [x - window.x as f32, y - window.y as f32];
+                profile.place(at, spots.sigma, window);
                 let sums = profile.moments(residual, weight, window.width);
                 lit += u32::from(
                     sums.height.abs() > 0.5 * spots.step.abs() * sums.weight && sums.weight > 0.0,

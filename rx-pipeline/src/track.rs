@@ -132,6 +132,18 @@ impl Track {
         }
     }
 
+    /// The same track in frames that begin elsewhere, so that positions change by `shift`, and are of another size.
+    pub fn shifted(&self, shift: [f32; 2], frame_size: (usize, usize)) -> Self {
+        let mut track = Self {
+            frame_size,
+            ..*self
+        };
+        for (centre, shift) in track.spots.lattice.centre.iter_mut().zip(shift) {
+            *centre += shift;
+        }
+        track
+    }
+
     /// Whether two frames have shown how the panel moves.
     pub fn speed_known(&self) -> bool {
         self.speed_known

@@ -211,7 +211,12 @@ impl<'a> Frame<'a> {
         self.message(Kind::Answer)
     }
 
-    fn message<T: Deserialize<'a>>(&self, kind: Kind) -> Result<T, BodyError> {
+    /// The message in it, of any protocol that has its messages carried in these frames.
+    ///
+    /// # Errors
+    ///
+    /// [`BodyError`] when it goes the other way, is of another version or no such message.
+    pub fn message<T: Deserialize<'a>>(&self, kind: Kind) -> Result<T, BodyError> {
         if !self.is(kind) {
             return Err(BodyError::OtherKind);
         }

@@ -27,8 +27,8 @@ impl Curve {
     /// No light at all.
     pub const DARK: Self = Self {
         linear: [0.0; 256],
-        full: 1.0,
-        gamma: 1.0,
+        full: 0.0,
+        gamma: 0.0,
     };
 
     pub fn new(gamma: f32) -> Self {
@@ -91,7 +91,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
                 width: 0,
                 height: 0,
             },
-            bin: 1,
+            bin: 0,
             size: [0; 2],
             stride: 0,
             offset: 0.0,

@@ -26,7 +26,7 @@ pub(super) struct Spots {
 impl Spots {
     pub const fn new() -> Self {
         Self {
-            variance: 1.0,
+            variance: 0.0,
             centre: [[0.0; 2]; LEDS],
             first: [[0; 2]; LEDS],
             taps: [0; 2],
