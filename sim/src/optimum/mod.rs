@@ -116,7 +116,7 @@ pub enum OptimumError {
         /// The ratio.
         l2a: f64,
         /// Why not.
-        source: EvaluateError,
+        source: Box<EvaluateError>,
     },
     /// On and Off LEDs do not vary, or are not there.
     #[error("{} is not defined somewhere in {low} to {high}: On or Off LEDs are missing or do not vary; give more frames or a narrower range", criterion.name())]

@@ -102,7 +102,10 @@ impl<P: FnMut(u64) -> bool> Lattice<'_, P> {
             let done = self
                 .samples
                 .extend(self.scene, settings, l2a, rounds, &mut self.progress)
-                .map_err(|source| OptimumError::Evaluate { l2a, source })?;
+                .map_err(|source| OptimumError::Evaluate {
+                    l2a,
+                    source: Box::new(source),
+                })?;
             if !done {
                 return Err(OptimumError::Interrupted);
             }

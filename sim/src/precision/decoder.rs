@@ -145,8 +145,8 @@ impl Sent {
         let mut decode = decoder();
         let mut needed = |blocks: &[Block]| {
             // A message is there when the last of its blocks is.
-            let needed = blocks.iter().map(|block| decode(block, MAX_ITERATIONS));
-            needed.fold(Some(0), |most, own| Some(most?.max(own?)))
+            let mut needed = blocks.iter().map(|block| decode(block, MAX_ITERATIONS));
+            needed.try_fold(0, |most, own| Some(most.max(own?)))
         };
         let messages = self.blocks.chunks_exact(self.blocks_a_message());
         let needed: Vec<Option<usize>> = messages.map(&mut needed).collect();

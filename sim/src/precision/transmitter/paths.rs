@@ -222,7 +222,7 @@ pub fn by_table<const ENTRIES: usize, const ORDER: usize>(
     let light = exp2_by_table::<ENTRIES, ORDER>(log);
     let l2a = kept.l2a(log, I6F26::ZERO).to_bits() as u64;
     // 32 bits of the light's fraction and 26 of the ratio's.
-    let product = u128::from(light.to_bits()) * u128::from(l2a) >> 26;
+    let product = (u128::from(light.to_bits()) * u128::from(l2a)) >> 26;
     const SHARE: u64 = (REFLECTANCE * (1u64 << 32) as f64) as u64;
-    U32F32::from_bits((product * u128::from(SHARE) >> 32) as u64)
+    U32F32::from_bits(((product * u128::from(SHARE)) >> 32) as u64)
 }

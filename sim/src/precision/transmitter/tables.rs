@@ -48,7 +48,7 @@ fn between<const ENTRIES: usize, const ORDER: usize>(table: &[u32; LARGEST], fra
     let at = (fraction >> shift) as usize;
     let part = i64::from(fraction & ((1 << shift) - 1));
     let [a, b] = [table[at], table[at + 1]].map(i64::from);
-    let line = a + ((b - a) * part >> shift);
+    let line = a + (((b - a) * part) >> shift);
     if ORDER < 2 {
         return line;
     }
@@ -56,7 +56,7 @@ fn between<const ENTRIES: usize, const ORDER: usize>(table: &[u32; LARGEST], fra
     // t·(t − 1)/2, with 31 bits of fraction.
     let t = part << (31 - shift);
     let weight = (t * (t - (1 << 31))) >> 32;
-    line + (bend * weight >> 31)
+    line + ((bend * weight) >> 31)
 }
 
 /// By repeated squaring: the mantissa is squared, and each time the square reaches 2 the next bit is 1.
@@ -72,7 +72,7 @@ const fn logarithms(entries: usize) -> [u32; LARGEST] {
         }
         let mut bit = 0;
         while bit < BITS {
-            mantissa = mantissa * mantissa >> 32;
+            mantissa = (mantissa * mantissa) >> 32;
             let doubled = (mantissa >> 33) as u32;
             mantissa >>= doubled;
             log = log << 1 | doubled;
@@ -95,7 +95,7 @@ const fn powers(entries: usize) -> [u32; LARGEST] {
         let x = LN_2 * k as u128 / entries as u128;
         let (mut sum, mut term) = (ONE, 30);
         while term > 0 {
-            sum = ONE + (x * sum >> 60) / term;
+            sum = ONE + ((x * sum) >> 60) / term;
             term -= 1;
         }
         table[k] = ((sum + (1 << (59 - BITS))) >> (60 - BITS)) as u32;
