@@ -41,7 +41,7 @@ fn the_soft_values_of_any_features_are_within_their_range() {
     for agr in huge {
         for gri in huge {
             for sign in [1.0, -1.0] {
-                let on = |led: usize| f32::from(u8::from(led % 3 == 0));
+                let on = |led: usize| f32::from(u8::from(led.is_multiple_of(3)));
                 let panel = features(
                     |led| agr * (on(led) + 0.01 * spread(led, 0.618_034)),
                     |led| sign * gri * (on(led) + 0.01 * spread(led, 0.754_878)),

@@ -59,11 +59,11 @@ impl Axis {
                 .filter(|tick| (self.ends[0]..=self.ends[1]).contains(tick))
                 .collect()
         };
-        let finer = STEPS.iter().map(|steps| of(steps));
+        let mut finer = STEPS.iter().map(|steps| of(steps));
         finer
             .clone()
             .find(|ticks| ticks.len() >= FEWEST)
-            .or_else(|| finer.last())
+            .or_else(|| finer.next_back())
             .unwrap_or_default()
     }
 }
