@@ -9,7 +9,7 @@ use crate::scene::RangeError;
 pub enum ViewError {
     /// A key was set to what it must not be.
     #[error(transparent)]
-    OutOfRange(#[from] RangeError),
+    OutOfRange(#[from] Box<RangeError>),
     /// An LED is behind the camera, or as good as beside it.
     #[error(
         "panel {panel} reaches to {depth_m} m before the camera: all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"

@@ -89,7 +89,7 @@ impl View {
         range: Option<[f64; 2]>,
         photograph: Option<Photograph>,
     ) -> Result<Self, ViewError> {
-        scene.validate()?;
+        scene.validate().map_err(Box::new)?;
         let exposure = Exposure::of(scene);
         let panels = (0..scene.panels.len())
             .map(|index| PanelView::new(scene, &exposure, index))
