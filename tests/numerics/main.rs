@@ -14,4 +14,5 @@ mod llr_ldpc;
 mod long_runs;
 mod nist;
 mod statistics;
+mod sweeps;
 mod synthetic;
