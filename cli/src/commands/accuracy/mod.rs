@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use serde::Serialize;
-use sim::precision::{CostUnit, PARTS, Part, Point, Scale};
+use sim::precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
 use super::figures::figure::{Figure, csv};
 use crate::options::{Shared, until_interrupted};
@@ -77,9 +77,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let path = folder.join(KEPT);
     let going_on = until_interrupted()?;
     let mut kept = begin(arguments, Run::new(scale), &path)?;
+    let asked = kept.missing.clone();
     let finished = measure(&mut kept, &path, &going_on)?;
     write(&kept, arguments, &folder)?;
-    print(&kept.parts, shared.json)?;
+    let measured = kept.parts.iter().filter(|part| asked.contains(&part.name));
+    for part in measured {
+        print(part, shared.json)?;
+    }
     if finished {
         Ok(Answer::Yes)
     } else {
@@ -248,44 +252,47 @@ struct Line<'a> {
     baseline: bool,
 }
 
-fn print(parts: &[Part], as_json: bool) -> anyhow::Result<()> {
-    for part in parts {
-        for diagram in &part.diagrams {
-            if !as_json {
-                line(&format!(
-                    "{}: {}, {}",
-                    part.name, diagram.title, diagram.error
-                ))?;
-            }
-            for point in &diagram.points {
-                let cost = |unit| (diagram.cost_unit == unit).then_some(point.cost.median);
-                let shown = Line {
-                    part: &part.name,
-                    diagram: &diagram.title,
-                    variant: &point.variant,
-                    error: point.error,
-                    error_unit: &diagram.error_unit,
-                    error_rms: point.rms,
-                    error_95: point.error_95,
-                    error_at_most: point.at_most,
-                    time_ns: cost(CostUnit::Ns),
-                    instructions: cost(CostUnit::Instructions),
-                    cycles: cost(CostUnit::Cycles),
-                    ratio: point.ratio.median,
-                    ratio_quartiles: [point.ratio.low, point.ratio.high],
-                    on_front: point.on_front,
-                    default: point.is_default,
-                    baseline: point.is_baseline,
-                };
-                if as_json {
-                    output::json(&shown)?;
-                } else {
-                    line(&row(point, diagram.cost_unit))?;
-                }
+fn print(part: &Part, as_json: bool) -> anyhow::Result<()> {
+    for diagram in &part.diagrams {
+        if !as_json {
+            line(&format!(
+                "{}: {}, {}",
+                part.name, diagram.title, diagram.error
+            ))?;
+        }
+        for point in &diagram.points {
+            if as_json {
+                output::json(&Line::of(part, diagram, point))?;
+            } else {
+                line(&row(point, diagram.cost_unit))?;
             }
         }
     }
     Ok(())
+}
+
+impl<'a> Line<'a> {
+    fn of(part: &'a Part, diagram: &'a Diagram, point: &'a Point) -> Self {
+        let cost = |unit| (diagram.cost_unit == unit).then_some(point.cost.median);
+        Self {
+            part: &part.name,
+            diagram: &diagram.title,
+            variant: &point.variant,
+            error: point.error,
+            error_unit: &diagram.error_unit,
+            error_rms: point.rms,
+            error_95: point.error_95,
+            error_at_most: point.at_most,
+            time_ns: cost(CostUnit::Ns),
+            instructions: cost(CostUnit::Instructions),
+            cycles: cost(CostUnit::Cycles),
+            ratio: point.ratio.median,
+            ratio_quartiles: [point.ratio.low, point.ratio.high],
+            on_front: point.on_front,
+            default: point.is_default,
+            baseline: point.is_baseline,
+        }
+    }
 }
 
 fn row(point: &Point, cost_unit: CostUnit) -> String {
