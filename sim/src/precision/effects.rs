@@ -21,7 +21,7 @@ const DRIVE: [&str; 8] = [
     "pose.x_m=0.5",
     "pose.velocity_m_s=[0.02, 0, -2]",
     "panel.led_spread=0.0002",
-    "panel.board_reflectance=0.179",
+    "panel.board_reflectance=0.1795",
     "camera.readout_s=0.00001",
     "camera.distortion_k1=-0.05",
 ];

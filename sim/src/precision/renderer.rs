@@ -73,9 +73,9 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         reference: "f64, the error function, chords and reach for 1e-13 of an LED's light. `reference` is the same, so it stands at its declared bound of \
             1e-9 of an LED's light, which `cargo test -p vocc-tests --test high_precision` holds against values of thirty digits."
             .into(),
-        default: "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). The front is a cliff there: from `fast`, a hundred times more exact costs less than twice the time, and nothing coarser saves more than a \
-            fifth. So the levels promise little (0.25 and 0.01 grey levels) and keep it a hundred times over, for the promise has to hold for all scenes. Beyond, f64 takes twenty times the time. Rasters are beaten by \
-            orders of magnitude in both: one of 16 × 16 cells a pixel takes some ten thousand times the time of `fast` and still errs by half a grey level."
+        default: "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). The front is a cliff there: from `fast`, some sixty times more exact costs half as much time again, and nothing coarser saves more than a \
+            quarter. The levels promise little (0.25 and 0.01 grey levels) and keep it many times over, for the promise has to hold for all scenes. Beyond, f64 takes twenty to forty times the time. Rasters are beaten by \
+            orders of magnitude in both: one of 16 × 16 cells a pixel takes tens of thousands of times the time of `fast` and still errs by half a grey level or more."
             .into(),
         diagrams,
     })
