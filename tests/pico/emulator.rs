@@ -9,7 +9,8 @@ use std::time::Duration;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::image::{Programs, root};
+use crate::image::Programs;
+use vocc_tests::firmware::root;
 
 /// Cycles of the system clock in a second.
 pub const CLOCK_HZ: f64 = 125e6;

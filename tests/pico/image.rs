@@ -1,7 +1,9 @@
 //! The image that is flashed, and what it takes to run it.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
+
+use vocc_tests::firmware::{self, output, root};
 
 /// What the tests run: each is made by the command that a user would give.
 pub struct Programs {
@@ -18,13 +20,7 @@ impl Programs {
     /// What is missing on this computer, in words.
     pub fn provide() -> Result<Self, String> {
         provide_emulator()?;
-        let built = output(
-            Command::new("bash")
-                .arg("tests/cargo-embedded")
-                .args(["thumbv6m-none-eabi", "--manifest-path"])
-                .arg("tx-firmware/boards/pico/Cargo.toml"),
-        )?;
-        let folder = built.lines().last().unwrap_or_default();
+        let built = firmware::build("thumbv6m-none-eabi", "tx-firmware/boards/pico")?;
         let beside = beside_the_tests()?;
         let optimised = beside.ends_with("release").then_some("--release");
         output(
@@ -33,15 +29,10 @@ impl Programs {
                 .args(optimised),
         )?;
         Ok(Self {
-            image: Path::new(folder).join("vocc-pico"),
+            image: built.join("vocc-pico"),
             vocc: beside.join("vocc"),
         })
     }
-}
-
-/// The repository's root.
-pub fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 /// Where Cargo puts programs of the profile that this test was built with.
@@ -66,21 +57,4 @@ fn provide_emulator() -> Result<(), String> {
             .arg(folder),
     )
     .map(drop)
-}
-
-fn output(command: &mut Command) -> Result<String, String> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let output = command
-        .current_dir(root())
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|error| format!("{name} cannot be run: {error}"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!(
-            "{name} failed: {}",
-            String::from_utf8_lossy(&output.stderr)
-        ))
-    }
 }

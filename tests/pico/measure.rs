@@ -10,6 +10,7 @@ use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 use crate::emulator::{Emulator, Event, Fault};
 use crate::image::Programs;
 use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
+use vocc_tests::firmware::{Size, say, size};
 
 const FLASH_MAX: u32 = 64 * 1024;
 const RAM_MAX: u32 = 24 * 1024;
@@ -155,32 +156,4 @@ fn requests(sequence: &mut u32) -> Vec<u8> {
 /// Answers are read and dropped.
 fn drain(mut port: UnixStream) {
     std::thread::spawn(move || std::io::copy(&mut port, &mut std::io::sink()));
-}
-
-struct Size {
-    flash: u32,
-    ram: u32,
-}
-
-/// What an image takes of the flash, its boot loader included, and of the RAM before its stack.
-fn size(elf: &[u8]) -> Size {
-    let word = |at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().expect("4 bytes"));
-    let half = |at: usize| u16::from_le_bytes(elf[at..at + 2].try_into().expect("2 bytes"));
-    let (start, each, count) = (word(28) as usize, half(42) as usize, half(44) as usize);
-    let mut size = Size { flash: 0, ram: 0 };
-    for at in (0..count).map(|index| start + index * each) {
-        let [kind, address, in_file, in_memory] = [0, 8, 16, 20].map(|offset| word(at + offset));
-        if kind == 1 {
-            size.flash += in_file;
-            if address >= 0x2000_0000 {
-                size.ram += in_memory;
-            }
-        }
-    }
-    size
-}
-
-/// Tells a measurement, past the test's own output.
-fn say(what: &str) {
-    let _ = writeln!(std::io::stderr(), "measured: {what}");
 }

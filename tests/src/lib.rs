@@ -1,5 +1,6 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
+pub mod firmware;
 pub mod least_squares;
 pub mod naive;
 pub mod offset;

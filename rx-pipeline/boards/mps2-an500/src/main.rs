@@ -1,0 +1,66 @@
+//! The receiver's core on a Cortex-M: regions of camera frames come in over UART 0, bits, soft values and messages go out.
+//!
+//! The board is Arm's MPS2 with one of its FPGA images AN385, AN386 or AN500 (Cortex-M3, M4, M7), which QEMU emulates. On another board
+//! only `peripherals` and `memory.x` change; `docs/embedded-receiver.md` says what it takes.
+#![no_std]
+#![no_main]
+#![deny(unsafe_code)]
+
+mod peripherals;
+mod stack;
+
+use panic_halt as _;
+use rx_pipeline::region::{Machine, RegionMemory, Service};
+use static_cell::{ConstStaticCell, StaticCell};
+
+use peripherals::{Clock, Uart};
+
+/// Pixels of the largest panel: 128 × 128.
+const PIXELS: usize = 16_384;
+
+type Board = Service<PIXELS, &'static mut RegionMemory<PIXELS>>;
+
+static MEMORY: ConstStaticCell<RegionMemory<PIXELS>> = ConstStaticCell::new(RegionMemory::new());
+static SERVICE: StaticCell<Option<Board>> = StaticCell::new();
+
+struct Mps2 {
+    clock: Clock,
+}
+
+impl Machine for Mps2 {
+    const BOARD: &'static str = "mps2";
+    const TICKS_HZ: u32 = peripherals::SYSTEM_HZ;
+
+    fn ticks(&self) -> u32 {
+        self.clock.ticks()
+    }
+
+    fn stack_bytes(&self) -> u32 {
+        stack::deepest_bytes()
+    }
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let machine = Mps2 {
+        clock: Clock::start(),
+    };
+    let uart = Uart::start();
+    if let Some(service) = service() {
+        loop {
+            if let Some(answer) = service.receive(uart.read(), &machine) {
+                uart.write(answer);
+            }
+        }
+    }
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// The service, in its place. Not inlined: the stack that it passes through is free again before the first region comes.
+#[inline(never)]
+fn service() -> &'static mut Option<Board> {
+    let memory = MEMORY.take();
+    SERVICE.init_with(|| Service::new(memory).ok())
+}
