@@ -9,7 +9,7 @@ use link::panel::LLR_STEP;
 use rand::Rng;
 
 use super::race::{Contender, race};
-use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front, share_95};
+use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front, share_95};
 use crate::random::{Purpose, normal, stream};
 
 /// Bytes of a message.
@@ -48,7 +48,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
              The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
         ),
         reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; bars are 95 % intervals \
-            (Wilson 1927), an arrow means that no message was lost, at a bound of 3 over their number."
+            (Wilson 1927), an arrow means that no message was lost: there stands half of one."
             .into(),
         default: format!(
             "i8 and {MAX_ITERATIONS} iterations. Eight bits lose nothing that can be seen against 64, take a quarter of the memory of f32 and no floating-point unit. \
@@ -205,7 +205,7 @@ fn lost_of(lost: usize, messages: usize, name: &str) -> Point {
     Point {
         error_95: (!at_most).then(|| share_95(lost, count)),
         at_most,
-        ..Point::new(name, if at_most { 3.0 / count } else { lost / count })
+        ..Point::new(name, lost.max(NONE) / count)
     }
 }
 

@@ -13,7 +13,7 @@ use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 
 use super::counts;
 use super::race::{Contender, Spread, race};
-use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front};
+use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front};
 use crate::accuracy::Level;
 use crate::canvas::Region;
 use crate::detectors::{DETECTORS, DetectorChoice, camera_of};
@@ -63,7 +63,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         ),
         reference: format!(
             "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for the likeliest, errs in {} of the bits of the four \
-             places (first {GENIE_FRAMES} frames). Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong.",
+             places (first {GENIE_FRAMES} frames). Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong: there stands half of one.",
             floors.join(", ")
         ),
         default: "`ml`, maximum likelihood. It errs least wherever bits are wrong at all, by factors where LEDs are close or far, and comes near the genie. That costs: these places are its hardest, where groups of \
@@ -205,12 +205,14 @@ impl Panels {
         }
         let timed = &self.seen[..TIMED.min(self.seen.len())];
         let at_most = errors.errors() == 0;
-        let interval = errors.interval_95();
         let point = Point {
-            error_95: (!at_most).then_some(interval),
+            error_95: (!at_most).then(|| errors.interval_95()),
             at_most,
             is_baseline: name == "kmeans",
-            ..Point::new(name, if at_most { interval[1] } else { errors.rate() })
+            ..Point::new(
+                name,
+                (errors.errors() as f64).max(NONE) / errors.bits() as f64,
+            )
         };
         Contender {
             point,

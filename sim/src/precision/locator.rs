@@ -8,7 +8,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSettings};
 
 use super::race::{Contender, race};
-use super::{CostUnit, Diagram, Part, Point, PrecisionError, Scale, front, share_95};
+use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front, share_95};
 use crate::sightings::Sighting;
 
 /// The camera's frames.
@@ -82,7 +82,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
              *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an arrow means that none was missed; the corner error is the median over the panels found, of the corner that is furthest off.".into(),
+        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of the corner that is furthest off.".into(),
         default: "The whole frame with *share*. An LED at 70 m is 1.6 pixels wide: frames made smaller lose the panels that are far or have small intervals. They do not even save time: what is found ends a search, and \
             the search for a panel that can no longer be made out goes through all candidates. *full* finds what *share* finds: what one frame leaves out, the next looks at. A receiver that has found a panel \
             follows it and searches no more."
@@ -140,7 +140,7 @@ impl Search {
             is_baseline: is_default,
             ..Point::new(
                 format!("{name}, {}×", self.decimation),
-                if at_most { 3.0 / count } else { missed / count },
+                missed.max(NONE) / count,
             )
             .on(name)
         };

@@ -231,6 +231,9 @@ pub enum PrecisionError {
     Photograph(#[from] image::ImageError),
 }
 
+/// What stands for none where a share is shown on a logarithmic axis: half of one.
+const NONE: f64 = 0.5;
+
 /// The 95 % interval of a share, of which `hits` of `count` were seen (Wilson 1927).
 fn share_95(hits: f64, count: f64) -> [f64; 2] {
     const Z: f64 = 1.96;
