@@ -63,7 +63,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         ),
         default: format!(
             "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. All intervals fall with the root of time, so the question is where a curve starts. Which of two \
-             ratios is better is known some twenty times, and the best L2A some four times more exactly when both see the same frames: independent ones would need hundreds of times, or fifteen times, the time for that. \
+             ratios is better is known some thirty times, and the best L2A three to four times more exactly when both see the same frames: independent ones would need hundreds of times, or more than ten times, the time for that. \
              Common numbers cost nothing, for frame k of a seed is the same at any setting. The interval of the bit error rate is that of frames: the errors of a frame come together, and taking its bits for \
              independent would be too sure."
         ),

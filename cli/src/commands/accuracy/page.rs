@@ -47,14 +47,14 @@ pub fn page(kept: &Kept, quick: bool, figures: &[Figure]) -> Document {
     document
 }
 
-/// The points of the front, the default and the variants that stand alone.
+/// The points worth telling of each diagram, by their cost.
 fn table(part: &Part) -> Block {
     let head = ["", "variant", "error", "cost", "ratio (quartiles)", "front"];
     let rows = part.diagrams.iter().flat_map(|diagram| {
         let mut points: Vec<&Point> = diagram
             .points
             .iter()
-            .filter(|point| is_told(point))
+            .filter(|point| is_told(diagram, point))
             .collect();
         points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
         let first = points.first().map(|point| std::ptr::from_ref(*point));
@@ -69,8 +69,18 @@ fn table(part: &Part) -> Block {
     }
 }
 
-fn is_told(point: &Point) -> bool {
-    point.on_front || point.is_default || point.is_baseline || point.curve.is_empty()
+/// Whether a point is on the front, alone, the default, the baseline or the end of a curve.
+fn is_told(diagram: &Diagram, point: &Point) -> bool {
+    let mut curve = diagram
+        .points
+        .iter()
+        .filter(|other| other.curve == point.curve);
+    let ends = [curve.next(), curve.next_back()];
+    let is_an_end = ends
+        .into_iter()
+        .flatten()
+        .any(|end| std::ptr::eq(end, point));
+    point.on_front || point.is_default || point.is_baseline || point.curve.is_empty() || is_an_end
 }
 
 fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
