@@ -102,8 +102,13 @@ fn diagram(
         };
         match method {
             Method::Features(detector) => {
-                contenders.push(panels.contender(name, Reader::bits(detector)));
-                contenders.push(panels.contender(&format!("{name}, soft"), Reader::soft(detector)));
+                let mut bits = panels.contender(name, Reader::bits(detector));
+                let soft_name = format!("{name}, soft");
+                let mut soft = panels.contender(&soft_name, Reader::soft(detector));
+                for contender in [&mut bits, &mut soft] {
+                    contender.point.curve = name.into();
+                }
+                contenders.extend([bits, soft]);
             }
             Method::MaximumLikelihood(_) => {
                 contenders.push(

@@ -301,14 +301,13 @@ impl Frame {
             let knob = knob.and_then(|knob| knob.strip_prefix(", "));
             let name = knob.unwrap_or(&point.variant);
             let apart = if point.is_default { RING_PX } else { DOT_PX };
-            if let Some(place) = labels.place(name, self.at(point), apart) {
-                text(
-                    surface,
-                    name,
-                    place,
-                    LABEL_PX,
-                    legend::colour(curves, &point.curve),
-                )?;
+            if let Some(placed) = labels.place(name, self.at(point), apart) {
+                let colour = legend::colour(curves, &point.curve);
+                if let Some(end) = placed.leader {
+                    let line = vec![self.at(point), end];
+                    surface.draw(&PathElement::new(line, colour.mix(0.5).stroke_width(1)))?;
+                }
+                text(surface, name, placed.corner, LABEL_PX, colour)?;
             }
         }
         Ok(())

@@ -9,6 +9,14 @@ pub struct Labels {
     taken: Vec<Box>,
 }
 
+/// Where a label stands.
+pub struct Placed {
+    /// Its top left corner.
+    pub corner: (i32, i32),
+    /// Where a line from its point meets it, if it is so far from there that one is needed.
+    pub leader: Option<(i32, i32)>,
+}
+
 /// The width of a letter and the height of a line, at the size of labels.
 const LETTER_PX: f64 = 6.1;
 const LINE_PX: i32 = 13;
@@ -21,8 +29,8 @@ impl Labels {
         Self { within, taken }
     }
 
-    /// The top left corner for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
-    pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<(i32, i32)> {
+    /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
+    pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<Placed> {
         let apart = reach + APART_PX;
         let width = (text.chars().count() as f64 * LETTER_PX) as i32;
         let (x, y) = at;
@@ -40,6 +48,7 @@ impl Labels {
             (left, above),
             (left, below),
         ];
+        // So far from its mark, whose name it is has to be shown.
         let farther = near.map(|(left, top)| {
             (
                 left + (left - x).signum() * 10,
@@ -51,8 +60,14 @@ impl Labels {
             self.holds(label) && !self.taken.iter().any(|&other| meet(label, other))
         });
         let (left, top) = free?;
-        self.taken.push([left, top, left + width, top + LINE_PX]);
-        Some((left, top))
+        let label = [left, top, left + width, top + LINE_PX];
+        self.taken.push(label);
+        let nearest = (x.clamp(label[0], label[2]), y.clamp(label[1], label[3]));
+        let is_far = (nearest.0 - x).abs().max((nearest.1 - y).abs()) > apart + 1;
+        Some(Placed {
+            corner: (left, top),
+            leader: is_far.then_some(nearest),
+        })
     }
 
     fn holds(&self, [left, top, right, bottom]: Box) -> bool {
@@ -73,11 +88,13 @@ mod tests {
     fn labels_cover_neither_each_other_nor_points_nor_the_edge() {
         let point = [45, 45, 55, 55];
         let mut labels = Labels::new([0, 0, 200, 100], vec![point]);
-        let mut placed = Vec::new();
-        while let Some((left, top)) = labels.place("name", (50, 50), 4) {
+        let (mut placed, mut far) = (Vec::new(), 0);
+        while let Some(Placed { corner, leader }) = labels.place("name", (50, 50), 4) {
+            let (left, top) = corner;
+            far += usize::from(leader.is_some());
             placed.push([left, top, left + 24, top + LINE_PX]);
         }
-        assert!(placed.len() >= 4, "{placed:?}");
+        assert!(placed.len() >= 4 && far < placed.len(), "{placed:?}");
         for (k, &label) in placed.iter().enumerate() {
             assert!(!meet(label, point) && labels.holds(label));
             assert!(!placed[..k].iter().any(|&other| meet(label, other)));
