@@ -241,7 +241,7 @@ mod tests {
             }
             let last = TOLERANCES.len() - 1;
             assert!(
-                errors[last] > 0.1 && bounds[last] > bounds[1],
+                errors[last] > 100.0 * NOTHING_GREY && bounds[last] > bounds[1],
                 "{preset}: {errors:?}"
             );
         }
