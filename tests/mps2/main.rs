@@ -67,7 +67,7 @@ fn main() -> ExitCode {
 fn provide() -> Result<PathBuf, String> {
     firmware::output(
         Command::new("bash")
-            .arg("tests/provide-qemu")
+            .arg("tests/provide")
             .arg("qemu-system-arm"),
     )?;
     let built = firmware::build("thumbv7em-none-eabihf", "rx-pipeline/boards/mps2-an500")?;
