@@ -17,11 +17,11 @@ use crate::film::{Cut, Film, MESSAGE};
 use crate::measure::{Costs, KMEANS_STACK_MAX, STACK_MAX};
 
 /// What a report says, the message apart.
-struct Told {
-    reading: Result<Sight, Unread>,
+pub struct Told {
+    pub reading: Result<Sight, Unread>,
     message: Option<Vec<u8>>,
     ticks: u32,
-    stage_ticks: Vec<u32>,
+    pub stage_ticks: Vec<u32>,
 }
 
 impl Told {
@@ -35,7 +35,8 @@ impl Told {
     }
 }
 
-fn read(board: &mut Board, cut: &Cut, corners: Option<Corners>) -> Told {
+/// Has the board read a region.
+pub fn read(board: &mut Board, cut: &Cut, corners: Option<Corners>) -> Told {
     board.ask(
         &Request::Region(cut.region(corners)),
         |answer| match answer {

@@ -9,8 +9,9 @@ use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 
 pub const MESSAGE: &[u8] = b"lane closed after the bridge";
-const WIDTH: usize = 480;
-const HEIGHT: usize = 320;
+/// Columns and rows of its frames.
+pub const WIDTH: usize = 480;
+pub const HEIGHT: usize = 320;
 const SEED: u64 = 11;
 
 /// Frames, and what is known of them.
@@ -41,6 +42,11 @@ impl Film {
             ],
         )
         .expect("a valid scene");
+        Self::of(&scene, count)
+    }
+
+    /// `count` frames of a scene, whose own receiver reads by k-means.
+    pub fn of(scene: &Scene, count: u64) -> Self {
         let settings = LinkSettings {
             message: MESSAGE.to_vec(),
             detector: DetectorChoice::KMeans,
@@ -49,7 +55,7 @@ impl Film {
             code: None,
             true_corners: false,
         };
-        let mut road = Road::new(&scene, &settings).expect("a link");
+        let mut road = Road::new(scene, &settings).expect("a link");
         let sensor = road.renderer().sensor();
         let corners = region_corners(road.renderer(), sensor).expect("a panel in view");
         let (mut frames, mut sent, mut delivered) = (vec![], vec![], vec![]);

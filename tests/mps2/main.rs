@@ -6,6 +6,7 @@
 
 mod board;
 mod compare;
+mod counts;
 mod film;
 mod measure;
 
@@ -34,6 +35,10 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_lost_panel_is_reported",
         compare::a_lost_panel_is_reported,
+    ),
+    (
+        "the_detectors_take_what_is_on_file",
+        counts::the_detectors_take_what_is_on_file,
     ),
     ("it_is_small", measure::it_is_small),
 ];

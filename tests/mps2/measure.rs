@@ -63,7 +63,8 @@ impl Costs {
     }
 }
 
-fn median(values: &[u64]) -> u64 {
+/// The middle one.
+pub fn median(values: &[u64]) -> u64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable();
     sorted.get(sorted.len() / 2).copied().unwrap_or_default()

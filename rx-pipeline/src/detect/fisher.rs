@@ -4,6 +4,7 @@ use super::{discriminant::Discriminant, standardised};
 use crate::features::Features;
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Which features the discriminant weighs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,7 +18,7 @@ pub enum FisherFeatures {
 }
 
 /// What is done to the features before they are weighed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum FisherScaling {
     /// Each less its mean and over its standard deviation in the panel: what is learnt at one distance, contrast and gain
@@ -46,11 +47,30 @@ pub enum FisherScaling {
 /// assert_eq!(Detector::Fisher(fisher).detect(&features)?.bits, bits);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written", into = "Written")]
 pub struct Fisher {
     weights: [f32; 3],
     offset: f32,
     scaling: FisherScaling,
+}
+
+/// A discriminant as it is written, its numbers not looked at yet.
+#[derive(Serialize, Deserialize)]
+struct Written([f32; 3], f32, FisherScaling);
+
+impl TryFrom<Written> for Fisher {
+    type Error = FisherError;
+
+    fn try_from(Written(weights, offset, scaling): Written) -> Result<Self, FisherError> {
+        Self::new(weights, offset, scaling)
+    }
+}
+
+impl From<Fisher> for Written {
+    fn from(fisher: Fisher) -> Self {
+        Self(fisher.weights, fisher.offset, fisher.scaling)
+    }
 }
 
 /// Why there is no discriminant.

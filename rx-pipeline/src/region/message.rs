@@ -1,6 +1,6 @@
 //! What is said between a computer and a board that reads panels.
 
-use crate::detect::{Detector, Method};
+use crate::detect::{Detector, Fisher, Method};
 use crate::likelihood::Camera;
 use crate::locate::LocatorSettings;
 use crate::profile::STAGES;
@@ -50,13 +50,19 @@ pub struct Settings {
     pub symbols_per_frame: f32,
 }
 
-/// The detectors that need no training.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// How bits are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum MethodChoice {
     /// [`Detector::KMeans`]
     KMeans,
     /// [`Method::MaximumLikelihood`]
     MaximumLikelihood,
+    /// [`Detector::KMeansRaw`]
+    KMeansRaw,
+    /// [`Detector::Otsu`]
+    Otsu,
+    /// [`Detector::Fisher`], trained elsewhere.
+    Fisher(Fisher),
 }
 
 impl Default for Settings {
@@ -89,6 +95,9 @@ impl From<Settings> for ReceiverSettings {
             },
             method: match method {
                 MethodChoice::KMeans => Detector::KMeans.into(),
+                MethodChoice::KMeansRaw => Detector::KMeansRaw.into(),
+                MethodChoice::Otsu => Detector::Otsu.into(),
+                MethodChoice::Fisher(fisher) => Detector::Fisher(fisher).into(),
                 MethodChoice::MaximumLikelihood => Method::MaximumLikelihood(Camera {
                     gamma,
                     blur_sigma_px,

@@ -18,11 +18,11 @@ use crate::accuracy::Level;
 use crate::canvas::Region;
 use crate::detectors::{DETECTORS, DetectorChoice, camera_of};
 use crate::evaluate::{Evaluator, PANEL_PIXELS, Settings, measure as features};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 use crate::statistics::FrameErrors;
 
 /// Distance in m, interval, illuminance in lx (which calls for the ISO), L2A.
-const PLACES: [(f64, f64, f64, f64); 4] = [
+pub const PLACES: [(f64, f64, f64, f64); 4] = [
     (50.0, 1.0, 50.0, 1.0),
     (60.0, 0.5, 1000.0, 1.0),
     (70.0, 0.5, 1000.0, 1.0),
@@ -33,6 +33,8 @@ const FRAMES: usize = 1000;
 const TIMED: usize = 16;
 /// Frames that the genie reads, who takes long.
 const GENIE_FRAMES: usize = 100;
+/// What the name of a detector that works out soft values ends with.
+const SOFT: &str = ", soft";
 /// Instructions on a small processor.
 const INSTRUCTIONS: &str = include_str!("data/cortex-m7.csv");
 
@@ -45,21 +47,21 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         diagrams.push(diagram);
         floors.push(floor);
     }
-    let instructions = counts::of(INSTRUCTIONS);
-    if !instructions.is_empty() {
-        let counted: Vec<Diagram> = diagrams
-            .iter()
-            .map(|timed| counted(timed, &instructions))
-            .collect();
-        diagrams.extend(counted);
-    }
+    let instructions: Vec<_> = counts::rows(INSTRUCTIONS).collect();
+    let on_the_board: Vec<Diagram> = diagrams
+        .iter()
+        .enumerate()
+        .map(|(place, timed)| counted(timed, &instructions, place))
+        .collect();
+    diagrams.extend(on_the_board);
     Ok(Part {
         name: "detectors".into(),
         title: "Telling On from Off".into(),
         method: format!(
             "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read wrongly, and how long a panel takes from grey levels and \
              corners to bits: cells, features and detection, or for *ml* the pixels' likelihood. *, soft*: with log-likelihood ratios in 8 bits for the error correction; without, bits alone. \
-             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are used, in *Correcting errors*."
+             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are used, in *Correcting errors*. The diagrams of the Cortex-M7 have the same errors against instructions that QEMU counts on an \
+             emulated mps2-an500, the median of frames of a followed panel at these places, whose cells are worked out anew only when it has moved (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
             "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for the likeliest, errs in {} of the bits of the four \
@@ -74,22 +76,30 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
     })
 }
 
+/// The scene at one of [`PLACES`], with more settings.
+///
+/// # Errors
+/// [`SceneError`] if a setting is not one.
+pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, SceneError> {
+    let (distance_m, interval, illuminance_lx, l2a) = place;
+    let mut settings = vec![
+        format!("pose.distance_m={distance_m}"),
+        format!("panel.interval={interval}"),
+        format!("ambient.illuminance_lx={illuminance_lx}"),
+        format!("link.l2a={l2a}"),
+        "effects.noise=on".into(),
+    ];
+    settings.extend_from_slice(more);
+    Scene::load("paper", &settings)
+}
+
 /// The detectors at a place, and the share of bits that the genie gets wrong.
 fn diagram(
     place: (f64, f64, f64, f64),
     scale: &Scale,
 ) -> Result<(Diagram, String), PrecisionError> {
     let (distance_m, interval, illuminance_lx, l2a) = place;
-    let scene = Scene::load(
-        "paper",
-        &[
-            format!("pose.distance_m={distance_m}"),
-            format!("panel.interval={interval}"),
-            format!("ambient.illuminance_lx={illuminance_lx}"),
-            format!("link.l2a={l2a}"),
-            "effects.noise=on".into(),
-        ],
-    )?;
+    let scene = scene_at(place, &[])?;
     let panels = Panels::of(&scene, scale)?;
     let mut contenders = Vec::new();
     for (name, choice) in DETECTORS {
@@ -103,7 +113,7 @@ fn diagram(
         match method {
             Method::Features(detector) => {
                 let mut bits = panels.contender(name, Reader::bits(detector));
-                let soft_name = format!("{name}, soft");
+                let soft_name = format!("{name}{SOFT}");
                 let mut soft = panels.contender(&soft_name, Reader::soft(detector));
                 for contender in [&mut bits, &mut soft] {
                     contender.point.curve = name.into();
@@ -138,12 +148,13 @@ fn diagram(
 }
 
 /// The same errors against counted instructions.
-fn counted(timed: &Diagram, instructions: &[(String, f64)]) -> Diagram {
+fn counted(timed: &Diagram, instructions: &[(&str, Vec<f64>)], place: usize) -> Diagram {
+    // The board always works out soft values.
     let count = |point: &Point| {
-        let counted = instructions
-            .iter()
-            .find(|(name, _)| *name == point.variant)?;
-        Some(Spread::exactly(counted.1))
+        let name = point.variant.strip_suffix(SOFT);
+        let name = name.or((point.variant == "ml").then_some("ml"))?;
+        let (_, counts) = instructions.iter().find(|(known, _)| *known == name)?;
+        Some(Spread::exactly(*counts.get(place)?))
     };
     let points = timed.points.iter().filter_map(|point| {
         Some(Point {
@@ -352,9 +363,15 @@ mod tests {
             error_unit: String::new(),
             cost: String::new(),
             cost_unit: CostUnit::Ns,
-            points: vec![point("kmeans"), point("ml"), point("uncounted")],
+            points: vec![
+                point("kmeans"),
+                point("kmeans, soft"),
+                point("ml"),
+                point("uncounted, soft"),
+            ],
         };
-        let counted = counted(&timed, &[("kmeans".into(), 100.0), ("ml".into(), 300.0)]);
+        let counts = [("kmeans", vec![7.0, 100.0]), ("ml", vec![7.0, 300.0])];
+        let counted = counted(&timed, &counts, 1);
         assert_eq!(counted.points.len(), 2);
         assert_eq!(counted.points[1].ratio.median, 3.0);
         assert_eq!(counted.cost_unit, CostUnit::Instructions);

@@ -14,9 +14,9 @@
 //! # Ok::<(), sim::precision::PrecisionError>(())
 //! ```
 
-mod counts;
+pub mod counts;
 mod decoder;
-mod detectors;
+pub mod detectors;
 mod effects;
 pub mod front;
 mod locator;

@@ -1,0 +1,135 @@
+//! The instructions of each detector, on file for `vocc accuracy`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use rx_pipeline::detect::{Detector, Method};
+use rx_pipeline::profile::{STAGES, Stage};
+use rx_pipeline::region::{MethodChoice, Settings};
+use sim::accuracy::Level;
+use sim::detectors::{DETECTORS, DetectorChoice, camera_of};
+use sim::evaluate::{self, Evaluator};
+use sim::precision::counts::rows;
+use sim::precision::detectors::{PLACES, scene_at};
+use sim::scene::Scene;
+use vocc_tests::firmware::say;
+
+use crate::board::{Board, instructions};
+use crate::compare::read;
+use crate::film::{Cut, Film, HEIGHT, WIDTH};
+use crate::measure::median;
+
+/// If this is set, the file is written anew and not compared.
+const WRITE: &str = "VOCC_WRITE_COUNTS";
+const FRAMES: u64 = 8;
+const SIDE: u16 = 96;
+/// What a count may change by until the file is out of date.
+const DRIFT: f64 = 0.1;
+
+/// Every detector takes as many instructions as the page was made with.
+pub fn the_detectors_take_what_is_on_file(image: &Path) {
+    let films = PLACES.map(|place| {
+        let size = [
+            format!("camera.width_px={WIDTH}"),
+            format!("camera.height_px={HEIGHT}"),
+        ];
+        let scene = scene_at(place, &size).expect("a valid scene");
+        let film = Film::of(&scene, FRAMES);
+        (scene, film)
+    });
+    let names = DETECTORS
+        .into_iter()
+        .filter(|(_, choice)| !matches!(choice, DetectorChoice::Best | DetectorChoice::Genie));
+    let counted: Vec<(&str, Vec<f64>)> = names
+        .map(|(name, choice)| {
+            let each = films
+                .iter()
+                .map(|(scene, film)| count(image, scene, film, choice) as f64);
+            (name, each.collect())
+        })
+        .collect();
+    let file =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/src/precision/data/cortex-m7.csv");
+    if std::env::var_os(WRITE).is_some() {
+        return write(&file, &counted);
+    }
+    let on_file = std::fs::read_to_string(&file).expect("the counts on file");
+    let on_file: Vec<_> = rows(&on_file).collect();
+    for (name, counts) in &counted {
+        say(&format!("{name}: {counts:?} instructions"));
+        let (_, filed) = on_file
+            .iter()
+            .find(|(known, _)| known == name)
+            .expect("the detector is on file");
+        for (count, filed) in counts.iter().zip(filed) {
+            assert!(
+                (count / filed - 1.0).abs() < DRIFT,
+                "{name}: {count} instructions, {filed} on file; write the file anew by {WRITE}=1"
+            );
+        }
+    }
+}
+
+/// The instructions for the bits of half of the frames at most, from grey levels and corners on.
+fn count(image: &Path, scene: &Scene, film: &Film, choice: DetectorChoice) -> u64 {
+    let camera = camera_of(scene);
+    let settings = Settings {
+        method: method(scene, choice),
+        gamma: camera.gamma,
+        blur_sigma_px: camera.blur_sigma_px,
+        read_noise_e: camera.read_noise_e,
+        ..Settings::default()
+    };
+    let mut board = Board::begin(image, settings);
+    let mut counts = Vec::new();
+    for (number, pixels) in (0..).zip(&film.frames) {
+        let cut = Cut::around(film.corners.centre_px(), SIDE, number, pixels);
+        let told = read(&mut board, &cut, (number == 0).then_some(film.corners));
+        if told.reading.is_ok() {
+            let stages = STAGES.iter().zip(&told.stage_ticks);
+            let reading = stages.filter(|(stage, _)| {
+                matches!(stage, Stage::Cells | Stage::Features | Stage::Detect)
+            });
+            counts.push(reading.map(|(_, &ticks)| instructions(ticks)).sum());
+        }
+    }
+    assert!(
+        counts.len() as u64 > FRAMES / 2,
+        "{} frames read",
+        counts.len()
+    );
+    median(&counts)
+}
+
+fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
+    let settings = evaluate::Settings {
+        frames: 1,
+        seed: 1,
+        random_reflectance: true,
+        detector: choice,
+        level: Level::Fast,
+    };
+    let evaluator = Evaluator::new(scene, settings).expect("a panel in view");
+    match evaluator.method().expect("a receiver's detector") {
+        Method::MaximumLikelihood(_) => MethodChoice::MaximumLikelihood,
+        Method::Features(Detector::KMeansRaw) => MethodChoice::KMeansRaw,
+        Method::Features(Detector::Otsu) => MethodChoice::Otsu,
+        Method::Features(Detector::Fisher(fisher)) => MethodChoice::Fisher(fisher),
+        Method::Features(_) => MethodChoice::KMeans,
+    }
+}
+
+fn write(file: &PathBuf, counted: &[(&str, Vec<f64>)]) {
+    let mut table = format!(
+        "# Instructions of an emulated Cortex-M7 (QEMU mps2-an500) for the bits and soft values of one panel that is followed, from grey levels and corners on.\n\
+         # Made by {WRITE}=1 cargo test -p vocc-tests --test mps2 on_file; lines: detector,place[,place…], the places of the part's diagrams.\n"
+    );
+    for (name, counts) in counted {
+        let counts = counts
+            .iter()
+            .map(|count| count.to_string())
+            .collect::<Vec<_>>();
+        let _ = writeln!(table, "{name},{}", counts.join(","));
+    }
+    std::fs::write(file, table).expect("the file is written");
+}
