@@ -33,6 +33,8 @@ const FRAMES: usize = 1000;
 const TIMED: usize = 16;
 /// Frames that the genie reads, who takes long.
 const GENIE_FRAMES: usize = 100;
+/// The detector that all times are compared with.
+const BASELINE: &str = "kmeans";
 /// What the name of a detector that works out soft values ends with.
 const SOFT: &str = ", soft";
 /// Instructions on a small processor.
@@ -149,27 +151,22 @@ fn diagram(
 
 /// The same errors against counted instructions.
 fn counted(timed: &Diagram, instructions: &[(&str, Vec<f64>)], place: usize) -> Diagram {
-    // The board always works out soft values.
-    let count = |point: &Point| {
+    let points = timed.points.iter().filter_map(|point| {
+        // The board always works out soft values.
         let name = point.variant.strip_suffix(SOFT);
         let name = name.or((point.variant == "ml").then_some("ml"))?;
         let (_, counts) = instructions.iter().find(|(known, _)| *known == name)?;
-        Some(Spread::exactly(*counts.get(place)?))
-    };
-    let points = timed.points.iter().filter_map(|point| {
         Some(Point {
-            cost: count(point)?,
+            variant: name.into(),
+            cost: Spread::exactly(*counts.get(place)?),
+            is_baseline: name == BASELINE,
             ..point.clone()
         })
     });
     let mut points: Vec<Point> = points.collect();
-    let baseline = points
-        .iter()
-        .position(|point| point.is_baseline)
-        .unwrap_or(0);
-    let yardstick = points.get(baseline).map_or(1.0, |point| point.cost.median);
-    for (k, point) in points.iter_mut().enumerate() {
-        point.is_baseline = k == baseline;
+    let baseline = points.iter().find(|point| point.is_baseline);
+    let yardstick = baseline.map_or(1.0, |point| point.cost.median);
+    for point in &mut points {
         point.ratio = point.cost.times(1.0 / yardstick);
     }
     front::mark(&mut points);
@@ -224,7 +221,7 @@ impl Panels {
         let point = Point {
             error_95: (!at_most).then(|| errors.interval_95()),
             at_most,
-            is_baseline: name == "kmeans",
+            is_baseline: name == BASELINE,
             ..Point::new(
                 name,
                 (errors.errors() as f64).max(NONE) / errors.bits() as f64,
