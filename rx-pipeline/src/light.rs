@@ -33,25 +33,41 @@ impl Light {
         self.light[usize::from(grey)]
     }
 
-    /// The light of a pixel, and the weight of its squared difference from a model, in grey levels squared. A white pixel is at least
-    /// as bright as that.
-    pub fn single(&self, grey: u8, model: f32) -> (f32, f32) {
-        let light = self.of(grey);
-        if grey == u8::MAX && model >= light {
-            return (model, 0.0);
-        }
-        (light, self.weight[usize::from(grey)])
+    /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is at least
+    /// as bright as that: where the model is too, it has no weight.
+    #[inline]
+    pub fn single<const L: usize>(&self, grey: &[u8; L], model: &[f32; L]) -> [[f32; L]; 2] {
+        let light = grey.map(|grey| self.of(grey));
+        let weight = grey.map(|grey| self.weight[usize::from(grey)]);
+        let white = self.of(u8::MAX);
+        let weight = core::array::from_fn(|i| {
+            let agrees = light[i] >= white && model[i] >= light[i];
+            if agrees { 0.0 } else { weight[i] }
+        });
+        [light, weight]
     }
 
-    /// The same for the difference from an earlier frame's pixel.
-    pub fn pair(&self, grey: u8, earlier: u8, model: f32) -> (f32, f32) {
-        let light = self.of(grey) - self.of(earlier);
-        let (white_now, white_then) = (grey == u8::MAX, earlier == u8::MAX);
-        if (white_now && (white_then || model >= light)) || (white_then && model <= light) {
-            return (model, 0.0);
-        }
-        let [now, then] = [grey, earlier].map(|grey| self.slope_squared[usize::from(grey)]);
-        (light, 1.0 / (now + then))
+    /// The same for the differences from an earlier frame's pixels.
+    #[inline]
+    pub fn pair<const L: usize>(
+        &self,
+        grey: &[u8; L],
+        earlier: &[u8; L],
+        model: &[f32; L],
+    ) -> [[f32; L]; 2] {
+        let [now, then] = [grey, earlier].map(|grey| grey.map(|grey| self.of(grey)));
+        let [slope_now, slope_then] =
+            [grey, earlier].map(|grey| grey.map(|grey| self.slope_squared[usize::from(grey)]));
+        let white = self.of(u8::MAX);
+        let light: [f32; L] = core::array::from_fn(|i| now[i] - then[i]);
+        let weight = core::array::from_fn(|i| {
+            let (white_now, white_then) = (now[i] >= white, then[i] >= white);
+            let agrees = (white_now & (white_then | (model[i] >= light[i])))
+                | (white_then & (model[i] <= light[i]));
+            let weight = 1.0 / (slope_now[i] + slope_then[i]);
+            if agrees { 0.0 } else { weight }
+        });
+        [light, weight]
     }
 }
 
@@ -63,10 +79,24 @@ mod tests {
     fn weights_turn_light_into_grey_levels() {
         let light = Light::new(2.2);
         assert_eq!(light.of(118), 1.0);
-        let (level, weight) = light.single(200, 0.0);
+        let [[level], [weight]] = light.single(&[200], &[0.0]);
         let step = light.of(201) - level;
         approx::assert_abs_diff_eq!(step * step * weight, 1.0, epsilon = 0.02);
-        assert_eq!(light.single(255, 9.0), (9.0, 0.0));
-        assert!((0..=255).all(|grey| light.single(grey, 0.0).1.is_finite()));
+        assert!((0..=255).all(|grey| light.single(&[grey], &[0.0])[1][0].is_finite()));
+    }
+
+    #[test]
+    fn white_pixels_count_only_where_the_model_is_darker() {
+        let light = Light::new(2.2);
+        let weights = light.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
+        assert_eq!(weights.map(|weight| weight > 0.0), [false, true, true]);
+        // White now, then, both and neither, and each time a model that changes by more, and by less.
+        let (now, then) = (
+            [255, 255, 9, 9, 255, 255, 9, 9],
+            [9, 9, 255, 255, 255, 255, 9, 9],
+        );
+        let weights = light.pair(&now, &then, &[9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0, -9.0])[1];
+        let counted = [false, true, true, false, false, false, true, true];
+        assert_eq!(weights.map(|weight| weight > 0.0), counted);
     }
 }

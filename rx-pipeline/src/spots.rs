@@ -74,23 +74,70 @@ pub(crate) struct Slope {
 }
 
 impl Slope {
-    /// Adds a pixel of that light and weight to the sums; its weighted residual and its weight.
-    #[inline]
-    fn add(&mut self, (light, weight): (f32, f32), model: f32, background: f32) -> (f32, f32) {
-        let difference = light - model;
-        let weighted = weight * difference;
-        let step = light - background;
-        self.squares += weighted * difference;
-        self.total += weight * step * step;
-        self.pixels += u32::from(weight > 0.0);
-        self.background[0] += weighted;
-        self.background[1] += weight;
-        (weighted, weight)
-    }
-
     /// The share of the variance around the background that the model explains.
     pub fn explained(&self) -> f32 {
         1.0 - self.squares / self.total.max(f32::MIN_POSITIVE)
+    }
+}
+
+/// Sums over pixels, lane by lane.
+#[derive(Default)]
+struct Sums {
+    squares: [f32; LANES],
+    total: [f32; LANES],
+    pixels: [u32; LANES],
+    background: [[f32; LANES]; 2],
+}
+
+impl Sums {
+    /// Adds pixels of which `residual` holds the model; leaves their weighted residuals and their weights.
+    #[inline]
+    fn add<const L: usize>(
+        &mut self,
+        [light, weights]: [[f32; L]; 2],
+        background: f32,
+        residual: &mut [f32; L],
+        weight: &mut [f32; L],
+    ) {
+        const { assert!(L <= LANES) }
+        for i in 0..L {
+            let difference = light[i] - residual[i];
+            let weighted = weights[i] * difference;
+            let step = light[i] - background;
+            self.squares[i] += weighted * difference;
+            self.total[i] += weights[i] * step * step;
+            self.pixels[i] += u32::from(weights[i] > 0.0);
+            self.background[0][i] += weighted;
+            self.background[1][i] += weights[i];
+            residual[i] = weighted;
+        }
+        *weight = weights;
+    }
+
+    /// Adds a row of such pixels.
+    fn add_row<const L: usize>(
+        &mut self,
+        light: &Light,
+        (now, earlier): (&[[u8; L]], Option<&[[u8; L]]>),
+        background: f32,
+        residual: &mut [[f32; L]],
+        weight: &mut [[f32; L]],
+    ) {
+        let pixels = residual.iter_mut().zip(weight).zip(now);
+        match earlier {
+            None => {
+                for ((residual, weight), now) in pixels {
+                    let seen = light.single(now, residual);
+                    self.add(seen, background, residual, weight);
+                }
+            }
+            Some(earlier) => {
+                for (((residual, weight), now), earlier) in pixels.zip(earlier) {
+                    let seen = light.pair(now, earlier, residual);
+                    self.add(seen, background, residual, weight);
+                }
+            }
+        }
     }
 }
 
@@ -170,65 +217,80 @@ impl Profile {
 
     /// Adds the spot to an image of rows of `width`.
     fn add_to(&self, image: &mut [f32], width: usize, height: f32) {
+        let (across, _) = self.across[0].as_chunks::<LANES>();
         for (j, &down) in self.down.iter().enumerate().take(self.rows) {
             let start = (self.start[1] + j) * width + self.start[0];
             let end = (start + self.padded).min(image.len());
             let scale = height * down;
-            let row = image[start..end].chunks_mut(LANES);
-            for (to, across) in row.zip(self.across[0].chunks_exact(LANES)) {
+            let (row, rest) = image[start..end].as_chunks_mut::<LANES>();
+            for (to, across) in row.iter_mut().zip(across) {
                 for (to, &across) in to.iter_mut().zip(across) {
                     *to += scale * across;
                 }
+            }
+            let across = across.get(row.len()).into_iter().flatten();
+            for (to, &across) in rest.iter_mut().zip(across) {
+                *to += scale * across;
             }
         }
     }
 
     /// Its sums with a weighted residual.
     fn moments(&self, residual: &[f32], weight: &[f32], width: usize) -> Moments {
-        let mut sums = Moments::default();
+        let mut sums = [[0.0; LANES]; 5];
         for (j, &down) in self.down.iter().enumerate().take(self.rows) {
             let start = (self.start[1] + j) * width + self.start[0];
             let end = (start + self.padded).min(residual.len());
-            let dots = self.dots(&residual[start..end], &weight[start..end]);
-            let [height, along, wide, squares] = dots.map(|lanes| lanes.iter().sum::<f32>());
+            let [height, along, wide, squares] =
+                self.dots(&residual[start..end], &weight[start..end]);
             let dy = self.first_y + j as f32;
-            sums.height += down * height;
-            sums.along[0] += down * along;
-            sums.along[1] += down * dy * height;
-            sums.width += down * (wide + dy * dy * height);
-            sums.weight += down * down * squares;
+            for i in 0..LANES {
+                sums[0][i] += down * height[i];
+                sums[1][i] += down * along[i];
+                sums[2][i] += down * dy * height[i];
+                sums[3][i] += down * (wide[i] + dy * dy * height[i]);
+                sums[4][i] += down * down * squares[i];
+            }
         }
-        sums
+        let [height, along, across, width, weight] = sums.map(|lanes| lanes.iter().sum());
+        Moments {
+            height,
+            along: [along, across],
+            width,
+            weight,
+        }
     }
 
     /// Lane by lane, the products of a row's residuals with the three profiles, and of its weights with the first one's square.
     fn dots(&self, residual: &[f32], weight: &[f32]) -> [[f32; LANES]; 4] {
+        let [plain, once, twice] = self.across.each_ref().map(|row| row.as_chunks::<LANES>().0);
+        let profiles = plain.iter().zip(once).zip(twice);
         let mut dots = [[0.0; LANES]; 4];
-        let [plain, once, twice] = &self.across;
-        let rows = residual.chunks(LANES).zip(weight.chunks(LANES));
-        let profiles = plain
-            .chunks_exact(LANES)
-            .zip(once.chunks_exact(LANES))
-            .zip(twice.chunks_exact(LANES));
-        for ((residual, weight), ((plain, once), twice)) in rows.zip(profiles) {
-            let (mut r, mut w) = ([0.0; LANES], [0.0; LANES]);
-            match (residual.first_chunk(), weight.first_chunk()) {
-                (Some(residual), Some(weight)) => (r, w) = (*residual, *weight),
-                _ => {
-                    r[..residual.len()].copy_from_slice(residual);
-                    w[..weight.len()].copy_from_slice(weight);
-                }
+        let mut add = |r: &[f32; LANES], w: &[f32; LANES], ((plain, once), twice): Lines<'_>| {
+            for i in 0..LANES {
+                dots[0][i] += r[i] * plain[i];
+                dots[1][i] += r[i] * once[i];
+                dots[2][i] += r[i] * twice[i];
+                dots[3][i] += w[i] * plain[i] * plain[i];
             }
-            for lane in 0..LANES {
-                dots[0][lane] += r[lane] * plain[lane];
-                dots[1][lane] += r[lane] * once[lane];
-                dots[2][lane] += r[lane] * twice[lane];
-                dots[3][lane] += w[lane] * plain[lane] * plain[lane];
-            }
+        };
+        let (residual, rest) = residual.as_chunks::<LANES>();
+        let (weight, weight_rest) = weight.as_chunks::<LANES>();
+        for ((r, w), lines) in residual.iter().zip(weight).zip(profiles.clone()) {
+            add(r, w, lines);
+        }
+        if let (false, Some(lines)) = (rest.is_empty(), profiles.clone().nth(residual.len())) {
+            let mut last = [[0.0; LANES]; 2];
+            last[0][..rest.len()].copy_from_slice(rest);
+            last[1][..weight_rest.len()].copy_from_slice(weight_rest);
+            add(&last[0], &last[1], lines);
         }
         dots
     }
 }
+
+/// So many values of a spot's three profiles along x.
+type Lines<'a> = ((&'a [f32; LANES], &'a [f32; LANES]), &'a [f32; LANES]);
 
 impl<const N: usize> Canvas<N> {
     pub const fn new() -> Self {
@@ -260,50 +322,35 @@ impl<const N: usize> Canvas<N> {
                 profile.add_to(residual, window.width, height);
             }
         }
-        let mut slope = Slope {
-            squares: 0.0,
-            total: 0.0,
-            pixels: 0,
-            window_pixels: area as u32,
-            background: [0.0; 2],
-            led: [Moments::default(); LEDS],
-        };
-        for y in 0..window.height {
-            let row = scenery
-                .frame
-                .row(window.y + y)?
-                .get(window.x..window.x + window.width)?;
+        let mut sums = Sums::default();
+        let columns = window.x..window.x + window.width;
+        let rows = residual
+            .chunks_exact_mut(window.width.max(1))
+            .zip(weight.chunks_exact_mut(window.width.max(1)));
+        for (y, (residual, weight)) in (window.y..).zip(rows) {
+            let now = scenery.frame.row(y)?.get(columns.clone())?;
             let earlier = match scenery.earlier {
-                Some(earlier) => Some(
-                    earlier
-                        .row(window.y + y)?
-                        .get(window.x..window.x + window.width)?,
-                ),
+                Some(earlier) => Some(earlier.row(y)?.get(columns.clone())?),
                 None => None,
             };
-            let span = y * window.width..(y + 1) * window.width;
-            let pixels = residual[span.clone()].iter_mut().zip(&mut weight[span]);
-            match earlier {
-                None => {
-                    for ((residual, weight), &grey) in pixels.zip(row) {
-                        let seen = scenery.light.single(grey, *residual);
-                        (*residual, *weight) = slope.add(seen, *residual, spots.background);
-                    }
-                }
-                Some(earlier) => {
-                    for ((residual, weight), (&grey, &before)) in
-                        pixels.zip(row.iter().zip(earlier))
-                    {
-                        let seen = scenery.light.pair(grey, before, *residual);
-                        (*residual, *weight) = slope.add(seen, *residual, spots.background);
-                    }
-                }
-            }
+            let (now, earlier) = (now.as_chunks(), earlier.map(|row| row.as_chunks()));
+            let (residual, weight) = (residual.as_chunks_mut(), weight.as_chunks_mut());
+            let (light, background) = (scenery.light, spots.background);
+            let most = (now.0, earlier.map(|row| row.0));
+            sums.add_row::<LANES>(light, most, background, residual.0, weight.0);
+            let rest = (now.1.as_chunks().0, earlier.map(|row| row.1.as_chunks().0));
+            let (residual, weight) = (residual.1.as_chunks_mut(), weight.1.as_chunks_mut());
+            sums.add_row::<1>(light, rest, background, residual.0, weight.0);
         }
-        for (moments, profile) in slope.led.iter_mut().zip(&profiles) {
-            *moments = profile.moments(residual, weight, window.width);
-        }
-        Some(slope)
+        let sum = |lanes: [f32; LANES]| lanes.iter().sum::<f32>();
+        Some(Slope {
+            squares: sum(sums.squares),
+            total: sum(sums.total),
+            pixels: sums.pixels.iter().sum(),
+            window_pixels: area as u32,
+            background: sums.background.map(sum),
+            led: core::array::from_fn(|led| profiles[led].moments(residual, weight, window.width)),
+        })
     }
 
     /// After [`Canvas::compare`]: the mean square that is left unexplained further than a pitch outside the lattice, in grey levels

@@ -116,8 +116,8 @@ struct Sums<'a> {
     changed: &'a mut Tiles,
 }
 
-/// One row of sums of 2×2 pixels of a segment, with [`LAG`] more on either side.
-type Row = [i16; SEGMENT + 2 * LAG];
+/// A value for each 2×2 pixels of one row of a segment, with [`LAG`] more on either side.
+type Row = [u16; SEGMENT + 2 * LAG];
 
 impl Sums<'_> {
     fn add(&mut self, frame: &Frame<'_>, earlier: Option<&Frame<'_>>, scale: usize) {
@@ -146,12 +146,20 @@ impl Sums<'_> {
         scale: usize,
     ) {
         let mut ring: [Row; 2 * LAG + 1] = [[0; SEGMENT + 2 * LAG]; 2 * LAG + 1];
+        let mut sums: Row = [0; SEGMENT + 2 * LAG];
         let mut before: Row = [0; SEGMENT + 2 * LAG];
-        let (mut along, mut down, mut change) = ([0u16; SEGMENT], [0u16; SEGMENT], [0u16; SEGMENT]);
+        let (mut along, mut down) = ([0; SEGMENT], [0; SEGMENT]);
+        // Of this row of tiles and of the next one, which begins before this one's second differences are known.
+        let mut change = [[0; SEGMENT]; 2];
         for y in 0..rows + LAG {
             let newest = y % (2 * LAG + 1);
             let source = y.min(rows - 1);
-            sum_row(frame, source, start, length, &mut ring[newest]);
+            sum_row(frame, source, start, length, &mut sums);
+            if let (Some(earlier), true) = (earlier, y < rows) {
+                sum_row(earlier, source, start, length, &mut before);
+                differences(&sums, &before, &mut change[y / TILE_SUMS % 2]);
+            }
+            lights(&sums, &mut ring[newest]);
             if y >= LAG {
                 let middle = y - LAG;
                 let above = if middle >= LAG {
@@ -161,12 +169,9 @@ impl Sums<'_> {
                 };
                 let (here, below) = (&ring[middle % (2 * LAG + 1)], &ring[newest]);
                 second_differences(above, here, below, &mut along, &mut down);
-                if let Some(earlier) = earlier {
-                    sum_row(earlier, middle, start, length, &mut before);
-                    differences(here, &before, &mut change);
-                }
                 if (middle + 1).is_multiple_of(TILE_SUMS) || middle + 1 == rows {
                     let row = middle / TILE_SUMS / scale;
+                    let changed = &mut change[middle / TILE_SUMS % 2];
                     for tile in 0..length.div_ceil(TILE_SUMS) {
                         let span = TILE_SUMS * tile..(TILE_SUMS * (tile + 1)).min(length);
                         let column = (start / TILE_SUMS + tile) / scale;
@@ -176,13 +181,14 @@ impl Sums<'_> {
                                 .map(|&s| u32::from(s))
                                 .sum::<u32>()
                         };
-                        let (along, down, change) = (total(&along), total(&down), total(&change));
+                        let (along, down) = (total(&along), total(&down));
                         if row < TILES && column < TILES {
                             self.busy.0[row][column] += along.min(down);
-                            self.changed.0[row][column] += change;
+                            self.changed.0[row][column] += total(changed);
                         }
                     }
-                    (along, down, change) = ([0; SEGMENT], [0; SEGMENT], [0; SEGMENT]);
+                    changed.fill(0);
+                    (along, down) = ([0; SEGMENT], [0; SEGMENT]);
                 }
             }
         }
@@ -196,18 +202,35 @@ fn sum_row(frame: &Frame<'_>, y: usize, start: usize, length: usize, sums: &mut 
     };
     let last = frame.width() / 2;
     let (from, to) = (start.saturating_sub(LAG), (start + length + LAG).min(last));
-    let pairs = upper[2 * from..2 * to]
-        .chunks_exact(2)
-        .zip(lower[2 * from..2 * to].chunks_exact(2));
     let offset = LAG - (start - from);
-    for (sum, (u, l)) in sums[offset..].iter_mut().zip(pairs) {
-        *sum = i16::from(u[0]) + i16::from(u[1]) + i16::from(l[0]) + i16::from(l[1]);
-    }
+    let end = offset + to - from;
+    sum_pairs(
+        &upper[2 * from..2 * to],
+        &lower[2 * from..2 * to],
+        &mut sums[offset..end],
+    );
     let first = sums[offset];
     sums[..offset].fill(first);
-    let end = offset + to - from;
     let final_sum = sums[end - 1];
     sums[end..].fill(final_sum);
+}
+
+/// Sums of 2×2 pixels of two rows of twice as many pixels as there are sums.
+fn sum_pairs(upper: &[u8], lower: &[u8], sums: &mut [u16]) {
+    /// As many sums as make a loop that the compiler reckons with at once.
+    const SUMS: usize = 8;
+    fn sum<const P: usize>(upper: &[[u8; P]], lower: &[[u8; P]], sums: &mut [u16]) {
+        for (sums, (u, l)) in sums.chunks_exact_mut(P / 2).zip(upper.iter().zip(lower)) {
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let [u, l] = [u, l].map(|row| u16::from(row[2 * i]) + u16::from(row[2 * i + 1]));
+                *sum = u + l;
+            }
+        }
+    }
+    let (upper, lower) = (upper.as_chunks(), lower.as_chunks());
+    let (most, rest) = sums.split_at_mut(SUMS * upper.0.len());
+    sum::<{ 2 * SUMS }>(upper.0, lower.0, most);
+    sum::<2>(upper.1.as_chunks().0, lower.1.as_chunks().0, rest);
 }
 
 fn second_differences(
@@ -218,15 +241,23 @@ fn second_differences(
     down: &mut [u16; SEGMENT],
 ) {
     for i in 0..SEGMENT {
-        let twice = 2 * light(here[i + LAG]);
-        along[i] += (light(here[i]) + light(here[i + 2 * LAG]) - twice).unsigned_abs();
-        down[i] += (light(above[i + LAG]) + light(below[i + LAG]) - twice).unsigned_abs();
+        let twice = 2 * here[i + LAG];
+        along[i] += (here[i] + here[i + 2 * LAG]).abs_diff(twice);
+        down[i] += (above[i + LAG] + below[i + LAG]).abs_diff(twice);
     }
 }
 
 fn differences(here: &Row, before: &Row, change: &mut [u16; SEGMENT]) {
     for i in 0..SEGMENT {
-        change[i] += (here[i + LAG] - before[i + LAG]).unsigned_abs();
+        change[i] += here[i + LAG].abs_diff(before[i + LAG]);
+    }
+}
+
+/// About the light of sums of grey levels, 0 to 1016: the square over 1024, for any gamma near 2.
+fn lights(sums: &Row, lights: &mut Row) {
+    for (light, &sum) in lights.iter_mut().zip(sums) {
+        let eightfold = u32::from(8 * sum);
+        *light = ((eightfold * eightfold) >> 16) as u16;
     }
 }
 
@@ -322,9 +353,4 @@ impl Tiles {
         }
         peaks
     }
-}
-
-/// About the light of a sum of grey levels, 0 to 1016: the square, for any gamma near 2.
-fn light(sum: i16) -> i16 {
-    ((i32::from(sum) * i32::from(sum)) >> 10) as i16
 }
