@@ -15,7 +15,8 @@ const SETTLED: f32 = 3e-3;
 /// With so much damping no step leads anywhere.
 const STUCK: f32 = 50.0;
 
-/// Settles levels, states and shape together in at most `steps` steps; `None` where there is nothing to settle on.
+/// Settles levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
+/// nothing to settle on.
 pub(crate) fn settle<const N: usize>(
     canvas: &mut Canvas<N>,
     scenery: Scenery<'_, '_>,
@@ -26,14 +27,15 @@ pub(crate) fn settle<const N: usize>(
     let pair = scenery.earlier.is_some();
     let mut spots = start;
     let mut slope = canvas.compare(&spots, scenery, window)?;
-    for _ in 0..LEVELLING {
+    let levelling = if start.step == 0.0 { LEVELLING } else { 0 };
+    for _ in 0..levelling {
         spots = spots.relevelled(&slope, pair)?;
         slope = canvas.compare(&spots, scenery, window)?;
     }
     let mut damping = 0.05;
     for _ in 0..steps {
         let mut next = spots.reshaped(&slope, damping)?.relevelled(&slope, pair)?;
-        let switched = next.switch(&slope, if pair { -1 } else { 0 });
+        let switched = next.switch(&slope, pair);
         let after = canvas.compare(&next, scenery, window)?;
         if after.squares < slope.squares {
             let settled = switched == 0 && slope.squares - after.squares < SETTLED * slope.squares;

@@ -560,11 +560,10 @@ impl Spots {
         Some(next)
     }
 
-    /// Switches the LEDs that fit better in another state; how many. Only every other one of neighbours at a time: by how much it gains.
-    pub fn switch(&mut self, slope: &Slope, least: i8) -> u32 {
-        let mut changed = 0;
-        let mut gain = [0.0f32; LEDS];
-        let mut to = [0i8; LEDS];
+    /// By how much the sum of squares falls where each LED alone is switched, and to which state: 0 where it fits best as it is.
+    fn gains(&self, slope: &Slope, pair: bool) -> ([f32; LEDS], [i8; LEDS]) {
+        let least = if pair { -1 } else { 0 };
+        let (mut gain, mut to) = ([0.0f32; LEDS], self.state);
         for led in 0..LEDS {
             let m = &slope.led[led];
             for direction in [-1i8, 1] {
@@ -579,6 +578,19 @@ impl Spots {
                 }
             }
         }
+        (gain, to)
+    }
+
+    /// The sum of squares to expect with all LEDs in their best states.
+    pub fn expected_squares(&self, slope: &Slope, pair: bool) -> f32 {
+        let (gain, _) = self.gains(slope, pair);
+        slope.squares - gain.iter().sum::<f32>()
+    }
+
+    /// Switches the LEDs that fit better in another state; how many. Only every other one of neighbours at a time: by how much it gains.
+    pub fn switch(&mut self, slope: &Slope, pair: bool) -> u32 {
+        let (gain, to) = self.gains(slope, pair);
+        let mut changed = 0;
         for led in 0..LEDS {
             if gain[led] <= 0.0 {
                 continue;

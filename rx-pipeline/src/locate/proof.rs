@@ -172,6 +172,9 @@ impl Settled {
     }
 }
 
+/// Neighbouring lattices that are settled: those that look best before.
+const LIKELIEST: usize = 2;
+
 /// How a lattice fits, and how the best one counted from a neighbouring line does.
 struct Lines {
     here: f32,
@@ -197,6 +200,7 @@ impl Lines {
             (1, -1),
             (-1, -1),
         ];
+        let pair = scenery.earlier.is_some();
         let here = fit::settle(canvas, scenery, window, *spots, 2)?;
         let mut lines = Self {
             here: here.slope.squares,
@@ -204,9 +208,15 @@ impl Lines {
             best_beside: f32::INFINITY,
             beside: here.spots,
         };
-        for (columns, rows) in STEPS {
+        let mut beside: [(f32, Spots); 8] = STEPS.map(|(columns, rows)| {
             let shifted = fit::shifted(&here.spots, columns, rows);
-            if let Some(there) = fit::settle(canvas, scenery, window, shifted, 3)
+            let slope = canvas.compare(&shifted, scenery, window);
+            let expected = slope.map(|slope| shifted.expected_squares(&slope, pair));
+            (expected.unwrap_or(f32::INFINITY), shifted)
+        });
+        beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, shifted) in &beside[..LIKELIEST] {
+            if let Some(there) = fit::settle(canvas, scenery, window, *shifted, 3)
                 && there.slope.squares < lines.best_beside
             {
                 (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
