@@ -15,6 +15,7 @@
 
 mod blob;
 mod evidence;
+mod halftone;
 mod patch;
 mod proof;
 mod search;
@@ -211,6 +212,16 @@ pub enum LocateError {
         narrowest_px: f32,
         /// The most possible.
         widest_px: f32,
+    },
+    /// The LEDs run into each other, so that a single frame does not tell them from anything smooth.
+    #[error(
+        "the grid does not fit: its LEDs run into each other, and the logarithm of the odds that it is a panel and not something smooth is \
+         {log_odds:.0}, {} is needed; the next frames may show it",
+        proof::LEAST_LOG_ODDS
+    )]
+    Indistinct {
+        /// The natural logarithm of the odds.
+        log_odds: f32,
     },
     /// The LEDs are too close together to be sure of anything.
     #[error(

@@ -74,6 +74,16 @@ pub(crate) struct Slope {
 }
 
 impl Slope {
+    /// Σ w·g² of an LED's spot g over the pixels' weights w.
+    pub fn led_weight(&self, led: usize) -> f32 {
+        self.led[led].weight
+    }
+
+    /// Σ w·g·r of an LED's spot g and the residuals r.
+    pub fn led_agreement(&self, led: usize) -> f32 {
+        self.led[led].height
+    }
+
     /// The share of the variance around the background that the model explains.
     pub fn explained(&self) -> f32 {
         1.0 - self.squares / self.total.max(f32::MIN_POSITIVE)

@@ -1,5 +1,6 @@
 //! Is it a panel? A lattice fitted to the pixels has to prove that it is one, or says why it is not.
 
+use super::halftone;
 use super::starts::View;
 use super::{LocateError, Location};
 use crate::corners::Corners;
@@ -31,6 +32,9 @@ const DIFFERENT: RangeInclusive<u32> = 40..=84;
 const LIT_AROUND: [u32; 2] = [2, 3];
 /// Off LEDs darker than the ground by more than this share of what On LEDs are brighter are none.
 const DARKEST_OFF: f32 = -0.3;
+/// The natural logarithm of how much likelier a panel has to be in a single frame, where its spots overlap, than spots of any brightness:
+/// places without a panel are some 20 000 times as common.
+pub(super) const LEAST_LOG_ODDS: f32 = 10.0;
 /// Ratio of the pitches: seen from up to 40° aside.
 const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
 /// LEDs closer together than this run into each other under any blur that this locator is made for, and any smooth patch looks like them.
@@ -156,6 +160,12 @@ pub(super) fn prove<const N: usize>(
     let lit_around = canvas.lit_around(&settled.spots, window);
     if lit_around > LIT_AROUND[usize::from(single)] {
         return Err(LocateError::GoesOn { lit_around });
+    }
+    if single && apart(&settled.spots) < 1.0 {
+        let log_odds = halftone::log_odds(&settled.spots, &settled.slope, noise);
+        if log_odds.is_nan() || log_odds < LEAST_LOG_ODDS {
+            return Err(LocateError::Indistinct { log_odds });
+        }
     }
     Ok(Proven {
         corners: Corners::new(settled.spots.lattice.corners())?,

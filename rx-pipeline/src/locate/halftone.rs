@@ -1,0 +1,127 @@
+//! Two brightnesses, or any?
+//!
+//! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of any
+//! brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. With d the panel's brightnesses
+//! less μ, h the spots' agreement with what it leaves unexplained, G their overlaps and n what it leaves in a pixel,
+//!
+//!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 − ½·bᵀ·(G + n/A)⁻¹·b/n + ½·log det(1 + A·G/n),   b = h + G·d:
+//!
+//! what the panel's bits explain and how long they are, against the same of free brightnesses. On a lattice with right angles G is a
+//! Kronecker product, so that the eigenvectors of two 8×8 matrices are all that is needed.
+
+use crate::spots::{Slope, Spots};
+use link::panel::{LEDS, SIDE};
+use nalgebra::SMatrix;
+
+type Square = SMatrix<f32, SIDE, SIDE>;
+
+/// How much likelier than spots of any brightness a panel in a single frame is: the natural logarithm of the odds. `noise` is the variance
+/// of a pixel at least, in grey levels squared.
+pub(super) fn log_odds(spots: &Spots, slope: &Slope, noise: f32) -> f32 {
+    let noise = noise.max(slope.squares / slope.pixels.max(1) as f32);
+    let weight = (0..LEDS).map(|led| slope.led_weight(led)).sum::<f32>() / LEDS as f32;
+    // A scrambled bit has a mean of a half and a variance of a quarter.
+    let prior = 0.25 * spots.step * spots.step * weight / noise;
+    if !(prior.is_finite() && prior > 0.0) {
+        return f32::NEG_INFINITY;
+    }
+    let root = |led: usize| libm::sqrtf(slope.led_weight(led).max(f32::MIN_POSITIVE));
+    let square = |of: &dyn Fn(usize) -> f32| Square::from_fn(|row, column| of(SIDE * row + column));
+    let deviation = square(&|led| (f32::from(spots.state[led]) - 0.5) * spots.step * root(led));
+    let agreement = square(&|led| slope.led_agreement(led) / root(led));
+    let [across, down] = spots
+        .lattice
+        .pitch()
+        .map(|pitch| overlaps(pitch / spots.sigma));
+    let overlapped = down * deviation * across;
+    let by_bits = deviation.dot(&(2.0 * agreement + overlapped)) / noise;
+    let (rows, columns) = (down.symmetric_eigen(), across.symmetric_eigen());
+    let mode = rows.eigenvectors.transpose() * (agreement + overlapped) * columns.eigenvectors;
+    let (mut by_any, mut length) = (0.0, 0.0);
+    for (i, u) in rows.eigenvalues.iter().enumerate() {
+        for (j, v) in columns.eigenvalues.iter().enumerate() {
+            let overlap = (u * v).max(0.0);
+            by_any += mode[(i, j)] * mode[(i, j)] / (overlap + 1.0 / prior) / noise;
+            length += libm::log1pf(overlap * prior);
+        }
+    }
+    0.5 * (by_bits - by_any + length) - LEDS as f32 * core::f32::consts::LN_2
+}
+
+/// Overlaps of eight spots in a line, so many standard deviations apart.
+fn overlaps(pitch: f32) -> Square {
+    Square::from_fn(|i, j| {
+        let distance = i.abs_diff(j) as f32 * pitch;
+        libm::expf(-0.25 * distance * distance)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit;
+    use crate::frame::Frame;
+    use crate::lattice::Lattice;
+    use crate::light::Light;
+    use crate::spots::{Canvas, Scenery};
+    use crate::synthetic::Scene;
+
+    const SCENE: Scene = Scene {
+        pitch_px: 2.9,
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+
+    fn odds_of(pixels: &[u8]) -> f32 {
+        let frame = Frame::new(pixels, SCENE.width, SCENE.height).unwrap();
+        let light = Light::new(2.2);
+        let scenery = Scenery {
+            frame: &frame,
+            earlier: None,
+            light: &light,
+        };
+        let lattice = Lattice::through(&SCENE.corners());
+        let start = Spots {
+            lattice,
+            sigma: 1.58,
+            background: 1.0,
+            off: 0.0,
+            step: 0.0,
+            state: core::array::from_fn(|led| (SCENE.bits >> led & 1) as i8),
+        };
+        let window = fit::window(&lattice, 0.6, (SCENE.width, SCENE.height)).unwrap();
+        let mut canvas = std::boxed::Box::new(Canvas::<4096>::new());
+        let settled = fit::settle(&mut canvas, scenery, window, start, 20).unwrap();
+        log_odds(&settled.spots, &settled.slope, 4.0)
+    }
+
+    #[test]
+    fn two_brightnesses_are_told_from_many() {
+        assert!(odds_of(&SCENE.render().pixels) > 40.0);
+        // The mean of panels has as many brightnesses as there are panels, and one more.
+        let panels = [
+            1u64,
+            0x2545_f491_4f6c_dd1d,
+            0x9e37_79b9_7f4a_7c15,
+            0xd129_42a8_05b3_6f2e,
+        ]
+        .map(|mask| {
+            Scene {
+                bits: SCENE.bits ^ mask,
+                ..SCENE
+            }
+            .render()
+            .pixels
+        });
+        let mean: std::vec::Vec<u8> = (0..SCENE.width * SCENE.height)
+            .map(|i| {
+                (panels
+                    .iter()
+                    .map(|pixels| u32::from(pixels[i]))
+                    .sum::<u32>()
+                    / 4) as u8
+            })
+            .collect();
+        assert!(odds_of(&mean) < 0.0);
+    }
+}
