@@ -41,6 +41,7 @@ mod experience;
 mod image;
 mod levels;
 mod search;
+mod sphere;
 mod spots;
 mod start;
 mod view;
@@ -51,9 +52,10 @@ use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY};
 use crate::frame::Frame;
 use image::{Curve, Image};
-use levels::{Equations, Levels};
-use link::panel::{LEDS, PanelFrame};
+use levels::{Equations, Levels, Pull};
+use link::panel::{LEDS, LLR_STEP, PanelFrame};
 use search::{Climb, Couplings, LEAST_GAIN};
+use sphere::Way;
 use spots::Spots;
 use start::LeastSquares;
 use view::View;
@@ -88,24 +90,27 @@ const SWEEPS: usize = 2;
 const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
 /// Rounds of flipping groups.
 const GROUP_ROUNDS: usize = 12;
-/// Groups tried in a round.
-const GROUP_TRIES: usize = 3;
+/// Ways tried in a round.
+const TRIES: usize = 4;
 /// What is fitted beside noise: the LEDs, and the levels.
-const FITTED: usize = LEDS + levels::PARAMETERS;
+const FITTED: usize = LEDS + levels::LEVELS;
 /// The offset under the root changes with the noise; by less than this, relatively, it stays.
 const OFFSET_STEP: f32 = 0.2;
 const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
 /// The noise assumed of a first frame.
 const FIRST_NOISE: f32 = 1e-3;
-/// If the flip of any one LED costs more than this, in nats, groups need not be tried: all soft values are at their
-/// ends.
-const CLEAR: f32 = 200.0;
+/// If the flips of any LEDs cost more than this, in nats, none need be tried: all soft values are at their ends.
+const CLEAR: f32 = 127.0 * LLR_STEP;
+/// If two symbols share an exposure, some LED's flip costs less than this, in nats: where α of it is the other symbol's, α² of a flip's
+/// cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an LED, 10 to 30.
+/// Below α = 1/8 the bits are certain all the same.
+const MIXED: f32 = 1000.0;
 /// Shares this close to 0 or 1 are settled.
 const HARD: f32 = 0.02;
 /// Levels are learnt from panels of at least so many LEDs of either kind,
 const LEARN_LEDS: u32 = 8;
 /// whose bits are at least this sure on the average, in nats.
-const LEARN_LLR: f32 = 6.0;
+const LEARN_LLR: f32 = 1.0;
 
 /// The detector: maximum likelihood, searched for over bits and levels.
 ///
@@ -200,18 +205,36 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 best = anew;
             }
         }
-        let loss = self.climb_in_groups(&mut best);
-        let bits = best.bits();
-        let llr = core::array::from_fn(|led| if bits.led(led) { loss[led] } else { -loss[led] });
-        let mixed = !self.experience.fits(best.levels.noise);
-        let sure = loss.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
+        let odds = self.climb_in_groups(&mut best);
+        let found = best.bits();
+        let flip = |bits: u64, led: usize| bits ^ u64::from(odds[led] < 0.0) << led;
+        let bits = PanelFrame::from_bits((0..LEDS).fold(found.bits(), flip));
+        let llr = core::array::from_fn(|led| {
+            if found.led(led) {
+                odds[led]
+            } else {
+                -odds[led]
+            }
+        });
+        let least = odds.iter().copied().fold(f32::INFINITY, f32::min);
+        let mixed = !self.experience.fits(best.levels.noise) && least < MIXED;
+        let sure = odds.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
-            self.experience.learn(&best.levels);
+            self.learn(&best);
         }
         Ok(Detection {
             mixed,
             ..Detection::new(bits, llr)
         })
+    }
+
+    fn learn(&mut self, solution: &Solution) {
+        self.expect(solution);
+        let Solution { levels, share, .. } = solution;
+        let equations = Equations::of(&self.image, &self.spots, share, levels, &self.experience);
+        if let Some(unsure) = equations.covariance(levels.noise) {
+            self.experience.learn(levels, &unsure);
+        }
     }
 
     /// Bits and levels from scratch, or from what is known of the levels.
@@ -228,6 +251,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             contrast: 0.0,
             // An LED is about half a pitch wide.
             variance: blur * blur + view.pitch * view.pitch / 64.0 + 1.0 / 12.0,
+            shift: [0.0; 2],
             noise: FIRST_NOISE,
         };
         let mut levels = experience.levels().unwrap_or(first);
@@ -236,38 +260,36 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.spots
             .place(levels.variance, self.image.size, self.image.stride);
         let squares = LeastSquares::solve(&mut self.image, &self.spots);
-        if let Some(levels) = experience.sure_levels() {
-            let share = squares.shares(&levels);
+        if !experience.is_sure() {
+            squares.split(&mut levels);
+            let range_grey = self.contrast_grey(&levels);
+            if range_grey < MIN_CONTRAST_GREY {
+                return Err(DetectError::ContrastTooLow { range_grey });
+            }
+        }
+        let shrunk = FIRST_CONTRASTS.map(|factor| Levels {
+            contrast: factor * levels.contrast,
+            ..levels
+        });
+        let unknown = experience.levels().is_none();
+        let shrunk = shrunk.into_iter().filter(|_| unknown);
+        let (mut best, mut noise) = (None::<(f32, Solution)>, None);
+        for levels in shrunk.chain(experience.starts()) {
             let start = Solution {
                 levels,
-                share,
-                centre: view.centre,
-            };
-            return self.refine(frame, view, start, experience);
-        }
-        squares.split(&mut levels);
-        let range_grey = self.contrast_grey(&levels);
-        if range_grey < MIN_CONTRAST_GREY {
-            return Err(DetectError::ContrastTooLow { range_grey });
-        }
-        let share = squares.shares(&levels);
-        let mut best: Option<Solution> = None;
-        for factor in FIRST_CONTRASTS {
-            let levels = Levels {
-                contrast: factor * levels.contrast,
-                ..levels
-            };
-            let start = Solution {
-                levels,
-                share,
+                share: squares.shares(&levels),
                 centre: view.centre,
             };
             let found = self.refine(frame, view, start, experience)?;
-            if best.is_none_or(|best| found.levels.noise < best.levels.noise) {
-                best = Some(found);
+            // All are held against the same noise.
+            let noise = *noise.get_or_insert(found.levels.noise);
+            let loss = self.loss(&found.levels, &experience, noise);
+            if best.is_none_or(|(least, _)| loss < least) {
+                best = Some((loss, found));
             }
         }
-        best.ok_or(DetectError::ContrastTooLow { range_grey })
+        best.map(|(_, best)| best)
+            .ok_or(DetectError::ContrastTooLow { range_grey: 0.0 })
     }
 
     /// The height of an On LED above an Off one, in grey levels, about the background's grey.
@@ -285,6 +307,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         experience: Experience,
     ) -> Result<Solution, DetectError> {
         let mut solution = start;
+        if experience.is_sure() && self.settle_at_once(&mut solution, &experience) {
+            return Ok(solution);
+        }
+        solution = start;
         self.expect(&solution);
         solution.levels.noise = self.noise();
         for _ in 0..FIRST_SWEEPS {
@@ -309,22 +335,36 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.fit(&mut solution, &experience);
         self.climb(&mut solution).settle();
         self.fit(&mut solution, &experience);
-        while !self.is_clear(&mut solution, &experience) && self.climb(&mut solution).grow() {
+        loop {
+            let odds = self.climb(&mut solution).losses();
+            if self.is_clear(&solution, &odds, &experience) || !self.climb(&mut solution).grow() {
+                break;
+            }
             self.fit(&mut solution, &experience);
             self.climb(&mut solution).settle();
         }
         Ok(solution)
     }
 
+    /// Makes the bits those that least squares call for, and flips single LEDs; whether that explains the frame as well as others were.
+    fn settle_at_once(&mut self, solution: &mut Solution, experience: &Experience) -> bool {
+        solution.share = solution.share.map(hard);
+        self.expect(solution);
+        self.fit(solution, experience);
+        self.climb(solution).settle();
+        self.fit(solution, experience);
+        experience.fits_surely(solution.levels.noise)
+    }
+
     /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
     fn climb_in_groups(&mut self, solution: &mut Solution) -> [f32; LEDS] {
         let experience = self.experience;
         self.expect(solution);
-        if self.is_clear(solution, &experience) {
-            return self.climb(solution).losses();
+        let mut odds = self.climb(solution).losses();
+        if self.is_clear(solution, &odds, &experience) {
+            return odds;
         }
         self.fit(solution, &experience);
-        let mut loss = [0.0; LEDS];
         for _ in 0..GROUP_ROUNDS {
             let Some(pull) = Equations::and_pull(
                 &self.image,
@@ -335,66 +375,112 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             ) else {
                 break;
             };
-            let mut climb = Climb {
-                image: &mut self.image,
-                spots: &self.spots,
-                levels: &solution.levels,
-                share: &mut solution.share,
+            let risen = if self.image.glares() {
+                self.try_groups(solution, &pull, &experience, &mut odds)
+            } else {
+                self.try_ways(solution, &pull, &experience, &mut odds)
             };
-            climb.couple(&pull, &mut self.couplings);
-            let mut groups = self.couplings.groups();
-            loss = groups.map(|(_, gain)| (-gain).max(0.0));
-            groups.sort_unstable_by(|a, b| b.1.total_cmp(&a.1));
-            let worth = groups.into_iter().filter(|group| group.1 > LEAST_GAIN);
-            let mut risen = false;
-            for (group, _) in worth.take(GROUP_TRIES) {
-                risen = self.try_group(solution, group, &experience);
-                if risen {
-                    break;
-                }
-            }
             if !risen {
                 break;
             }
         }
-        loss
+        odds
     }
 
-    /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt.
-    fn is_clear(&mut self, solution: &mut Solution, experience: &Experience) -> bool {
-        experience.fits_surely(solution.levels.noise)
-            && self
-                .climb(solution)
-                .losses()
-                .into_iter()
-                .all(|loss| loss > CLEAR)
+    /// Flips the group of LEDs that gains most, if any does; the odds against each LED's flip where none does.
+    fn try_groups(
+        &mut self,
+        solution: &mut Solution,
+        pull: &Pull,
+        experience: &Experience,
+        odds: &mut [f32; LEDS],
+    ) -> bool {
+        let mut climb = Climb {
+            image: &mut self.image,
+            spots: &self.spots,
+            levels: &solution.levels,
+            share: &mut solution.share,
+        };
+        climb.couple_by_flips(pull, &mut self.couplings);
+        let mut groups = self.couplings.groups();
+        *odds = groups.map(|group| (-group.gain).max(0.0));
+        groups.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+        self.take_best(solution, &mut groups[..TRIES], experience)
     }
 
-    /// Flips a group and refits the levels; takes both back where the likelihood has not risen.
-    fn try_group(&mut self, solution: &mut Solution, group: u64, experience: &Experience) -> bool {
+    /// The same where all pixels are linear in the bits: of all ways to flip any number of LEDs.
+    fn try_ways(
+        &mut self,
+        solution: &mut Solution,
+        pull: &Pull,
+        experience: &Experience,
+        odds: &mut [f32; LEDS],
+    ) -> bool {
+        let climb = Climb {
+            image: &mut self.image,
+            spots: &self.spots,
+            levels: &solution.levels,
+            share: &mut solution.share,
+        };
+        climb.couple(pull, &mut self.couplings);
+        *odds = climb.losses();
+        let Some(mut ways) = sphere::search(&mut self.couplings) else {
+            return false;
+        };
+        let ways_to_try = ways.as_mut_slice();
+        let tries = TRIES.min(ways_to_try.len());
+        let risen = self.take_best(solution, &mut ways_to_try[..tries], experience);
+        for (odds, found) in odds.iter_mut().zip(ways.odds()) {
+            *odds = found.unwrap_or(*odds);
+        }
+        risen
+    }
+
+    /// Flips whichever of `ways` raises the likelihood most; false where none does. Their gains become what they really are, where they
+    /// promised any.
+    fn take_best(
+        &mut self,
+        solution: &mut Solution,
+        ways: &mut [Way],
+        experience: &Experience,
+    ) -> bool {
+        let before = *solution;
+        let mut best = LEAST_GAIN;
+        for way in ways.iter_mut().filter(|way| way.gain > LEAST_GAIN) {
+            let mut tried = before;
+            self.expect(&tried);
+            way.gain = self.gain_of(&mut tried, way.flips, experience);
+            if way.gain > best {
+                (best, *solution) = (way.gain, tried);
+            }
+        }
+        self.expect(solution);
+        best > LEAST_GAIN
+    }
+
+    /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
+    fn is_clear(&self, solution: &Solution, odds: &[f32; LEDS], experience: &Experience) -> bool {
+        let least = odds.iter().copied().fold(f32::INFINITY, f32::min);
+        experience.fits_surely(solution.levels.noise) && least * self.spots.independence() > CLEAR
+    }
+
+    /// Flips LEDs, refits the levels and flips single LEDs back or others with them; by how much the likelihood rises.
+    fn gain_of(&mut self, solution: &mut Solution, flips: u64, experience: &Experience) -> f32 {
         let before = *solution;
         let noise = before.levels.noise;
         let loss_before = self.loss(&before.levels, experience, noise);
-        for led in (0..LEDS).filter(|led| group >> led & 1 == 1) {
+        for led in (0..LEDS).filter(|led| flips >> led & 1 == 1) {
             self.climb(solution).flip(led);
         }
         self.fit(solution, experience);
         self.climb(solution).settle();
         self.fit(solution, experience);
-        if self.loss(&solution.levels, experience, noise) < loss_before - LEAST_GAIN {
-            return true;
-        }
-        *solution = before;
-        self.spots.centre = before.centre;
-        self.expect(solution);
-        false
+        loss_before - self.loss(&solution.levels, experience, noise)
     }
 
     /// The negative log-likelihood of pixels and levels.
     fn loss(&self, levels: &Levels, experience: &Experience, noise: f32) -> f32 {
-        let unusual = experience.priors().zip(levels.values());
-        let unusual = unusual.map(|((mean, variance), now)| (now - mean) * (now - mean) / variance);
-        self.image.loss(noise) + 0.5 * unusual.sum::<f32>()
+        self.image.loss(noise) + experience.loss(levels)
     }
 
     fn climb<'a>(&'a mut self, solution: &'a mut Solution) -> Climb<'a, PIXELS> {
@@ -415,9 +501,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             &solution.levels,
             experience,
         );
-        if let Some([dx, dy]) = equations.step(&mut solution.levels) {
-            solution.centre = solution.centre.map(|[x, y]| [x + dx, y + dy]);
-        }
+        equations.step(&mut solution.levels);
         self.expect(solution);
         solution.levels.noise = self.noise();
     }
@@ -425,7 +509,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// Makes the image hold what is expected of a solution.
     fn expect(&mut self, solution: &Solution) {
         let levels = &solution.levels;
-        self.spots.centre = solution.centre;
+        let [dx, dy] = levels.shift;
+        self.spots.centre = solution.centre.map(|[x, y]| [x + dx, y + dy]);
         self.spots
             .place(levels.variance, self.image.size, self.image.stride);
         self.image.expect(
@@ -468,6 +553,11 @@ impl Solution {
         let on = (0..LEDS).filter(|&led| self.share[led] > 0.5);
         PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
     }
+}
+
+/// On or Off, whichever is nearer.
+fn hard(share: f32) -> f32 {
+    if share > 0.5 { 1.0 } else { 0.0 }
 }
 
 fn is_hard(share: &[f32; LEDS]) -> bool {

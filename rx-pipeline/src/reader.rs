@@ -153,7 +153,13 @@ impl Reader {
             Ok((track, reading))
         });
         Some(match read {
-            Ok((track, reading)) => {
+            Ok((corrected, reading)) => {
+                // By what two symbols show together the place would be corrected wrongly.
+                let track = if reading.detection.mixed {
+                    track
+                } else {
+                    corrected
+                };
                 (self.track, self.seen) = (Some(track), Some(reading.corners));
                 Ok(reading)
             }

@@ -37,7 +37,7 @@ pub const CHUNK: u64 = 256;
 /// Frames that a trained detector learns from.
 const TRAINING_FRAMES: u64 = 500;
 /// Frames that maximum likelihood has seen before the first, as a receiver has that follows a panel.
-const EXPERIENCE_FRAMES: u64 = 64;
+const EXPERIENCE_FRAMES: u64 = 256;
 /// What turns the seed of an evaluation into that of the frames learnt from.
 const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
 /// The most pixels of a panel's bounding box.

@@ -1,64 +1,82 @@
 //! What earlier frames have shown of the levels.
 
-use super::levels::Levels;
+use super::levels::{LEVELS, Levels, Matrix, Vector};
 
-/// Means and variances of a panel's levels over its last frames, which make the next frame's levels surer.
+/// Mean and covariance of a panel's levels over its last frames, which make the next frame's levels surer.
 ///
-/// Blur, noise and brightness hardly change from frame to frame. What a receiver has learnt of them can be taken out, kept
-/// and given back, to it or to another one.
+/// Blur, noise and brightness hardly change from frame to frame, and where brightness does, it changes of Off and On LEDs together. What a
+/// receiver has learnt of them can be taken out, kept and given back, to it or to another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experience {
-    /// Background, Off, contrast, variance of the spots.
-    mean: [f32; 4],
-    variance: [f32; 4],
+    mean: [f32; LEVELS],
+    covariance: [[f32; LEVELS]; LEVELS],
+    /// The inverse of the covariance.
+    precision: [[f32; LEVELS]; LEVELS],
     noise: f32,
     frames: u32,
     misfits: u32,
 }
 
 /// Levels are averaged over about this many frames.
-const MEMORY_FRAMES: u32 = 32;
+const MEMORY_FRAMES: u32 = 64;
 /// After so many misfitting frames in a row all is forgotten.
 const MISFITS_MAX: u32 = 4;
 /// A frame fits if its noise is at most so many times what it was.
 const NOISIER: f32 = 1.3;
-/// The least deviations that are allowed for, relatively (those of Off light in terms of the contrast): always, and those that
-/// shrink with the number of frames.
-const LEAST_SPREAD: [f32; 4] = [0.01, 0.02, 0.02, 0.01];
-const FIRST_SPREAD: [f32; 4] = [0.1, 0.3, 0.3, 0.1];
+/// What was learnt in frames of more than so many times the noise was learnt from a worse fit.
+const QUIETER: f32 = 2.0;
+/// The least deviations that are allowed for, relatively (those of Off light in terms of the contrast; those of place in px), and
+/// those that are assumed before the first frame.
+const LEAST_SPREAD: [f32; LEVELS] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
+const FIRST_SPREAD: [f32; LEVELS] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
 /// After so many frames the noise is known.
 const FRAMES_MIN: u32 = 4;
-/// Levels known to this part of the contrast are a better start than what the frame itself says.
+/// Levels known to this part of the contrast are sure.
 const SURE: f32 = 0.1;
+/// By how many deviations searches begin beside the usual levels where these are not sure.
+const SPREAD: f32 = 1.2;
+/// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
+const RIDGE: f32 = 1e-4;
 
 impl Experience {
     /// None.
     pub const NONE: Self = Self {
-        mean: [0.0; 4],
-        variance: [0.0; 4],
+        mean: [0.0; LEVELS],
+        covariance: [[0.0; LEVELS]; LEVELS],
+        precision: [[0.0; LEVELS]; LEVELS],
         noise: 0.0,
         frames: 0,
         misfits: 0,
     };
 
     pub(super) fn levels(&self) -> Option<Levels> {
-        let [background, off, contrast, variance] = self.mean;
-        (self.frames > 0).then_some(Levels {
-            background,
-            off,
-            contrast,
-            variance,
-            noise: self.noise,
-        })
+        (self.frames > 0).then(|| Levels::from_values(self.mean, self.noise))
     }
 
-    /// The levels, if they are known well enough to begin a search with.
-    pub(super) fn sure_levels(&self) -> Option<Levels> {
-        self.levels().filter(|levels| {
-            [1, 2]
+    /// Whether brightness and contrast are well known.
+    pub(super) fn is_sure(&self) -> bool {
+        let [_, _, contrast, ..] = self.mean;
+        self.frames > 0
+            && [1, 2]
                 .into_iter()
-                .all(|i| self.variance[i] < (SURE * levels.contrast) * (SURE * levels.contrast))
-        })
+                .all(|i| self.covariance[i][i] < (SURE * contrast) * (SURE * contrast))
+    }
+
+    /// Levels to begin a search with: the usual ones, and unless they are sure, usual ones of less and of more contrast.
+    pub(super) fn starts(&self) -> impl Iterator<Item = Levels> {
+        let spread = libm::sqrtf(self.covariance[2][2]);
+        let count = match (self.frames, self.is_sure()) {
+            (0, _) => 0,
+            (_, true) => 1,
+            (_, false) => 3,
+        };
+        [0.0, -SPREAD, SPREAD]
+            .into_iter()
+            .take(count)
+            .map(move |deviations| {
+                let along = Vector::from(self.covariance[2]) * (deviations / spread);
+                Levels::from_values((Vector::from(self.mean) + along).into(), self.noise)
+            })
     }
 
     /// Whether a frame of that noise may be of the same panel in the same light.
@@ -71,14 +89,29 @@ impl Experience {
         self.frames >= FRAMES_MIN && self.fits(noise)
     }
 
-    /// Mean and variance of each level.
-    pub(super) fn priors(&self) -> impl Iterator<Item = (f32, f32)> {
-        let known = if self.frames > 0 { self.mean.len() } else { 0 };
-        self.mean.into_iter().zip(self.variance).take(known)
+    /// The inverse of the levels' covariance and its product with the mean's distance from `levels`; none before the first frame.
+    pub(super) fn prior(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
+        (self.frames > 0).then(|| {
+            let precision = matrix(&self.precision);
+            (
+                precision,
+                precision * (Vector::from(self.mean) - Vector::from(levels.values())),
+            )
+        })
     }
 
-    /// Takes in a frame's levels.
-    pub(super) fn learn(&mut self, levels: &Levels) {
+    /// What it costs that the levels are unusual, in nats.
+    pub(super) fn loss(&self, levels: &Levels) -> f32 {
+        self.prior(levels).map_or(0.0, |(_, pull)| {
+            0.5 * pull.dot(&(Vector::from(self.mean) - Vector::from(levels.values())))
+        })
+    }
+
+    /// Takes in a frame's levels, of the covariance that its pixels leave them.
+    ///
+    /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
+    /// 1977).
+    pub(super) fn learn(&mut self, levels: &Levels, unsure: &Matrix) {
         if !self.fits(levels.noise) {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {
@@ -86,23 +119,54 @@ impl Experience {
             }
             return;
         }
-        if levels.noise * NOISIER < self.noise {
+        if levels.noise * QUIETER < self.noise {
             // Whatever was learnt before was learnt from a worse fit.
             *self = Self::NONE;
+        }
+        let now = Vector::from(levels.values());
+        let scale = Vector::from([
+            levels.background,
+            levels.contrast,
+            levels.contrast,
+            levels.variance,
+            1.0,
+            1.0,
+        ]);
+        if self.frames == 0 {
+            self.mean = now.into();
+            let first = Vector::from(FIRST_SPREAD).component_mul(&scale);
+            self.covariance = Matrix::from_diagonal(&first.component_mul(&first)).into();
         }
         self.misfits = 0;
         self.frames = (self.frames + 1).min(MEMORY_FRAMES);
         let gain = 1.0 / self.frames as f32;
-        for (i, value) in levels.values().into_iter().enumerate() {
-            let difference = value - self.mean[i];
-            self.mean[i] += gain * difference;
-            self.variance[i] = (1.0 - gain) * (self.variance[i] + gain * difference * difference);
-        }
+        let difference = now - Vector::from(self.mean);
+        self.mean = (Vector::from(self.mean) + gain * difference).into();
         self.noise += gain * (levels.noise - self.noise);
-        let scale = [self.mean[0], self.mean[2], self.mean[2], self.mean[3]];
-        for (i, variance) in self.variance.iter_mut().enumerate() {
-            let least = (LEAST_SPREAD[i] + FIRST_SPREAD[i] * gain) * scale[i];
-            *variance = variance.max(least * least);
-        }
+        let keep = 1.0 - (1.0 / (self.frames + 1) as f32).max(0.1);
+        let least = Vector::from(LEAST_SPREAD).component_mul(&scale);
+        let covariance =
+            (matrix(&self.covariance) + difference * difference.transpose() * (1.0 - keep)) * keep
+                + (unsure + Matrix::from_diagonal(&least.component_mul(&least))) * (1.0 - keep);
+        self.covariance = covariance.into();
+        self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
     }
+}
+
+/// The inverse of a covariance, by way of the correlations, which f32 holds well.
+fn inverse(covariance: &Matrix) -> Option<Matrix> {
+    let scale = covariance
+        .diagonal()
+        .map(|variance| 1.0 / libm::sqrtf(variance));
+    let correlation = Matrix::from_fn(|i, j| {
+        covariance[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+    });
+    let inverse = correlation.cholesky()?.inverse();
+    Some(Matrix::from_fn(|i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
+}
+
+fn matrix(rows: &[[f32; LEVELS]; LEVELS]) -> Matrix {
+    Matrix::from(*rows)
 }

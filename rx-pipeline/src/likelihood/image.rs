@@ -162,6 +162,15 @@ impl<const PIXELS: usize> Image<PIXELS> {
         true
     }
 
+    /// Whether so much of it is saturated that light is no longer linear in the bits.
+    pub fn glares(&self) -> bool {
+        let count = self
+            .pixels()
+            .filter(|(seen, _)| **seen >= self.full)
+            .count();
+        count as f32 > GLARE * (self.size[0] * self.size[1]) as f32
+    }
+
     pub fn is_saturated(&self, row: usize) -> bool {
         self.saturated_rows >> row & 1 == 1
     }
@@ -232,5 +241,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 }
 
+/// The share of saturated pixels from which an image glares.
+const GLARE: f32 = 0.2;
 /// Just below the limit, relatively.
 const BELOW: f32 = 0.9999;

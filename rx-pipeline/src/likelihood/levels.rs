@@ -17,6 +17,8 @@ pub(super) struct Levels {
     pub contrast: f32,
     /// Variance of an LED's image in each direction, in px²: lens blur, LED and pixel.
     pub variance: f32,
+    /// By how much the LEDs stand beside where the corners say, in px.
+    pub shift: [f32; 2],
     /// Variance of a pixel's root light about the model.
     pub noise: f32,
 }
@@ -27,19 +29,41 @@ impl Levels {
         share.map(|share| self.off + self.contrast * share)
     }
 
-    /// Background, Off, contrast and variance.
-    pub fn values(&self) -> [f32; 4] {
-        [self.background, self.off, self.contrast, self.variance]
+    /// All but the noise.
+    pub fn values(&self) -> [f32; LEVELS] {
+        let [x, y] = self.shift;
+        [
+            self.background,
+            self.off,
+            self.contrast,
+            self.variance,
+            x,
+            y,
+        ]
+    }
+
+    pub fn from_values(
+        [background, off, contrast, variance, x, y]: [f32; LEVELS],
+        noise: f32,
+    ) -> Self {
+        Self {
+            background,
+            off,
+            contrast,
+            variance,
+            shift: [x, y],
+            noise,
+        }
     }
 }
 
 /// What is fitted: background, Off, contrast, variance, and a shift of the LEDs in x and y.
-pub(super) const PARAMETERS: usize = 6;
+pub(super) const LEVELS: usize = 6;
 /// A row of slopes for each, and one of what is to be explained.
-const ROWS: usize = PARAMETERS + 1;
+const ROWS: usize = LEVELS + 1;
 type Rows = [[f32; SIDE_MAX]; ROWS];
-type Vector = SVector<f32, PARAMETERS>;
-type Matrix = SMatrix<f32, PARAMETERS, PARAMETERS>;
+pub(super) type Vector = SVector<f32, LEVELS>;
+pub(super) type Matrix = SMatrix<f32, LEVELS, LEVELS>;
 
 /// Deviations of the spots' variance, relatively, and of the LEDs' places, in px, that are nothing unusual.
 const USUAL_VARIANCE: f32 = 0.5;
@@ -53,6 +77,9 @@ const BACKGROUND_MIN: f32 = 1e-4;
 /// What is added to the scaled normal matrix's diagonal: f32 can tell no less.
 const RIDGE: f32 = 1e-4;
 
+/// Levels that follow flips by more than this part of the contrast are no longer linear in them.
+const TRUSTED: f32 = 0.03;
+
 /// Gauss and Newton's normal equations about the levels of an image, scaled to ones on the diagonal.
 pub(super) struct Equations {
     normal: Matrix,
@@ -62,7 +89,7 @@ pub(super) struct Equations {
 
 /// By how much each LED's flip pulls at the levels: its inner products are the likelihood that refitted levels win back, in
 /// nats.
-pub(super) type Pull = [[f32; PARAMETERS]; LEDS];
+pub(super) type Pull = [[f32; LEVELS]; LEDS];
 
 impl Equations {
     /// The equations where the image holds what is expected of `share` and `levels`.
@@ -84,7 +111,7 @@ impl Equations {
         levels: &Levels,
         experience: &Experience,
     ) -> Option<Pull> {
-        let mut pull = [[0.0; PARAMETERS]; LEDS];
+        let mut pull = [[0.0; LEVELS]; LEDS];
         let equations = Self::while_pulling(
             image,
             spots,
@@ -95,7 +122,13 @@ impl Equations {
                 add_pull(spots, y, rows, weights, &mut pull);
             },
         );
-        let factor = equations.normal.cholesky()?.l();
+        let mut normal = equations.normal;
+        for i in [1, 2] {
+            let usual = TRUSTED * levels.contrast;
+            normal[(i, i)] +=
+                levels.noise / (usual * usual) * equations.scale[i] * equations.scale[i];
+        }
+        let factor = normal.cholesky()?.l();
         let per_deviation = levels.contrast / libm::sqrtf(levels.noise);
         for (pull, share) in pull.iter_mut().zip(share) {
             let change = (1.0 - 2.0 * share) * per_deviation;
@@ -117,7 +150,7 @@ impl Equations {
         let light = levels.light(share);
         let [width, height] = image.size;
         let (mut rows, mut weights) = ([[0.0; SIDE_MAX]; ROWS], [0.0; SIDE_MAX]);
-        let mut products = [[0.0f32; ROWS]; PARAMETERS];
+        let mut products = [[0.0f32; ROWS]; LEVELS];
         for y in 0..height {
             for row in &mut rows {
                 row[..image.stride].fill(0.0);
@@ -133,18 +166,19 @@ impl Equations {
             }
         }
         let mut normal = Matrix::from_fn(|i, j| products[i.min(j)][i.max(j)]);
-        let mut right = Vector::from_fn(|i, _| products[i][PARAMETERS]);
-        let usual = [
-            USUAL_VARIANCE * levels.variance,
-            USUAL_SHIFT_PX,
-            USUAL_SHIFT_PX,
-        ];
-        for (i, usual) in (3..).zip(usual) {
-            normal[(i, i)] += levels.noise / (usual * usual);
-        }
-        for (i, ((mean, variance), now)) in experience.priors().zip(levels.values()).enumerate() {
-            normal[(i, i)] += levels.noise / variance;
-            right[i] += levels.noise / variance * (mean - now);
+        let mut right = Vector::from_fn(|i, _| products[i][LEVELS]);
+        if let Some((precision, pull)) = experience.prior(levels) {
+            normal += levels.noise * precision;
+            right += levels.noise * pull;
+        } else {
+            let usual = [
+                USUAL_VARIANCE * levels.variance,
+                USUAL_SHIFT_PX,
+                USUAL_SHIFT_PX,
+            ];
+            for (i, usual) in (3..).zip(usual) {
+                normal[(i, i)] += levels.noise / (usual * usual);
+            }
         }
         let scale =
             Vector::from_fn(|i, _| 1.0 / libm::sqrtf(normal[(i, i)].max(f32::MIN_POSITIVE)));
@@ -158,12 +192,14 @@ impl Equations {
         }
     }
 
-    /// Moves the levels to the solution and returns the shift of the LEDs, in px; none if there is no solution.
-    pub fn step(self, levels: &mut Levels) -> Option<[f32; 2]> {
-        let step = self.normal.cholesky()?.solve(&self.right);
-        let step = step.component_mul(&self.scale);
+    /// Moves the levels to the solution, if there is one.
+    pub fn step(self, levels: &mut Levels) {
+        let Some(factor) = self.normal.cholesky() else {
+            return;
+        };
+        let step = factor.solve(&self.right).component_mul(&self.scale);
         if !step.iter().all(|step| step.is_finite()) {
-            return None;
+            return;
         }
         levels.background = (levels.background + step[0]).max(BACKGROUND_MIN);
         levels.off += step[1];
@@ -171,7 +207,17 @@ impl Equations {
         let usual = USUAL_VARIANCE * levels.variance;
         let [least, most] = VARIANCE_RANGE;
         levels.variance = (levels.variance + step[3].clamp(-usual, usual)).clamp(least, most);
-        Some([step[4], step[5]].map(|shift| shift.clamp(-SHIFT_MAX_PX, SHIFT_MAX_PX)))
+        for (shift, step) in levels.shift.iter_mut().zip([step[4], step[5]]) {
+            *shift += step.clamp(-SHIFT_MAX_PX, SHIFT_MAX_PX);
+        }
+    }
+
+    /// The covariance that the pixels and the experience leave to the levels.
+    pub fn covariance(&self, noise: f32) -> Option<Matrix> {
+        let inverse = self.normal.cholesky()?.inverse();
+        Some(Matrix::from_fn(|i, j| {
+            inverse[(i, j)] * self.scale[i] * self.scale[j] * noise
+        }))
     }
 }
 
@@ -191,9 +237,9 @@ fn weigh<const PIXELS: usize>(
         let beyond = is_full && root[x] >= image.full;
         let seen = if is_full { image.full } else { seen[x] };
         weights[x] = if beyond { 0.0 } else { 0.5 / root[x] };
-        rows[PARAMETERS][x] = if beyond { 0.0 } else { seen - root[x] };
+        rows[LEVELS][x] = if beyond { 0.0 } else { seen - root[x] };
     }
-    for row in &mut rows[..PARAMETERS] {
+    for row in &mut rows[..LEVELS] {
         for (slope, weight) in row[..width].iter_mut().zip(&weights[..width]) {
             *slope *= weight;
         }

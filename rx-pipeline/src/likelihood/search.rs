@@ -1,8 +1,10 @@
 //! The bits of greatest likelihood, climbed to by flipping LEDs alone and in groups.
 
-use super::image::{Image, censored_loss, root};
-use super::levels::{Levels, Pull};
-use super::spots::{LANES, Spots};
+use super::hard;
+use super::image::{Image, SIDE_MAX, censored_loss, root};
+use super::levels::{Levels, Pull, dot};
+use super::sphere::Way;
+use super::spots::{LANES, Spots, TAPS};
 use link::panel::{LEDS, SIDE};
 
 /// Rounds over all LEDs; a climb has always ended in far fewer.
@@ -15,26 +17,27 @@ pub(super) const LEAST_GAIN: f32 = 1e-2;
 
 /// What flips gain, alone and in pairs, in nats.
 pub(super) struct Couplings {
-    gain: [f32; LEDS],
-    pair: [[f32; LEDS]; LEDS],
+    /// By how much the likelihood rises with each flip alone: what it gains, less what its pair with itself takes off.
+    pub slope: [f32; LEDS],
+    pub pair: [[f32; LEDS]; LEDS],
 }
 
 impl Couplings {
     pub const fn new() -> Self {
         Self {
-            gain: [0.0; LEDS],
+            slope: [0.0; LEDS],
             pair: [[0.0; LEDS]; LEDS],
         }
     }
 
     /// For each LED the group of flips with it that gains most, one bit an LED, and that gain. Groups grow by the flip that
     /// gains most or loses least (Kernighan & Lin 1970).
-    pub fn groups(&self) -> [(u64, f32); LEDS] {
+    pub fn groups(&self) -> [Way; LEDS] {
         core::array::from_fn(|led| {
-            let mut next = self.gain;
+            let mut next = self.slope;
             let (mut group, mut total) = (0u64, 0.0);
             let mut best = (0, f32::NEG_INFINITY);
-            let (mut other, mut value) = (led, self.gain[led]);
+            let (mut other, mut value) = (led, self.slope[led]);
             for _ in 0..DEPTH {
                 group |= 1 << other;
                 total += value;
@@ -51,7 +54,10 @@ impl Couplings {
                     }
                 }
             }
-            best
+            Way {
+                flips: best.0,
+                gain: best.1,
+            }
         })
     }
 }
@@ -79,8 +85,7 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
     /// Makes every LED On or Off, whichever is nearer.
     pub fn harden(&mut self) {
         for led in 0..LEDS {
-            let share = if self.share[led] > 0.5 { 1.0 } else { 0.0 };
-            self.set(led, share);
+            self.set(led, hard(self.share[led]));
         }
     }
 
@@ -146,26 +151,90 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Works out what flips gain when the levels follow them.
-    pub fn couple(&mut self, pull: &Pull, couplings: &mut Couplings) {
-        let inner =
-            |a: usize, b: usize| -> f32 { pull[a].iter().zip(&pull[b]).map(|(a, b)| a * b).sum() };
+    /// Works out what flips gain when the levels follow them, for all pixels as if they were linear in the light: good for many
+    /// flips at once that make up for one another.
+    pub fn couple(&self, pull: &Pull, couplings: &mut Couplings) {
+        let scale = self.levels.contrast / self.levels.noise;
+        let sign = self.share.map(|share| 1.0 - 2.0 * share);
+        let mut patch = [[0.0; SIDE_MAX]; TAPS];
+        for led in 0..LEDS {
+            couplings.slope[led] = scale * sign[led] * self.weighted_spot(led, &mut patch);
+            for other in led..LEDS {
+                let through_pixels = if self.spots.touch(led, other) {
+                    let signs = sign[led] * sign[other];
+                    scale * self.levels.contrast * signs * self.product(led, other, &patch)
+                } else {
+                    0.0
+                };
+                let curvature = through_pixels - inner(&pull[led], &pull[other]);
+                couplings.pair[led][other] = -curvature;
+                couplings.pair[other][led] = -curvature;
+            }
+        }
+    }
+
+    /// The same pair by pair: good for few flips, where pixels are saturated too.
+    pub fn couple_by_flips(&mut self, pull: &Pull, couplings: &mut Couplings) {
         let alone: [f32; LEDS] = core::array::from_fn(|led| self.gain(led));
-        couplings.gain = core::array::from_fn(|led| alone[led] + 0.5 * inner(led, led));
+        couplings.slope =
+            core::array::from_fn(|led| alone[led] + 0.5 * inner(&pull[led], &pull[led]));
         for led in 0..LEDS {
             self.flip(led);
+            couplings.pair[led][led] = 0.0;
             for (other, alone) in alone.iter().enumerate().skip(led + 1) {
                 let through_pixels = if self.spots.overlap(led, other) {
                     self.gain(other) - alone
                 } else {
                     0.0
                 };
-                let pair = through_pixels + inner(led, other);
+                let pair = through_pixels + inner(&pull[led], &pull[other]);
                 couplings.pair[led][other] = pair;
                 couplings.pair[other][led] = pair;
             }
             self.flip(led);
         }
+    }
+
+    /// The spot of an LED, divided by four times the light: in `patch`, as far up and down as the spot reaches. Where a pixel is seen and
+    /// expected to be saturated, only the part of a flip counts by which it would fall below that. And the sum of what is left to
+    /// explain of the spot.
+    fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; TAPS]) -> f32 {
+        let (image, across) = (&*self.image, self.spots.across(led));
+        let [x, y] = self.spots.first[led];
+        let flip = self.levels.contrast * self.spots.peak();
+        let mut left = 0.0;
+        for ((row, &down), to) in (y..).zip(self.spots.down(led)).zip(patch) {
+            to[..image.stride].fill(0.0);
+            let start = row * image.stride + x;
+            for (at, (to, across)) in (start..).zip(to[x..].iter_mut().zip(across)) {
+                let (seen, root) = (image.seen[at].min(image.full), image.root[at]);
+                let spot = 0.5 / root * across * down;
+                let is_full = image.seen[at] >= image.full;
+                let beyond = if is_full { (root - seen).max(0.0) } else { 0.0 };
+                let counts = (1.0 - 2.0 * root * beyond / flip).max(0.0);
+                left += if beyond > 0.0 {
+                    0.0
+                } else {
+                    spot * (seen - root)
+                };
+                *to = 0.5 / root * counts * counts * spot;
+            }
+        }
+        left
+    }
+
+    /// The product of an LED's spot with another's in `patch`, of which the first row is that of `led`.
+    fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; TAPS]) -> f32 {
+        let top = self.spots.first[led][1];
+        let [x, _] = self.spots.first[other];
+        let across = self.spots.across(other);
+        let mut sum = 0.0;
+        for (row, line) in (top..).zip(&patch[..self.spots.taps[1]]) {
+            if let Some(down) = self.spots.down_at(other, row) {
+                sum += down * dot(across, &line[x..]);
+            }
+        }
+        sum
     }
 
     pub fn flip(&mut self, led: usize) {
@@ -235,6 +304,10 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
         }
         0.5 * closer.iter().sum::<f32>() / self.levels.noise + saturated.iter().sum::<f32>()
     }
+}
+
+fn inner(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Whether two LEDs stand side by side or corner to corner.

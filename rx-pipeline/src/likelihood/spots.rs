@@ -1,6 +1,6 @@
 //! The image of each LED: a Gaussian spot, in one factor for the columns and one for the rows.
 
-use link::panel::LEDS;
+use link::panel::{LEDS, SIDE};
 
 /// The most pixels of a spot in a row or column; a multiple of [`LANES`].
 pub(super) const TAPS: usize = 20;
@@ -84,6 +84,28 @@ impl Spots {
     /// The greatest value of a spot.
     pub fn peak(&self) -> f32 {
         1.0 / (2.0 * core::f32::consts::PI * self.variance)
+    }
+
+    /// The least part of what flips cost one by one that they cost together, however they make up for one another: the least
+    /// eigenvalue of the spots' inner products, along rows and columns without end.
+    pub fn independence(&self) -> f32 {
+        [1, SIDE]
+            .map(|next| {
+                let distance = [0, 1].map(|axis| self.centre[next][axis] - self.centre[0][axis]);
+                let squared = distance[0] * distance[0] + distance[1] * distance[1];
+                let beside = libm::expf(-0.25 * squared / self.variance);
+                let beside_4 = beside * beside * beside * beside;
+                (1.0 - 2.0 * beside + 2.0 * beside_4).max(0.0)
+            })
+            .iter()
+            .product()
+    }
+
+    /// Whether the spots of two LEDs have pixels in common.
+    pub fn touch(&self, a: usize, b: usize) -> bool {
+        [0, 1]
+            .into_iter()
+            .all(|axis| self.first[a][axis].abs_diff(self.first[b][axis]) < self.taps[axis])
     }
 
     /// Whether the spots of two LEDs have pixels in common to speak of.

@@ -1,0 +1,200 @@
+//! The bits of least cost in a quadratic form, by a sphere decoder of bounded width (K-best; Guo & Nilsson 2006).
+//!
+//! Around the bits found so far, flips δ = 0 or 1 of the 64 LEDs cost ½·δᵀHδ − gᵀδ. With H = RᵀR and R triangular the cost is a sum over
+//! rows, each of which depends on the LEDs from its own on: LEDs are decided on from the last to the first, and of all ways to
+//! decide on those so far the cheapest are kept. The undecided ones count as continuous, with the mean and variance that a fair bit has, which
+//! adds the same to the cost of all bits.
+
+use super::search::Couplings;
+use link::panel::LEDS;
+
+/// Ways kept.
+pub(super) const WIDTH: usize = 64;
+/// The inverse variance of a fair bit.
+const PRECISION: f32 = 4.0;
+/// Ways that cost more than the bits found so far by this much, in nats, are given up: so sure a soft value need not be.
+const MARGIN: f32 = 24.0;
+/// LEDs whose part of a row's sum is looked up at once.
+const AT_ONCE: usize = 4;
+
+/// Which LEDs flip, one bit each, and by how much that lessens the cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Way {
+    pub flips: u64,
+    pub gain: f32,
+}
+
+/// The cheapest ways, best first.
+pub(super) struct Ways {
+    ways: [Way; 2 * WIDTH],
+    count: usize,
+}
+
+impl Ways {
+    pub fn as_mut_slice(&mut self) -> &mut [Way] {
+        &mut self.ways[..self.count]
+    }
+
+    /// The logarithm of the odds against each LED's flip: how much likelier the ways without it are together; none for LEDs on which all
+    /// ways agree.
+    pub fn odds(&self) -> [Option<f32>; LEDS] {
+        let ways = &self.ways[..self.count];
+        let best = ways
+            .iter()
+            .map(|way| way.gain)
+            .fold(f32::NEG_INFINITY, f32::max);
+        let (mut flipped, mut kept) = ([0.0f32; LEDS], [0.0f32; LEDS]);
+        for way in ways {
+            let weight = libm::expf(way.gain - best);
+            for (led, (flipped, kept)) in flipped.iter_mut().zip(&mut kept).enumerate() {
+                let flips = way.flips >> led & 1 == 1;
+                *(if flips { flipped } else { kept }) += weight;
+            }
+        }
+        core::array::from_fn(|led| {
+            (flipped[led] > 0.0 && kept[led] > 0.0).then(|| libm::logf(kept[led] / flipped[led]))
+        })
+    }
+}
+
+/// The cheapest ways to flip; none where the form has no minimum. The couplings are used up.
+pub(super) fn search(couplings: &mut Couplings) -> Option<Ways> {
+    let target = factorise(couplings)?;
+    let rows = &couplings.pair;
+    let nothing: f32 = target.iter().map(|t| 0.5 * t * t).sum();
+    let mut ways = [Way::default(); 2 * WIDTH];
+    let mut count = 1;
+    ways[0].gain = nothing;
+    for led in (0..LEDS).rev() {
+        let (row, target) = (&rows[led], target[led]);
+        let sums = sums_by_part(row, led);
+        for at in 0..count {
+            let way = ways[at];
+            let rest = sum_of(&sums, way.flips, led) - target;
+            let flipped = rest + row[led];
+            ways[at].gain -= 0.5 * rest * rest;
+            ways[count + at] = Way {
+                flips: way.flips | 1 << led,
+                gain: way.gain - 0.5 * flipped * flipped,
+            };
+        }
+        count *= 2;
+        if count > WIDTH {
+            ways[..count].select_nth_unstable_by(WIDTH, |a, b| b.gain.total_cmp(&a.gain));
+            count = WIDTH;
+        }
+        // Not dearer than no flips at all, by more than the margin.
+        let mut kept = 0;
+        for at in 0..count {
+            if ways[at].gain > -MARGIN {
+                ways[kept] = ways[at];
+                kept += 1;
+            }
+        }
+        count = kept;
+        if count == 0 {
+            return None;
+        }
+    }
+    ways[..count].sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+    Some(Ways { ways, count })
+}
+
+/// Makes R of the upper triangle of the couplings' pairs (Cholesky), and Rᵀ⁻¹g of the slopes.
+fn factorise(Couplings { slope, pair }: &mut Couplings) -> Option<[f32; LEDS]> {
+    let mut target = slope.map(|slope| slope + 0.5 * PRECISION);
+    for row in 0..LEDS {
+        let (above, rest) = pair.split_at_mut(row);
+        let this = &mut rest[0];
+        this[row..].iter_mut().for_each(|pair| *pair = -*pair);
+        this[row] += PRECISION;
+        let mut explained = 0.0;
+        for (above, target) in above.iter().zip(&target) {
+            let factor = above[row];
+            explained += factor * target;
+            for (to, from) in this[row..].iter_mut().zip(&above[row..]) {
+                *to -= factor * from;
+            }
+        }
+        if this[row] <= 0.0 || this[row].is_nan() {
+            return None;
+        }
+        let scale = 1.0 / libm::sqrtf(this[row]);
+        this[row..].iter_mut().for_each(|to| *to *= scale);
+        target[row] = (target[row] - explained) * scale;
+    }
+    Some(target)
+}
+
+/// For each four LEDs the sum of each set of them.
+type Sums = [[f32; 1 << AT_ONCE]; LEDS / AT_ONCE];
+
+/// For each part of a row from `led + 1` on, the sums of the entries of all sets of LEDs.
+fn sums_by_part(row: &[f32; LEDS], led: usize) -> Sums {
+    let mut sums = [[0.0; 1 << AT_ONCE]; LEDS / AT_ONCE];
+    for part in (led + 1) / AT_ONCE..LEDS / AT_ONCE {
+        let entries = &row[part * AT_ONCE..][..AT_ONCE];
+        for set in 1..1usize << AT_ONCE {
+            let lowest = set.trailing_zeros() as usize;
+            sums[part][set] = sums[part][set & (set - 1)] + entries[lowest];
+        }
+    }
+    sums
+}
+
+/// A row's sum over the LEDs in `flips`, all of which come after `led`.
+fn sum_of(sums: &Sums, flips: u64, led: usize) -> f32 {
+    let first = (led + 1) / AT_ONCE;
+    (first..LEDS / AT_ONCE)
+        .map(|part| sums[part][(flips >> (part * AT_ONCE)) as usize & ((1 << AT_ONCE) - 1)])
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::boxed::Box;
+
+    /// LEDs whose flips may pay.
+    const DOUBTFUL: usize = 10;
+
+    /// A form in which the doubtful LEDs depend on one another as `mixing` says, and the others must not flip.
+    fn form(mixing: &[[f32; DOUBTFUL]; DOUBTFUL], slope: &[f32; DOUBTFUL]) -> Box<Couplings> {
+        let mut couplings = Box::new(Couplings::new());
+        for led in 0..LEDS {
+            couplings.slope[led] = slope.get(led).copied().unwrap_or(-100.0);
+            couplings.pair[led][led] = -1.0;
+        }
+        for (a, one) in mixing.iter().enumerate() {
+            for (b, other) in mixing.iter().enumerate() {
+                couplings.pair[a][b] -= one.iter().zip(other).map(|(x, y)| x * y).sum::<f32>();
+            }
+        }
+        couplings
+    }
+
+    fn gain(couplings: &Couplings, flips: u64) -> f32 {
+        let flipped = || (0..LEDS).filter(move |led| flips >> led & 1 == 1);
+        flipped()
+            .map(|a| {
+                let pairs: f32 = flipped().map(|b| couplings.pair[a][b]).sum();
+                couplings.slope[a] + 0.5 * pairs
+            })
+            .sum()
+    }
+
+    proptest! {
+        #[test]
+        fn the_cheapest_way_of_all_is_found(
+            mixing in prop::array::uniform10(prop::array::uniform10(-3.0f32..3.0)), slope in prop::array::uniform10(-10.0f32..10.0),
+        ) {
+            let couplings = form(&mixing, &slope);
+            let most = (0..1 << DOUBTFUL).map(|flips| gain(&couplings, flips)).fold(f32::NEG_INFINITY, f32::max);
+            let mut ways = search(&mut form(&mixing, &slope)).unwrap();
+            let best = ways.as_mut_slice()[0];
+            prop_assert!((best.gain - gain(&couplings, best.flips)).abs() < 1e-2, "{best:?}");
+            prop_assert!((best.gain - most).abs() < 1e-2, "{} of {most}", best.gain);
+        }
+    }
+}
