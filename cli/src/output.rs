@@ -8,7 +8,7 @@ use serde::Serialize;
 use sim::accuracy::Level;
 use sim::evaluate;
 use sim::plan::Plan;
-use sim::sweep::Results;
+use sim::sweep::{Results, Summary};
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,14 +59,8 @@ pub fn plan(plan: &Plan) -> anyhow::Result<()> {
 
 #[derive(Serialize)]
 struct Evaluated {
-    frames: u64,
-    bvar: f64,
-    wvar: f64,
-    b2w: Option<f64>,
-    ber: f64,
-    ber_95: [f64; 2],
-    bits: u64,
-    bit_errors: u64,
+    #[serde(flatten)]
+    summary: Summary,
     seconds: Option<f64>,
     seed: u64,
     level: Level,
@@ -75,18 +69,10 @@ struct Evaluated {
 
 /// Prints the outcome of the evaluation of one scene; `seconds` where it is known how long it took.
 pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
-    let (sweep, total) = (results.sweep(), results.total(0));
-    let (variances, errors) = (total.distinguishability(), total.errors);
+    let sweep = results.sweep();
     let view = evaluate::view(&sweep.scene, sweep.random_reflectance)?;
     let report = Evaluated {
-        frames: errors.frames(),
-        bvar: variances.bvar,
-        wvar: variances.wvar,
-        b2w: variances.b2w,
-        ber: errors.rate(),
-        ber_95: errors.interval_95(),
-        bits: errors.bits(),
-        bit_errors: errors.errors(),
+        summary: results.summary(0),
         seconds,
         seed: sweep.seed,
         level: sweep.level,
@@ -96,23 +82,31 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         return json(&report);
     }
     plan(&report.plan)?;
+    let found = &report.summary;
     match seconds {
         Some(seconds) => line(&format!(
             "frames     {} in all, {seconds:.2} s of work",
-            report.frames
+            found.frames
         ))?,
-        None => line(&format!("frames     {}", report.frames))?,
+        None => line(&format!("frames     {}", found.frames))?,
     }
-    line(&format!("Bvar       {:.2}", report.bvar))?;
-    line(&format!("Wvar       {:.2}", report.wvar))?;
-    line(&format!("B2W        {}", ratio(report.b2w)))?;
-    line(&format!(
-        "bit errors {} of {}",
-        report.bit_errors, report.bits
-    ))?;
+    if sweep.rare_events {
+        line(&format!(
+            "swarms     {} reached errors, worth {:.0} counted ones",
+            found.bit_errors, found.effective_errors
+        ))?;
+    } else {
+        line(&format!("Bvar       {:.2}", found.bvar))?;
+        line(&format!("Wvar       {:.2}", found.wvar))?;
+        line(&format!("B2W        {}", ratio(found.b2w)))?;
+        line(&format!(
+            "bit errors {} of {}",
+            found.bit_errors, found.bits
+        ))?;
+    }
     line(&format!(
         "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
-        report.ber, report.ber_95[0], report.ber_95[1]
+        found.ber, found.ber_95[0], found.ber_95[1]
     ))
 }
 

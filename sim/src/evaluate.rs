@@ -17,13 +17,14 @@ use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use serde::{Deserialize, Serialize};
 
 use fearless_simd::{self as simd, dispatch};
-use link::panel::{LEDS, PanelFrame};
+use link::panel::{LEDS, PanelFrame, SoftPanel};
 
 use crate::accuracy::Level;
 use crate::canvas::{Canvas, Region};
 use crate::detectors::{DetectorChoice, camera_of};
 use crate::genie::{Genie, Likelihood};
 use crate::random::{Purpose, stream, uniform};
+use crate::rare::RareErrors;
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::statistics::{Distinguishability, FrameErrors, Moments};
@@ -64,6 +65,11 @@ pub enum EvaluateError {
     /// A chunk was counted twice.
     #[error(transparent)]
     Tally(#[from] TallyError),
+    /// There is no noise.
+    #[error(
+        "this scene simulates no noise, and rare errors are looked for in noise: count them (without rare events), or set effects.noise=on"
+    )]
+    NoNoise,
     /// The detector cannot be trained.
     #[error("the detector cannot be trained on this scene: {0}")]
     Training(#[from] FisherError),
@@ -94,6 +100,9 @@ pub struct Evaluation {
     pub off: Moments,
     /// Bit errors by frame.
     pub errors: FrameErrors,
+    /// Rare bit errors, reached by splitting: see [`crate::rare`].
+    #[serde(default, skip_serializing_if = "RareErrors::is_empty")]
+    pub rare: RareErrors,
 }
 
 impl Evaluation {
@@ -102,6 +111,12 @@ impl Evaluation {
         self.on.merge(&other.on);
         self.off.merge(&other.off);
         self.errors.merge(&other.errors);
+        self.rare.merge(&other.rare);
+    }
+
+    /// Bits that were read wrongly, or reached that by splitting.
+    pub fn bit_errors(&self) -> u64 {
+        self.errors.errors() + self.rare.errors()
     }
 
     /// Between- and within-class variance and their ratio.
@@ -141,11 +156,11 @@ enum Reader {
 
 /// What a thread needs to work on frames; made once, reused for each.
 pub struct Workspace {
-    canvas: Canvas<f32>,
-    grey: Vec<u8>,
+    pub(crate) canvas: Canvas<f32>,
+    pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-    shown: Vec<Shown>,
+    pub(crate) shown: Vec<Shown>,
 }
 
 impl Workspace {
@@ -202,6 +217,16 @@ impl Evaluator {
     /// The renderer of the frames.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
+    }
+
+    /// What it evaluates by.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The part of the sensor that it draws.
+    pub fn region(&self) -> Region {
+        self.region
     }
 
     /// The method of reading, trained if it needs that; none where a genie reads.
@@ -318,6 +343,17 @@ impl Evaluator {
         reading: &Reading,
         workspace: &mut Workspace,
     ) -> Result<PanelFrame, EvaluateError> {
+        let (bits, _) = self.detect_softly(frame, reading, workspace)?;
+        Ok(bits)
+    }
+
+    /// The same, and how certain they are, where the detector's decision goes by that.
+    pub(crate) fn detect_softly(
+        &self,
+        frame: u64,
+        reading: &Reading,
+        workspace: &mut Workspace,
+    ) -> Result<(PanelFrame, Option<SoftPanel>), EvaluateError> {
         let Workspace {
             grey,
             likelihood,
@@ -330,7 +366,7 @@ impl Evaluator {
             Reader::Receiver(Method::Features(detector)) => {
                 let decided =
                     dispatch!(simd::Level::new(), _simd => detector.decide(&reading.features));
-                return Ok(decided.unwrap_or_default());
+                return Ok((decided.unwrap_or_default(), None));
             }
             Reader::Receiver(Method::MaximumLikelihood(_)) => {
                 likelihood.set_experience(self.experience);
@@ -343,10 +379,12 @@ impl Evaluator {
                 let moment = self.renderer.moment(frame);
                 let mut genie =
                     Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
-                return Ok(genie.bits(&[reading.bits, start]));
+                return Ok((genie.bits(&[reading.bits, start]), None));
             }
         }
-        .map_or(PanelFrame::default(), |detection| detection.bits))
+        .map_or((PanelFrame::default(), None), |detection| {
+            (detection.bits, Some(detection.soft))
+        }))
     }
 
     /// Renders and measures frame `frame`.
@@ -364,18 +402,41 @@ impl Evaluator {
         frame: u64,
         workspace: &mut Workspace,
     ) -> Result<Reading, EvaluateError> {
+        self.expose(seed, frame, workspace);
+        self.read_exposed(seed, frame, workspace)
+    }
+
+    /// Draws a frame's light.
+    pub(crate) fn expose(&self, seed: u64, frame: u64, workspace: &mut Workspace) {
+        self.draw_frame(seed, frame, &mut workspace.shown);
+        let moment = self.renderer.moment(frame);
+        self.renderer
+            .draw(&moment, &workspace.shown, &mut workspace.canvas);
+    }
+
+    /// Reads out and measures what was drawn.
+    pub(crate) fn read_exposed(
+        &self,
+        seed: u64,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Reading, EvaluateError> {
+        let Workspace { canvas, grey, .. } = workspace;
+        self.renderer.read_out(seed, frame, canvas, grey);
+        self.measure(frame, workspace)
+    }
+
+    /// Measures what was read out.
+    pub(crate) fn measure(
+        &self,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Reading, EvaluateError> {
         let Workspace {
-            canvas,
-            grey,
-            map,
-            shown,
-            ..
+            grey, map, shown, ..
         } = workspace;
         let moment = self.renderer.moment(frame);
-        self.draw_frame(seed, frame, shown);
-        self.renderer.draw(&moment, shown, canvas);
         let shown = shown[0];
-        self.renderer.read_out(seed, frame, canvas, grey);
         let [x, y] = shown.shift_px.map(|shift| shift as f32);
         let corners = self.corners.shifted(x, y)?;
         let features = dispatch!(
@@ -410,7 +471,7 @@ impl Evaluator {
     }
 
     /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
-    fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
+    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
         let mut random = stream(seed, frame, Purpose::Phase);
         let view = self.renderer.view();
         for (index, shown) in shown.iter_mut().enumerate() {

@@ -11,6 +11,7 @@
 //! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
 //!
 //! evaluate ── tally ── statistics   Monte Carlo at one setting
+//! rare                              error rates too small to count: splitting towards errors
 //! sweep                             the same at every setting of a grid, in shards that add up to one run
 //! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
 //! reproduction                      the figures of Do & Yoo 2020 and what becomes of their claims
@@ -22,6 +23,7 @@
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
 //! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
 //! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
+//! - [`rare`]: bit error rates down to 1e-8 and less, by splitting.
 //! - [`sweep`]: a plan of many settings, its division into shards, the engine that does them, and the results that files keep.
 //! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
 //! - [`reproduction`]: the paper's figures and claims, point by point.
@@ -73,6 +75,7 @@ pub mod polyphase;
 pub mod precision;
 pub mod projection;
 pub mod random;
+pub mod rare;
 pub mod raster;
 pub mod recipe;
 pub mod renderer;

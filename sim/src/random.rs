@@ -22,6 +22,8 @@ pub enum Purpose {
     Training,
     /// Resampling of results.
     Resampling,
+    /// The steps of a splitting towards rare errors.
+    Splitting,
 }
 
 /// The random numbers of frame `frame` of seed `seed` for one purpose.

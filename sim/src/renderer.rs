@@ -336,7 +336,8 @@ impl Renderer {
         }
     }
 
-    fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
+    /// The noise of the pixels that are drawn, where noise is simulated.
+    pub fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
         let noise = self.recipe.noise.as_ref()?;
         Some(
             self.pixel_noise

@@ -142,7 +142,7 @@ impl Tally {
                 return Standing::Missing(next);
             }
             next = first + (1 << level);
-            counted += sums.errors.errors();
+            counted += sums.bit_errors();
             if next == block_end(first) && enough(counted) {
                 return Standing::Done(next.min(range.end));
             }
@@ -166,10 +166,7 @@ impl Tally {
 
     /// Bit errors in all.
     pub fn errors(&self) -> u64 {
-        self.nodes
-            .values()
-            .map(|(_, sums)| sums.errors.errors())
-            .sum()
+        self.nodes.values().map(|(_, sums)| sums.bit_errors()).sum()
     }
 
     /// The number of chunks in the sum.

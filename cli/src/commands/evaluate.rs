@@ -29,6 +29,9 @@ pub struct Arguments {
     /// the paper's, which takes a small part of a frame's time; `best` takes most of it.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
+    /// Reach errors by splitting instead of counting them: for bit error rates below 1e-6 or so. Frames are then what swarms of 256 begin with.
+    #[arg(long)]
+    rare_events: bool,
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
@@ -62,7 +65,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         detector: arguments.detector,
         level: arguments.level,
     };
-    let sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);
+    let mut sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);
+    sweep.rare_events = arguments.rare_events;
     let mut results = Results::new(sweep.clone());
     if let Some(path) = arguments.out.as_ref().filter(|path| path.exists()) {
         ensure!(

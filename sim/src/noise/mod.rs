@@ -13,7 +13,7 @@ mod law;
 mod pixel;
 
 pub use flat::FlatNoise;
-pub use pixel::{LAW_ERROR, PixelNoise, Site};
+pub use pixel::{LAW_ERROR, PixelLaw, PixelNoise, Site};
 
 use crate::exposure::Exposure;
 use crate::grey;

@@ -174,6 +174,56 @@ impl PixelNoise {
     }
 }
 
+/// The law by which [`PixelNoise`] draws, to be drawn from by quantiles: what is read then changes little where the light does.
+#[derive(Clone, Debug)]
+pub struct PixelLaw {
+    scale: Scale,
+    /// For each knot the probability of each level or a lower one.
+    up_to: Vec<[f32; 256]>,
+}
+
+impl PixelLaw {
+    /// That of `noise`.
+    pub fn new(noise: &PixelNoise) -> Self {
+        let count = 1 << noise.column_bits;
+        let columns = noise.columns.chunks(count).zip(noise.fine.chunks(count));
+        let of_knot = |(columns, fine): (&[Column], &[Fine])| {
+            let mut law = [0.0; 256];
+            for (column, &fine) in columns.iter().zip(fine) {
+                column.add_law(fine, 1.0 / count as f64, &mut law);
+            }
+            let mut sum = 0.0;
+            law.map(|probability| {
+                sum += probability;
+                sum as f32
+            })
+        };
+        Self {
+            scale: noise.scale,
+            up_to: columns.map(of_knot).collect(),
+        }
+    }
+
+    /// The grey level of a pixel of a linear value such that a `part` of all readings, from 0 up to 1, are lower or the same.
+    #[inline]
+    pub fn grey(&self, linear: f32, part: f32) -> u8 {
+        let Site(site) = self.scale.site(linear);
+        let (knot, next) = ((site >> 16) as usize, (site & 0xffff) as f32 / 65536.0);
+        let below = &self.up_to[knot];
+        let above = self.up_to.get(knot + 1).unwrap_or(below);
+        let (mut low, mut high) = (0usize, 255);
+        while low < high {
+            let middle = (low + high) / 2;
+            if below[middle] * (1.0 - next) + above[middle] * next > part {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        low as u8
+    }
+}
+
 /// Knots from darkness to where all pixels are white.
 fn scale(noise: &Noise, laws: &mut ManyLaws) -> Scale {
     let deviation = noise.read_noise_e;
@@ -254,6 +304,26 @@ mod tests {
                     apart / 2.0
                 );
                 linear *= 1.37;
+            }
+        }
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_law() {
+        const PARTS: u32 = 100_000;
+        for camera in CAMERAS {
+            let pixels = PixelNoise::new(&noise(camera));
+            let law = PixelLaw::new(&pixels);
+            for linear in [0.0, 0.01, 0.7, 1.0, 3.1, 9.0] {
+                let mut counts = [0; 256];
+                for k in 0..PARTS {
+                    let grey = law.grey(linear, (k as f32 + 0.5) / PARTS as f32);
+                    counts[usize::from(grey)] += 1;
+                }
+                for (count, p) in counts.into_iter().zip(pixels.distribution(linear)) {
+                    let part = f64::from(count) / f64::from(PARTS);
+                    assert!((part - p).abs() < 2.0 / f64::from(PARTS), "{part} for {p}");
+                }
             }
         }
     }

@@ -26,7 +26,7 @@ pub struct Sweep {
     pub detectors: Vec<DetectorChoice>,
     /// Frames of a cell, at most; 1 to [`MOST_FRAMES`].
     pub frames: u64,
-    /// Bit errors from which on a cell has enough; none: all frames are done.
+    /// Bit errors from which on a cell has enough, or swarms that reached one; none: all frames are done.
     pub stop_errors: Option<u64>,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -34,6 +34,8 @@ pub struct Sweep {
     pub random_reflectance: bool,
     /// How exactly frames are drawn.
     pub level: Level,
+    /// Whether errors are reached by splitting ([`crate::rare`]) instead of counted; frames are then those that swarms begin with, in whole swarms.
+    pub rare_events: bool,
 }
 
 /// One key of a scene and its values, as they would be written after `--set KEY=`.
@@ -124,6 +126,7 @@ impl Sweep {
             seed: settings.seed,
             random_reflectance: settings.random_reflectance,
             level: settings.level,
+            rare_events: false,
         }
     }
 

@@ -50,7 +50,7 @@ mod summary;
 mod tests;
 
 pub use description::{Axis, Cell, MOST_CELLS, MOST_FRAMES, Sweep, SweepError};
-pub use plan_file::{Division, PlanError, PlanFile};
+pub use plan_file::{Division, EXAMPLE, PlanError, PlanFile};
 pub use results::{Results, ResultsError};
 pub use run::{News, Run};
 pub use shard::{MOST_SHARDS, Partition, Shard, ShardError, Work};

@@ -1,23 +1,7 @@
 //! The TOML file that describes a sweep.
 //!
 //! ```toml
-//! scene = "night"                  # a preset, a file, or a table of scene keys; paper where nothing is said
-//! detectors = ["kmeans", "best"]   # kmeans where nothing is said
-//! frames = 1_000_000               # of a cell, at most
-//! seed = 1
-//! random_reflectance = false       # true: each frame's from 0.3 to 0.5
-//! level = "fast"                   # or fine
-//!
-//! [stop]                           # whichever comes first; may be left out
-//! errors = 1000                    # bit errors of a cell
-//! bits = 64_000_000                # bits of a cell; may stand for frames
-//!
-//! [set]                            # scene keys that hold for all cells
-//! link.l2a = 2
-//!
-//! [grid]                           # every combination is a cell, with each detector
-//! pose.distance_m = [30, 50, 70]
-//! panel.interval = [0.5, 1]
+#![doc = include_str!("example.toml")]
 //! ```
 
 use serde::{Deserialize, Serialize};
@@ -27,6 +11,9 @@ use super::{Axis, Sweep, SweepError};
 use crate::accuracy::Level;
 use crate::detectors::DetectorChoice;
 use crate::scene::{Scene, SceneError, parse_value};
+
+/// A plan with every key that there is, and what it means.
+pub const EXAMPLE: &str = include_str!("example.toml");
 
 /// A sweep as its file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,6 +126,8 @@ struct Written {
     #[serde(default)]
     level: Level,
     #[serde(default)]
+    rare_events: bool,
+    #[serde(default)]
     stop: Stop,
     #[serde(default)]
     set: Table,
@@ -203,6 +192,7 @@ impl Sweep {
             seed: written.seed.unwrap_or(1),
             random_reflectance: written.random_reflectance,
             level: written.level,
+            rare_events: written.rare_events,
         };
         if let Some(axis) = sweep.grid.iter().find(|axis| names(&set, &axis.key)) {
             let key = axis.key.clone();
@@ -252,6 +242,7 @@ impl PlanFile {
             seed: Some(sweep.seed),
             random_reflectance: sweep.random_reflectance,
             level: sweep.level,
+            rare_events: sweep.rare_events,
             stop: Stop {
                 errors: sweep.stop_errors,
                 bits: None,
@@ -374,6 +365,16 @@ mod tests {
         );
         assert_eq!(scene.link.l2a, crate::scene::L2a::Ratio(1.5));
         assert_eq!(sweep.cell(6).detector, DetectorChoice::KMeans);
+    }
+
+    #[test]
+    fn the_example_has_every_key_but_the_division() {
+        let plan = Sweep::from_toml("the example", EXAMPLE, &[]).unwrap();
+        plan.sweep.check().unwrap();
+        let keys: Table = toml::from_str(EXAMPLE).unwrap();
+        let all: Table = toml::from_str(&plan.to_toml().unwrap()).unwrap();
+        let missing: Vec<&String> = all.keys().filter(|key| !keys.contains_key(*key)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
     }
 
     #[test]

@@ -265,6 +265,7 @@ fn differences(one: &Sweep, other: &Sweep) -> Vec<&'static str> {
             one.random_reflectance == other.random_reflectance,
         ),
         ("level", one.level == other.level),
+        ("rare events", one.rare_events == other.rare_events),
     ];
     let differing = parts.into_iter().filter(|(_, same)| !same);
     differing.map(|(name, _)| name).collect()

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::shard::Expected;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
-use crate::evaluate::{CHUNK, EvaluateError, Evaluation, Evaluator, Workspace};
+use crate::evaluate::{CHUNK, Evaluation, Evaluator, Workspace};
+use crate::rare::{RareEvaluator, RareWorkspace};
 use crate::tally::Standing;
 
 /// Chunks that are worked on for each thread before results are added up and shown.
@@ -43,10 +44,10 @@ impl Sweep {
         (0..self.cells())
             .into_par_iter()
             .map(|cell| {
-                let evaluator = self.evaluator(cell)?;
-                let first = self.chunk(cell, &evaluator, 0, &mut evaluator.workspace())?;
-                let errors = first.errors;
-                let expected = enough as f64 / errors.errors() as f64 * errors.frames() as f64;
+                let worker = self.worker(cell)?;
+                let first = self.chunk(cell, &worker, 0, &mut worker.room())?;
+                let frames = CHUNK.min(self.frames) as f64;
+                let expected = enough as f64 / first.bit_errors() as f64 * frames;
                 Ok((expected.ceil() as u64).clamp(1, self.frames))
             })
             .collect()
@@ -70,21 +71,54 @@ impl Sweep {
         Ok(Partition::new(self.chunks(), cells.collect()))
     }
 
-    fn evaluator(&self, cell: usize) -> Result<Evaluator, SweepError> {
-        Evaluator::new(&self.scene_of(cell)?, self.settings_of(cell))
-            .map_err(|fault| self.evaluate_error(cell, fault))
+    fn worker(&self, cell: usize) -> Result<Worker, SweepError> {
+        let (scene, settings) = (self.scene_of(cell)?, self.settings_of(cell));
+        let worker = if self.rare_events {
+            RareEvaluator::new(&scene, settings)
+                .map(|evaluator| Worker::Splitting(evaluator.into()))
+        } else {
+            Evaluator::new(&scene, settings).map(|evaluator| Worker::Counting(evaluator.into()))
+        };
+        worker.map_err(|fault| self.evaluate_error(cell, fault))
     }
 
     fn chunk(
         &self,
         cell: usize,
-        evaluator: &Evaluator,
+        worker: &Worker,
         chunk: u64,
-        workspace: &mut Workspace,
+        room: &mut Room,
     ) -> Result<Evaluation, SweepError> {
-        evaluator
-            .chunk(chunk, workspace)
-            .map_err(|fault: EvaluateError| self.evaluate_error(cell, fault))
+        let result = match (worker, room) {
+            (Worker::Splitting(evaluator), Room::Splitting(room)) => evaluator.chunk(chunk, room),
+            (Worker::Counting(evaluator), Room::Counting(room)) => evaluator.chunk(chunk, room),
+            (_, room) => {
+                *room = worker.room();
+                return self.chunk(cell, worker, chunk, room);
+            }
+        };
+        result.map_err(|fault| self.evaluate_error(cell, fault))
+    }
+}
+
+/// Who works on a cell.
+enum Worker {
+    Counting(Box<Evaluator>),
+    Splitting(Box<RareEvaluator>),
+}
+
+/// What a thread needs for that.
+enum Room {
+    Counting(Box<Workspace>),
+    Splitting(Box<RareWorkspace>),
+}
+
+impl Worker {
+    fn room(&self) -> Room {
+        match self {
+            Self::Counting(evaluator) => Room::Counting(evaluator.workspace().into()),
+            Self::Splitting(evaluator) => Room::Splitting(evaluator.workspace().into()),
+        }
     }
 }
 
@@ -128,7 +162,7 @@ impl<'a> Run<'a> {
         mut progress: impl FnMut(&News) -> bool,
     ) -> Result<bool, SweepError> {
         let mut left: Vec<&Work> = self.work.iter().collect();
-        let mut open: BTreeMap<usize, Evaluator> = BTreeMap::new();
+        let mut open: BTreeMap<usize, Worker> = BTreeMap::new();
         loop {
             let finished = self.put_away_finished(&mut left, results);
             let going_on = progress(&News {
@@ -147,7 +181,7 @@ impl<'a> Run<'a> {
             new.retain(|cell| !open.contains_key(cell));
             let made = new
                 .par_iter()
-                .map(|&cell| Ok((cell, self.sweep.evaluator(cell)?)));
+                .map(|&cell| Ok((cell, self.sweep.worker(cell)?)));
             open.extend(made.collect::<Result<Vec<_>, SweepError>>()?);
             let parts = self.evaluate(&batch, &open);
             for ((cell, chunk), part) in batch.into_iter().zip(parts) {
@@ -197,15 +231,15 @@ impl<'a> Run<'a> {
     fn evaluate(
         &self,
         batch: &[(usize, u64)],
-        open: &BTreeMap<usize, Evaluator>,
+        open: &BTreeMap<usize, Worker>,
     ) -> Vec<Result<Evaluation, SweepError>> {
-        let part = |room: &mut Option<(usize, Workspace)>, &(cell, chunk): &(usize, u64)| {
-            let evaluator = &open[&cell];
-            let (_, workspace) = match room {
+        let part = |room: &mut Option<(usize, Room)>, &(cell, chunk): &(usize, u64)| {
+            let worker = &open[&cell];
+            let (_, room) = match room {
                 Some(room) if room.0 == cell => room,
-                other => other.insert((cell, evaluator.workspace())),
+                other => other.insert((cell, worker.room())),
             };
-            self.sweep.chunk(cell, evaluator, chunk, workspace)
+            self.sweep.chunk(cell, worker, chunk, room)
         };
         batch.par_iter().map_init(|| None, part).collect()
     }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Results, Sweep};
+use crate::rare::SWARM;
 use crate::tally::Standing;
 
 /// What came out for one cell.
@@ -19,17 +20,19 @@ pub struct Summary {
     pub finished: bool,
     /// Frames.
     pub frames: u64,
-    /// Their bits.
+    /// Bits that were looked at: all of a frame, or where errors are rare one.
     pub bits: u64,
-    /// Those read wrongly.
+    /// Those read wrongly; where errors are rare, the swarms that reached one.
     pub bit_errors: u64,
+    /// The number of counted errors that would tell as much.
+    pub effective_errors: f64,
     /// Bit error rate.
     pub ber: f64,
     /// Its 95 % interval.
     pub ber_95: [f64; 2],
-    /// Between-class variance.
+    /// Between-class variance; not a number where errors are reached by splitting, which measures none.
     pub bvar: f64,
-    /// Within-class variance.
+    /// Within-class variance, likewise.
     pub wvar: f64,
     /// Their ratio, where there is one.
     pub b2w: Option<f64>,
@@ -39,20 +42,32 @@ impl Results {
     /// What came out for a cell so far.
     pub fn summary(&self, cell: usize) -> Summary {
         let total = self.total(cell);
-        let (variances, errors) = (total.distinguishability(), total.errors);
+        let (counted, rare) = (total.errors, total.rare);
+        let variances = total.distinguishability();
+        let variance = |value| if rare.is_empty() { value } else { f64::NAN };
+        let rare_frames = rare.swarms() * SWARM as u64;
         let setting = self.sweep().cell(cell);
         Summary {
             cell,
             values: setting.values,
             detector: setting.detector.name(),
             finished: matches!(self.standing(cell), Standing::Done(_)),
-            frames: errors.frames(),
-            bits: errors.bits(),
-            bit_errors: errors.errors(),
-            ber: errors.rate(),
-            ber_95: errors.interval_95(),
-            bvar: variances.bvar,
-            wvar: variances.wvar,
+            frames: counted.frames() + rare_frames,
+            bits: counted.bits() + rare_frames,
+            bit_errors: total.bit_errors(),
+            effective_errors: if rare.is_empty() {
+                counted.errors() as f64
+            } else {
+                rare.effective_errors()
+            },
+            ber: counted.rate() + rare.rate(),
+            ber_95: if rare.is_empty() {
+                counted.interval_95()
+            } else {
+                rare.interval_95()
+            },
+            bvar: variance(variances.bvar),
+            wvar: variance(variances.wvar),
             b2w: variances.b2w,
         }
     }
@@ -76,6 +91,7 @@ fn names(sweep: &Sweep) -> Vec<String> {
         "frames",
         "bits",
         "bit_errors",
+        "effective_errors",
         "ber",
         "ber_low_95",
         "ber_high_95",
@@ -96,6 +112,7 @@ impl Summary {
             self.frames.to_string(),
             self.bits.to_string(),
             self.bit_errors.to_string(),
+            number(self.effective_errors),
             number(self.ber),
             number(self.ber_95[0]),
             number(self.ber_95[1]),

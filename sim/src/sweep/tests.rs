@@ -55,6 +55,24 @@ proptest! {
 }
 
 #[test]
+fn swarms_add_up_from_shards_and_files() {
+    let text = "frames = 1000\nrare_events = true\ndetectors = [\"otsu\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [20, 50]";
+    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    let whole = run(&sweep, Shard::WHOLE);
+    let total = whole.total(1);
+    assert_eq!((total.rare.swarms(), total.errors.frames()), (4, 0));
+    assert!(total.rare.rate() > 0.0);
+    let parts = (0..3).map(|index| {
+        let part = run(&sweep, Shard::new(index, 3).unwrap());
+        Results::from_json(&part.to_json().unwrap()).unwrap()
+    });
+    let merged = merged(parts).unwrap();
+    assert_eq!(merged.to_json().unwrap(), whole.to_json().unwrap());
+    // No features were measured.
+    assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
+}
+
+#[test]
 fn cells_end_where_they_have_enough_and_no_sooner() {
     let sweep = sweep(8000, Some(300));
     let results = run(&sweep, Shard::WHOLE);
