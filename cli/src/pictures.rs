@@ -74,6 +74,11 @@ pub fn write_aside(
     path: &Path,
     write: impl FnOnce(&Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
+    let unwritten = || format!("cannot write {}", path.display());
+    // A device or a pipe is written to, not replaced.
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return write(path).with_context(unwritten);
+    }
     let mut name = path
         .file_name()
         .with_context(|| format!("{} names no file", path.display()))?
@@ -88,6 +93,6 @@ pub fn write_aside(
     written.map_err(|error| {
         // What is left of it is of no use; that it cannot be removed changes nothing.
         let _ = std::fs::remove_file(&aside);
-        error.context(format!("cannot write {}", path.display()))
+        error.context(unwritten())
     })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use sim::sweep::{News, Results, Run};
 
 use crate::pictures::write_aside;
@@ -16,6 +16,13 @@ const KEEP_EVERY: Duration = Duration::from_secs(10);
 /// # Errors
 /// When there is no such file, or it holds no whole results of this version.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
+    // A device may have no end.
+    let is_file = !path.exists() || path.is_file();
+    ensure!(
+        is_file,
+        "{} is no file: give results that were kept",
+        path.display()
+    );
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("cannot read the results {}", path.display()))?;
     Results::from_json(&text).with_context(|| path.display().to_string())
@@ -44,7 +51,7 @@ pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
 /// Writes results, and a table beside them as comma-separated values.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     write(results, path)?;
     let table = results.to_csv();

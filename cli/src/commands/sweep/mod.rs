@@ -5,11 +5,12 @@ pub mod folder;
 pub mod report;
 mod slurm;
 mod status;
+mod time_limit;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use sim::sweep::{PlanFile, Results, Run, Shard, Sweep};
+use sim::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
@@ -17,10 +18,31 @@ use crate::results;
 
 use report::Report;
 
+/// What a plan looks like, and how sweeps are done in parts.
+fn help() -> String {
+    format!(
+        "\
+A plan (`vocc scene NAME` prints the keys of a scene):
+
+{EXAMPLE}
+In parts, on one computer or many, by hand:
+  vocc sweep PLAN.toml --out DIR --shard 0/2
+  vocc sweep PLAN.toml --out DIR --shard 1/2
+  vocc merge DIR --out DIR/sweep.json
+
+On a cluster, from a folder that all nodes see:
+  vocc sweep PLAN.toml --slurm DIR --submit --shards 100 --time 01:00:00
+  vocc sweep --status DIR
+
+Exit status: 0 done; 1 ended before all was done (go on with --resume), or --status with something missing; 2 bad input."
+    )
+}
+
 /// Arguments of `vocc sweep`.
 #[derive(clap::Args)]
+#[command(after_long_help = help())]
 pub struct Arguments {
-    /// The plan: a TOML file with a scene, a grid over its keys, detectors, frames and a stopping rule.
+    /// The plan: a TOML file with a scene, a grid over its keys, detectors, frames and a stopping rule (--help has an example).
     #[arg(value_name = "PLAN.toml", required_unless_present = "status")]
     plan: Option<PathBuf>,
     /// Keep what is finished in this folder: sweep.json, and a table (.csv) and a plot (.svg, .png) beside it.
@@ -33,7 +55,7 @@ pub struct Arguments {
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     /// What is there of the shards in this folder, what is missing and what failed.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "slurm"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "folder"])]
     status: Option<PathBuf>,
     #[command(flatten)]
     slurm: slurm::Options,

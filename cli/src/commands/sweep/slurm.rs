@@ -7,6 +7,7 @@ use anyhow::{Context, ensure};
 use sim::sweep::{MOST_SHARDS, PlanFile};
 
 use super::folder;
+use super::time_limit::TimeLimit;
 use crate::output::{Answer, line};
 use crate::pictures::write_aside;
 
@@ -20,15 +21,20 @@ pub struct Options {
     /// Hand the jobs to Slurm.
     #[arg(long, requires = "folder")]
     submit: bool,
-    /// Shards: tasks of the array.
+    /// Shards: tasks of the array. Many clusters allow 1001 in one array (MaxArraySize of `scontrol show config`).
     #[arg(long, default_value_t = 16, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
     shards: u64,
     /// The partition; the cluster's default without it.
     #[arg(long, requires = "folder", value_name = "NAME", value_parser = word)]
     partition: Option<String>,
     /// Time limit of a task, as sbatch takes it. A task that reaches it keeps what it has, and is queued again.
-    #[arg(long, default_value = "01:00:00", requires = "folder", value_name = "TIME", value_parser = word)]
-    time: String,
+    #[arg(
+        long,
+        default_value = "01:00:00",
+        requires = "folder",
+        value_name = "TIME"
+    )]
+    time: TimeLimit,
     /// Memory of a task, as sbatch takes it.
     #[arg(long, default_value = "1G", requires = "folder", value_name = "SIZE", value_parser = word)]
     mem: String,
@@ -45,6 +51,9 @@ pub struct Options {
     #[arg(long, requires = "folder", value_name = "OPTION", value_parser = line_of_text)]
     sbatch: Vec<String>,
 }
+
+/// Slurm tells a task so much earlier than asked, at most.
+const EARLIER_S: u64 = 60;
 
 /// A word that needs no quotes.
 fn word(text: &str) -> Result<String, String> {
@@ -69,10 +78,23 @@ impl Options {
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
+
+    /// Sees to it that a task has time to work before it is told to end.
+    fn check(&self) -> anyhow::Result<()> {
+        let least = u64::from(self.notice) + EARLIER_S;
+        ensure!(
+            self.time.seconds.is_none_or(|limit| limit > least),
+            "--time {} leaves no time to work: with --notice {} a task may be told to end {least} s before its limit; give it more time, or less notice",
+            self.time.text,
+            self.notice
+        );
+        Ok(())
+    }
 }
 
 /// Writes the scripts, and submits them if asked to.
 pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Answer> {
+    options.check()?;
     plan.sweep.check()?;
     folder::begin(path, &plan, options.shards)?;
     let path = std::fs::canonicalize(path)?;
@@ -163,7 +185,7 @@ impl<'a> Job<'a> {
             .cloned()
             .chain(partition.map(|name| format!("--partition={name}")))
             .chain([
-                format!("--time={}", self.options.time),
+                format!("--time={}", self.options.time.text),
                 format!("--mem={}", self.options.mem),
                 "--nodes=1".into(),
                 "--ntasks=1".into(),

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use anyhow::Context;
 use serde::Serialize;
 use sim::sweep::{Partition, Results, Shard, Sweep, Work};
 use sim::tally::Standing;
 
-use super::folder;
+use super::{folder, report};
 use crate::output::{Answer, json, line};
 use crate::results;
 
@@ -33,10 +34,22 @@ struct Status {
     why: Option<String>,
 }
 
-/// Prints how each shard is, and what to do about those that are not done.
+/// Prints how each shard is, and what to do about those that are not done; of a sweep that was not divided, how each cell is.
 pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
+    if !folder::plan(path).exists() && folder::whole(path).exists() {
+        return undivided(&folder::whole(path), as_json);
+    }
     let plan = folder::kept_plan(path)?;
-    let count = plan.division.as_ref().map_or(1, |division| division.shards);
+    let count = plan
+        .division
+        .as_ref()
+        .map(|division| division.shards)
+        .with_context(|| {
+            format!(
+                "{} is no folder of a sweep's shards: the plan in it has no [division]; name the folder that --out or --slurm named",
+                path.display()
+            )
+        })?;
     let partition = plan.sweep.partition(plan.expected_frames())?;
     let mut open = Vec::new();
     for index in 0..count {
@@ -67,6 +80,17 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
         }
     }
     Ok(if open.is_empty() {
+        Answer::Yes
+    } else {
+        Answer::No
+    })
+}
+
+fn undivided(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
+    let results = results::read(path)?;
+    report::print(&results, as_json)?;
+    let mut cells = 0..results.sweep().cells();
+    Ok(if cells.all(|cell| results.summary(cell).finished) {
         Answer::Yes
     } else {
         Answer::No
