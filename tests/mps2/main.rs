@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use libtest_mimic::{Arguments, Trial};
-use vocc_tests::firmware;
+use vocc_tests::{firmware, programs};
 
 type Test = fn(&Path);
 
@@ -70,7 +70,7 @@ fn main() -> ExitCode {
 
 /// The board's program, built as a user would, and the emulator.
 fn provide() -> Result<PathBuf, String> {
-    firmware::output(
+    programs::output(
         Command::new("bash")
             .arg("tests/provide")
             .arg("qemu-system-arm"),

@@ -9,8 +9,9 @@ use std::time::Duration;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use vocc_tests::programs::root;
+
 use crate::image::Programs;
-use vocc_tests::firmware::root;
 
 /// Cycles of the system clock in a second.
 pub const CLOCK_HZ: f64 = 125e6;

@@ -1,9 +1,10 @@
 //! The image that is flashed, and what it takes to run it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
-use vocc_tests::firmware::{self, output, root};
+use vocc_tests::firmware;
+use vocc_tests::programs::{self, output, root};
 
 /// What the tests run: each is made by the command that a user would give.
 pub struct Programs {
@@ -21,27 +22,11 @@ impl Programs {
     pub fn provide() -> Result<Self, String> {
         provide_emulator()?;
         let built = firmware::build("thumbv6m-none-eabi", "tx-firmware/boards/pico")?;
-        let beside = beside_the_tests()?;
-        let optimised = beside.ends_with("release").then_some("--release");
-        output(
-            Command::new(env!("CARGO"))
-                .args(["build", "--quiet", "--locked", "--bin", "vocc"])
-                .args(optimised),
-        )?;
         Ok(Self {
             image: built.join("vocc-pico"),
-            vocc: beside.join("vocc"),
+            vocc: programs::vocc()?,
         })
     }
-}
-
-/// Where Cargo puts programs of the profile that this test was built with.
-fn beside_the_tests() -> Result<PathBuf, String> {
-    let test = std::env::current_exe().map_err(|error| error.to_string())?;
-    let folder = test.parent().and_then(Path::parent);
-    folder
-        .map(Path::to_owned)
-        .ok_or(format!("{} lies in no target folder", test.display()))
 }
 
 fn provide_emulator() -> Result<(), String> {

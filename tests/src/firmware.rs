@@ -1,34 +1,10 @@
 //! Programs for microcontrollers: built, and measured.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
+use std::process::Command;
 
-/// The repository's root.
-pub fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-}
-
-/// Runs a command in the repository's root; what it printed.
-///
-/// # Errors
-/// That it could not be run, or what it said when it failed.
-pub fn output(command: &mut Command) -> Result<String, String> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let output = command
-        .current_dir(root())
-        .stdin(Stdio::null())
-        .output()
-        .map_err(|error| format!("{name} cannot be run: {error}"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!(
-            "{name} failed: {}",
-            String::from_utf8_lossy(&output.stderr)
-        ))
-    }
-}
+use crate::programs::output;
 
 /// Builds the program in the folder `board` as a user would; the folder that it then lies in.
 ///

@@ -4,6 +4,7 @@ pub mod firmware;
 pub mod least_squares;
 pub mod naive;
 pub mod offset;
+pub mod programs;
 pub mod sightings;
 
 use std::fs;
