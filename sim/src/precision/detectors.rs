@@ -259,7 +259,7 @@ impl Panels {
                 likelihood,
                 experience,
             } => {
-                likelihood.set_experience(*experience);
+                likelihood.set_experience(**experience);
                 let frame = Frame::new(pixels, self.region.width, self.region.height);
                 let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
                 detection
@@ -286,7 +286,7 @@ enum Reader {
     },
     Pixels {
         likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-        experience: Experience,
+        experience: Box<Experience>,
     },
 }
 
@@ -312,7 +312,7 @@ impl Reader {
     fn pixels(scene: &Scene, experience: Experience) -> Self {
         Self::Pixels {
             likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
-            experience,
+            experience: Box::new(experience),
         }
     }
 }
