@@ -3,8 +3,8 @@
 //! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0. For the difference of two
 //! frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences of light count by the grey levels they make.
 //!
-//! The slope of the sum of squares is exact; its curvature is that of Gaussians on the plane, scaled to each spot's own weight. So a step costs
-//! one look at each spot's pixels.
+//! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or saturated middles; between
+//! neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at each spot's pixels.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -151,13 +151,16 @@ impl Sums {
     }
 }
 
-/// Sums of one spot times the weighted residual.
+/// Sums of one spot g times the weighted residual, and of the weights.
 #[derive(Clone, Copy, Default)]
 struct Moments {
     height: f32,
     along: [f32; 2],
     width: f32,
+    /// Σ w·g², and the same times d² and times d⁴, d the distance from the spot's centre.
     weight: f32,
+    spread: f32,
+    tails: f32,
 }
 
 /// One spot's heights along x and along y, within the window.
@@ -247,41 +250,49 @@ impl Profile {
 
     /// Its sums with a weighted residual.
     fn moments(&self, residual: &[f32], weight: &[f32], width: usize) -> Moments {
-        let mut sums = [[0.0; LANES]; 5];
+        let mut sums = [[0.0; LANES]; 7];
         for (j, &down) in self.down.iter().enumerate().take(self.rows) {
             let start = (self.start[1] + j) * width + self.start[0];
             let end = (start + self.padded).min(residual.len());
-            let [height, along, wide, squares] =
+            let [height, along, wide, squares, spread, tails] =
                 self.dots(&residual[start..end], &weight[start..end]);
             let dy = self.first_y + j as f32;
+            let (dy2, down2) = (dy * dy, down * down);
             for i in 0..LANES {
                 sums[0][i] += down * height[i];
                 sums[1][i] += down * along[i];
                 sums[2][i] += down * dy * height[i];
-                sums[3][i] += down * (wide[i] + dy * dy * height[i]);
-                sums[4][i] += down * down * squares[i];
+                sums[3][i] += down * (wide[i] + dy2 * height[i]);
+                sums[4][i] += down2 * squares[i];
+                sums[5][i] += down2 * (spread[i] + dy2 * squares[i]);
+                sums[6][i] += down2 * (tails[i] + dy2 * (2.0 * spread[i] + dy2 * squares[i]));
             }
         }
-        let [height, along, across, width, weight] = sums.map(|lanes| lanes.iter().sum());
+        let [height, along, across, width, weight, spread, tails] =
+            sums.map(|lanes| lanes.iter().sum());
         Moments {
             height,
             along: [along, across],
             width,
             weight,
+            spread,
+            tails,
         }
     }
 
-    /// Lane by lane, the products of a row's residuals with the three profiles, and of its weights with the first one's square.
-    fn dots(&self, residual: &[f32], weight: &[f32]) -> [[f32; LANES]; 4] {
+    /// Lane by lane, the products of a row's residuals with the three profiles, and of its weights with their squares.
+    fn dots(&self, residual: &[f32], weight: &[f32]) -> [[f32; LANES]; 6] {
         let [plain, once, twice] = self.across.each_ref().map(|row| row.as_chunks::<LANES>().0);
         let profiles = plain.iter().zip(once).zip(twice);
-        let mut dots = [[0.0; LANES]; 4];
+        let mut dots = [[0.0; LANES]; 6];
         let mut add = |r: &[f32; LANES], w: &[f32; LANES], ((plain, once), twice): Lines<'_>| {
             for i in 0..LANES {
                 dots[0][i] += r[i] * plain[i];
                 dots[1][i] += r[i] * once[i];
                 dots[2][i] += r[i] * twice[i];
                 dots[3][i] += w[i] * plain[i] * plain[i];
+                dots[4][i] += w[i] * once[i] * once[i];
+                dots[5][i] += w[i] * twice[i] * twice[i];
             }
         };
         let (residual, rest) = residual.as_chunks::<LANES>();
@@ -520,11 +531,13 @@ impl Spots {
     /// The shape one step down the slope.
     pub fn reshaped(&self, slope: &Slope, damping: f32) -> Option<Self> {
         let overlaps = self.overlaps();
+        let s2 = self.sigma * self.sigma;
         let mut normal = SMatrix::<f32, SHAPE, SHAPE>::zeros();
         let mut gradient = SVector::<f32, SHAPE>::zeros();
-        let s2 = self.sigma * self.sigma;
-        let strength: [f32; LEDS] =
-            core::array::from_fn(|led| self.amplitude(led) * libm::sqrtf(slope.led[led].weight));
+        // On the plane Σ g²·d² is σ² times Σ g².
+        let strength: [f32; LEDS] = core::array::from_fn(|led| {
+            self.amplitude(led) * libm::sqrtf(slope.led[led].spread / s2)
+        });
         for (du, dv) in neighbourhood() {
             let together = together(&strength, du, dv);
             let [xx, xy, yy] = overlaps[du][dv].1;
@@ -538,8 +551,9 @@ impl Spots {
             }
         }
         let place = |k: usize| [1.0, (k % SIDE) as f32 - MIDDLE, (k / SIDE) as f32 - MIDDLE];
-        // ∫(g·d²/σ²)² over ∫g² is 2.
-        normal[(6, 6)] = 2.0 * strength.iter().map(|s| s * s).sum::<f32>();
+        normal[(6, 6)] = (0..LEDS)
+            .map(|led| self.amplitude(led) * self.amplitude(led) * slope.led[led].tails / (s2 * s2))
+            .sum();
         for led in 0..LEDS {
             let m = &slope.led[led];
             let a = self.amplitude(led) / s2;

@@ -50,6 +50,9 @@ const SPEED_GAIN: f32 = 0.3;
 /// The same for the shape, which changes more slowly.
 const SHAPE_GAIN: f32 = 0.4;
 const GROWTH_GAIN: f32 = 0.05;
+/// The same for the spots' width, which hardly changes from frame to frame. A frame is asked for it with the levels as they were, and for the levels with the
+/// width as it was, so that both answer for the same light: more of it, and they would answer each other.
+const WIDTH_GAIN: f32 = 0.1;
 /// Room around the lattice in pitches.
 const RIM: f32 = 0.6;
 /// Frames further apart say nothing of each other.
@@ -248,7 +251,7 @@ impl Track {
         let usual = self.usual.map_or(explained, |usual| {
             usual + (explained - usual) / MEMORY_FRAMES
         });
-        let sigma = self.spots.sigma + SHAPE_GAIN * (shaped.sigma - self.spots.sigma);
+        let sigma = self.spots.sigma + WIDTH_GAIN * (shaped.sigma - self.spots.sigma);
         let track = Self {
             spots: Spots {
                 lattice: seen,
