@@ -211,13 +211,18 @@ impl Track {
             needed,
         };
         let mut slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
-        // Where brightness or exposure has changed the levels have to follow first.
+        // Where brightness has changed, or the panel moves otherwise than before, levels and place have to settle first.
         let mut explained = slope.explained();
-        for _ in 0..RELEVELLING {
-            if explained >= 0.9 * self.usual.unwrap_or(1.0) {
+        for _ in 0..ROUNDS {
+            if explained >= SETTLED * self.usual.unwrap_or(1.0) {
                 break;
             }
-            spots = spots.relevelled(&slope, false).ok_or(nothing)?;
+            let place = spots.reshaped(&slope, 0.05).ok_or(nothing)?.lattice;
+            let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
+            spots = Spots {
+                lattice: place,
+                ..levels
+            };
             slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
             explained = slope.explained();
         }
@@ -270,8 +275,10 @@ impl Track {
     }
 }
 
-/// Rounds in which levels settle that are wrong by any factor.
-const RELEVELLING: usize = 3;
+/// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`].
+const ROUNDS: usize = 3;
+/// What explains this share of what frames usually explain is settled.
+const SETTLED: f32 = 0.9;
 
 /// `lattice` moved by the shares `[place, shape]` of `by`.
 fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {
