@@ -48,8 +48,8 @@ const FARTHEST: f32 = 0.3;
 const PLACE_GAIN: f32 = 0.8;
 const SPEED_GAIN: f32 = 0.3;
 /// The same for the shape, which changes more slowly.
-const SHAPE_GAIN: f32 = 0.4;
-const GROWTH_GAIN: f32 = 0.05;
+const SHAPE_GAIN: f32 = 0.6;
+const GROWTH_GAIN: f32 = 0.12;
 /// The same for the spots' width, which hardly changes from frame to frame. A frame is asked for it with the levels as they were, and for the levels with the
 /// width as it was, so that both answer for the same light: more of it, and they would answer each other.
 const WIDTH_GAIN: f32 = 0.1;
