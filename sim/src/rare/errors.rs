@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// let mut errors = RareErrors::default();
 /// (0..100).for_each(|swarm| errors.push(if swarm % 2 == 0 { 1e-8 } else { 3e-8 }));
 /// assert!((errors.rate() - 2e-8).abs() < 1e-16);
-/// // The mean of 100 that are off by a half each.
-/// assert!((errors.effective_errors() - 400.0).abs() < 1e-6);
+/// // The mean of 100 that are off by a half each, one of which goes into the mean itself.
+/// assert!((errors.effective_errors() - 99.0 / 0.25).abs() < 1e-6);
 /// let [low, high] = errors.interval_95();
 /// assert!(1.8e-8 < low && low < 1.82e-8 && 2.2e-8 < high && high < 2.22e-8);
 /// ```
