@@ -101,9 +101,26 @@ pub struct Detection {
     pub soft: SoftPanel,
     /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
     pub confidence: f32,
-    /// Whether the exposure seems to have caught two symbols: no single panel explains the frame as well as panels explained
-    /// those before it. Only maximum likelihood can tell.
-    pub mixed: bool,
+    /// The two symbols that the exposure caught, if it seems to have: no single panel explains the frame as well as panels
+    /// explained those before it. Only maximum likelihood can tell.
+    pub mixed: Option<Mixture>,
+}
+
+/// What an exposure says that caught the end of one symbol and the beginning of the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mixture {
+    /// The log-likelihood ratios of the symbol that ended, by this exposure alone.
+    pub ending: SoftPanel,
+    /// Those of the symbol that began.
+    pub beginning: SoftPanel,
+}
+
+impl Mixture {
+    /// Two symbols that cannot be told apart.
+    pub const INSEPARABLE: Self = Self {
+        ending: SoftPanel::ERASED,
+        beginning: SoftPanel::ERASED,
+    };
 }
 
 /// Why a panel could not be read.
@@ -191,16 +208,16 @@ impl Detection {
         let right = llr.map(|llr| 1.0 / (1.0 + libm::expf(-llr.abs())));
         Self {
             bits,
-            soft: SoftPanel(llr.map(quantised)),
+            soft: soft_panel(&llr),
             confidence: right.iter().sum::<f32>() / LEDS as f32,
-            mixed: false,
+            mixed: None,
         }
     }
 }
 
-/// In steps of [`LLR_STEP`], within ±127.
-fn quantised(llr: f32) -> Llr {
-    libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr
+/// Log-likelihood ratios in nats, in steps of [`LLR_STEP`], within ±127.
+pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
+    SoftPanel(llr.map(|llr| libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr))
 }
 
 fn check_contrast(features: &Features) -> Result<(), DetectError> {

@@ -40,6 +40,7 @@
 mod experience;
 mod image;
 mod levels;
+mod mixture;
 mod search;
 mod sphere;
 mod spots;
@@ -49,11 +50,11 @@ mod view;
 pub use experience::Experience;
 
 use crate::corners::Corners;
-use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY};
+use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY, Mixture};
 use crate::frame::Frame;
 use image::{Curve, Image};
 use levels::{Equations, Levels, Pull};
-use link::panel::{LEDS, LLR_STEP, PanelFrame};
+use link::panel::{LEDS, LLR_STEP, PanelFrame, SoftPanel};
 use search::{Climb, Couplings, LEAST_GAIN};
 use sphere::Way;
 use spots::Spots;
@@ -197,9 +198,27 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         frame: &Frame<'_>,
         corners: &Corners,
     ) -> Result<Detection, DetectError> {
+        self.detect_after(&SoftPanel::ERASED, frame, corners)
+    }
+
+    /// The same where something is known of the symbol `before`, which the exposure may have caught the end of: what it
+    /// then shows of the next one can be told apart.
+    ///
+    /// # Errors
+    /// As [`Self::detect`].
+    pub fn detect_after(
+        &mut self,
+        before: &SoftPanel,
+        frame: &Frame<'_>,
+        corners: &Corners,
+    ) -> Result<Detection, DetectError> {
         let view = View::new(frame, corners, PIXELS);
         let mut best = self.search(frame, &view, self.experience)?;
         if !self.experience.fits(best.levels.noise) {
+            let two = self.two_symbols(frame, &view, before)?;
+            if let Some(two) = two.filter(|two| two.explain(&self.experience, best.levels.noise)) {
+                return Ok(two.detection());
+            }
             let anew = self.search(frame, &view, Experience::NONE)?;
             if anew.levels.noise < best.levels.noise {
                 best = anew;
@@ -223,7 +242,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             self.learn(&best);
         }
         Ok(Detection {
-            mixed,
+            mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr)
         })
     }

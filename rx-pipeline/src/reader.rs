@@ -149,13 +149,14 @@ impl Reader {
             };
         }
         let read = attempt.and_then(|(track, reading, _)| {
-            let reading = self.read_well(frame, track.lattice(), reading, tools, profile)?;
+            let reading =
+                self.read_well(number, frame, track.lattice(), reading, tools, profile)?;
             Ok((track, reading))
         });
         Some(match read {
             Ok((corrected, reading)) => {
                 // By what two symbols show together the place would be corrected wrongly.
-                let track = if reading.detection.mixed {
+                let track = if reading.detection.mixed.is_some() {
                     track
                 } else {
                     corrected
@@ -189,7 +190,7 @@ impl Reader {
     ) -> Result<Reading, Loss> {
         let lattice = &location.spots.lattice;
         let reading = self.read(frame, lattice, tools.map, profile)?;
-        let reading = self.read_well(frame, lattice, reading, tools, profile)?;
+        let reading = self.read_well(number, frame, lattice, reading, tools, profile)?;
         let track = Track::new(location.spots, number, (frame.width(), frame.height()));
         (self.track, self.seen) = (Some(track), Some(location.corners));
         Ok(reading)
@@ -251,6 +252,7 @@ impl Reader {
     /// Reads a panel whose place is known as well as the method does; `fast` is what served to follow it.
     fn read_well<const N: usize>(
         &self,
+        number: u64,
         frame: &Frame<'_>,
         lattice: &Lattice,
         fast: Reading,
@@ -261,8 +263,10 @@ impl Reader {
             return Ok(fast);
         };
         let corners = Corners::new(lattice.corners()).map_err(TrackError::from)?;
-        let detection =
-            profile.timed(Stage::Detect, || tools.likelihood.detect(frame, &corners))?;
+        let before = self.clock.before(number);
+        let detection = profile.timed(Stage::Detect, || {
+            tools.likelihood.detect_after(&before, frame, &corners)
+        })?;
         Ok(Reading { corners, detection })
     }
 
@@ -298,12 +302,9 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Outcome<'a> {
         let read = reading.as_ref().ok();
-        let ended = read.and_then(|Reading { detection, .. }| {
-            if detection.mixed {
-                self.clock.push_mixed(number, &detection.soft)
-            } else {
-                self.clock.push(number, &detection.soft)
-            }
+        let ended = read.and_then(|Reading { detection, .. }| match &detection.mixed {
+            Some(mixture) => self.clock.push_mixed(number, mixture),
+            None => self.clock.push(number, &detection.soft),
         });
         let symbol = read.and_then(|_| self.clock.current());
         profile.begins(Stage::Decode);

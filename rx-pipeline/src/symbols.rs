@@ -10,12 +10,13 @@
 //!
 //! (`cargo test -p rx-pipeline symbols` computes both.)
 //!
-//! An exposure that caught two symbols, mixed, adds to neither. But it says when it began: just before the end of the symbol that was
-//! being shown. After it the next frame shows another symbol for certain.
+//! An exposure that caught two symbols adds to both what it says of each, and ends the one. It also says when it began: just before that
+//! end. So the next frame shows the other symbol, however little the exposure caught of it.
 //!
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
+use crate::detect::Mixture;
 use link::panel::{Llr, SoftPanel};
 
 /// The correlation from which a reading is the last symbol again.
@@ -86,8 +87,8 @@ struct Current {
     reading: SoftPanel,
     /// Where within its symbol the last frame's exposure began, at least and at most: 0 the symbol's start, 1 its end.
     phase: (f64, f64),
-    /// Whether the last frame caught the symbol's end.
-    ended: bool,
+    /// Whether no frame has shown the symbol alone yet, only the end of one that caught the symbol before it too.
+    partial: bool,
 }
 
 impl SymbolClock {
@@ -120,8 +121,11 @@ impl SymbolClock {
             return None;
         };
         let (elapsed, phase) = current.phase_at(frame, self.symbols_per_frame)?;
-        let may_repeat = !current.ended && (phase.0 < 1.0 || elapsed == 1);
-        let must_repeat = may_repeat && phase.1 + reach < 1.0;
+        let may_repeat = phase.0 < 1.0 || elapsed == 1;
+        let clearly_before_its_end = phase.1 + reach < 1.0;
+        let likely_before_its_end = phase.0 + phase.1 < 2.0;
+        let must_repeat =
+            may_repeat && (clearly_before_its_end || current.partial && likely_before_its_end);
         if must_repeat || may_repeat && correlation(&current.reading, reading) >= REPEAT_CORRELATION
         {
             current.merge(frame, reading);
@@ -136,28 +140,36 @@ impl SymbolClock {
         Some(done)
     }
 
-    /// Takes in that frame `frame` caught the end of one symbol and the beginning of the next, `reading` being what can be
-    /// read of the two together; gives the symbol before both, if the frame shows the last one's end no more.
-    pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel) -> Option<Symbol> {
+    /// Takes in what frame `frame` says, which caught the end of one symbol and the beginning of the next; gives the last one of
+    /// which it is the end, or which was over before.
+    pub fn push_mixed(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
         let reach = self.exposure();
-        let ending = (1.0 - reach, 1.0);
         let current = self.current.as_mut()?;
         let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
-        if phase.0 < 1.0 {
-            current.symbol.last_frame = frame;
-            current.phase = within(phase, ending);
-            current.ended = true;
-            return None;
-        }
-        // A symbol that no frame shows alone.
+        let (advance, (earliest, latest)) = if phase.0 < 1.0 {
+            current.merge(frame, &mixture.ending);
+            (0.0, phase)
+        } else {
+            // The symbol that ends here was shown by no frame alone: nothing is known of it.
+            advanced(phase)
+        };
         let done = current.symbol;
-        let (advance, phase) = advanced(phase);
-        let index = done.index.wrapping_add(advance as u32);
-        self.start(frame, reading, index, within(phase, ending));
+        let index = done.index.wrapping_add(advance as u32).wrapping_add(1);
+        let phase = within((earliest - 1.0, latest - 1.0), (-reach, 0.0));
+        self.start(frame, &mixture.beginning, index, phase);
         if let Some(current) = &mut self.current {
-            current.ended = true;
+            current.partial = true;
         }
         Some(done)
+    }
+
+    /// What is known of the symbol that frame `frame` shows the end of, if it shows the end of one; nothing if it has passed.
+    pub fn before(&self, frame: u64) -> SoftPanel {
+        let current = self.current.as_ref().filter(|current| {
+            let phase = current.phase_at(frame, self.symbols_per_frame);
+            phase.is_some_and(|(_, (earliest, _))| earliest < 1.0)
+        });
+        current.map_or(SoftPanel::ERASED, |current| current.symbol.panel)
     }
 
     /// The longest exposure, in symbols.
@@ -186,7 +198,7 @@ impl SymbolClock {
             symbol,
             reading: *reading,
             phase,
-            ended: false,
+            partial: false,
         });
         self.next_index = index.wrapping_add(1);
     }
@@ -214,6 +226,7 @@ impl Current {
         }
         self.symbol.last_frame = frame;
         self.reading = *reading;
+        self.partial = false;
     }
 }
 
@@ -321,28 +334,73 @@ mod tests {
         );
     }
 
-    #[test]
-    fn a_mixed_frame_ends_its_symbol_and_spoils_none() {
-        // 0.9 symbols a frame: frame 4 begins at 3.95 and catches the end of symbol 3.
-        let mut clock = SymbolClock::new(0.9).unwrap();
+    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two.
+    fn read(
+        symbols_per_frame: f64,
+        start: f64,
+        frames: u64,
+        mixed: impl Fn(u64) -> Mixture,
+    ) -> Vec<(u32, u64)> {
+        let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let mut symbols = Vec::new();
-        for frame in 0..8u64 {
-            let shown_at = |start: f64| panel(shown((start + frame as f64 * 0.9) as u64));
-            if frame == 4 {
-                symbols.extend(clock.push_mixed(frame, &panel(0xdead_beef)));
-            } else {
-                symbols.extend(clock.push(frame, &shown_at(0.35)));
-            }
+        for frame in 0..frames {
+            let begin = start + frame as f64 * symbols_per_frame;
+            let symbol = begin as u64;
+            symbols.extend(
+                if (begin + EXPOSURE_MAX * symbols_per_frame) as u64 == symbol {
+                    clock.push(frame, &panel(shown(symbol)))
+                } else {
+                    clock.push_mixed(frame, &mixed(symbol))
+                },
+            );
         }
         symbols.extend(clock.flush());
-        let read: Vec<_> = symbols
+        symbols
             .iter()
             .map(|symbol| (symbol.index, symbol.panel.hard().bits()))
-            .collect();
-        let expected: Vec<_> = (0..7)
+            .collect()
+    }
+
+    fn expected(count: u32) -> Vec<(u32, u64)> {
+        (0..count)
             .map(|symbol| (symbol, shown(symbol.into())))
-            .collect();
-        assert_eq!(read, expected);
+            .collect()
+    }
+
+    #[test]
+    fn a_mixed_frame_ends_its_symbol_and_spoils_none() {
+        for symbols_per_frame in [0.3, 0.5, 0.7, 0.9] {
+            let symbols = read(symbols_per_frame, 0.35, 100, |_| Mixture::INSEPARABLE);
+            let count = (0.35 + 99.0 * symbols_per_frame) as u32 + 1;
+            // The last frame may be the only one of its symbol, and mixed.
+            assert_eq!(
+                symbols[..count as usize - 1],
+                expected(count)[..count as usize - 1]
+            );
+        }
+    }
+
+    #[test]
+    fn symbols_that_no_frame_shows_alone_are_read_from_those_that_share_them() {
+        for (symbols_per_frame, start) in [(0.999, 0.02), (0.995, 0.1), (0.97, 0.3)] {
+            let halves = |symbol: u64| Mixture {
+                ending: panel(shown(symbol)),
+                beginning: SoftPanel::certain(PanelFrame::from_bits(shown(symbol + 1)), 1),
+            };
+            let symbols = read(symbols_per_frame, start, 100, halves);
+            assert_eq!(symbols, expected(symbols.len() as u32));
+            assert!(symbols.len() >= (start + 99.0 * symbols_per_frame) as usize + 1);
+        }
+    }
+
+    #[test]
+    fn the_symbol_before_is_known_until_its_end() {
+        let mut clock = SymbolClock::new(0.4).unwrap();
+        assert_eq!(clock.before(0), SoftPanel::ERASED);
+        clock.push(0, &panel(shown(0)));
+        assert_eq!(clock.before(2), panel(shown(0)));
+        assert_eq!(clock.before(0), SoftPanel::ERASED);
+        assert_eq!(clock.before(9), SoftPanel::ERASED);
     }
 
     #[test]

@@ -8,6 +8,8 @@ use std::vec::Vec;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene {
     pub bits: u64,
+    /// The bits shown for the last part of the exposure, and that part.
+    pub next: (u64, f32),
     pub width: usize,
     pub height: usize,
     pub centre: [f32; 2],
@@ -25,6 +27,7 @@ pub(crate) struct Scene {
 impl Scene {
     pub const PLAIN: Self = Self {
         bits: 0x9a3c_5e71_0f96_c3a5,
+        next: (0, 0.0),
         width: 96,
         height: 96,
         centre: [47.3, 48.6],
@@ -58,7 +61,9 @@ impl Scene {
         let mut light = std::vec![1.0f32; self.width * self.height];
         for led in 0..64 {
             let [cx, cy] = self.position((led % 8) as f32 - 3.5, (led / 8) as f32 - 3.5);
-            let surface = self.light[usize::from(self.bits >> led & 1 == 1)];
+            let surface = |bits: u64| self.light[usize::from(bits >> led & 1 == 1)];
+            let (next, share) = self.next;
+            let surface = (1.0 - share) * surface(self.bits) + share * surface(next);
             for (i, light) in light.iter_mut().enumerate() {
                 let (dx, dy) = ((i % self.width) as f32 - cx, (i / self.width) as f32 - cy);
                 let exponent = (dx * dx + dy * dy) / (2.0 * variance);

@@ -241,7 +241,8 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
         self.set(led, 1.0 - self.share[led]);
     }
 
-    fn set(&mut self, led: usize, share: f32) {
+    /// Makes an LED On for a share of the exposure.
+    pub fn set(&mut self, led: usize, share: f32) {
         let change = (share - self.share[led]) * self.levels.contrast;
         self.share[led] = share;
         let [x, y] = self.spots.first[led];
@@ -264,7 +265,7 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
     }
 
     /// By how much the log-likelihood rises if the light of an LED changes, in nats.
-    fn gain_of(&self, led: usize, change: f32) -> f32 {
+    pub fn gain_of(&self, led: usize, change: f32) -> f32 {
         let [x, y] = self.spots.first[led];
         let across = self.spots.across(led);
         let full = self.image.full;

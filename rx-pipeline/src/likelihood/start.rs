@@ -105,24 +105,10 @@ impl LeastSquares {
         }
     }
 
-    /// The levels of the two groups of LEDs that are farthest apart (Otsu 1979), as far as `levels` are theirs.
+    /// The levels of the two groups of LEDs, as far as `levels` are theirs.
     pub fn split(&self, levels: &mut Levels) {
-        let mut sorted = self.light;
-        sorted.sort_unstable_by(f32::total_cmp);
-        let total: f32 = sorted.iter().sum();
-        let (mut below, mut best) = (0.0, 0.0);
-        (levels.background, levels.off, levels.contrast) =
-            (self.background, total / LEDS as f32, 0.0);
-        for (count, &light) in (1u8..LEDS as u8).zip(&sorted) {
-            below += light;
-            let count = f32::from(count);
-            let (low, high) = (below / count, (total - below) / (LEDS as f32 - count));
-            let between = count * (LEDS as f32 - count) * (high - low) * (high - low);
-            if between > best {
-                best = between;
-                (levels.off, levels.contrast) = (low, high - low);
-            }
-        }
+        let [low, high] = two_groups(self.light);
+        (levels.background, levels.off, levels.contrast) = (self.background, low, high - low);
     }
 
     /// The share of the exposure for which each LED was On, were the levels right.
@@ -130,6 +116,24 @@ impl LeastSquares {
         self.light
             .map(|light| ((light - levels.off) / levels.contrast).clamp(0.0, 1.0))
     }
+}
+
+/// The means of the two groups of values that are farthest apart (Otsu 1979); of all, twice, if they are equal.
+pub(super) fn two_groups(mut values: [f32; LEDS]) -> [f32; 2] {
+    values.sort_unstable_by(f32::total_cmp);
+    let total: f32 = values.iter().sum();
+    let (mut below, mut best) = (0.0, 0.0);
+    let mut means = [total / LEDS as f32; 2];
+    for (count, &value) in (1u8..LEDS as u8).zip(&values) {
+        below += value;
+        let count = f32::from(count);
+        let (low, high) = (below / count, (total - below) / (LEDS as f32 - count));
+        let between = count * (LEDS as f32 - count) * (high - low) * (high - low);
+        if between > best {
+            (best, means) = (between, [low, high]);
+        }
+    }
+    means
 }
 
 /// The mean along that side of the image which is darkest.

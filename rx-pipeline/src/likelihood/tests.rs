@@ -2,7 +2,6 @@ use super::*;
 use crate::synthetic::Scene;
 use proptest::prelude::*;
 use std::boxed::Box;
-use std::vec::Vec;
 
 fn detector() -> Box<MaximumLikelihood<16384>> {
     Box::new(MaximumLikelihood::new(Camera::default()))
@@ -32,7 +31,7 @@ fn panels_of_any_size_and_turn_are_read() {
         let detection = read(&mut detector(), &scene);
         assert_eq!(
             (detection.bits.bits(), detection.mixed),
-            (scene.bits, false),
+            (scene.bits, None),
             "{scene:?}"
         );
     }
@@ -90,34 +89,86 @@ fn what_was_seen_before_tells_all_on_from_all_off() {
     for bits in [u64::MAX, 0, 1 << 27, !(1 << 8)] {
         let detection = read(&mut detector, &panel(bits));
         assert_eq!(detection.bits.bits(), bits);
-        assert!(detection.confidence > 0.99 && !detection.mixed, "{bits:x}");
+        assert!(
+            detection.confidence > 0.99 && detection.mixed.is_none(),
+            "{bits:x}"
+        );
+    }
+}
+
+/// A detector that has read some panels in noise.
+fn experienced(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
+    let mut detector = detector();
+    for seed in 1..8u64 {
+        let scene = Scene {
+            bits: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),
+            noise_grey,
+            ..Scene::PLAIN
+        };
+        assert_eq!(read(&mut detector, &scene).mixed, None);
+    }
+    detector
+}
+
+const NEXT: u64 = 0x5555_3333_0f0f_00ff;
+
+/// The soft values of both symbols where the next one has a share of the exposure.
+fn two_symbols(noise_grey: f32, share: f32, before: &SoftPanel) -> Option<Mixture> {
+    let scene = Scene {
+        next: (NEXT, share),
+        noise_grey,
+        ..Scene::PLAIN
+    };
+    experienced(noise_grey)
+        .detect_after(before, &scene.render().frame(), &scene.corners())
+        .unwrap()
+        .mixed
+}
+
+#[test]
+fn two_symbols_of_one_exposure_are_read_both() {
+    let bits = Scene::PLAIN.bits;
+    let before = SoftPanel::certain(PanelFrame::from_bits(bits), 100);
+    for share in [0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9] {
+        let Some(mixture) = two_symbols(1.0, share, &before) else {
+            panic!("not told at {share}");
+        };
+        assert_eq!(mixture.beginning.hard().bits(), NEXT, "{share}");
+        // In halves, On and Off and Off and On are the same.
+        if share != 0.5 {
+            assert_eq!(mixture.ending.hard().bits(), bits, "{share}");
+        }
     }
 }
 
 #[test]
-fn a_mixture_of_two_panels_is_told() {
-    let mut detector = detector();
-    let scene = |bits| Scene {
-        bits,
-        noise_grey: 1.0,
-        ..Scene::PLAIN
-    };
-    for seed in 1..8u64 {
-        assert!(
-            !read(
-                &mut detector,
-                &scene(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-            )
-            .mixed
+fn two_symbols_whose_order_nothing_tells_are_not_guessed() {
+    for share in [0.3, 0.5, 0.7] {
+        assert_eq!(
+            two_symbols(1.0, share, &SoftPanel::ERASED),
+            Some(Mixture::INSEPARABLE)
         );
     }
-    let [one, other] =
-        [0x0123_4567_89ab_cdef, 0x5555_3333_0f0f_00ff].map(|bits| scene(bits).render());
-    let mean = |(a, b): (&u8, &u8)| ((u16::from(*a) + u16::from(*b)) / 2) as u8;
-    let pixels: Vec<u8> = one.pixels.iter().zip(&other.pixels).map(mean).collect();
-    let plain = scene(0);
-    let frame = Frame::new(&pixels, plain.width, plain.height).unwrap();
-    assert!(detector.detect(&frame, &plain.corners()).unwrap().mixed);
+}
+
+#[test]
+fn the_smaller_share_is_the_more_doubtful_one() {
+    let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 10);
+    let sum = |soft: &SoftPanel| {
+        soft.0
+            .iter()
+            .map(|llr| u32::from(llr.unsigned_abs()))
+            .sum::<u32>()
+    };
+    for (share, next_is_surer) in [(0.35, false), (0.65, true)] {
+        let mixture = two_symbols(12.0, share, &before).unwrap();
+        assert_ne!(mixture, Mixture::INSEPARABLE, "{share}");
+        assert_eq!(
+            sum(&mixture.beginning) > sum(&mixture.ending),
+            next_is_surer,
+            "{share}"
+        );
+    }
 }
 
 #[test]

@@ -208,7 +208,7 @@ impl Sight {
             bits: detection.bits.bits(),
             soft,
             confidence: detection.confidence,
-            mixed: detection.mixed,
+            mixed: detection.mixed.is_some(),
         }
     }
 }

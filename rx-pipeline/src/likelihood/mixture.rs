@@ -1,0 +1,203 @@
+//! Two symbols in one exposure: with a share α of it the next symbol's, an LED is On for 0, α, 1 − α or all of it.
+//!
+//! Whose share is which, only the symbol before can tell: without it, α and 1 − α are the same. The search is interference cancellation
+//! with four shares instead of two, refitting α and the levels in between. Light is added up over an exposure, so the levels are those
+//! of whole symbols.
+
+use super::experience::Experience;
+use super::search::Climb;
+use super::start::{LeastSquares, two_groups};
+use super::view::View;
+use super::{MaximumLikelihood, Solution, hard};
+use crate::detect::{DetectError, Detection, Mixture, soft_panel};
+use crate::frame::Frame;
+use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
+
+/// Rounds of the search, and sweeps over the LEDs in each.
+const ROUNDS: usize = 6;
+const SWEEPS: usize = 2;
+/// Beyond this range of α it is one symbol's exposure.
+const SHARE_RANGE: [f32; 2] = [0.03, 0.97];
+/// Half the width of the parabola by which α is improved, and the most that one step changes it.
+const PARABOLA: f32 = 0.02;
+const STEP_MAX: f32 = 0.2;
+/// Two symbols have 65 unknowns more than one: they explain a frame only if they leave less than this part of its noise.
+const LEFT: f32 = 0.87;
+
+/// Two symbols that share an exposure, and how well they explain it.
+pub(super) struct TwoSymbols {
+    /// Log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
+    ending: [f32; LEDS],
+    beginning: [f32; LEDS],
+    /// α, the part of the exposure that is the next symbol's.
+    share: f32,
+    noise: f32,
+}
+
+impl TwoSymbols {
+    /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
+    /// `noise`.
+    pub fn explain(&self, experience: &Experience, noise: f32) -> bool {
+        let [least, most] = SHARE_RANGE;
+        (least..=most).contains(&self.share)
+            && experience.fits_surely(self.noise)
+            && self.noise < LEFT * noise
+    }
+
+    /// The reading: bits are those of the symbol that was shown for longer.
+    pub fn detection(&self) -> Detection {
+        let longer = if self.share < 0.5 {
+            self.ending
+        } else {
+            self.beginning
+        };
+        let on = (0..LEDS).filter(|&led| longer[led] > 0.0);
+        let bits = PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led));
+        Detection {
+            mixed: Some(Mixture {
+                ending: soft_panel(&self.ending),
+                beginning: soft_panel(&self.beginning),
+            }),
+            ..Detection::new(bits, longer)
+        }
+    }
+}
+
+/// How likely each LED was On in either symbol, and α.
+struct Guess {
+    ended: [f32; LEDS],
+    begun: [f32; LEDS],
+    share: f32,
+}
+
+impl Guess {
+    /// The share of the exposure for which each LED is expected to have been On, were `share` the next symbol's.
+    fn lit(&self, share: f32) -> [f32; LEDS] {
+        core::array::from_fn(|led| (1.0 - share) * self.ended[led] + share * self.begun[led])
+    }
+}
+
+impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
+    /// The symbol of which `before` is known, and the one after it, in a frame that shows the end of the one and the beginning of the
+    /// other; none where nothing is known of it, or of the levels.
+    pub(super) fn two_symbols(
+        &mut self,
+        frame: &Frame<'_>,
+        view: &View,
+        before: &SoftPanel,
+    ) -> Result<Option<TwoSymbols>, DetectError> {
+        let experience = self.experience;
+        let levels = match experience.levels() {
+            Some(levels) if *before != SoftPanel::ERASED => levels,
+            _ => return Ok(None),
+        };
+        self.load(frame, view, levels.noise)?;
+        self.spots.centre = view.centre;
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        let lit = LeastSquares::solve(&mut self.image, &self.spots).shares(&levels);
+        let ended = before.0.map(|llr| hard(f32::from(llr) + 0.5));
+        let changed = core::array::from_fn(|led| (lit[led] - ended[led]).abs());
+        let [_, share] = two_groups(changed);
+        let mut guess = Guess {
+            ended,
+            begun: core::array::from_fn(|led| {
+                if changed[led] > 0.5 * share {
+                    1.0 - ended[led]
+                } else {
+                    ended[led]
+                }
+            }),
+            share: within_range(share),
+        };
+        let mut solution = Solution {
+            levels,
+            share: guess.lit(guess.share),
+            centre: view.centre,
+        };
+        self.expect(&solution);
+        solution.levels.noise = self.noise();
+        for _ in 0..ROUNDS {
+            for _ in 0..SWEEPS {
+                self.climb(&mut solution).soften_two(before, &mut guess);
+            }
+            self.improve_share(&mut solution, &mut guess);
+            self.fit(&mut solution, &experience);
+        }
+        let (ending, beginning) = self.climb(&mut solution).odds_of_two(before, guess.share);
+        Ok(Some(TwoSymbols {
+            ending,
+            beginning,
+            share: guess.share,
+            noise: solution.levels.noise,
+        }))
+    }
+
+    /// Moves α to the lowest point of the parabola through the loss beside it.
+    fn improve_share(&mut self, solution: &mut Solution, guess: &mut Guess) {
+        let mut loss = |share: f32| {
+            solution.share = guess.lit(share);
+            self.expect(solution);
+            self.image.loss(solution.levels.noise)
+        };
+        let [left, here, right] = [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share + step));
+        let bend = left + right - 2.0 * here;
+        if bend > 0.0 {
+            let step = 0.5 * PARABOLA * (left - right) / bend;
+            guess.share = within_range(guess.share + step.clamp(-STEP_MAX, STEP_MAX));
+        }
+        solution.share = guess.lit(guess.share);
+        self.expect(solution);
+        solution.levels.noise = self.noise();
+    }
+}
+
+impl<const PIXELS: usize> Climb<'_, PIXELS> {
+    /// Gives each LED the share that is to be expected of it, given those of the others and what is known of the symbol before.
+    fn soften_two(&mut self, before: &SoftPanel, guess: &mut Guess) {
+        for (led, &prior) in before.0.iter().enumerate() {
+            let [none, next, last, both] = self.gains_of_two(led, guess.share);
+            let prior = nats(prior);
+            let gains = [none, next, last + prior, both + prior];
+            let most = gains.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            let [none, next, last, both] = gains.map(|gain| libm::expf(gain - most));
+            let all = none + next + last + both;
+            guess.ended[led] = (last + both) / all;
+            guess.begun[led] = (next + both) / all;
+            let lit = (1.0 - guess.share) * guess.ended[led] + guess.share * guess.begun[led];
+            self.set(led, lit);
+        }
+    }
+
+    /// The log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
+    fn odds_of_two(&self, before: &SoftPanel, share: f32) -> ([f32; LEDS], [f32; LEDS]) {
+        let (mut ending, mut beginning) = ([0.0; LEDS], [0.0; LEDS]);
+        for (led, &prior) in before.0.iter().enumerate() {
+            let [none, next, last, both] = self.gains_of_two(led, share);
+            let prior = nats(prior);
+            ending[led] = log_sum(last, both) - log_sum(none, next);
+            beginning[led] = log_sum(next, both + prior) - log_sum(none, last + prior);
+        }
+        (ending, beginning)
+    }
+
+    /// What the likelihood gains if an LED is On in neither symbol, in the next, in the last, and in both.
+    fn gains_of_two(&self, led: usize, share: f32) -> [f32; 4] {
+        [0.0, share, 1.0 - share, 1.0]
+            .map(|lit| self.gain_of(led, (lit - self.share[led]) * self.levels.contrast))
+    }
+}
+
+fn within_range(share: f32) -> f32 {
+    let [least, most] = SHARE_RANGE;
+    share.clamp(0.5 * least, 0.5 * (1.0 + most))
+}
+
+fn nats(llr: Llr) -> f32 {
+    f32::from(llr) * LLR_STEP
+}
+
+/// ln(eᵃ + eᵇ)
+fn log_sum(a: f32, b: f32) -> f32 {
+    a.max(b) + libm::log1pf(libm::expf(-(a - b).abs()))
+}
