@@ -137,6 +137,16 @@ fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
 }
 
 #[test]
+fn a_receiver_s_memory_takes_no_room_on_the_stack() {
+    // It is about a megabyte; where the stack overflows, the whole test program ends.
+    let road = std::thread::Builder::new()
+        .stack_size(512 << 10)
+        .spawn(|| run(&[], &settings(DetectorChoice::Best), 0..2).1)
+        .unwrap();
+    assert_eq!(road.join().unwrap(), 0);
+}
+
+#[test]
 fn a_slower_panel_is_seen_twice_and_read_once() {
     let (received, errors, _) = run(
         &["link.symbol_rate_hz=50".into()],

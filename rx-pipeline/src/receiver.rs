@@ -63,14 +63,17 @@ pub struct ReceiverMemory<const PIXELS: usize> {
 }
 
 impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
-    /// Memory that holds nothing yet.
+    /// A constant, so that its parts are not made one by one on the stack before they are put together.
+    const EMPTY: Self = Self {
+        map: CellMap::empty(),
+        likelihood: MaximumLikelihood::blind(),
+        locator: LocatorMemory::new(),
+        deframer: Deframer::new(),
+    };
+
+    /// Memory that holds nothing yet. On a computer, `Box::default()` makes it where it stays, and takes no room for it on the stack.
     pub const fn new() -> Self {
-        Self {
-            map: CellMap::empty(),
-            likelihood: MaximumLikelihood::blind(),
-            locator: LocatorMemory::new(),
-            deframer: Deframer::new(),
-        }
+        Self::EMPTY
     }
 
     /// Gets ready for a camera and a panel.
