@@ -39,6 +39,11 @@ impl PanelFrame {
         index < LEDS && self.0 >> index & 1 == 1
     }
 
+    /// 1 for each LED that is On, 0 for each that is Off.
+    pub fn shares(self) -> [f32; LEDS] {
+        core::array::from_fn(|led| if self.led(led) { 1.0 } else { 0.0 })
+    }
+
     /// How many LEDs are On.
     pub const fn count_on(self) -> u32 {
         self.0.count_ones()

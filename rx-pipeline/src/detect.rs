@@ -107,8 +107,10 @@ pub struct Detection {
 }
 
 /// What an exposure says that caught the end of one symbol and the beginning of the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
+    /// The part of the exposure that is the beginning symbol's, 0 to 1; a half where that is not known.
+    pub share: f32,
     /// The log-likelihood ratios of the symbol that ended, by this exposure alone.
     pub ending: SoftPanel,
     /// Those of the symbol that began.
@@ -118,9 +120,18 @@ pub struct Mixture {
 impl Mixture {
     /// Two symbols that cannot be told apart.
     pub const INSEPARABLE: Self = Self {
+        share: 0.5,
         ending: SoftPanel::ERASED,
         beginning: SoftPanel::ERASED,
     };
+
+    /// The share of the exposure for which each LED was On, if that is known.
+    pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
+        let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
+        (*self != Self::INSEPARABLE).then(|| {
+            core::array::from_fn(|led| (1.0 - self.share) * ended[led] + self.share * begun[led])
+        })
+    }
 }
 
 /// Why a panel could not be read.

@@ -70,7 +70,7 @@ pub(crate) fn shifted(spots: &Spots, columns: i32, rows: i32) -> Spots {
         shifted.state[led] = if known {
             spots.state[row as usize * SIDE + column as usize]
         } else {
-            0
+            0.0
         };
     }
     shifted

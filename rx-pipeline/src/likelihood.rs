@@ -216,7 +216,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let mut best = self.search(frame, &view, self.experience)?;
         if !self.experience.fits(best.levels.noise) {
             let two = self.two_symbols(frame, &view, before)?;
-            if let Some(two) = two.filter(|two| two.explain(&self.experience, best.levels.noise)) {
+            if let Some(two) =
+                two.filter(|two| two.explain(&self.experience, before, best.levels.noise))
+            {
                 return Ok(two.detection());
             }
             let anew = self.search(frame, &view, Experience::NONE)?;

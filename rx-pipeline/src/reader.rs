@@ -155,11 +155,21 @@ impl Reader {
         });
         Some(match read {
             Ok((corrected, reading)) => {
-                // By what two symbols show together the place would be corrected wrongly.
-                let track = if reading.detection.mixed.is_some() {
-                    track
-                } else {
-                    corrected
+                let track = match &reading.detection.mixed {
+                    None => corrected,
+                    // Held against one symbol, what two show together would correct the place wrongly.
+                    Some(mixture) => mixture.lit().map_or(track, |lit| {
+                        let scenery = scenery(frame, locator);
+                        let both = track.corrected(
+                            number,
+                            scenery,
+                            expected,
+                            lit,
+                            Fit::SURE,
+                            tools.canvas,
+                        );
+                        both.map_or(track, |(track, _)| track)
+                    }),
                 };
                 (self.track, self.seen) = (Some(track), Some(reading.corners));
                 Ok(reading)
@@ -212,13 +222,16 @@ impl Reader {
                 other => other,
             })?;
         let bits = reading.detection.bits;
-        let scenery = Scenery {
-            frame: at.frame,
-            earlier: None,
-            light: at.locator.light(),
-        };
+        let scenery = scenery(at.frame, at.locator);
         let corrected = profile.timed(Stage::Follow, || {
-            track.corrected(at.number, scenery, lattice, bits, fit, at.tools.canvas)
+            track.corrected(
+                at.number,
+                scenery,
+                lattice,
+                bits.shares(),
+                fit,
+                at.tools.canvas,
+            )
         });
         let (track, explained) = corrected?;
         Ok((track, reading, explained))
@@ -288,7 +301,7 @@ impl Reader {
             background: 1.0,
             off: 0.0,
             step: 1.0,
-            state: [0; 64],
+            state: [0.0; 64],
         };
         (self.track, self.seen) = (Some(Track::placed(spots, frame_size)), Some(corners));
         Ok(())
@@ -320,6 +333,14 @@ impl Reader {
     pub fn finish<'a>(&mut self, deframer: &'a mut Deframer) -> Event<'a> {
         let ended = self.clock.flush();
         deframe(deframer, ended)
+    }
+}
+
+fn scenery<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Scenery<'a, 'f> {
+    Scenery {
+        frame,
+        earlier: None,
+        light: locator.light(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! 64 Gaussian spots of few brightnesses on a lattice, fitted to light.
 //!
-//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0. For the difference of two
-//! frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences of light count by the grey levels they make.
+//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0, or the share of the exposure
+//! for which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences of light count by the grey levels they make.
 //!
 //! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or saturated middles; between
 //! neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at each spot's pixels.
@@ -52,7 +52,7 @@ pub(crate) struct Spots {
     /// β
     pub step: f32,
     /// sₖ
-    pub state: [i8; LEDS],
+    pub state: [f32; LEDS],
 }
 
 /// Memory for a window of up to `N` pixels.
@@ -444,7 +444,7 @@ impl Spots {
     }
 
     pub fn amplitude(&self, led: usize) -> f32 {
-        self.off + self.step * f32::from(self.state[led])
+        self.off + self.step * self.state[led]
     }
 
     /// Normalised overlaps of two spots `d` apart: of heights, and of derivatives along xx, xy, yy.
@@ -490,7 +490,7 @@ impl Spots {
             let twice = if (du, dv) == ITSELF { 1.0 } else { 2.0 };
             for (k, l) in pairs(du, dv) {
                 let weight = twice * weight[k] * weight[l] * overlaps[du][dv].0;
-                let (sk, sl) = (f32::from(self.state[k]), f32::from(self.state[l]));
+                let (sk, sl) = (self.state[k], self.state[l]);
                 normal[(1, 1)] += weight;
                 normal[(1, 2)] += 0.5 * weight * (sk + sl);
                 normal[(2, 2)] += weight * sk * sl;
@@ -498,7 +498,7 @@ impl Spots {
         }
         for led in 0..LEDS {
             let m = &slope.led[led];
-            let s = f32::from(self.state[led]);
+            let s = self.state[led];
             normal[(0, 1)] += area * m.weight;
             normal[(0, 2)] += area * m.weight * s;
             gradient[1] += m.height;
@@ -585,17 +585,17 @@ impl Spots {
     }
 
     /// By how much the sum of squares falls where each LED alone is switched, and to which state: 0 where it fits best as it is.
-    fn gains(&self, slope: &Slope, pair: bool) -> ([f32; LEDS], [i8; LEDS]) {
-        let least = if pair { -1 } else { 0 };
+    fn gains(&self, slope: &Slope, pair: bool) -> ([f32; LEDS], [f32; LEDS]) {
+        let least = if pair { -1.0 } else { 0.0 };
         let (mut gain, mut to) = ([0.0f32; LEDS], self.state);
         for led in 0..LEDS {
             let m = &slope.led[led];
-            for direction in [-1i8, 1] {
+            for direction in [-1.0, 1.0] {
                 let state = self.state[led] + direction;
-                if !(least..=1).contains(&state) {
+                if !(least..=1.0).contains(&state) {
                     continue;
                 }
-                let d = self.step * f32::from(direction);
+                let d = self.step * direction;
                 let g = 2.0 * d * m.height - d * d * m.weight;
                 if g > gain[led] {
                     (gain[led], to[led]) = (g, state);

@@ -253,7 +253,7 @@ fn within((earliest, latest): (f64, f64), (least, most): (f64, f64)) -> (f64, f6
 }
 
 /// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
-fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
+pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
     let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
         let sum: i32 =
             a.0.iter()
@@ -384,6 +384,7 @@ mod tests {
     fn symbols_that_no_frame_shows_alone_are_read_from_those_that_share_them() {
         for (symbols_per_frame, start) in [(0.999, 0.02), (0.995, 0.1), (0.97, 0.3)] {
             let halves = |symbol: u64| Mixture {
+                share: 0.5,
                 ending: panel(shown(symbol)),
                 beginning: SoftPanel::certain(PanelFrame::from_bits(shown(symbol + 1)), 1),
             };

@@ -9,7 +9,7 @@ use crate::detect::DetectError;
 use crate::fit;
 use crate::lattice::Lattice;
 use crate::spots::{Canvas, Scenery, Spots};
-use link::panel::{LEDS, PanelFrame};
+use link::panel::LEDS;
 
 /// So many frames in a row may be missed before the panel counts as lost: at 100 frames a second 0.12 s.
 pub const PATIENCE_FRAMES: u32 = 12;
@@ -187,19 +187,18 @@ impl Track {
         self.spots.sigma
     }
 
-    /// Compares frame `number` with the panel showing `bits` on `lattice`, and corrects the track if that fits; with the share
+    /// Compares frame `number` with the panel on `lattice`, each LED On for its share of the exposure, and corrects the track if that fits; with the share
     /// of the light that it explains.
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
         scenery: Scenery<'_, '_>,
         lattice: Lattice,
-        bits: PanelFrame,
+        state: [f32; LEDS],
         fit: Fit,
         canvas: &mut Canvas<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
-        let state = core::array::from_fn(|led| i8::from(led < LEDS && bits.led(led)));
         let mut spots = Spots {
             lattice,
             state,

@@ -11,6 +11,7 @@ use super::view::View;
 use super::{MaximumLikelihood, Solution, hard};
 use crate::detect::{DetectError, Detection, Mixture, soft_panel};
 use crate::frame::Frame;
+use crate::symbols::correlation;
 use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
 
 /// Rounds of the search, and sweeps over the LEDs in each.
@@ -23,6 +24,10 @@ const PARABOLA: f32 = 0.02;
 const STEP_MAX: f32 = 0.2;
 /// Two symbols have 65 unknowns more than one: they explain a frame only if they leave less than this part of its noise.
 const LEFT: f32 = 0.87;
+/// What leaves less than this part is explained, even where the noise is so low that more than it is left.
+const NEXT_TO_NOTHING: f32 = 0.25;
+/// The symbol that ended has to be the one known before: a panel in other light looks like two symbols too, but the first then is anything.
+const SAME: f32 = 0.5;
 
 /// Two symbols that share an exposure, and how well they explain it.
 pub(super) struct TwoSymbols {
@@ -36,12 +41,17 @@ pub(super) struct TwoSymbols {
 
 impl TwoSymbols {
     /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
-    /// `noise`.
-    pub fn explain(&self, experience: &Experience, noise: f32) -> bool {
+    /// `noise`; and the first is the symbol `before`.
+    pub fn explain(&self, experience: &Experience, before: &SoftPanel, noise: f32) -> bool {
         let [least, most] = SHARE_RANGE;
+        let left = if experience.fits_surely(self.noise) {
+            LEFT
+        } else {
+            NEXT_TO_NOTHING
+        };
         (least..=most).contains(&self.share)
-            && experience.fits_surely(self.noise)
-            && self.noise < LEFT * noise
+            && self.noise < left * noise
+            && correlation(&soft_panel(&self.ending), before) >= SAME
     }
 
     /// The reading: bits are those of the symbol that was shown for longer.
@@ -55,6 +65,7 @@ impl TwoSymbols {
         let bits = PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led));
         Detection {
             mixed: Some(Mixture {
+                share: self.share,
                 ending: soft_panel(&self.ending),
                 beginning: soft_panel(&self.beginning),
             }),

@@ -27,7 +27,7 @@ pub(super) fn log_odds(spots: &Spots, slope: &Slope, noise: f32) -> f32 {
     }
     let root = |led: usize| libm::sqrtf(slope.led_weight(led).max(f32::MIN_POSITIVE));
     let square = |of: &dyn Fn(usize) -> f32| Square::from_fn(|row, column| of(SIDE * row + column));
-    let deviation = square(&|led| (f32::from(spots.state[led]) - 0.5) * spots.step * root(led));
+    let deviation = square(&|led| (spots.state[led] - 0.5) * spots.step * root(led));
     let agreement = square(&|led| slope.led_agreement(led) / root(led));
     let [across, down] = spots
         .lattice
@@ -87,7 +87,7 @@ mod tests {
             background: 1.0,
             off: 0.0,
             step: 0.0,
-            state: core::array::from_fn(|led| (SCENE.bits >> led & 1) as i8),
+            state: core::array::from_fn(|led| (SCENE.bits >> led & 1) as f32),
         };
         let window = fit::window(&lattice, 0.6, (SCENE.width, SCENE.height)).unwrap();
         let mut canvas = std::boxed::Box::new(Canvas::<4096>::new());

@@ -108,7 +108,7 @@ pub(super) fn prove<const N: usize>(
         background: if single { light.of(u8::MAX / 2) } else { 0.0 },
         off: 0.0,
         step: 0.0,
-        state,
+        state: state.map(f32::from),
     };
     let no_lattice = LocateError::NoLattice;
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
@@ -281,7 +281,7 @@ fn examine(
         .iter()
         .enumerate()
         .fold(0u64, |bits, (led, &state)| {
-            bits | u64::from(state != 0) << led
+            bits | u64::from(state != 0.0) << led
         });
     let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
     if !LIT.contains(&lit) || !DIFFERENT.contains(&different) {
