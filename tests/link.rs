@@ -136,6 +136,18 @@ fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
     assert_eq!(message(&received), Some(MESSAGE));
 }
 
+/// At 99 symbols and 100 frames a second one frame in ten catches two symbols, ten in a row, and most symbols in them are seen in no other
+/// frame: read as one symbol each, these frames have dozens of wrong bits.
+#[test]
+fn symbols_that_no_exposure_has_to_itself_are_read() {
+    let overrides = ["link.symbol_rate_hz=99".into(), "link.phase=0.5".into()];
+    let scene = Scene::load("day", &overrides).unwrap();
+    let mut road = Road::new(&scene, &settings(DetectorChoice::Best)).unwrap();
+    let unread = (0..200).filter(|&frame| road.frame(frame).unwrap().read.is_err());
+    assert_eq!(unread.count(), 0);
+    assert_eq!(road.errors().errors(), 0);
+}
+
 #[test]
 fn a_receiver_s_memory_takes_no_room_on_the_stack() {
     // It is about a megabyte; where the stack overflows, the whole test program ends.

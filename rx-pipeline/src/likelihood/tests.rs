@@ -250,4 +250,36 @@ proptest! {
             }
         }
     }
+
+    #[test]
+    fn no_two_symbols_panic(
+        next: u64,
+        share in 0.0f32..=1.0,
+        noise_grey in 0.0f32..60.0,
+        light in prop::array::uniform2(0.0f32..40.0),
+        before in prop::collection::vec(-127i8..=127, LEDS),
+    ) {
+        let before = SoftPanel(before.try_into().unwrap());
+        let scene = Scene { next: (next, share), noise_grey, light, ..Scene::PLAIN };
+        let mut detector = experienced(1.0);
+        if let Ok(detection) = detector.detect_after(&before, &scene.render().frame(), &scene.corners()) {
+            prop_assert!((0.5..=1.0).contains(&detection.confidence));
+            for soft in detection.mixed.iter().flat_map(|mixture| [mixture.ending, mixture.beginning]) {
+                prop_assert!(soft.0.iter().all(|&llr| llr > i8::MIN));
+            }
+        }
+    }
+
+    /// A panel in other light is no mixture: On LEDs that are darker than before look as if they had been On for a part of the exposure.
+    #[test]
+    fn other_light_is_not_taken_for_two_symbols(bits: u64, share in 0.2f32..0.9) {
+        prop_assume!((16..48).contains(&bits.count_ones()));
+        let [off, on] = Scene::PLAIN.light;
+        let scene = Scene { bits, light: [off, off + share * (on - off)], noise_grey: 1.0, ..Scene::PLAIN };
+        let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 100);
+        prop_assume!(((bits ^ Scene::PLAIN.bits).count_ones()) > 20 );
+        let detection = experienced(1.0).detect_after(&before, &scene.render().frame(), &scene.corners()).unwrap();
+        prop_assert_eq!(detection.bits.bits(), bits);
+        prop_assert!(detection.mixed.is_none_or(|mixture| mixture == Mixture::INSEPARABLE));
+    }
 }
