@@ -32,6 +32,11 @@
 //! (max-log). The noise is estimated from the frame, so whatever the model does not explain makes all
 //! ratios smaller.
 //!
+//! # Two symbols in one exposure
+//!
+//! An exposure across a change shows LEDs that were On for a part of it. [`MaximumLikelihood::detect_after`] takes what is known of the symbol
+//! before, and reads both: `likelihood/mixture.rs`.
+//!
 //! # Limits
 //!
 //! One blur for the whole panel; a plain background behind it. LEDs whose images are sharp discs many pixels wide are no

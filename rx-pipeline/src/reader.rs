@@ -2,7 +2,7 @@
 
 use crate::cells::{CellMap, CellsError};
 use crate::corners::Corners;
-use crate::detect::{Detection, Detector, Method};
+use crate::detect::{Detection, Detector, Method, Mixture};
 use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -157,19 +157,10 @@ impl Reader {
             Ok((corrected, reading)) => {
                 let track = match &reading.detection.mixed {
                     None => corrected,
-                    // Held against one symbol, what two show together would correct the place wrongly.
-                    Some(mixture) => mixture.lit().map_or(track, |lit| {
+                    Some(mixture) => {
                         let scenery = scenery(frame, locator);
-                        let both = track.corrected(
-                            number,
-                            scenery,
-                            expected,
-                            lit,
-                            Fit::SURE,
-                            tools.canvas,
-                        );
-                        both.map_or(track, |(track, _)| track)
-                    }),
+                        corrected_by_both(&track, mixture, number, scenery, tools.canvas)
+                    }
                 };
                 (self.track, self.seen) = (Some(track), Some(reading.corners));
                 Ok(reading)
@@ -334,6 +325,23 @@ impl Reader {
         let ended = self.clock.flush();
         deframe(deframer, ended)
     }
+}
+
+/// A track corrected by what two symbols show together, as far as that is known: held against one, it would be corrected wrongly.
+fn corrected_by_both<const N: usize>(
+    track: &Track,
+    mixture: &Mixture,
+    number: u64,
+    scenery: Scenery<'_, '_>,
+    canvas: &mut Canvas<N>,
+) -> Track {
+    let expected = track.predicted(number);
+    let corrected = mixture.lit().and_then(|lit| {
+        track
+            .corrected(number, scenery, expected, lit, Fit::SURE, canvas)
+            .ok()
+    });
+    corrected.map_or(*track, |(corrected, _)| corrected)
 }
 
 fn scenery<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Scenery<'a, 'f> {

@@ -148,7 +148,7 @@ pub enum Loss {
 pub struct Outcome<'a> {
     /// The panel, or why there is none.
     pub reading: Result<Reading, Loss>,
-    /// The number of the symbol that the frame shows, where it was read.
+    /// The number of the symbol that the frame shows, where it was read; of the one that begins, where it shows two.
     pub symbol: Option<u32>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
