@@ -572,7 +572,7 @@ mod tests {
                     if within {
                         let [cx, cy] = homography.to_image([column, row]);
                         let (dx, dy) = (cx - x as f64, cy - y as f64);
-                        let distance = libm::hypot(dx, dy).max(1e-3);
+                        let distance = libm::hypot(dx, dy);
                         let [rx, ry] = map.rho(x, y).map(f64::from);
                         prop_assert!((rx * distance - dx).abs() < 1e-4 && (ry * distance - dy).abs() < 1e-4);
                     }
