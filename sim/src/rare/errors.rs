@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SWARM;
+use super::levels::RARER;
+
 /// Sums over independent swarms, each of which has an estimate of the rate.
 ///
 /// ```
@@ -69,11 +72,14 @@ impl RareErrors {
             return f64::INFINITY;
         }
         let swarms = self.swarms as f64;
-        let scattered = (self.squares * swarms / (self.sum * self.sum) - 1.0).max(0.0);
-        scattered / (swarms - 1.0)
+        let scattered = self.squares * swarms / (self.sum * self.sum) - 1.0;
+        // Few swarms may agree by chance, which makes them no surer than they can be.
+        let least = least_variance(self.rate()) / (swarms * SWARM as f64);
+        (scattered / (swarms - 1.0)).max(least)
     }
 
-    /// The number of independent errors whose count would be as uncertain: one over the relative variance of the rate.
+    /// The number of independent errors whose count would be as uncertain: one over the relative variance of the rate. At most one a
+    /// frame that swarms began with.
     pub fn effective_errors(&self) -> f64 {
         1.0 / self.relative_variance()
     }
@@ -82,7 +88,8 @@ impl RareErrors {
     ///
     /// Swarms are independent, and the logarithm of their mean is taken to be normally distributed (delta method, with Student's t for
     /// what is not known of the spread). Where estimates scatter as widely as they do for rates of 10⁻⁸, it holds the truth in 90 % of all
-    /// runs of 30 swarms, and in 93 % from 150 on. Fewer than two swarms, or none that reached an error, tell nothing: 0 to 1.
+    /// runs of 30 swarms, and in 93 % from 150 on. Swarms that agree more closely than their frames can tell do so by chance, and are taken to
+    /// tell as much as these can. Fewer than two swarms, or none that reached an error, tell nothing: 0 to 1.
     pub fn interval_95(&self) -> [f64; 2] {
         let variance = self.relative_variance();
         if variance.is_infinite() {
@@ -95,6 +102,16 @@ impl RareErrors {
         let reach = (quantile * variance.sqrt()).exp();
         [rate / reach, (rate * reach).min(1.0)]
     }
+}
+
+/// The least relative variance of a rate that one frame leaves: each level counted among frames that know nothing of each other, and
+/// one in [`RARER`] above it. From a rate of 1/[`RARER`] on that is counting. A frame has one error at most, and tells no more.
+fn least_variance(rate: f64) -> f64 {
+    let rarer = RARER as f64;
+    let levels = (-rate.ln() / rarer.ln()).floor();
+    let counted = |part: f64| (1.0 - part) / part;
+    let all = levels * counted(1.0 / rarer) + counted(rate * rarer.powf(levels));
+    all.max(1.0)
 }
 
 #[cfg(test)]
@@ -133,5 +150,30 @@ mod tests {
         errors.push(0.0);
         assert_eq!((errors.rate(), errors.effective_errors()), (0.0, 0.0));
         assert_eq!(errors.interval_95(), [0.0, 1.0]);
+    }
+
+    #[test]
+    fn swarms_that_agree_by_chance_claim_no_more_than_their_frames_could_tell() {
+        for rate in [1.0, 0.4375, 0.2, 0.1, 1e-3, 1e-8, 1e-20] {
+            for swarms in 2..9 {
+                let mut errors = RareErrors::default();
+                (0..swarms).for_each(|_| errors.push(rate));
+                let frames = (swarms * SWARM as u64) as f64;
+                let effective = errors.effective_errors();
+                assert!(
+                    0.0 < effective && effective <= frames,
+                    "{rate}: {effective} of {frames}"
+                );
+                let [low, high] = errors.interval_95();
+                assert!(low < rate && rate <= high, "{rate}: {low} to {high}");
+                // With no level before the error, splitting is counting.
+                if rate >= 0.2 {
+                    let of_count = ((1.0 - rate) / rate / frames).sqrt();
+                    let reach = (rate / low).ln();
+                    assert!(reach > 1.96 * of_count, "{rate}: {low} to {high}");
+                    assert!((high / rate).ln() > 1.96 * of_count || high == 1.0);
+                }
+            }
+        }
     }
 }
