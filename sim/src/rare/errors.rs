@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SWARM;
 use super::levels::RARER;
+use crate::statistics::MOST_FRAMES;
 
 /// Sums over independent swarms, each of which has an estimate of the rate.
 ///
@@ -18,7 +19,7 @@ use super::levels::RARER;
 /// assert!(1.8e-8 < low && low < 1.82e-8 && 2.2e-8 < high && high < 2.22e-8);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Written")]
 pub struct RareErrors {
     swarms: u64,
     /// Swarms that reached an error.
@@ -114,6 +115,55 @@ fn least_variance(rate: f64) -> f64 {
     all.max(1.0)
 }
 
+/// As a file has them.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    swarms: u64,
+    errors: u64,
+    sum: f64,
+    squares: f64,
+}
+
+/// Sums that no swarms leave.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{} swarms, {} of which reached errors, with rates that sum to {} and squares to {}: squares are at most the rates, these the errors, these the swarms, these {MOST_SWARMS}; the file is damaged",
+    .0.swarms, .0.errors, .0.sum, .0.squares
+)]
+struct Impossible(Written);
+
+/// The most swarms that a file may speak of.
+const MOST_SWARMS: u64 = MOST_FRAMES / SWARM as u64;
+
+impl TryFrom<Written> for RareErrors {
+    type Error = Impossible;
+
+    fn try_from(written: Written) -> Result<Self, Impossible> {
+        let Written {
+            swarms,
+            errors,
+            sum,
+            squares,
+        } = written;
+        // Rates are 0 to 1, and 0 where no error was reached. Rounding keeps the order.
+        let is_possible = 0.0 <= squares
+            && squares <= sum
+            && sum <= errors as f64
+            && errors <= swarms
+            && swarms <= MOST_SWARMS;
+        if !is_possible {
+            return Err(Impossible(written));
+        }
+        Ok(Self {
+            swarms,
+            errors,
+            sum,
+            squares,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use rand_distr::{Distribution, LogNormal};
@@ -174,6 +224,35 @@ mod tests {
                     assert!((high / rate).ln() > 1.96 * of_count || high == 1.0);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn sums_that_no_swarms_leave_are_refused() {
+        let read = |swarms: &str, errors: &str, sum: &str, squares: &str| {
+            let text = format!(
+                r#"{{"swarms":{swarms},"errors":{errors},"sum":{sum},"squares":{squares}}}"#
+            );
+            serde_json::from_str::<RareErrors>(&text)
+        };
+        let mut errors = RareErrors::default();
+        (0..7).for_each(|swarm| errors.push(0.1 * f64::from(swarm)));
+        let text = serde_json::to_string(&errors).unwrap();
+        assert_eq!(serde_json::from_str::<RareErrors>(&text).unwrap(), errors);
+        assert!(read("3", "2", "0.5", "0.25").is_ok());
+        for [swarms, errors, sum, squares] in [
+            ["18446744073709551615", "1", "0.5", "0.25"],
+            ["3", "4", "0.5", "0.25"],
+            ["3", "2", "2.5", "0.25"],
+            ["3", "2", "-0.5", "0.25"],
+            ["3", "2", "0.5", "0.75"],
+            ["3", "2", "0.5", "-0.25"],
+        ] {
+            let fault = read(swarms, errors, sum, squares).map_err(|fault| fault.to_string());
+            assert!(
+                fault.as_ref().is_err_and(|text| text.contains("damaged")),
+                "{fault:?}"
+            );
         }
     }
 }

@@ -68,6 +68,13 @@ fn swarms_add_up_from_shards_and_files() {
     });
     let merged = merged(parts).unwrap();
     assert_eq!(merged.to_json().unwrap(), whole.to_json().unwrap());
+    let damaged = whole.to_json().unwrap();
+    let damaged = damaged.replacen("\"swarms\":1,", "\"swarms\":18446744073709551615,", 1);
+    let fault = Results::from_json(&damaged).map_err(|fault| fault.to_string());
+    assert!(
+        fault.as_ref().is_err_and(|text| text.contains("swarms")),
+        "{fault:?}"
+    );
     // No features were measured.
     assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
 }
