@@ -404,6 +404,10 @@ mod tests {
         assert!(fault("frames = 10\n[grid]\npose.distance_m = []").contains("no values"));
         assert!(fault("frames = 10\n[grid]\npose.distance_m = 50").contains("list"));
         assert!(fault("frames = 10\n[grid]\npose.distance_m = [50, 50]").contains("twice"));
+        for same in ["50, 50.0", "1_000, 1e3", "0, -0.0", "0.5, 5e-1"] {
+            let plan = format!("frames = 10\n[grid]\npose.distance_m = [{same}]");
+            assert!(fault(&plan).contains("twice"), "{same}");
+        }
         assert!(with("").contains("there is no end"));
         assert!(with("frames = 0").contains("frames = 0"));
         assert!(with("frames = -4").contains("-4"));
