@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::{Axis, Sweep, SweepError};
+use super::{Axis, MOST_SHARDS, Sweep, SweepError};
 use crate::accuracy::Level;
 use crate::detectors::DetectorChoice;
 use crate::scene::{Scene, SceneError, parse_value};
@@ -101,6 +101,16 @@ pub enum PlanError {
         found: usize,
         /// Cells of the grid.
         cells: usize,
+    },
+    /// The division has no shards, or too many.
+    #[error(
+        "plan {name}: [division] shards = {shards}: give 1 to {MOST_SHARDS}, or take [division] away"
+    )]
+    Shards {
+        /// The file.
+        name: String,
+        /// Its shards.
+        shards: u64,
     },
     /// What is described cannot be done.
     #[error("plan {name}: {source}")]
@@ -203,11 +213,15 @@ impl Sweep {
             name: name.clone(),
             source: Box::new(fault),
         })?;
-        if let Some(division) = &written.division
-            && division.expected_frames.len() != sweep.cells()
-        {
-            let (found, cells) = (division.expected_frames.len(), sweep.cells());
-            return Err(PlanError::Division { name, found, cells });
+        if let Some(division) = &written.division {
+            let (shards, found) = (division.shards, division.expected_frames.len());
+            if !(1..=MOST_SHARDS).contains(&shards) {
+                return Err(PlanError::Shards { name, shards });
+            }
+            if found != sweep.cells() {
+                let cells = sweep.cells();
+                return Err(PlanError::Division { name, found, cells });
+            }
         }
         Ok(PlanFile {
             sweep,
@@ -392,6 +406,14 @@ mod tests {
             "{}",
             fault(&lost)
         );
+        for shards in ["0", "1000001"] {
+            let odd = written.replace("shards = 3", &format!("shards = {shards}"));
+            let fault = fault(&odd);
+            assert!(
+                fault.contains(&format!("shards = {shards}: give 1 to 1000000")),
+                "{fault}"
+            );
+        }
     }
 
     #[test]
