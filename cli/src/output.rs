@@ -96,9 +96,9 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
             found.bit_errors, found.effective_errors
         ))?;
     } else {
-        line(&format!("Bvar       {:.2}", found.bvar))?;
-        line(&format!("Wvar       {:.2}", found.wvar))?;
-        line(&format!("B2W        {}", ratio(found.b2w)))?;
+        line(&format!("Bvar       {}", two_decimals(found.bvar)))?;
+        line(&format!("Wvar       {}", two_decimals(found.wvar)))?;
+        line(&format!("B2W        {}", two_decimals(found.b2w)))?;
         line(&format!(
             "bit errors {} of {}",
             found.bit_errors, found.bits
@@ -110,9 +110,9 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     ))
 }
 
-/// A ratio of variances, to two decimals.
-pub fn ratio(ratio: Option<f64>) -> String {
-    ratio.map_or("undefined".into(), |ratio| format!("{ratio:.2}"))
+/// A variance or a ratio of variances, to two decimals.
+pub fn two_decimals(value: Option<f64>) -> String {
+    value.map_or("undefined".into(), |value| format!("{value:.2}"))
 }
 
 /// Progress of a run over a known number of steps: a bar on a terminal, elsewhere a line now and then.

@@ -76,6 +76,8 @@ fn swarms_add_up_from_shards_and_files() {
         "{fault:?}"
     );
     // No features were measured.
+    let summary = whole.summary(0);
+    assert_eq!([summary.bvar, summary.wvar, summary.b2w], [None; 3]);
     assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use sim::optimum::{FIRST_ROUND, GRID};
 use sim::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use crate::output::{Progress, json, line, ratio};
+use crate::output::{Progress, json, line, two_decimals};
 
 /// Ratios of a finer grid that get all frames.
 const FINE: u64 = 5;
@@ -79,7 +79,7 @@ impl Report {
                 cell.l2a,
                 cell.l2a_95[0],
                 cell.l2a_95[1],
-                ratio(cell.b2w),
+                two_decimals(cell.b2w),
                 cell.ber,
                 (cell.table_loss - 1.0) * 100.0,
             ))?;

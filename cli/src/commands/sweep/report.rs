@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use sim::sweep::{News, Results, Summary, Sweep};
 
 use super::chart;
-use crate::output::{Progress, json, line, ratio};
+use crate::output::{Progress, json, line, two_decimals};
 use crate::{plot, results};
 
 /// Progress on standard error, finished cells on standard output.
@@ -127,7 +127,7 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
         summary.bit_errors,
         summary.ber,
         format!("{low:.3e} to {high:.3e}"),
-        ratio(summary.b2w)
+        two_decimals(summary.b2w)
     );
     if summary.finished {
         row
