@@ -51,7 +51,8 @@ pub struct Arguments {
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Do only the i-th of n parts, i from 0, all expected to take equally long; `vocc merge` adds them up.
+    /// Do only the i-th of n parts, i from 0, all expected to take equally long (but with rare_events, where lower rates take longer);
+    /// `vocc merge` adds them up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     /// What is there of the shards in this folder, what is missing and what failed.
