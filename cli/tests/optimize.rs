@@ -153,6 +153,7 @@ fn senseless_searches_are_refused() {
         (&["--range", "1"], &["--range"]),
         (&["--resume"], &["--out"]),
         (&["-o", "no/such/folder/table.toml"], &["no/such/folder"]),
+        (&["-o", "table.svg"], &["table.svg", "table.toml"]),
         (&["no-such-scene"], &["paper-18mm"]),
     ] {
         refused(&[&["optimize"], arguments].concat(), words);

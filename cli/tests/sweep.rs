@@ -370,3 +370,35 @@ fn scripts_for_slurm_are_ordinary_ones() {
         "{submit:?}"
     );
 }
+
+#[test]
+fn results_and_the_table_beside_them_have_names_of_their_own() {
+    let place = Place::new("names", PLAN);
+    let exists = |name: &str| place.0.join(name).exists();
+    let night = ["evaluate", "night", "--frames", "256", "--out"];
+    for out in ["run.csv", "run.svg", "run.png"] {
+        place.refused(&[&night[..], &[out]].concat(), &[out, "run.json"]);
+        assert!(!exists(out), "{out}");
+    }
+    for (out, table) in [
+        ("night.50m", "night.50m.csv"),
+        ("night.70m", "night.70m.csv"),
+        ("run.json", "run.csv"),
+    ] {
+        place.ok(&[&night[..], &[out]].concat());
+        place.ok(&[&night[..], &[out, "--resume"]].concat());
+        assert!(exists(table), "{table}");
+    }
+    assert!(!exists("night.csv"));
+    for shard in ["0/2", "1/2"] {
+        place.ok(&["sweep", "plan.toml", "--out", "parts", "--shard", shard]);
+    }
+    for out in ["sum.csv", "sum.svg", "sum.png"] {
+        place.refused(&["merge", "parts", "--out", out], &[out, "sum.json"]);
+        assert!(!exists(out), "{out}");
+    }
+    place.ok(&["merge", "parts", "--out", "sum.1"]);
+    for name in ["sum.1", "sum.1.csv", "sum.1.svg", "sum.1.png"] {
+        assert!(exists(name), "{name}");
+    }
+}

@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     /// Keep what is finished in this file, and a table (.csv) beside it.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]

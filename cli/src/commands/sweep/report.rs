@@ -27,7 +27,7 @@ enum Lines {
 pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
     results::write_with_table(results, path)?;
     match chart::svg(results)? {
-        Some(svg) => plot::save(&path.with_extension(""), &svg),
+        Some(svg) => plot::save(&results::stem(path, "json"), &svg),
         None => Ok(()),
     }
 }
