@@ -402,3 +402,28 @@ fn results_and_the_table_beside_them_have_names_of_their_own() {
         assert!(exists(name), "{name}");
     }
 }
+
+#[test]
+fn only_shards_that_were_begun_fail() {
+    let place = Place::new("refused", PLAN);
+    let other = PLAN.replace("1500", "1400");
+    std::fs::write(place.0.join("other.toml"), other).expect("a plan");
+    let shard = |plan, shard| ["sweep", plan, "--out", "out", "--shard", shard];
+    place.ok(&shard("plan.toml", "0/2"));
+    place.refused(&shard("plan.toml", "0/2"), &["--resume"]);
+    place.refused(&shard("other.toml", "1/2"), &["another plan"]);
+    let status = place.vocc(&["sweep", "--status", "out"]);
+    assert!(text(&status.stdout).contains("1 is missing"), "{status:?}");
+    let names = std::fs::read_dir(place.0.join("out")).expect("a folder");
+    let names = names.map(|entry| entry.expect("an entry").file_name());
+    let notes = names.filter(|name| name.to_string_lossy().ends_with(".failed"));
+    assert_eq!(notes.count(), 0);
+    // Without noise errors cannot be reached, which the first swarm tells.
+    let silent = "frames = 512\nrare_events = true\n[grid]\npose.distance_m = [50, 70]";
+    std::fs::write(place.0.join("silent.toml"), silent).expect("a plan");
+    let fails = ["sweep", "silent.toml", "--out", "silent", "--shard", "0/2"];
+    place.refused(&fails, &["no noise"]);
+    let status = place.vocc(&["sweep", "--status", "silent"]);
+    assert!(text(&status.stdout).contains("0 failed"), "{status:?}");
+    assert!(text(&status.stdout).contains("no noise"), "{status:?}");
+}

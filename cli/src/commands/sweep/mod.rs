@@ -77,11 +77,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         return slurm::run(&arguments.slurm, folder, plan);
     }
     match (arguments.shard, &arguments.out) {
-        (Some(shard), Some(folder)) => {
-            let done = part(arguments, &plan, shard, folder);
-            folder::note_failure(folder, shard, done.as_ref().err())?;
-            done
-        }
+        (Some(shard), Some(folder)) => part(arguments, &plan, shard, folder),
         (_, folder) => whole(arguments, &plan, folder.as_deref(), shared.json),
     }
 }
@@ -113,14 +109,27 @@ fn part(
 ) -> anyhow::Result<Answer> {
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
-    let mut results = begun(&plan.sweep, &path, arguments.resume)?;
+    let results = begun(&plan.sweep, &path, arguments.resume)?;
+    // What was refused before was no work on this shard, which may be well or someone else's.
+    let done = work_off(plan, shard, &path, results);
+    folder::note_failure(folder, shard, done.as_ref().err())?;
+    done
+}
+
+/// What is left of a shard.
+fn work_off(
+    plan: &PlanFile,
+    shard: Shard,
+    path: &Path,
+    mut results: Results,
+) -> anyhow::Result<Answer> {
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?;
     let going_on = until_interrupted()?;
     let mut report = Report::silent();
     let done = results::advance(
         &run,
         &mut results,
-        |results| results::write(results, &path),
+        |results| results::write(results, path),
         |news| report.heard(news),
         going_on,
     )?;
