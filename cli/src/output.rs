@@ -120,6 +120,8 @@ pub struct Progress {
     bar: ProgressBar,
     unit: &'static str,
     total: u64,
+    /// Steps of earlier runs.
+    begun_at: u64,
     started: Instant,
     told: Instant,
 }
@@ -143,9 +145,19 @@ impl Progress {
             bar,
             unit,
             total,
+            begun_at: 0,
             started: Instant::now(),
             told: Instant::now(),
         }
+    }
+
+    /// Tells that so many steps were done before now: they say nothing of how long others take.
+    pub fn begin_at(&mut self, steps: u64) {
+        (self.begun_at, self.started) = (steps, Instant::now());
+        self.bar.set_position(steps);
+        // The bar takes this for work, once it has seen it.
+        self.bar.tick();
+        self.bar.reset_eta();
     }
 
     /// Prints something else without the bar in between.
@@ -162,20 +174,43 @@ impl Progress {
     /// Tells that so many steps are done.
     pub fn done(&mut self, steps: u64) {
         self.bar.set_position(steps);
-        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > 0 {
+        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > self.begun_at {
             self.told = Instant::now();
-            let rate = steps as f64 / self.started.elapsed().as_secs_f64();
-            let left_s = (self.total - steps.min(self.total)) as f64 / rate;
-            eprintln!(
-                "{steps}/{} {}, {rate:.0} a second, {left_s:.0} s left",
-                self.total, self.unit
-            );
+            eprintln!("{}", self.tell(steps, self.started.elapsed()));
         }
+    }
+
+    /// The line for so many steps, reached after a time.
+    fn tell(&self, steps: u64, elapsed: Duration) -> String {
+        let rate = steps.saturating_sub(self.begun_at) as f64 / elapsed.as_secs_f64();
+        let left_s = self.total.saturating_sub(steps) as f64 / rate;
+        let (total, unit) = (self.total, self.unit);
+        format!("{steps}/{total} {unit}, {rate:.0} a second, {left_s:.0} s left")
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_earlier_runs_are_no_work_of_this_one() {
+        let mut progress = Progress::new(1000, "frames");
+        let elapsed = Duration::from_secs(10);
+        assert_eq!(
+            progress.tell(500, elapsed),
+            "500/1000 frames, 50 a second, 10 s left"
+        );
+        progress.begin_at(400);
+        assert_eq!(
+            progress.tell(500, elapsed),
+            "500/1000 frames, 10 a second, 50 s left"
+        );
     }
 }

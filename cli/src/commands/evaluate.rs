@@ -80,6 +80,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let run = Run::new(&sweep, shard, None)?;
     let going_on = until_interrupted()?;
     let mut progress = Progress::new(arguments.frames.div_ceil(shard.count()), "frames");
+    progress.begin_at(run.frames_done(&results));
     let started = Instant::now();
     let keep = |results: &Results| match &arguments.out {
         Some(path) => results::write_with_table(results, path),

@@ -126,6 +126,7 @@ fn work_off(
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?;
     let going_on = until_interrupted()?;
     let mut report = Report::silent();
+    report.begin_at(run.frames_done(&results));
     let done = results::advance(
         &run,
         &mut results,
@@ -155,6 +156,7 @@ fn whole(
     let run = Run::new(&plan.sweep, Shard::WHOLE, None)?;
     let going_on = until_interrupted()?;
     let mut report = Report::new(&plan.sweep, as_json)?;
+    report.begin_at(run.frames_done(&results));
     let done = results::advance(
         &run,
         &mut results,

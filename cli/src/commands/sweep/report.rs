@@ -59,6 +59,11 @@ impl Report {
         }
     }
 
+    /// Tells how many frames earlier runs have done.
+    pub fn begin_at(&mut self, frames: u64) {
+        self.progress.begin_at(frames);
+    }
+
     /// Shows progress, and the cells that are finished.
     pub fn heard(&mut self, news: &News) -> anyhow::Result<()> {
         self.progress.expect(news.expected.max(news.frames));
