@@ -31,6 +31,22 @@ pub fn explain(error: &anyhow::Error) -> String {
         })
 }
 
+/// Whether nobody reads any more what is printed.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Whether what was printed found a reader; one who has left is no fault.
+pub fn is_read(printed: anyhow::Result<()>) -> anyhow::Result<bool> {
+    match printed {
+        Err(error) if is_broken_pipe(&error) => Ok(false),
+        printed => printed.map(|()| true),
+    }
+}
+
 /// Prints one line.
 pub fn line(text: &str) -> anyhow::Result<()> {
     Ok(writeln!(std::io::stdout(), "{text}")?)

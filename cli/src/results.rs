@@ -82,7 +82,8 @@ pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     })
 }
 
-/// Does what `results` lack of a run; `keep` is given them now and then and at the end, whatever ends it. Returns whether all is done.
+/// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever
+/// ends it. Returns whether all is done.
 ///
 /// Trouble in keeping does not end the work: there may be room again before its end.
 ///
@@ -92,8 +93,7 @@ pub fn advance(
     run: &Run,
     results: &mut Results,
     keep: impl Fn(&Results) -> anyhow::Result<()>,
-    mut tell: impl FnMut(&News) -> anyhow::Result<()>,
-    going_on: impl Fn() -> bool,
+    mut tell: impl FnMut(&News) -> anyhow::Result<bool>,
 ) -> anyhow::Result<bool> {
     let mut kept = Instant::now();
     let mut trouble = None;
@@ -104,8 +104,10 @@ pub fn advance(
             }
             kept = Instant::now();
         }
-        trouble = tell(news).err();
-        trouble.is_none() && going_on()
+        tell(news).unwrap_or_else(|error| {
+            trouble = Some(error);
+            false
+        })
     });
     let kept = keep(results);
     let done = done?;

@@ -427,3 +427,24 @@ fn only_shards_that_were_begun_fail() {
     assert!(text(&status.stdout).contains("0 failed"), "{status:?}");
     assert!(text(&status.stdout).contains("no noise"), "{status:?}");
 }
+
+#[test]
+fn a_reader_who_leaves_ends_no_sweep_that_is_kept() {
+    let place = Place::new("closed", &PLAN.replace("[stop]\nerrors = 1000\n", ""));
+    let unread = |more: &[&str]| {
+        let sweep = ["sweep", "plan.toml", "--threads", "1"];
+        let mut run = place
+            .command(&[&sweep[..], more].concat())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        drop(run.stdout.take());
+        run.wait().expect("vocc ends").code()
+    };
+    assert_eq!(unread(&["--out", "table"]), Some(0));
+    place.ok(&["sweep", "--status", "table"]);
+    assert_eq!(unread(&["--out", "lines", "--json"]), Some(0));
+    place.ok(&["sweep", "--status", "lines"]);
+    // Nobody has anything of the rest.
+    assert_eq!(unread(&["--json"]), Some(1));
+}

@@ -86,21 +86,15 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Some(path) => results::write_with_table(results, path),
         None => Ok(()),
     };
-    let done = results::advance(
-        &run,
-        &mut results,
-        keep,
-        |news| {
-            progress.done(news.frames);
-            Ok(())
-        },
-        going_on,
-    );
+    let done = results::advance(&run, &mut results, keep, |news| {
+        progress.done(news.frames);
+        Ok(going_on())
+    });
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);
-    // What cannot be kept is at least printed.
+    // What cannot be kept is at least printed; a reader who has left changes nothing of what is done.
     if done.is_ok() || results.chunks_of(0) > 0 {
-        output::evaluation(&results, Some(seconds), shared.json)?;
+        output::is_read(output::evaluation(&results, Some(seconds), shared.json))?;
     }
     Ok(if done? { Answer::Yes } else { Answer::No })
 }

@@ -131,8 +131,7 @@ fn work_off(
         &run,
         &mut results,
         |results| results::write(results, path),
-        |news| report.heard(news),
-        going_on,
+        |news| report.heard(news).map(|()| going_on()),
     )?;
     Ok(if done { Answer::Yes } else { Answer::No })
 }
@@ -164,8 +163,11 @@ fn whole(
             path.as_ref()
                 .map_or(Ok(()), |path| report::keep(results, path))
         },
-        |news| report.heard(news),
-        going_on,
+        |news| {
+            report.heard(news)?;
+            // What is kept may be read later.
+            Ok(going_on() && (path.is_some() || report.is_read()))
+        },
     )?;
     report.end(&results)?;
     Ok(if done { Answer::Yes } else { Answer::No })
