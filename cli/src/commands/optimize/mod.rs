@@ -151,15 +151,20 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             if file.entry(illuminance_lx, interval).is_some() {
                 continue;
             }
+            // What is kept may be read later.
+            if arguments.out.is_none() && !report.is_read() {
+                return Ok(Answer::No);
+            }
             let searched = survey.entry(&scene, illuminance_lx, interval, |news| {
                 report.heard(news);
                 going_on()
             });
             match searched {
                 Ok((entry, cells)) => {
-                    report.entry(&entry, &cells)?;
+                    let told = report.entry(&entry, &cells);
                     file.add(survey.rule, entry, cells);
                     arguments.keep(&file)?;
+                    told?;
                 }
                 Err(error) if error.is_interruption() => {
                     report.interrupted(arguments.out.as_deref());
