@@ -31,6 +31,22 @@ pub fn explain(error: &anyhow::Error) -> String {
         })
 }
 
+/// Whether nobody reads any more what is printed.
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
+        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Whether what was printed found a reader; one who has left is no fault.
+pub fn is_read(printed: anyhow::Result<()>) -> anyhow::Result<bool> {
+    match printed {
+        Err(error) if is_broken_pipe(&error) => Ok(false),
+        printed => printed.map(|()| true),
+    }
+}
+
 /// Prints one line.
 pub fn line(text: &str) -> anyhow::Result<()> {
     Ok(writeln!(std::io::stdout(), "{text}")?)
@@ -96,9 +112,9 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
             found.bit_errors, found.effective_errors
         ))?;
     } else {
-        line(&format!("Bvar       {:.2}", found.bvar))?;
-        line(&format!("Wvar       {:.2}", found.wvar))?;
-        line(&format!("B2W        {}", ratio(found.b2w)))?;
+        line(&format!("Bvar       {}", two_decimals(found.bvar)))?;
+        line(&format!("Wvar       {}", two_decimals(found.wvar)))?;
+        line(&format!("B2W        {}", two_decimals(found.b2w)))?;
         line(&format!(
             "bit errors {} of {}",
             found.bit_errors, found.bits
@@ -110,9 +126,9 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     ))
 }
 
-/// A ratio of variances, to two decimals.
-pub fn ratio(ratio: Option<f64>) -> String {
-    ratio.map_or("undefined".into(), |ratio| format!("{ratio:.2}"))
+/// A variance or a ratio of variances, to two decimals.
+pub fn two_decimals(value: Option<f64>) -> String {
+    value.map_or("undefined".into(), |value| format!("{value:.2}"))
 }
 
 /// Progress of a run over a known number of steps: a bar on a terminal, elsewhere a line now and then.
@@ -120,6 +136,8 @@ pub struct Progress {
     bar: ProgressBar,
     unit: &'static str,
     total: u64,
+    /// Steps of earlier runs.
+    begun_at: u64,
     started: Instant,
     told: Instant,
 }
@@ -143,9 +161,19 @@ impl Progress {
             bar,
             unit,
             total,
+            begun_at: 0,
             started: Instant::now(),
             told: Instant::now(),
         }
+    }
+
+    /// Tells that so many steps were done before now: they say nothing of how long others take.
+    pub fn begin_at(&mut self, steps: u64) {
+        (self.begun_at, self.started) = (steps, Instant::now());
+        self.bar.set_position(steps);
+        // The bar takes this for work, once it has seen it.
+        self.bar.tick();
+        self.bar.reset_eta();
     }
 
     /// Prints something else without the bar in between.
@@ -162,20 +190,43 @@ impl Progress {
     /// Tells that so many steps are done.
     pub fn done(&mut self, steps: u64) {
         self.bar.set_position(steps);
-        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > 0 {
+        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > self.begun_at {
             self.told = Instant::now();
-            let rate = steps as f64 / self.started.elapsed().as_secs_f64();
-            let left_s = (self.total - steps.min(self.total)) as f64 / rate;
-            eprintln!(
-                "{steps}/{} {}, {rate:.0} a second, {left_s:.0} s left",
-                self.total, self.unit
-            );
+            eprintln!("{}", self.tell(steps, self.started.elapsed()));
         }
+    }
+
+    /// The line for so many steps, reached after a time.
+    fn tell(&self, steps: u64, elapsed: Duration) -> String {
+        let rate = steps.saturating_sub(self.begun_at) as f64 / elapsed.as_secs_f64();
+        let left_s = self.total.saturating_sub(steps) as f64 / rate;
+        let (total, unit) = (self.total, self.unit);
+        format!("{steps}/{total} {unit}, {rate:.0} a second, {left_s:.0} s left")
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_earlier_runs_are_no_work_of_this_one() {
+        let mut progress = Progress::new(1000, "frames");
+        let elapsed = Duration::from_secs(10);
+        assert_eq!(
+            progress.tell(500, elapsed),
+            "500/1000 frames, 50 a second, 10 s left"
+        );
+        progress.begin_at(400);
+        assert_eq!(
+            progress.tell(500, elapsed),
+            "500/1000 frames, 10 a second, 50 s left"
+        );
     }
 }

@@ -69,10 +69,10 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
 /// When a file cannot be written.
 pub fn save(stem: &Path, svg: &str) -> anyhow::Result<()> {
     let image = png(svg)?;
-    write_aside(&stem.with_extension("svg"), |aside| {
+    write_aside(&stem.with_added_extension("svg"), |aside| {
         Ok(std::fs::write(aside, svg)?)
     })?;
-    write_aside(&stem.with_extension("png"), |aside| {
+    write_aside(&stem.with_added_extension("png"), |aside| {
         Ok(std::fs::write(aside, &image)?)
     })
 }

@@ -1,15 +1,37 @@
 //! Files of results: read, kept while work goes on, and the table and the plot beside them.
 
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use sim::sweep::{News, Results, Run};
 
 use crate::pictures::write_aside;
 
 /// Between two times that a run keeps what it has finished.
 const KEEP_EVERY: Duration = Duration::from_secs(10);
+
+/// A file as `--out` names it, whose own extension is `own`: none that is taken for the table or the plot beside it.
+pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path| match path.extension().and_then(OsStr::to_str) {
+        Some(beside @ ("csv" | "svg" | "png")) => Err(format!(
+            ".{beside} is what goes beside this file, which is .{own}: give {}",
+            path.with_extension(own).display()
+        )),
+        _ => Ok(path),
+    })
+}
+
+/// The name that what goes beside a file begins with: all of its own but for the extension `own`.
+pub fn stem(path: &Path, own: &str) -> PathBuf {
+    if path.extension().is_some_and(|found| found == own) {
+        path.with_extension("")
+    } else {
+        path.into()
+    }
+}
 
 /// The results in a file.
 ///
@@ -55,12 +77,13 @@ pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
 pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     write(results, path)?;
     let table = results.to_csv();
-    write_aside(&path.with_extension("csv"), |aside| {
+    write_aside(&stem(path, "json").with_added_extension("csv"), |aside| {
         Ok(std::fs::write(aside, table)?)
     })
 }
 
-/// Does what `results` lack of a run; `keep` is given them now and then and at the end, whatever ends it. Returns whether all is done.
+/// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever
+/// ends it. Returns whether all is done.
 ///
 /// Trouble in keeping does not end the work: there may be room again before its end.
 ///
@@ -70,8 +93,7 @@ pub fn advance(
     run: &Run,
     results: &mut Results,
     keep: impl Fn(&Results) -> anyhow::Result<()>,
-    mut tell: impl FnMut(&News) -> anyhow::Result<()>,
-    going_on: impl Fn() -> bool,
+    mut tell: impl FnMut(&News) -> anyhow::Result<bool>,
 ) -> anyhow::Result<bool> {
     let mut kept = Instant::now();
     let mut trouble = None;
@@ -82,8 +104,10 @@ pub fn advance(
             }
             kept = Instant::now();
         }
-        trouble = tell(news).err();
-        trouble.is_none() && going_on()
+        tell(news).unwrap_or_else(|error| {
+            trouble = Some(error);
+            false
+        })
     });
     let kept = keep(results);
     let done = done?;

@@ -1,7 +1,7 @@
 //! `vocc optimize` and `vocc table` as their users meet them.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn vocc(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_vocc"))
@@ -153,6 +153,7 @@ fn senseless_searches_are_refused() {
         (&["--range", "1"], &["--range"]),
         (&["--resume"], &["--out"]),
         (&["-o", "no/such/folder/table.toml"], &["no/such/folder"]),
+        (&["-o", "table.svg"], &["table.svg", "table.toml"]),
         (&["no-such-scene"], &["paper-18mm"]),
     ] {
         refused(&[&["optimize"], arguments].concat(), words);
@@ -164,6 +165,26 @@ fn senseless_searches_are_refused() {
     let later = later.to_str().expect("a name");
     refused(&["table", "check", later], &["format = 2", "format 1"]);
     refused(&["optimize", "-o", later, "--resume"], &["format = 2"]);
+}
+
+#[test]
+fn a_reader_who_leaves_takes_nothing_that_is_kept() {
+    let table = folder("closed").join("table.toml");
+    let table = table.to_str().expect("a name");
+    let unread = |arguments: &[&str]| {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_vocc"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        drop(run.stdout.take());
+        run.wait().expect("vocc ends").code()
+    };
+    assert_eq!(unread(&[&QUICK[..], &[table]].concat()), Some(0));
+    let shown = vocc(&["table", "show", table, "--json"]);
+    let l2a = &lines(&shown)[0]["l2a"];
+    assert_eq!(l2a[0].as_array().map(Vec::len), Some(2), "{l2a}");
+    assert_eq!(unread(&QUICK[..8]), Some(1));
 }
 
 #[test]

@@ -370,3 +370,81 @@ fn scripts_for_slurm_are_ordinary_ones() {
         "{submit:?}"
     );
 }
+
+#[test]
+fn results_and_the_table_beside_them_have_names_of_their_own() {
+    let place = Place::new("names", PLAN);
+    let exists = |name: &str| place.0.join(name).exists();
+    let night = ["evaluate", "night", "--frames", "256", "--out"];
+    for out in ["run.csv", "run.svg", "run.png"] {
+        place.refused(&[&night[..], &[out]].concat(), &[out, "run.json"]);
+        assert!(!exists(out), "{out}");
+    }
+    for (out, table) in [
+        ("night.50m", "night.50m.csv"),
+        ("night.70m", "night.70m.csv"),
+        ("run.json", "run.csv"),
+    ] {
+        place.ok(&[&night[..], &[out]].concat());
+        place.ok(&[&night[..], &[out, "--resume"]].concat());
+        assert!(exists(table), "{table}");
+    }
+    assert!(!exists("night.csv"));
+    for shard in ["0/2", "1/2"] {
+        place.ok(&["sweep", "plan.toml", "--out", "parts", "--shard", shard]);
+    }
+    for out in ["sum.csv", "sum.svg", "sum.png"] {
+        place.refused(&["merge", "parts", "--out", out], &[out, "sum.json"]);
+        assert!(!exists(out), "{out}");
+    }
+    place.ok(&["merge", "parts", "--out", "sum.1"]);
+    for name in ["sum.1", "sum.1.csv", "sum.1.svg", "sum.1.png"] {
+        assert!(exists(name), "{name}");
+    }
+}
+
+#[test]
+fn only_shards_that_were_begun_fail() {
+    let place = Place::new("refused", PLAN);
+    let other = PLAN.replace("1500", "1400");
+    std::fs::write(place.0.join("other.toml"), other).expect("a plan");
+    let shard = |plan, shard| ["sweep", plan, "--out", "out", "--shard", shard];
+    place.ok(&shard("plan.toml", "0/2"));
+    place.refused(&shard("plan.toml", "0/2"), &["--resume"]);
+    place.refused(&shard("other.toml", "1/2"), &["another plan"]);
+    let status = place.vocc(&["sweep", "--status", "out"]);
+    assert!(text(&status.stdout).contains("1 is missing"), "{status:?}");
+    let names = std::fs::read_dir(place.0.join("out")).expect("a folder");
+    let names = names.map(|entry| entry.expect("an entry").file_name());
+    let notes = names.filter(|name| name.to_string_lossy().ends_with(".failed"));
+    assert_eq!(notes.count(), 0);
+    // Without noise errors cannot be reached, which the first swarm tells.
+    let silent = "frames = 512\nrare_events = true\n[grid]\npose.distance_m = [50, 70]";
+    std::fs::write(place.0.join("silent.toml"), silent).expect("a plan");
+    let fails = ["sweep", "silent.toml", "--out", "silent", "--shard", "0/2"];
+    place.refused(&fails, &["no noise"]);
+    let status = place.vocc(&["sweep", "--status", "silent"]);
+    assert!(text(&status.stdout).contains("0 failed"), "{status:?}");
+    assert!(text(&status.stdout).contains("no noise"), "{status:?}");
+}
+
+#[test]
+fn a_reader_who_leaves_ends_no_sweep_that_is_kept() {
+    let place = Place::new("closed", &PLAN.replace("[stop]\nerrors = 1000\n", ""));
+    let unread = |more: &[&str]| {
+        let sweep = ["sweep", "plan.toml", "--threads", "1"];
+        let mut run = place
+            .command(&[&sweep[..], more].concat())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        drop(run.stdout.take());
+        run.wait().expect("vocc ends").code()
+    };
+    assert_eq!(unread(&["--out", "table"]), Some(0));
+    place.ok(&["sweep", "--status", "table"]);
+    assert_eq!(unread(&["--out", "lines", "--json"]), Some(0));
+    place.ok(&["sweep", "--status", "lines"]);
+    // Nobody has anything of the rest.
+    assert_eq!(unread(&["--json"]), Some(1));
+}

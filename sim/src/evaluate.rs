@@ -24,7 +24,7 @@ use crate::canvas::{Canvas, Region};
 use crate::detectors::{DetectorChoice, camera_of};
 use crate::genie::{Genie, Likelihood};
 use crate::random::{Purpose, stream, uniform};
-use crate::rare::RareErrors;
+use crate::rare::{RareErrors, SWARM};
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::statistics::{Distinguishability, FrameErrors, Moments};
@@ -112,6 +112,13 @@ impl Evaluation {
         self.off.merge(&other.off);
         self.errors.merge(&other.errors);
         self.rare.merge(&other.rare);
+    }
+
+    /// Whether it may be of no more than so many frames, at most 2⁵⁰.
+    pub(crate) fn is_within(&self, frames: u64) -> bool {
+        self.errors.frames() <= frames
+            && self.on.count() + self.off.count() <= LEDS as u64 * frames
+            && self.rare.swarms() <= frames / SWARM as u64
     }
 
     /// Bits that were read wrongly, or reached that by splitting.

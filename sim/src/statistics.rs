@@ -19,7 +19,7 @@ use crate::random::{Purpose, stream};
 /// assert_eq!(moments.covariance(), [[1.0, 10.0], [10.0, 100.0]]);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "WrittenMoments")]
 pub struct Moments {
     count: u64,
     first: [f64; 2],
@@ -27,6 +27,60 @@ pub struct Moments {
     mean: [f64; 2],
     /// Sums of squares and products about the mean: xx, xy, yy.
     scatter: [f64; 3],
+}
+
+/// As a file has them.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenMoments {
+    count: u64,
+    first: [f64; 2],
+    mean: [f64; 2],
+    scatter: [f64; 3],
+}
+
+/// Moments of no pairs that can be.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{} pairs that begin with {:?}, with a mean {:?} from there and a scatter of {:?}: at most {MOST_PAIRS} pairs of numbers up to {MOST_SIZE:e} in size are counted, whose squares sum to no less than 0; the file is damaged",
+    .0.count, .0.first, .0.mean, .0.scatter
+)]
+struct ImpossibleMoments(WrittenMoments);
+
+/// The most pairs that a file may speak of: one for each LED of each frame.
+const MOST_PAIRS: u64 = 64 * MOST_FRAMES;
+/// The largest number, by size.
+const MOST_SIZE: f64 = 1e150;
+
+impl TryFrom<WrittenMoments> for Moments {
+    type Error = ImpossibleMoments;
+
+    fn try_from(written: WrittenMoments) -> Result<Self, ImpossibleMoments> {
+        let WrittenMoments {
+            count,
+            first,
+            mean,
+            scatter,
+        } = written;
+        // Two numbers are at most twice their size apart; leave a little to rounding.
+        let most_apart = 2.001 * MOST_SIZE;
+        let most_scatter = count as f64 * most_apart.powi(2);
+        let is_possible = count <= MOST_PAIRS
+            && first.iter().all(|first| first.abs() <= MOST_SIZE)
+            && mean.iter().all(|mean| mean.abs() <= most_apart)
+            && scatter.iter().all(|scatter| scatter.abs() <= most_scatter)
+            && scatter[0] >= 0.0
+            && scatter[2] >= 0.0;
+        if !is_possible {
+            return Err(ImpossibleMoments(written));
+        }
+        Ok(Self {
+            count,
+            first,
+            mean,
+            scatter,
+        })
+    }
 }
 
 impl Moments {
@@ -228,7 +282,7 @@ impl TryFrom<Vec<u64>> for FrameErrors {
 }
 
 /// The most frames that a file may speak of: no sum of them overflows.
-const MOST_FRAMES: u64 = 1 << 48;
+pub(crate) const MOST_FRAMES: u64 = 1 << 48;
 /// Resamples of the bootstrap.
 const RESAMPLES: usize = 2000;
 
@@ -336,6 +390,32 @@ mod tests {
         let [[xx, xy], [_, yy]] = moments.covariance();
         for (got, want) in [(xx, exact), (xy, -exact), (yy, exact)] {
             assert!((got / want - 1.0).abs() < 1e-12, "{got} against {want}");
+        }
+    }
+
+    #[test]
+    fn moments_of_no_pairs_that_can_be_are_refused() {
+        let read = |count: &str, mean: &str, scatter: &str| {
+            let text = format!(
+                r#"{{"count":{count},"first":[0.0,0.0],"mean":[{mean},0.0],"scatter":[{scatter},0.0,0.0]}}"#
+            );
+            serde_json::from_str::<Moments>(&text)
+        };
+        let moments = Moments::of(&[[1e150, -1e150], [-1e150, 3.0]]);
+        let text = serde_json::to_string(&moments).unwrap();
+        assert_eq!(serde_json::from_str::<Moments>(&text).unwrap(), moments);
+        assert!(read("2", "1.0", "4.0").is_ok());
+        for [count, mean, scatter] in [
+            ["18446744073709551615", "1.0", "4.0"],
+            ["2", "1e200", "4.0"],
+            ["2", "1.0", "-4.0"],
+            ["2", "1.0", "1e305"],
+        ] {
+            let fault = read(count, mean, scatter).map_err(|fault| fault.to_string());
+            assert!(
+                fault.as_ref().is_err_and(|text| text.contains("damaged")),
+                "{fault:?}"
+            );
         }
     }
 

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::evaluate::Evaluation;
+use crate::evaluate::{CHUNK, Evaluation};
 
 /// Sums over spans of 2^level chunks, by the span's first chunk.
 ///
@@ -58,6 +58,16 @@ pub enum TallyError {
         "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length and end with their block; the file is damaged"
     )]
     Misaligned {
+        /// Its first chunk.
+        first: u64,
+        /// The logarithm of its length.
+        level: u32,
+    },
+    /// A span of more than its frames.
+    #[error(
+        "a sum that begins at chunk {first} and spans 2^{level} chunks holds more than their {CHUNK} frames each; the file is damaged"
+    )]
+    Overfull {
         /// Its first chunk.
         first: u64,
         /// The logarithm of its length.
@@ -174,12 +184,20 @@ impl Tally {
         self.nodes.values().map(|(level, _)| 1 << level).sum()
     }
 
+    /// The end of the last chunk in the sum.
+    pub fn end(&self) -> u64 {
+        self.before(u64::MAX).unwrap_or(0)
+    }
+
     fn add_span(&mut self, first: u64, level: u32, sums: Evaluation) -> Result<(), TallyError> {
         if level > MOST_LEVELS.min(block_level(first))
             || !first.is_multiple_of(1 << level)
             || first.checked_add(1 << level).is_none()
         {
             return Err(TallyError::Misaligned { first, level });
+        }
+        if !sums.is_within(CHUNK << level) {
+            return Err(TallyError::Overfull { first, level });
         }
         let last = first + (1 << level) - 1;
         let overlaps_next = self
@@ -366,5 +384,20 @@ mod tests {
         );
         assert!(damaged(0, 64).is_err() && damaged(u64::MAX, 0).is_err());
         assert!(damaged(16, 2).is_err(), "longer than its block");
+        let filled = |frames: u64| {
+            let mut sums = Evaluation::default();
+            (0..frames).for_each(|_| sums.errors.push(0));
+            let node = |first_chunk, level| Node {
+                first_chunk,
+                level,
+                sums,
+            };
+            Tally::try_from(vec![node(0, 0), node(16, 1)])
+        };
+        assert!(filled(CHUNK).is_ok());
+        assert_eq!(
+            filled(CHUNK + 1),
+            Err(TallyError::Overfull { first: 0, level: 0 })
+        );
     }
 }

@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     /// Keep what is finished in this file, and a table (.csv) beside it.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
@@ -80,26 +80,21 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let run = Run::new(&sweep, shard, None)?;
     let going_on = until_interrupted()?;
     let mut progress = Progress::new(arguments.frames.div_ceil(shard.count()), "frames");
+    progress.begin_at(run.frames_done(&results));
     let started = Instant::now();
     let keep = |results: &Results| match &arguments.out {
         Some(path) => results::write_with_table(results, path),
         None => Ok(()),
     };
-    let done = results::advance(
-        &run,
-        &mut results,
-        keep,
-        |news| {
-            progress.done(news.frames);
-            Ok(())
-        },
-        going_on,
-    );
+    let done = results::advance(&run, &mut results, keep, |news| {
+        progress.done(news.frames);
+        Ok(going_on())
+    });
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);
-    // What cannot be kept is at least printed.
+    // What cannot be kept is at least printed; a reader who has left changes nothing of what is done.
     if done.is_ok() || results.chunks_of(0) > 0 {
-        output::evaluation(&results, Some(seconds), shared.json)?;
+        output::is_read(output::evaluation(&results, Some(seconds), shared.json))?;
     }
     Ok(if done? { Answer::Yes } else { Answer::No })
 }

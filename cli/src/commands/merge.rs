@@ -16,7 +16,7 @@ pub struct Arguments {
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// Keep the sums in this file, and a table and a plot beside it.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
 }
 

@@ -7,7 +7,7 @@ use crate::evaluate::EvaluateError;
 use crate::random::{Purpose, stream};
 
 /// How much rarer each level is than the one before.
-const RARER: usize = 5;
+pub(super) const RARER: usize = 5;
 /// Frames of each level: in parts, each with random numbers of its own.
 const PARTS: usize = 50;
 const FRAMES: usize = 20 * PARTS;

@@ -19,8 +19,11 @@ pub fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
 }
 
 impl Sweep {
-    /// What a frame of cell `index` is expected to cost on one thread, in ns: see [`frame_ns`]. Where errors are reached by splitting each
-    /// costs some dozens of times as much, in all cells alike.
+    /// What a frame of cell `index` is expected to cost on one thread, in ns, where errors are counted: see [`frame_ns`].
+    ///
+    /// Where errors are reached by splitting a frame costs fifty times as much or more, the more the lower the rate, as there are more
+    /// levels to climb. How many is known only once they are chosen, which is work in itself. So this is left out of
+    /// account, and shards of cells whose rates lie far apart are not balanced.
     ///
     /// # Errors
     /// When the cell's scene cannot be seen.

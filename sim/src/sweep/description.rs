@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
 use crate::accuracy::Level;
 use crate::detectors::DetectorChoice;
 use crate::evaluate::{EvaluateError, Settings, chunks};
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, parse_value};
 
 /// The most frames of a cell: at 100 000 a second, four months.
 pub const MOST_FRAMES: u64 = 1_000_000_000_000;
@@ -146,7 +147,7 @@ impl Sweep {
             if values.is_empty() {
                 return Err(SweepError::EmptyAxis { key: key.clone() });
             }
-            if let Some(value) = first_doubled(values) {
+            if let Some(value) = first_doubled(values, |text| meaning(&parse_value(text))) {
                 let (key, value) = (key.clone(), value.clone());
                 return Err(SweepError::Doubled { key, value });
             }
@@ -154,9 +155,8 @@ impl Sweep {
         if self.detectors.is_empty() {
             return Err(SweepError::NoDetectors);
         }
-        let names: Vec<&str> = self.detectors.iter().map(|choice| choice.name()).collect();
-        if let Some(name) = first_doubled(&names) {
-            return Err(SweepError::DoubledDetector(name));
+        if let Some(choice) = first_doubled(&self.detectors, |choice| choice.name()) {
+            return Err(SweepError::DoubledDetector(choice.name()));
         }
         let lengths = self.grid.iter().map(|axis| axis.values.len());
         let cells = lengths.fold(self.detectors.len(), usize::saturating_mul);
@@ -262,7 +262,23 @@ impl Sweep {
     }
 }
 
-fn first_doubled<T: Ord + Clone>(values: &[T]) -> Option<T> {
+/// The first value whose key an earlier one has.
+fn first_doubled<T, K: Ord>(values: &[T], key: impl Fn(&T) -> K) -> Option<&T> {
     let mut seen = BTreeSet::new();
-    values.iter().find(|value| !seen.insert(*value)).cloned()
+    values.iter().find(|value| !seen.insert(key(value)))
+}
+
+/// A value in words that are the same for 50 and 50.0, of which a scene is the same.
+fn meaning(value: &Value) -> String {
+    // Integers are exact here: larger ones are read as floats. Adding 0 makes −0 one.
+    let of_number = |number: f64| (number + 0.0).to_string();
+    match value {
+        Value::Integer(number) => of_number(*number as f64),
+        Value::Float(number) => of_number(*number),
+        Value::Array(values) => {
+            let meanings: Vec<String> = values.iter().map(meaning).collect();
+            format!("[{}]", meanings.join(", "))
+        }
+        other => other.to_string(),
+    }
 }

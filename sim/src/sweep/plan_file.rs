@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::{Axis, Sweep, SweepError};
+use super::{Axis, MOST_SHARDS, Sweep, SweepError};
 use crate::accuracy::Level;
 use crate::detectors::DetectorChoice;
 use crate::scene::{Scene, SceneError, parse_value};
@@ -101,6 +101,16 @@ pub enum PlanError {
         found: usize,
         /// Cells of the grid.
         cells: usize,
+    },
+    /// The division has no shards, or too many.
+    #[error(
+        "plan {name}: [division] shards = {shards}: give 1 to {MOST_SHARDS}, or take [division] away"
+    )]
+    Shards {
+        /// The file.
+        name: String,
+        /// Its shards.
+        shards: u64,
     },
     /// What is described cannot be done.
     #[error("plan {name}: {source}")]
@@ -203,11 +213,15 @@ impl Sweep {
             name: name.clone(),
             source: Box::new(fault),
         })?;
-        if let Some(division) = &written.division
-            && division.expected_frames.len() != sweep.cells()
-        {
-            let (found, cells) = (division.expected_frames.len(), sweep.cells());
-            return Err(PlanError::Division { name, found, cells });
+        if let Some(division) = &written.division {
+            let (shards, found) = (division.shards, division.expected_frames.len());
+            if !(1..=MOST_SHARDS).contains(&shards) {
+                return Err(PlanError::Shards { name, shards });
+            }
+            if found != sweep.cells() {
+                let cells = sweep.cells();
+                return Err(PlanError::Division { name, found, cells });
+            }
         }
         Ok(PlanFile {
             sweep,
@@ -392,6 +406,14 @@ mod tests {
             "{}",
             fault(&lost)
         );
+        for shards in ["0", "1000001"] {
+            let odd = written.replace("shards = 3", &format!("shards = {shards}"));
+            let fault = fault(&odd);
+            assert!(
+                fault.contains(&format!("shards = {shards}: give 1 to 1000000")),
+                "{fault}"
+            );
+        }
     }
 
     #[test]
@@ -404,6 +426,10 @@ mod tests {
         assert!(fault("frames = 10\n[grid]\npose.distance_m = []").contains("no values"));
         assert!(fault("frames = 10\n[grid]\npose.distance_m = 50").contains("list"));
         assert!(fault("frames = 10\n[grid]\npose.distance_m = [50, 50]").contains("twice"));
+        for same in ["50, 50.0", "1_000, 1e3", "0, -0.0", "0.5, 5e-1"] {
+            let plan = format!("frames = 10\n[grid]\npose.distance_m = [{same}]");
+            assert!(fault(&plan).contains("twice"), "{same}");
+        }
         assert!(with("").contains("there is no end"));
         assert!(with("frames = 0").contains("frames = 0"));
         assert!(with("frames = -4").contains("-4"));

@@ -55,6 +55,18 @@ pub enum ResultsError {
         /// Cells of the sweep.
         cells: usize,
     },
+    /// A chunk that the cells do not have.
+    #[error(
+        "there are results up to chunk {end} of cell {cell}, but a cell has {chunks} chunks: the file is damaged"
+    )]
+    NoChunk {
+        /// The cell and its values.
+        cell: String,
+        /// The end of what is there.
+        end: u64,
+        /// Chunks of a cell.
+        chunks: u64,
+    },
     /// A sum that is there already, or that cannot be.
     #[error("cell {cell}: {source}")]
     Tally {
@@ -176,6 +188,11 @@ impl Results {
     }
 
     fn merge_cell(&mut self, cell: usize, sums: &Tally) -> Result<(), ResultsError> {
+        let (end, chunks) = (sums.end(), self.sweep.chunks());
+        if end > chunks {
+            let cell = self.sweep.name_of(cell);
+            return Err(ResultsError::NoChunk { cell, end, chunks });
+        }
         let own = self.cells.entry(cell).or_default();
         own.merge(sums).map_err(|source| ResultsError::Tally {
             cell: self.sweep.name_of(cell),

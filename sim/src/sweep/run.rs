@@ -244,7 +244,8 @@ impl<'a> Run<'a> {
         batch.par_iter().map_init(|| None, part).collect()
     }
 
-    fn frames_done(&self, results: &Results) -> u64 {
+    /// Frames of this run that `results` hold.
+    pub fn frames_done(&self, results: &Results) -> u64 {
         let frames = |work: &Work| self.frames_of(results.chunks_of(work.cell));
         self.work.iter().map(frames).sum()
     }

@@ -30,10 +30,10 @@ pub struct Summary {
     pub ber: f64,
     /// Its 95 % interval.
     pub ber_95: [f64; 2],
-    /// Between-class variance; not a number where errors are reached by splitting, which measures none.
-    pub bvar: f64,
+    /// Between-class variance; none where errors are reached by splitting, which measures no features.
+    pub bvar: Option<f64>,
     /// Within-class variance, likewise.
-    pub wvar: f64,
+    pub wvar: Option<f64>,
     /// Their ratio, where there is one.
     pub b2w: Option<f64>,
 }
@@ -44,7 +44,7 @@ impl Results {
         let total = self.total(cell);
         let (counted, rare) = (total.errors, total.rare);
         let variances = total.distinguishability();
-        let variance = |value| if rare.is_empty() { value } else { f64::NAN };
+        let variance = |value| rare.is_empty().then_some(value);
         let rare_frames = rare.swarms() * SWARM as u64;
         let setting = self.sweep().cell(cell);
         Summary {
@@ -116,9 +116,9 @@ impl Summary {
             number(self.ber),
             number(self.ber_95[0]),
             number(self.ber_95[1]),
-            number(self.bvar),
-            number(self.wvar),
-            self.b2w.map(number).unwrap_or_default(),
+            known(self.bvar),
+            known(self.wvar),
+            known(self.b2w),
             seed.to_string(),
             env!("CARGO_PKG_VERSION").into(),
         ];
@@ -126,13 +126,14 @@ impl Summary {
     }
 }
 
-/// All digits; nothing where there is no number.
+/// All digits.
 fn number(value: f64) -> String {
-    if value.is_finite() {
-        format!("{value:e}")
-    } else {
-        String::new()
-    }
+    format!("{value:e}")
+}
+
+/// All digits of a number that is known, else nothing.
+fn known(value: Option<f64>) -> String {
+    value.map(number).unwrap_or_default()
 }
 
 fn line(fields: &[String]) -> String {

@@ -68,7 +68,18 @@ fn swarms_add_up_from_shards_and_files() {
     });
     let merged = merged(parts).unwrap();
     assert_eq!(merged.to_json().unwrap(), whole.to_json().unwrap());
+    for (swarms, word) in [("18446744073709551615", "swarms"), ("2", "256 frames")] {
+        let damaged = whole.to_json().unwrap();
+        let damaged = damaged.replacen("\"swarms\":1,", &format!("\"swarms\":{swarms},"), 1);
+        let fault = Results::from_json(&damaged).map_err(|fault| fault.to_string());
+        assert!(
+            fault.as_ref().is_err_and(|text| text.contains(word)),
+            "{fault:?}"
+        );
+    }
     // No features were measured.
+    let summary = whole.summary(0);
+    assert_eq!([summary.bvar, summary.wvar, summary.b2w], [None; 3]);
     assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
 }
 
@@ -153,6 +164,12 @@ fn damaged_files_are_refused() {
     assert!(fault(&doubled).contains("once"), "{}", fault(&doubled));
     let frames = text.replacen("\"errors\":[", "\"errors\":[18446744073709551615,", 1);
     assert!(fault(&frames).contains("damaged"), "{}", fault(&frames));
+    let beyond = text.replacen("\"first_chunk\":1,", "\"first_chunk\":7,", 1);
+    assert!(
+        fault(&beyond).contains("up to chunk 8"),
+        "{}",
+        fault(&beyond)
+    );
     let huge = text.replacen("\"frames\":300", "\"frames\":0", 1);
     assert!(fault(&huge).contains("frames = 0"), "{}", fault(&huge));
 }

@@ -170,8 +170,10 @@ fn compute(
                 return Ok(false);
             };
             findings.keep(task, found);
+            progress.done(done);
+        } else {
+            progress.begin_at(done);
         }
-        progress.done(done);
         if written.elapsed() > KEEP_EVERY {
             kept.write(path)?;
             written = Instant::now();

@@ -16,7 +16,7 @@ use crate::commands::evaluate::single_precision;
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
 use crate::pictures::write_aside;
-use crate::plot;
+use crate::{plot, results};
 
 use report::Report;
 
@@ -64,7 +64,7 @@ pub struct Arguments {
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
     /// Where the table goes; plots go beside it, as .svg and .png.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE.toml", value_parser = results::out_file("toml"))]
     out: Option<PathBuf>,
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
@@ -151,15 +151,20 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             if file.entry(illuminance_lx, interval).is_some() {
                 continue;
             }
+            // What is kept may be read later.
+            if arguments.out.is_none() && !report.is_read() {
+                return Ok(Answer::No);
+            }
             let searched = survey.entry(&scene, illuminance_lx, interval, |news| {
                 report.heard(news);
                 going_on()
             });
             match searched {
                 Ok((entry, cells)) => {
-                    report.entry(&entry, &cells)?;
+                    let told = report.entry(&entry, &cells);
                     file.add(survey.rule, entry, cells);
                     arguments.keep(&file)?;
+                    told?;
                 }
                 Err(error) if error.is_interruption() => {
                     report.interrupted(arguments.out.as_deref());
@@ -170,7 +175,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
     }
     if let Some(path) = &arguments.out {
-        plot::save(&path.with_extension(""), &chart::svg(&file, &survey)?)?;
+        plot::save(&results::stem(path, "toml"), &chart::svg(&file, &survey)?)?;
     }
     Ok(Answer::Yes)
 }

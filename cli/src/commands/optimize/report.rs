@@ -5,16 +5,17 @@ use std::path::Path;
 use sim::optimum::{FIRST_ROUND, GRID};
 use sim::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use crate::output::{Progress, json, line, ratio};
+use crate::output::{Progress, is_read, json, line, two_decimals};
 
 /// Ratios of a finer grid that get all frames.
 const FINE: u64 = 5;
 
-/// Progress on standard error, results on standard output.
+/// Progress on standard error, results on standard output while somebody reads them.
 pub struct Report {
     progress: Progress,
     rule: Rule,
     as_json: bool,
+    is_read: bool,
     cells: u64,
     cells_done: u64,
     frames_done: u64,
@@ -26,10 +27,11 @@ impl Report {
         let cells = (survey.cells() - begun.cells.len().min(survey.cells())) as u64;
         let frames = survey.search.frames;
         let at_most = cells * (GRID as u64 * frames.min(FIRST_ROUND) + FINE * frames);
-        let report = Self {
+        let mut report = Self {
             progress: Progress::new(at_most, "frames"),
             rule: survey.rule,
             as_json,
+            is_read: true,
             cells,
             cells_done: 0,
             frames_done: 0,
@@ -58,8 +60,20 @@ impl Report {
         self.progress.done(self.frames_done);
     }
 
+    /// Whether somebody reads the results.
+    pub fn is_read(&self) -> bool {
+        self.is_read
+    }
+
     /// Prints what was found for one illuminance and interval.
-    pub fn entry(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
+    pub fn entry(&mut self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
+        if self.is_read {
+            self.is_read = is_read(self.print(entry, cells))?;
+        }
+        Ok(())
+    }
+
+    fn print(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
         let l2a = entry.l2a(self.rule);
         if self.as_json {
             cells.iter().try_for_each(json)?;
@@ -79,7 +93,7 @@ impl Report {
                 cell.l2a,
                 cell.l2a_95[0],
                 cell.l2a_95[1],
-                ratio(cell.b2w),
+                two_decimals(cell.b2w),
                 cell.ber,
                 (cell.table_loss - 1.0) * 100.0,
             ))?;

@@ -51,7 +51,8 @@ pub struct Arguments {
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Do only the i-th of n parts, i from 0, all expected to take equally long; `vocc merge` adds them up.
+    /// Do only the i-th of n parts, i from 0, all expected to take equally long (but with rare_events, where lower rates take longer);
+    /// `vocc merge` adds them up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     /// What is there of the shards in this folder, what is missing and what failed.
@@ -76,11 +77,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         return slurm::run(&arguments.slurm, folder, plan);
     }
     match (arguments.shard, &arguments.out) {
-        (Some(shard), Some(folder)) => {
-            let done = part(arguments, &plan, shard, folder);
-            folder::note_failure(folder, shard, done.as_ref().err())?;
-            done
-        }
+        (Some(shard), Some(folder)) => part(arguments, &plan, shard, folder),
         (_, folder) => whole(arguments, &plan, folder.as_deref(), shared.json),
     }
 }
@@ -112,16 +109,29 @@ fn part(
 ) -> anyhow::Result<Answer> {
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
-    let mut results = begun(&plan.sweep, &path, arguments.resume)?;
+    let results = begun(&plan.sweep, &path, arguments.resume)?;
+    // What was refused before was no work on this shard, which may be well or someone else's.
+    let done = work_off(plan, shard, &path, results);
+    folder::note_failure(folder, shard, done.as_ref().err())?;
+    done
+}
+
+/// What is left of a shard.
+fn work_off(
+    plan: &PlanFile,
+    shard: Shard,
+    path: &Path,
+    mut results: Results,
+) -> anyhow::Result<Answer> {
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?;
     let going_on = until_interrupted()?;
     let mut report = Report::silent();
+    report.begin_at(run.frames_done(&results));
     let done = results::advance(
         &run,
         &mut results,
-        |results| results::write(results, &path),
-        |news| report.heard(news),
-        going_on,
+        |results| results::write(results, path),
+        |news| report.heard(news).map(|()| going_on()),
     )?;
     Ok(if done { Answer::Yes } else { Answer::No })
 }
@@ -145,6 +155,7 @@ fn whole(
     let run = Run::new(&plan.sweep, Shard::WHOLE, None)?;
     let going_on = until_interrupted()?;
     let mut report = Report::new(&plan.sweep, as_json)?;
+    report.begin_at(run.frames_done(&results));
     let done = results::advance(
         &run,
         &mut results,
@@ -152,8 +163,11 @@ fn whole(
             path.as_ref()
                 .map_or(Ok(()), |path| report::keep(results, path))
         },
-        |news| report.heard(news),
-        going_on,
+        |news| {
+            report.heard(news)?;
+            // What is kept may be read later.
+            Ok(going_on() && (path.is_some() || report.is_read()))
+        },
     )?;
     report.end(&results)?;
     Ok(if done { Answer::Yes } else { Answer::No })

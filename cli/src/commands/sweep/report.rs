@@ -6,10 +6,10 @@ use serde_json::{Map, Value};
 use sim::sweep::{News, Results, Summary, Sweep};
 
 use super::chart;
-use crate::output::{Progress, json, line, ratio};
+use crate::output::{Progress, is_read, json, line, two_decimals};
 use crate::{plot, results};
 
-/// Progress on standard error, finished cells on standard output.
+/// Progress on standard error, finished cells on standard output while somebody reads them.
 pub struct Report {
     progress: Progress,
     lines: Lines,
@@ -27,7 +27,7 @@ enum Lines {
 pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
     results::write_with_table(results, path)?;
     match chart::svg(results)? {
-        Some(svg) => plot::save(&path.with_extension(""), &svg),
+        Some(svg) => plot::save(&results::stem(path, "json"), &svg),
         None => Ok(()),
     }
 }
@@ -40,14 +40,15 @@ pub fn print(results: &Results, as_json: bool) -> anyhow::Result<()> {
 impl Report {
     /// For a whole sweep.
     pub fn new(sweep: &Sweep, as_json: bool) -> anyhow::Result<Self> {
-        if !as_json {
-            line(&heading(sweep))?;
-        }
-        Ok(Self {
+        let mut report = Self {
             progress: Progress::new(0, "frames"),
             lines: if as_json { Lines::Json } else { Lines::Table },
             told: vec![false; sweep.cells()],
-        })
+        };
+        if !as_json {
+            report.printed(line(&heading(sweep)))?;
+        }
+        Ok(report)
     }
 
     /// For a part, whose cells say nothing until they are merged.
@@ -57,6 +58,16 @@ impl Report {
             lines: Lines::None,
             told: Vec::new(),
         }
+    }
+
+    /// Whether somebody reads the cells.
+    pub fn is_read(&self) -> bool {
+        !matches!(self.lines, Lines::None)
+    }
+
+    /// Tells how many frames earlier runs have done.
+    pub fn begin_at(&mut self, frames: u64) {
+        self.progress.begin_at(frames);
     }
 
     /// Shows progress, and the cells that are finished.
@@ -79,11 +90,20 @@ impl Report {
         }
         self.told[cell] = true;
         let summary = results.summary(cell);
-        self.progress.aside(|| match self.lines {
+        let printed = self.progress.aside(|| match self.lines {
             Lines::Table => line(&row(results.sweep(), &summary)),
             Lines::Json => json(&object(results.sweep(), &summary)?),
             Lines::None => Ok(()),
-        })
+        });
+        self.printed(printed)
+    }
+
+    /// Says nothing more once nobody reads it.
+    fn printed(&mut self, printed: anyhow::Result<()>) -> anyhow::Result<()> {
+        if !is_read(printed)? {
+            self.lines = Lines::None;
+        }
+        Ok(())
     }
 }
 
@@ -127,7 +147,7 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
         summary.bit_errors,
         summary.ber,
         format!("{low:.3e} to {high:.3e}"),
-        ratio(summary.b2w)
+        two_decimals(summary.b2w)
     );
     if summary.finished {
         row
