@@ -9,6 +9,7 @@ use link::panel::LLR_STEP;
 use rand::Rng;
 
 use super::race::{Contender, race};
+use super::summary::{rounded, variant};
 use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front, share_95};
 use crate::random::{Purpose, normal, stream};
 
@@ -52,11 +53,26 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
             .into(),
         default: format!(
             "i8 and {MAX_ITERATIONS} iterations. Eight bits lose nothing that can be seen against 64, take a quarter of the memory of f32 and no floating-point unit. \
-             A decodable block is found within some ten iterations, so a high limit costs time only where decoding fails anyway. \
-             The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280)."
+             A block that is found is done, so that a high limit costs time only where it is needed, or nothing helps: {} \
+             The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280).",
+            worth_of_iterations(&diagrams[0])
         ),
         diagrams,
     })
+}
+
+/// What the most iterations bring, beside a tenth of them.
+fn worth_of_iterations(formats: &Diagram) -> String {
+    let [some, all] = [10, MAX_ITERATIONS].map(|limit| {
+        let point = variant(formats, &format!("i8, {limit}"));
+        point.map_or([f64::NAN; 2], |point| [point.error, point.ratio.median])
+    });
+    format!(
+        "of messages in TC512 with 9 % of their bits wrong, 10 iterations lose {} % and {MAX_ITERATIONS} lose {} %, in {} times the time.",
+        rounded(100.0 * some[0]),
+        rounded(100.0 * all[0]),
+        rounded(all[1] / some[1])
+    )
 }
 
 /// One code in all number formats.
@@ -296,5 +312,12 @@ mod tests {
                 assert_eq!(decode(block, needed - 1), None);
             }
         }
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        let part = crate::precision::summary::published("decoder");
+        let worth = worth_of_iterations(&part.diagrams[0]);
+        assert!(part.default.contains(&worth), "{worth}");
     }
 }
