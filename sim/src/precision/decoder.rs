@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use labrador_ldpc::LDPCCode;
 use labrador_ldpc::decoder::DecodeFrom;
-use link::fec::MAX_ITERATIONS;
+use link::fec::{MAX_ITERATIONS, SUREST};
 use link::panel::LLR_STEP;
 use rand::Rng;
 
@@ -45,7 +45,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         method: format!(
             "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost if any of its blocks is not found, or \
              found wrong. Points of a curve are the most iterations of min-sum: 1 to 100. *i8* is what `link::fec` decodes: log-likelihood ratios in steps of {LLR_STEP}, \
-             8 bits. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
+             8 bits, none beyond {SUREST} steps. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
              The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
         ),
         reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; bars are 95 % intervals \
@@ -237,7 +237,11 @@ impl Block {
             .map(|at| 1.0 - 2.0 * f64::from(bit(at)) + noise * normal(random))
             .map(|received| 2.0 * received / (noise * noise))
             .collect();
-        let eight_bits = |llr: &f64| (llr / f64::from(LLR_STEP)).round().clamp(-127.0, 127.0) as i8;
+        let surest = f64::from(SUREST);
+        let eight_bits = |llr: &f64| {
+            let steps = (llr / f64::from(LLR_STEP)).round();
+            steps.clamp(-surest, surest) as i8
+        };
         let mut hard = vec![0; code.n() / 8];
         for (at, llr) in f64.iter().enumerate() {
             hard[at / 8] |= u8::from(*llr < 0.0) << (7 - at % 8);
