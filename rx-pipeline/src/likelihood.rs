@@ -42,6 +42,7 @@
 //! One blur for the whole panel; a plain background behind it. LEDs whose images are sharp discs many pixels wide are no
 //! Gaussians; such panels are looked at in larger pixels, and any detector reads them.
 
+mod camera;
 mod experience;
 mod image;
 mod levels;
@@ -52,6 +53,7 @@ mod spots;
 mod start;
 mod view;
 
+pub use camera::{Camera, CameraError};
 pub use experience::Experience;
 
 use crate::corners::Corners;
@@ -66,28 +68,6 @@ use spots::Spots;
 use start::LeastSquares;
 use view::View;
 
-/// What is known of the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// Gamma of the encoding, 1 to 4.
-    pub gamma: f32,
-    /// Standard deviation of the lens blur in px, where the search for it begins.
-    pub blur_sigma_px: f32,
-    /// Read noise in electrons, or a guess: it weighs dark pixels against bright ones.
-    pub read_noise_e: f32,
-}
-
-impl Default for Camera {
-    /// γ = 2.2 and 1.5 px of blur (Do & Yoo 2020), 3 electrons of read noise.
-    fn default() -> Self {
-        Self {
-            gamma: 2.2,
-            blur_sigma_px: 1.5,
-            read_noise_e: 3.0,
-        }
-    }
-}
-
 /// Rounds of interference cancellation, and sweeps over the LEDs before and in each.
 const ROUNDS: usize = 5;
 const FIRST_SWEEPS: usize = 3;
@@ -96,6 +76,8 @@ const SWEEPS: usize = 2;
 const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
 /// Rounds of flipping groups.
 const GROUP_ROUNDS: usize = 12;
+/// Rounds of growing groups of neighbours: one or two do, but levels that are fitted in between may take back what flips gained, without end.
+const GROWN_ROUNDS: usize = 32;
 /// Ways tried in a round.
 const TRIES: usize = 4;
 /// What is fitted beside noise: the LEDs, and the levels.
@@ -176,10 +158,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
     }
 
-    /// Gets ready for frames of `camera`, and forgets all others.
+    /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others.
     pub fn prepare(&mut self, camera: Camera) {
-        self.camera = camera;
-        self.curve = Curve::new(camera.gamma);
+        self.camera = camera.bounded();
+        self.curve = Curve::new(self.camera.gamma);
         self.experience = Experience::NONE;
     }
 
@@ -361,7 +343,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.fit(&mut solution, &experience);
         self.climb(&mut solution).settle();
         self.fit(&mut solution, &experience);
-        loop {
+        for _ in 0..GROWN_ROUNDS {
             let odds = self.climb(&mut solution).losses();
             if self.is_clear(&solution, &odds, &experience) || !self.climb(&mut solution).grow() {
                 break;

@@ -72,6 +72,9 @@ pub(crate) struct Reader {
 
 impl Reader {
     pub fn new(settings: &ReceiverSettings) -> Result<Self, ReceiverError> {
+        if let Method::MaximumLikelihood(camera) = settings.method {
+            camera.checked()?;
+        }
         Ok(Self {
             method: settings.method,
             clock: SymbolClock::new(settings.symbols_per_frame)?,

@@ -8,7 +8,7 @@ use crate::detect::{DetectError, Detection, Method};
 use crate::features::FeaturesError;
 use crate::frame::Frame;
 use crate::history::History;
-use crate::likelihood::MaximumLikelihood;
+use crate::likelihood::{CameraError, MaximumLikelihood};
 use crate::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSettings};
 use crate::profile::Profile;
 use crate::reader::{Reader, Tools};
@@ -45,6 +45,9 @@ pub enum ReceiverError {
     /// The locator does not take its settings.
     #[error(transparent)]
     Locator(#[from] LocateError),
+    /// The detector does not take its camera.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// The symbols cannot be followed at this rate.
     #[error(transparent)]
     SymbolRate(#[from] SymbolRateError),
@@ -287,6 +290,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, H: BorrowMut<[u8
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::likelihood::Camera;
     use crate::synthetic::Scene;
     use crate::track::PATIENCE_FRAMES;
     use link::fec::Code;
@@ -569,11 +573,21 @@ mod tests {
 
     #[test]
     fn settings_out_of_range_are_refused() {
-        let settings = ReceiverSettings {
+        let refusal = |settings| Receiver::<16, _>::new(settings, ReceiverMemory::new()).err();
+        let too_many_symbols = ReceiverSettings {
             symbols_per_frame: 2.0,
             ..ReceiverSettings::default()
         };
-        let error = Receiver::<16, _>::new(settings, ReceiverMemory::new()).err();
+        let error = refusal(too_many_symbols);
         assert!(matches!(error, Some(ReceiverError::SymbolRate(_))));
+        let blurred_to_nothing = Camera {
+            blur_sigma_px: f32::INFINITY,
+            ..Camera::default()
+        };
+        let error = refusal(ReceiverSettings {
+            method: Method::MaximumLikelihood(blurred_to_nothing),
+            ..ReceiverSettings::default()
+        });
+        assert!(matches!(error, Some(ReceiverError::Camera(_))));
     }
 }

@@ -14,6 +14,13 @@ use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::view::View;
 
+/// Successive frames in which a panel is to be found.
+pub const FRAMES: usize = 3;
+/// A panel is found if no corner LED is further off than this share of a pitch: then each cell holds its own LED.
+pub const RIGHT: f64 = 0.35;
+/// The most pixels of a window around a panel.
+pub const WINDOW_PIXELS: usize = 160 * 160;
+
 /// A few frames of one panel, and what is true of them.
 pub struct Sighting {
     /// What was drawn, in words.

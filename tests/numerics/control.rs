@@ -13,7 +13,8 @@ use tx_firmware::calibration::{
 use tx_firmware::dimming::{DUTY_ERROR, Dimming, Duty, L2A_MAX, LUMINANCE_ERROR_CD_M2, duty_cycle};
 use tx_firmware::drive::{Drive, Pulses};
 
-const PANEL: Measured = Measured {
+/// A panel as it was measured.
+pub const PANEL: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("26000"),
     shortest_pulse_ns: 100,
     pwm_period_ns: 49_000,

@@ -94,10 +94,16 @@ fn the_soft_values_of_any_frame_are_within_their_range() {
         ("random", pixels(random)),
     ];
     let mut detector = Box::new(MaximumLikelihood::<4096>::new(Camera::default()));
-    for camera in [0.0, 3.0, 1e6].map(|read_noise_e| Camera {
+    let read_noises = [0.0, 3.0, 1e6].map(|read_noise_e| Camera {
         read_noise_e,
         ..Camera::default()
-    }) {
+    });
+    // Receivers refuse such blurs; the detector by itself must bear them.
+    let blurs = [0.0, 20.0, 1e30, f32::INFINITY, f32::NAN].map(|blur_sigma_px| Camera {
+        blur_sigma_px,
+        ..Camera::default()
+    });
+    for camera in read_noises.into_iter().chain(blurs) {
         detector.prepare(camera);
         for (name, pixels) in &frames {
             let frame = Frame::new(pixels, SIDE, SIDE).expect("a frame");

@@ -1,10 +1,9 @@
 //! Dense sweeps that measure what the approximate functions of [`crate::error_limits`] err by.
 
-use fixed::types::{I6F26, I32F32, U1F31, U12F20, U32F32};
+use fixed::types::{I6F26, I32F32, U12F20};
 use glam::{DMat2, DVec2};
 use libm::{erf, erfc};
 use link::l2a_table::{Illuminance, Interval, L2aTable, log2};
-use link::serial::Measured;
 use micromath::F32Ext;
 use rx_pipeline::approximate::{CENSORED_LOSS_ERROR, ROOT_MIN, censored_loss, inverse_sqrt, root};
 use sim::chords::Chords;
@@ -20,6 +19,8 @@ use tx_firmware::calibration::Calibration;
 use tx_firmware::dimming::{Dimming, Duty};
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::power::exp2;
+
+use crate::control::PANEL;
 
 /// The greatest of some errors; NaN counts as the greatest of all.
 fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
@@ -211,16 +212,6 @@ pub fn of_ambient() -> f64 {
         })
     }))
 }
-
-const PANEL: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("26000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: 49_000,
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::ONE,
-    sensor_gain: U12F20::ONE,
-    low_current_share: U1F31::lit("0.125"),
-};
 
 /// A dimming at the ratio 2, and the luminance in doubles.
 fn dimmings() -> impl Iterator<Item = (Dimming, f64)> {

@@ -8,14 +8,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
+use sim::sightings::{FRAMES, RIGHT, WINDOW_PIXELS};
 pub use sim::sightings::{Sighting, backdrop, photographs};
-
-/// The most pixels of a window around a panel.
-const WINDOW_PIXELS: usize = 160 * 160;
-/// Frames in which a panel is to be found.
-const FRAMES: usize = 3;
-/// A panel is found if no corner LED is further off than this share of a pitch: then each cell holds its own LED.
-const RIGHT: f64 = 0.35;
 
 /// What came of many searches.
 #[derive(Debug, Default)]

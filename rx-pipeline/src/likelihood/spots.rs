@@ -39,7 +39,7 @@ impl Spots {
     /// `stride`, a multiple of [`LANES`] and at least that.
     pub fn place(&mut self, variance: f32, [width, height]: [usize; 2], stride: usize) {
         self.variance = variance;
-        let reach = libm::ceilf(REACH * libm::sqrtf(variance)) as usize;
+        let reach = libm::ceilf(REACH * libm::sqrtf(variance)).min(TAPS as f32) as usize;
         let wanted = (2 * reach).next_multiple_of(LANES).min(TAPS);
         self.taps = [wanted.min(stride), wanted.min(height)];
         for led in 0..LEDS {

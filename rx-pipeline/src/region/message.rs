@@ -127,7 +127,8 @@ pub struct Region<'a> {
 /// An answer; it carries the sequence number of its request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer<'a> {
-    /// The request was not done, and nothing changed.
+    /// The request was not done, and nothing changed, except that after [`Refusal::Place`] no panel is followed and the window is that of the refused
+    /// region.
     Refused(Refusal),
     /// Who is here.
     #[serde(borrow)]

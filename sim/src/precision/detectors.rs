@@ -13,6 +13,7 @@ use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 
 use super::counts;
 use super::race::{Contender, Spread, race};
+use super::summary::{range, variant};
 use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front};
 use crate::accuracy::Level;
 use crate::canvas::Region;
@@ -70,12 +71,27 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
              places (first {GENIE_FRAMES} frames). Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong: there stands half of one.",
             floors.join(", ")
         ),
-        default: "`ml`, maximum likelihood. It errs least wherever bits are wrong at all, by factors where LEDs are close or far, and comes near the genie. That costs: these places are its hardest, where groups of \
+        default: format!(
+            "`ml`, maximum likelihood. It errs least wherever bits are wrong at all, by factors where LEDs are close or far, and comes near the genie. That costs: these places are its hardest, where groups of \
             LEDs are searched pixel by pixel; on clearer panels it takes some tenths of a millisecond (`cargo bench -p rx-pipeline --bench features -- read_by`). Where that is too long, Fisher's discriminant is on the front, if it \
-            can be trained, and k-means close to it, which needs no training. Soft values cost a fraction of a microsecond and are always worth it before error correction."
-            .into(),
+            can be trained, and k-means close to it, which needs no training. Soft values cost {} µs more than bits alone, and are worth it before error correction.",
+            soft_us(&diagrams)
+        ),
         diagrams,
     })
+}
+
+/// What soft values take beside bits, in µs.
+fn soft_us(diagrams: &[Diagram]) -> String {
+    let timed = diagrams
+        .iter()
+        .filter(|diagram| diagram.cost_unit == CostUnit::Ns);
+    range(timed.flat_map(|diagram| {
+        diagram.points.iter().filter_map(|soft| {
+            let bits = variant(diagram, soft.variant.strip_suffix(SOFT)?)?;
+            Some((soft.cost.median - bits.cost.median) / 1000.0)
+        })
+    }))
 }
 
 /// The scene at one of [`PLACES`], with more settings.
@@ -372,5 +388,12 @@ mod tests {
         assert_eq!(counted.points.len(), 2);
         assert_eq!(counted.points[1].ratio.median, 3.0);
         assert_eq!(counted.cost_unit, CostUnit::Instructions);
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        let part = crate::precision::summary::published("detectors");
+        let cost = format!("Soft values cost {} µs", soft_us(&part.diagrams));
+        assert!(part.default.contains(&cost), "{cost}");
     }
 }

@@ -9,21 +9,15 @@ use rx_pipeline::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSe
 
 use super::race::{Contender, race};
 use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front, share_95};
-use crate::sightings::Sighting;
+use crate::sightings::{FRAMES, RIGHT, Sighting, WINDOW_PIXELS};
 
 /// The camera's frames.
 const SIZE: [usize; 2] = [1920, 1080];
 /// Panels looked for, and how many of them are timed.
 const SCENES: usize = 60;
 const TIMED: usize = 6;
-/// Successive frames in which a panel is to be found.
-const FRAMES: usize = 3;
-/// A panel is found if no corner LED is further off than this share of a pitch: then each cell holds its own LED.
-const RIGHT: f64 = 0.35;
 /// Pixels of the sensor along one of the frame that is searched, and whether only a share of the candidates is looked at.
 const SEARCHES: [(usize, bool); 5] = [(1, true), (2, true), (3, true), (4, true), (1, false)];
-/// The most pixels of a window around a panel.
-const WINDOW_PIXELS: usize = 160 * 160;
 /// What is behind two panels in three.
 const PHOTOGRAPHS: [&[u8]; 5] = [
     include_bytes!("../../../tests/photographs/brick.png"),

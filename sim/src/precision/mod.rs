@@ -23,6 +23,7 @@ mod locator;
 mod monte_carlo;
 pub mod race;
 mod renderer;
+mod summary;
 mod transmitter;
 
 use rx_pipeline::locate::LocateError;

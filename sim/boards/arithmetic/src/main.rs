@@ -5,9 +5,9 @@
 #![no_std]
 #![no_main]
 
-#[path = "../../../../sim/src/precision/transmitter/paths.rs"]
+#[path = "../../../src/precision/transmitter/paths.rs"]
 mod paths;
-#[path = "../../../../sim/src/precision/transmitter/tables.rs"]
+#[path = "../../../src/precision/transmitter/tables.rs"]
 mod tables;
 
 use core::hint::black_box;
