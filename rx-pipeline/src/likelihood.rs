@@ -193,6 +193,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     ///
     /// # Errors
     /// As [`Self::detect`].
+    // Not inlined: the stack of those who read panels otherwise stays as it is.
+    #[inline(never)]
     pub fn detect_after(
         &mut self,
         before: &SoftPanel,

@@ -81,6 +81,7 @@ impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
 
     /// Gets ready for a camera and a panel.
     pub(crate) fn prepare(&mut self, settings: &ReceiverSettings) {
+        self.deframer = Deframer::new();
         if let Method::MaximumLikelihood(camera) = settings.method {
             self.likelihood.prepare(camera);
         }

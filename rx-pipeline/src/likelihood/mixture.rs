@@ -91,6 +91,8 @@ impl Guess {
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// The symbol of which `before` is known, and the one after it, in a frame that shows the end of the one and the beginning of the
     /// other; none where nothing is known of it, or of the levels.
+    // Not inlined: the stack of those who never call it stays as it is.
+    #[inline(never)]
     pub(super) fn two_symbols(
         &mut self,
         frame: &Frame<'_>,

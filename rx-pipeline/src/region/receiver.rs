@@ -32,6 +32,13 @@ impl<const PIXELS: usize> RegionMemory<PIXELS> {
             likelihood: MaximumLikelihood::blind(),
         }
     }
+
+    /// Gets ready for a camera.
+    fn prepare(&mut self, settings: &ReceiverSettings) {
+        if let Method::MaximumLikelihood(camera) = settings.method {
+            self.likelihood.prepare(camera);
+        }
+    }
 }
 
 impl<const PIXELS: usize> Default for RegionMemory<PIXELS> {
@@ -77,16 +84,16 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> RegionReceiver<PIX
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
-    pub fn new(settings: ReceiverSettings, memory: M) -> Result<Self, ReceiverError> {
-        let mut receiver = Self {
-            locator: Locator::new(settings.locator)?,
-            reader: Reader::new(&settings)?,
+    pub fn new(settings: ReceiverSettings, mut memory: M) -> Result<Self, ReceiverError> {
+        let (locator, reader) = (Locator::new(settings.locator)?, Reader::new(&settings)?);
+        memory.borrow_mut().prepare(&settings);
+        Ok(Self {
+            locator,
+            reader,
             deframer: Deframer::new(),
             memory,
             window: ([0; 2], (0, 0)),
-        };
-        receiver.prepare(&settings);
-        Ok(receiver)
+        })
     }
 
     /// Forgets everything and goes by other settings.
@@ -99,14 +106,8 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> RegionReceiver<PIX
         let reader = Reader::new(settings)?;
         self.locator = Locator::new(settings.locator)?;
         (self.reader, self.deframer) = (reader, Deframer::new());
-        self.prepare(settings);
+        self.memory.borrow_mut().prepare(settings);
         Ok(())
-    }
-
-    fn prepare(&mut self, settings: &ReceiverSettings) {
-        if let Method::MaximumLikelihood(camera) = settings.method {
-            self.memory.borrow_mut().likelihood.prepare(camera);
-        }
     }
 
     /// Reads the panel at `corners` (in pixels of the frame) from now on, in regions like `region`, which begins at `origin`.

@@ -10,6 +10,7 @@ mod peripherals;
 mod stack;
 
 use panic_halt as _;
+use rx_pipeline::receiver::ReceiverError;
 use rx_pipeline::region::{Machine, RegionMemory, Service};
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -21,7 +22,7 @@ const PIXELS: usize = 16_384;
 type Board = Service<PIXELS, &'static mut RegionMemory<PIXELS>>;
 
 static MEMORY: ConstStaticCell<RegionMemory<PIXELS>> = ConstStaticCell::new(RegionMemory::new());
-static SERVICE: StaticCell<Option<Board>> = StaticCell::new();
+static SERVICE: StaticCell<Result<Board, ReceiverError>> = StaticCell::new();
 
 struct Mps2 {
     clock: Clock,
@@ -46,7 +47,7 @@ fn main() -> ! {
         clock: Clock::start(),
     };
     let uart = Uart::start();
-    if let Some(service) = service() {
+    if let Ok(service) = service() {
         loop {
             if let Some(answer) = service.receive(uart.read(), &machine) {
                 uart.write(answer);
@@ -58,9 +59,9 @@ fn main() -> ! {
     }
 }
 
-/// The service, in its place. Not inlined: the stack that it passes through is free again before the first region comes.
+/// The service, made in its place: handed on, it would pass through the stack. Not inlined: what is taken of that is free again before the first region comes.
 #[inline(never)]
-fn service() -> &'static mut Option<Board> {
+fn service() -> &'static mut Result<Board, ReceiverError> {
     let memory = MEMORY.take();
-    SERVICE.init_with(|| Service::new(memory).ok())
+    SERVICE.init_with(|| Service::new(memory))
 }
