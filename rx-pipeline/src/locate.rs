@@ -22,6 +22,8 @@ mod search;
 mod starts;
 mod survey;
 
+use core::ops::RangeInclusive;
+
 use crate::corners::{Corners, CornersError};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -40,6 +42,13 @@ pub struct LocatorSettings {
     pub gamma: f32,
     /// Standard deviation of the blur in pixels: 0.3 to 4.
     pub blur_sigma_px: f32,
+}
+
+impl LocatorSettings {
+    /// The range of `gamma`.
+    pub const GAMMA: RangeInclusive<f32> = 1.0..=4.0;
+    /// The range of `blur_sigma_px`.
+    pub const BLUR_SIGMA_PX: RangeInclusive<f32> = 0.3..=4.0;
 }
 
 impl Default for LocatorSettings {
@@ -300,7 +309,9 @@ impl Locator {
             gamma,
             blur_sigma_px,
         } = settings;
-        if !(1.0..=4.0).contains(&gamma) || !(0.3..=4.0).contains(&blur_sigma_px) {
+        if !LocatorSettings::GAMMA.contains(&gamma)
+            || !LocatorSettings::BLUR_SIGMA_PX.contains(&blur_sigma_px)
+        {
             return Err(LocateError::Settings {
                 gamma,
                 blur_sigma_px,

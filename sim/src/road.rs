@@ -35,8 +35,6 @@ use crate::view::ViewError;
 
 /// The most pixels of a panel that the receiver can hold.
 const PANEL_PIXELS: usize = 160 * 160;
-/// The blurs that the receiver's locator knows.
-const LOCATOR_BLUR_PX: [f64; 2] = [0.3, 4.0];
 
 /// Why a link cannot be run.
 #[derive(Debug, thiserror::Error)]
@@ -154,15 +152,13 @@ impl Road {
             None => trained(scene, settings)?,
         };
         let sensor = renderer.sensor();
+        let blurs = LocatorSettings::BLUR_SIGMA_PX;
         let receiver = Receiver::with_history(
             ReceiverSettings {
                 locator: LocatorSettings {
                     gamma: scene.camera.gamma as f32,
-                    blur_sigma_px: scene
-                        .camera
-                        .blur_sigma_px
-                        .clamp(LOCATOR_BLUR_PX[0], LOCATOR_BLUR_PX[1])
-                        as f32,
+                    blur_sigma_px: (scene.camera.blur_sigma_px as f32)
+                        .clamp(*blurs.start(), *blurs.end()),
                 },
                 method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,

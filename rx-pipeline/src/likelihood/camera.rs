@@ -1,5 +1,9 @@
 //! What the detector has to know of the camera.
 
+use core::ops::RangeInclusive;
+
+use crate::locate::LocatorSettings;
+
 /// What is known of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -11,10 +15,8 @@ pub struct Camera {
     pub read_noise_e: f32,
 }
 
-const GAMMA: [f32; 2] = [1.0, 4.0];
-const BLUR_SIGMA_PX: [f32; 2] = [0.3, 4.0];
 /// Its square is still a number.
-const READ_NOISE_E: [f32; 2] = [0.0, 1e6];
+const READ_NOISE_E: RangeInclusive<f32> = 0.0..=1e6;
 
 impl Default for Camera {
     /// γ = 2.2 and 1.5 px of blur (Do & Yoo 2020), 3 electrons of read noise.
@@ -41,10 +43,11 @@ impl Camera {
     /// The nearest camera in range: a search that begins from none at all may have no end.
     pub(super) fn bounded(self) -> Self {
         // What is not a number becomes the least.
-        let bounded = |value: f32, [least, most]: [f32; 2]| value.max(least).min(most);
+        let bounded =
+            |value: f32, range: RangeInclusive<f32>| value.max(*range.start()).min(*range.end());
         Self {
-            gamma: bounded(self.gamma, GAMMA),
-            blur_sigma_px: bounded(self.blur_sigma_px, BLUR_SIGMA_PX),
+            gamma: bounded(self.gamma, LocatorSettings::GAMMA),
+            blur_sigma_px: bounded(self.blur_sigma_px, LocatorSettings::BLUR_SIGMA_PX),
             read_noise_e: bounded(self.read_noise_e, READ_NOISE_E),
         }
     }
