@@ -128,10 +128,15 @@ impl Mixture {
     /// The share of the exposure for which each LED was On, if that is known.
     pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
         let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
-        (*self != Self::INSEPARABLE).then(|| {
-            core::array::from_fn(|led| (1.0 - self.share) * ended[led] + self.share * begun[led])
-        })
+        (*self != Self::INSEPARABLE)
+            .then(|| core::array::from_fn(|led| lit(self.share, ended[led], begun[led])))
     }
+}
+
+/// The share of the exposure for which an LED is On, from its shares in the symbol that ended and in the one that began, of which
+/// the exposure has a `share`.
+pub(crate) fn lit(share: f32, ended: f32, begun: f32) -> f32 {
+    (1.0 - share) * ended + share * begun
 }
 
 /// Why a panel could not be read.
@@ -231,6 +236,24 @@ pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
     SoftPanel(llr.map(|llr| libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr))
 }
 
+/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
+pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
+    let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
+        let sum: i32 =
+            a.0.iter()
+                .zip(&b.0)
+                .map(|(&a, &b)| i32::from(a) * i32::from(b))
+                .sum();
+        sum as f32
+    };
+    let norm = libm::sqrtf(product(a, a) * product(b, b));
+    if norm > 0.0 {
+        product(a, b) / norm
+    } else {
+        0.0
+    }
+}
+
 fn check_contrast(features: &Features) -> Result<(), DetectError> {
     let grey = &features.mean_grey;
     let brightest = grey.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -269,7 +292,8 @@ fn sum(values: &[f32; LEDS]) -> f32 {
     lanes.iter().sum()
 }
 
-fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
+/// The panel of which the LEDs are On for which that holds.
+pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
     PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
 }
 

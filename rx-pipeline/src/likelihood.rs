@@ -57,7 +57,7 @@ pub use camera::{Camera, CameraError};
 pub use experience::Experience;
 
 use crate::corners::Corners;
-use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY, Mixture};
+use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY, Mixture, bits_where};
 use crate::frame::Frame;
 use image::{Curve, Image};
 use levels::{Equations, Levels, Pull};
@@ -217,8 +217,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
         let odds = self.climb_in_groups(&mut best);
         let found = best.bits();
-        let flip = |bits: u64, led: usize| bits ^ u64::from(odds[led] < 0.0) << led;
-        let bits = PanelFrame::from_bits((0..LEDS).fold(found.bits(), flip));
+        let bits = bits_where(|led| found.led(led) != (odds[led] < 0.0));
         let llr = core::array::from_fn(|led| {
             if found.led(led) {
                 odds[led]
@@ -265,11 +264,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             noise: FIRST_NOISE,
         };
         let mut levels = experience.levels().unwrap_or(first);
-        self.load(frame, view, levels.noise)?;
-        self.spots.centre = view.centre;
-        self.spots
-            .place(levels.variance, self.image.size, self.image.stride);
-        let squares = LeastSquares::solve(&mut self.image, &self.spots);
+        let squares = self.least_squares(frame, view, &levels)?;
         if !experience.is_sure() {
             squares.split(&mut levels);
             let range_grey = self.contrast_grey(&levels);
@@ -302,6 +297,20 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             .ok_or(DetectError::ContrastTooLow { range_grey: 0.0 })
     }
 
+    /// The light of each LED by least squares, where the panel is expected.
+    fn least_squares(
+        &mut self,
+        frame: &Frame<'_>,
+        view: &View,
+        levels: &Levels,
+    ) -> Result<LeastSquares, DetectError> {
+        self.load(frame, view, levels.noise)?;
+        self.spots.centre = view.centre;
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        Ok(LeastSquares::solve(&mut self.image, &self.spots))
+    }
+
     /// The height of an On LED above an Off one, in grey levels, about the background's grey.
     fn contrast_grey(&self, levels: &Levels) -> f32 {
         let background = levels.background.max(f32::MIN_POSITIVE);
@@ -321,8 +330,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             return Ok(solution);
         }
         solution = start;
-        self.expect(&solution);
-        solution.levels.noise = self.noise();
+        self.expect_with_noise(&mut solution);
         for _ in 0..FIRST_SWEEPS {
             self.climb(&mut solution).soften();
         }
@@ -331,8 +339,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             let offset = self.offset(solution.levels.noise);
             if (offset - self.image.offset).abs() > OFFSET_STEP * offset {
                 self.load(frame, view, solution.levels.noise)?;
-                self.expect(&solution);
-                solution.levels.noise = self.noise();
+                self.expect_with_noise(&mut solution);
             }
             for _ in 0..SWEEPS {
                 self.climb(&mut solution).soften();
@@ -512,8 +519,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             experience,
         );
         equations.step(&mut solution.levels);
-        self.expect(solution);
-        solution.levels.noise = self.noise();
+        self.expect_with_noise(solution);
     }
 
     /// Makes the image hold what is expected of a solution.
@@ -528,6 +534,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             levels.background,
             &levels.light(&solution.share),
         );
+    }
+
+    /// The same, and what the image leaves becomes the solution's noise.
+    fn expect_with_noise(&mut self, solution: &mut Solution) {
+        self.expect(solution);
+        solution.levels.noise = self.noise();
     }
 
     fn noise(&self) -> f32 {
@@ -560,8 +572,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
 impl Solution {
     fn bits(&self) -> PanelFrame {
-        let on = (0..LEDS).filter(|&led| self.share[led] > 0.5);
-        PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
+        bits_where(|led| self.share[led] > 0.5)
     }
 }
 

@@ -16,15 +16,11 @@
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
-use crate::detect::Mixture;
+use crate::detect::{Mixture, correlation};
 use link::panel::{Llr, SoftPanel};
 
 /// The correlation from which a reading is the last symbol again.
 pub const REPEAT_CORRELATION: f32 = 0.6;
-
-/// The correlation from which it is where by the clock no other symbol can be shown yet: one pair in 100 of different symbols
-/// reaches it, should the clock be wrong.
-pub const EXPECTED_CORRELATION: f32 = 0.3;
 
 /// By how much the two clocks may disagree, relatively: two crystals of 100 ppm each.
 const CLOCK_TOLERANCE: f64 = 2e-4;
@@ -156,10 +152,7 @@ impl SymbolClock {
         let done = current.symbol;
         let index = done.index.wrapping_add(advance as u32).wrapping_add(1);
         let phase = within((earliest - 1.0, latest - 1.0), (-reach, 0.0));
-        self.start(frame, &mixture.beginning, index, phase);
-        if let Some(current) = &mut self.current {
-            current.partial = true;
-        }
+        self.start(frame, &mixture.beginning, index, phase).partial = true;
         Some(done)
     }
 
@@ -187,20 +180,26 @@ impl SymbolClock {
         self.current.take().map(|current| current.symbol)
     }
 
-    fn start(&mut self, frame: u64, reading: &SoftPanel, index: u32, phase: (f64, f64)) {
+    fn start(
+        &mut self,
+        frame: u64,
+        reading: &SoftPanel,
+        index: u32,
+        phase: (f64, f64),
+    ) -> &mut Current {
         let symbol = Symbol {
             index,
             panel: *reading,
             first_frame: frame,
             last_frame: frame,
         };
-        self.current = Some(Current {
+        self.next_index = index.wrapping_add(1);
+        self.current.insert(Current {
             symbol,
             reading: *reading,
             phase,
             partial: false,
-        });
-        self.next_index = index.wrapping_add(1);
+        })
     }
 }
 
@@ -249,24 +248,6 @@ fn within((earliest, latest): (f64, f64), (least, most): (f64, f64)) -> (f64, f6
         (low, high)
     } else {
         (least, most)
-    }
-}
-
-/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
-pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
-    let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
-        let sum: i32 =
-            a.0.iter()
-                .zip(&b.0)
-                .map(|(&a, &b)| i32::from(a) * i32::from(b))
-                .sum();
-        sum as f32
-    };
-    let norm = libm::sqrtf(product(a, a) * product(b, b));
-    if norm > 0.0 {
-        product(a, b) / norm
-    } else {
-        0.0
     }
 }
 

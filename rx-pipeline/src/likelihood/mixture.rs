@@ -6,13 +6,12 @@
 
 use super::experience::Experience;
 use super::search::Climb;
-use super::start::{LeastSquares, two_groups};
+use super::start::two_groups;
 use super::view::View;
-use super::{MaximumLikelihood, Solution, hard};
-use crate::detect::{DetectError, Detection, Mixture, soft_panel};
+use super::{MaximumLikelihood, Solution};
+use crate::detect::{DetectError, Detection, Mixture, bits_where, correlation, lit, soft_panel};
 use crate::frame::Frame;
-use crate::symbols::correlation;
-use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
+use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
 
 /// Rounds of the search, and sweeps over the LEDs in each.
 const ROUNDS: usize = 6;
@@ -61,15 +60,13 @@ impl TwoSymbols {
         } else {
             self.beginning
         };
-        let on = (0..LEDS).filter(|&led| longer[led] > 0.0);
-        let bits = PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led));
         Detection {
             mixed: Some(Mixture {
                 share: self.share,
                 ending: soft_panel(&self.ending),
                 beginning: soft_panel(&self.beginning),
             }),
-            ..Detection::new(bits, longer)
+            ..Detection::new(bits_where(|led| longer[led] > 0.0), longer)
         }
     }
 }
@@ -84,7 +81,7 @@ struct Guess {
 impl Guess {
     /// The share of the exposure for which each LED is expected to have been On, were `share` the next symbol's.
     fn lit(&self, share: f32) -> [f32; LEDS] {
-        core::array::from_fn(|led| (1.0 - share) * self.ended[led] + share * self.begun[led])
+        core::array::from_fn(|led| lit(share, self.ended[led], self.begun[led]))
     }
 }
 
@@ -104,13 +101,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             Some(levels) if *before != SoftPanel::ERASED => levels,
             _ => return Ok(None),
         };
-        self.load(frame, view, levels.noise)?;
-        self.spots.centre = view.centre;
-        self.spots
-            .place(levels.variance, self.image.size, self.image.stride);
-        let lit = LeastSquares::solve(&mut self.image, &self.spots).shares(&levels);
-        let ended = before.0.map(|llr| hard(f32::from(llr) + 0.5));
-        let changed = core::array::from_fn(|led| (lit[led] - ended[led]).abs());
+        let seen = self.least_squares(frame, view, &levels)?.shares(&levels);
+        let ended = before.hard().shares();
+        let changed = core::array::from_fn(|led| (seen[led] - ended[led]).abs());
         let [_, share] = two_groups(changed);
         let mut guess = Guess {
             ended,
@@ -128,8 +121,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             share: guess.lit(guess.share),
             centre: view.centre,
         };
-        self.expect(&solution);
-        solution.levels.noise = self.noise();
+        self.expect_with_noise(&mut solution);
         for _ in 0..ROUNDS {
             for _ in 0..SWEEPS {
                 self.climb(&mut solution).soften_two(before, &mut guess);
@@ -160,8 +152,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             guess.share = within_range(guess.share + step.clamp(-STEP_MAX, STEP_MAX));
         }
         solution.share = guess.lit(guess.share);
-        self.expect(solution);
-        solution.levels.noise = self.noise();
+        self.expect_with_noise(solution);
     }
 }
 
@@ -177,8 +168,7 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
             let all = none + next + last + both;
             guess.ended[led] = (last + both) / all;
             guess.begun[led] = (next + both) / all;
-            let lit = (1.0 - guess.share) * guess.ended[led] + guess.share * guess.begun[led];
-            self.set(led, lit);
+            self.set(led, lit(guess.share, guess.ended[led], guess.begun[led]));
         }
     }
 
