@@ -1,6 +1,6 @@
 //! Which code for which length: measures every code over whole links and prints markdown tables.
 //!
-//! `cargo run --release -p link --example code_choice [TRIALS [SEED [bsc|awgn P]]]`
+//! `cargo run --release -p vocc-link --example code_choice [TRIALS [SEED [bsc|awgn P]]]`
 //!
 //! 200 trials (of messages of more than 128 bytes fewer, in proportion), seed 1, and all channels unless
 //! told. On two processors the default takes a quarter of an hour, `1000 1 bsc 0.02` two minutes.

@@ -1,6 +1,6 @@
 //! How evenly the panel shines: prints a markdown table for messages of several lengths.
 //!
-//! `cargo run --release -p link --example flicker`
+//! `cargo run --release -p vocc-link --example flicker`
 
 use link::fec::Code;
 use link::framing::{Framer, FramingError};

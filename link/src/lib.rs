@@ -49,7 +49,7 @@
 //!   [`framing::Deframer`] at the other end. Text below 9 bytes is 5 panels; 1024 bytes are 216.
 //! * **Another code** is worth naming where the channel is known: [`fec::Code::Tm1280`] at error rates well
 //!   below 1 % (1024 bytes in 184 panels), [`fec::Code::Tc512`] where one repeat must suffice at 4 % and
-//!   more. `cargo run --release -p link --example code_choice` prints how all of them do at all lengths.
+//!   more. `cargo run --release -p vocc-link --example code_choice` prints how all of them do at all lengths.
 //! * **To measure bit error rates**, or to compare with Do & Yoo 2020: [`raw`], 64 message bits a panel and
 //!   nothing else.
 //! * **To say what the receiver lost and why**: every variant of [`framing::Event`].

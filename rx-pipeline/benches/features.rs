@@ -1,4 +1,4 @@
-//! How long each stage takes: `cargo bench -p rx-pipeline`.
+//! How long each stage takes: `cargo bench -p vocc-rx-pipeline`.
 
 use divan::{Bencher, black_box};
 use rx_pipeline::{

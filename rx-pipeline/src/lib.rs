@@ -55,7 +55,7 @@
 //!
 //! # Speed
 //!
-//! `cargo bench -p rx-pipeline` measures cells, features, detectors and the search in a frame of 1920×1080 pixels. The features of a
+//! `cargo bench -p vocc-rx-pipeline` measures cells, features, detectors and the search in a frame of 1920×1080 pixels. The features of a
 //! panel of 35×35 pixels are meant to take no more than 5 µs on one core of a computer.
 //!
 //! The source of the features, and of the numbers of the camera that are defaults here: Do & Yoo, "The Necessity of LED to Ambient Light

@@ -8,7 +8,7 @@
 //!   0.92 ± 0.05, at 5 % 0.81 ± 0.07, of which one pair in 150 is missed. These are for hard bits; as doubtful bits
 //!   weigh less, soft values do better.
 //!
-//! (`cargo test -p rx-pipeline symbols` computes both.)
+//! (`cargo test -p vocc-rx-pipeline symbols` computes both.)
 //!
 //! An exposure that caught two symbols adds to both what it says of each, and ends the one. It also says when it began: just before that
 //! end. So the next frame shows the other symbol, however little the exposure caught of it.

@@ -1,6 +1,6 @@
 //! Bit error rates of the detectors beside each other, and beside the genie.
 //!
-//! `cargo run --release -p sim --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`, `l2a` or `iso`
+//! `cargo run --release -p vocc-sim --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`, `l2a` or `iso`
 //! (200 and 1 unless told). Every frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5.
 
 use sim::accuracy::Level;

@@ -1,6 +1,6 @@
 //! How near the best detector comes to the genie: their bit errors on the same frames, over distance, interval, L2A and ISO.
 //!
-//! `cargo run --release -p sim --example genie_ratio -- DISTANCES INTERVALS L2AS ISOS [FRAMES [SEED [followed]]]`, for instance
+//! `cargo run --release -p vocc-sim --example genie_ratio -- DISTANCES INTERVALS L2AS ISOS [FRAMES [SEED [followed]]]`, for instance
 //! `70,110 0.5,1 2 100,32000 400 1`. Each frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5; `followed`
 //! leaves the reflectance what it is, as that of a panel that a receiver follows. The interval of 95 % of the ratio comes from
 //! resampled frames.

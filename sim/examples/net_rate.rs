@@ -1,6 +1,6 @@
 //! What a link delivers: how many of its runs, and at which net rate, over symbol rates and codes.
 //!
-//! `cargo run --release -p sim --example net_rate -- SCENE RATES CODES [RUNS [BYTES [corners]] ]`, for instance
+//! `cargo run --release -p vocc-sim --example net_rate -- SCENE RATES CODES [RUNS [BYTES [corners]] ]`, for instance
 //! `day 50,90,100 TM1280,TM1536 20 1024`. With `corners` the receiver is told where the panel is. A run films at most three
 //! repeats of the message; its net rate is that from its first frame to that in which the message was whole.
 

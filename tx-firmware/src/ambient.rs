@@ -48,7 +48,7 @@ pub const SETTLED_OCTAVES: I6F26 = I6F26::lit("0.015625");
 /// 1/1000 and more; the result is then rounded to the nearest of [`Illuminance`]'s steps, 1/4096
 /// lx.
 ///
-/// A test holds it: `cargo test -p tx-firmware ambient`.
+/// A test holds it: `cargo test -p vocc-tx-firmware ambient`.
 pub const FILTER_ERROR_OCTAVES: f64 = 2e-5;
 
 /// How much the readings are smoothed: times in milliseconds, 1 to 65 535. A sample period of 0

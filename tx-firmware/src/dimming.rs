@@ -28,7 +28,7 @@
 //!
 //! L* is truncated once, at 2⁻³² cd/m², and the duty once, at 2⁻³² of full luminance. Against the
 //! same formula in `f64` the errors are at most [`LUMINANCE_ERROR_CD_M2`] and [`DUTY_ERROR`], for E
-//! up to 130 000 lx, any R of a [`Calibration`] and r up to 4: `cargo test -p tx-firmware dimming`.
+//! up to 130 000 lx, any R of a [`Calibration`] and r up to 4: `cargo test -p vocc-tx-firmware dimming`.
 //! What limits a panel at night is its driver: [`drive`](crate::drive).
 
 use fixed::types::{U0F32, U32F32};

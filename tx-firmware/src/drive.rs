@@ -25,7 +25,7 @@
 //! shortens it only when there is light in plenty ([`exposure_ns`]), and then the panel is bright too.
 //!
 //! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (which an L2A of 4 on R = 0.4 asks for
-//! at 16 000 lx), `cargo run -p tx-firmware --example drive` prints what is left for each illuminance. The tests hold ripple and
+//! at 16 000 lx), `cargo run -p vocc-tx-firmware --example drive` prints what is left for each illuminance. The tests hold ripple and
 //! step together to [`FIDELITY_PPM`] from 50 to 100 000 lx.
 
 use fixed::types::U1F31;

@@ -2,7 +2,7 @@
 //!
 //! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
 //! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
-//! single word and erase of updates, with torn words, and looks: `cargo test -p tx-firmware --test power_cut`.
+//! single word and erase of updates, with torn words, and looks: `cargo test -p vocc-tx-firmware --test power_cut`.
 //!
 //! A place that holds something else, so that nothing of a store is found in it, is erased by the first save.
 //!

@@ -4,7 +4,7 @@
 //! A million frames run with all tests. Ten million:
 //!
 //! ```sh
-//! cargo test --release -p tx-firmware --test serial_fuzz -- --ignored
+//! cargo test --release -p vocc-tx-firmware --test serial_fuzz -- --ignored
 //! ```
 
 mod frames;

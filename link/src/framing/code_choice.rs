@@ -28,7 +28,7 @@ impl Code {
     ///
     /// Mean panels until delivery and, in brackets, per cent of messages not delivered by one repeat; 1000
     /// messages a cell (fewer beyond 128 bytes), hard decisions, 2 % wrong:
-    /// `cargo run --release -p link --example code_choice 1000 1 bsc 0.02`.
+    /// `cargo run --release -p vocc-link --example code_choice 1000 1 bsc 0.02`.
     ///
     /// * TM1280 has the rate for long messages but not the strength, until its shortening to 64 bytes gives
     ///   it that. At 72 bytes it misses the rule.

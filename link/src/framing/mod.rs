@@ -58,7 +58,7 @@
 //! Each repeat is the complement of the one before, so each LED is On in *exactly* half of the panels of any
 //! two repeats, and never stays the same for longer than one repeat, whatever the message. These two hold for
 //! all messages and are tested. What is typical, of English text over 40 repeats, by
-//! `cargo run --release -p link --example flicker`:
+//! `cargo run --release -p vocc-link --example flicker`:
 //!
 //! | bytes | code | panels a repeat | mean On | spread a panel (standard deviation) | LEDs On, least to most | longest run of one LED, panels |
 //! |---|---|---|---|---|---|---|

@@ -29,7 +29,7 @@ const GAP_MAX: i32 = 1024;
 /// at most 2·exp(−4²/2) = 6.7e-4 a panel, whatever their magnitudes, and 7.7e-5 for 64 readings of equal
 /// strength (16 or fewer of 64 differ). A false header must also decode, match the CRC-8, the version and the
 /// ranges: of 10⁸ random panels 7 700 were taken for sync and none led to a header
-/// (`cargo run --release -p link --example false_alarms 100000000`).
+/// (`cargo run --release -p vocc-link --example false_alarms 100000000`).
 ///
 /// **Expecting.** After a header all that follows is known: which segment comes next, where, and its header's
 /// every LED. Where the header is not readable there, the three panels are compared with what was to be

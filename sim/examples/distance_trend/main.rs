@@ -1,6 +1,6 @@
 //! Is the best L2A higher at short distances, as Do & Yoo 2020 report with their figure 21? Under which reading of their paper?
 //!
-//! `cargo run --release -p sim --example distance_trend [FRAMES]` draws FRAMES frames (60 without it) at each interval and
+//! `cargo run --release -p vocc-sim --example distance_trend [FRAMES]` draws FRAMES frames (60 without it) at each interval and
 //! distance in the ways of [`reading::READINGS`], on whole pixels so that each step can be done otherwise, judges
 //! them in the ways of [`statistic::STATISTICS`], and prints the best L2A at 30, 50 and 70 m for each interval. Nothing of the
 //! simulator's renderer is used, so that the first line is a check of it too.

@@ -73,7 +73,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         ),
         default: format!(
             "`ml`, maximum likelihood. It errs least wherever bits are wrong at all, by factors where LEDs are close or far, and comes near the genie. That costs: these places are its hardest, where groups of \
-            LEDs are searched pixel by pixel; on clearer panels it takes some tenths of a millisecond (`cargo bench -p rx-pipeline --bench features -- read_by`). Where that is too long, Fisher's discriminant is on the front, if it \
+            LEDs are searched pixel by pixel; on clearer panels it takes some tenths of a millisecond (`cargo bench -p vocc-rx-pipeline --bench features -- read_by`). Where that is too long, Fisher's discriminant is on the front, if it \
             can be trained, and k-means close to it, which needs no training. Soft values cost {} µs more than bits alone, and are worth it before error correction.",
             soft_us(&diagrams)
         ),

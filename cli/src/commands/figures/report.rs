@@ -56,7 +56,7 @@ fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Judged]
         format!("**{}**: {} (`{settings}`)", reading.name, reading.summary)
     });
     document.push(Block::List(described.collect()));
-    document.text("Readings that no scene key gives were tried for the trend of figure 21 with the distance: discs by pixel centres, cut blurs, gamma or clipping before the blur, other cells and gradients, features frame by frame. `cargo run --release -p sim --example distance_trend` prints what comes of each; docs/reproduction.md sums it up.");
+    document.text("Readings that no scene key gives were tried for the trend of figure 21 with the distance: discs by pixel centres, cut blurs, gamma or clipping before the blur, other cells and gradients, features frame by frame. `cargo run --release -p vocc-sim --example distance_trend` prints what comes of each; docs/reproduction.md sums it up.");
 }
 
 /// How the frames are spread.
