@@ -1,57 +1,25 @@
 //! The whole pipeline: camera frames in, messages out.
 
+pub(crate) mod history;
+mod outcome;
+pub(crate) mod reader;
+mod settings;
+
+pub use outcome::{Loss, Outcome, Reading};
+pub use settings::{ReceiverError, ReceiverSettings};
+
 use core::borrow::BorrowMut;
 
 use crate::cells::{CellMap, CellsError};
 use crate::corners::Corners;
-use crate::detect::{DetectError, Detection, Method};
-use crate::features::FeaturesError;
+use crate::detect::Method;
 use crate::frame::Frame;
-use crate::history::History;
-use crate::likelihood::{CameraError, MaximumLikelihood};
-use crate::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSettings};
+use crate::likelihood::MaximumLikelihood;
+use crate::locate::{Effort, Locator, LocatorMemory};
 use crate::profile::Profile;
-use crate::reader::{Reader, Tools};
-use crate::symbols::SymbolRateError;
-use crate::track::TrackError;
+use history::History;
 use link::framing::{Deframer, Event};
-
-/// What a receiver has to know of the link.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReceiverSettings {
-    /// The camera.
-    pub locator: LocatorSettings,
-    /// How bits are told apart.
-    pub method: Method,
-    /// Symbols the panel shows in a camera's frame period: above 0, at most 1.
-    pub symbols_per_frame: f32,
-}
-
-impl Default for ReceiverSettings {
-    /// A camera of γ = 2.2 and about 1.5 px of blur, maximum likelihood, and one symbol a frame.
-    fn default() -> Self {
-        Self {
-            locator: LocatorSettings::default(),
-            method: Method::default(),
-            symbols_per_frame: 1.0,
-        }
-    }
-}
-
-/// Why there is no receiver with these settings.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReceiverError {
-    /// The locator does not take its settings.
-    #[error(transparent)]
-    Locator(#[from] LocateError),
-    /// The detector does not take its camera.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// The symbols cannot be followed at this rate.
-    #[error(transparent)]
-    SymbolRate(#[from] SymbolRateError),
-}
+use reader::{Reader, Tools};
 
 /// The large parts of a receiver: the cells of panels of up to `PIXELS` (bounding box), their likelihood, the locator's memory, and the message
 /// in progress.
@@ -101,61 +69,6 @@ impl<const PIXELS: usize> Default for ReceiverMemory<PIXELS> {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// One frame's panel, read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Where the panel is.
-    pub corners: Corners,
-    /// Its bits, hard and soft, and how sure they are.
-    pub detection: Detection,
-}
-
-/// Why a frame gave no reading.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Loss {
-    /// No panel was found.
-    #[error(transparent)]
-    Locate(#[from] LocateError),
-    /// No panel is followed, and none is looked for.
-    #[error("no panel is followed, and regions are not searched for one: give its corners")]
-    NoPlace,
-    /// The panel's cells are not in the frame or the memory.
-    #[error(transparent)]
-    Cells(#[from] CellsError),
-    /// The frame and the cells do not match.
-    #[error(transparent)]
-    Features(#[from] FeaturesError),
-    /// The bits could not be told apart.
-    #[error(transparent)]
-    Detect(#[from] DetectError),
-    /// The panel that was followed is not seen; it is looked for where it should be.
-    #[error(
-        "coasting, frame {missed} of {} without the panel: {why}",
-        crate::track::PATIENCE_FRAMES
-    )]
-    Coasting {
-        /// Frames missed in a row, from 1.
-        missed: u32,
-        /// Why this one did not show it.
-        why: TrackError,
-    },
-    /// The panel that was followed is given up; from the next frame on it is looked for everywhere.
-    #[error("lost: {0}")]
-    Lost(TrackError),
-}
-
-/// What one frame brought.
-#[derive(Debug)]
-pub struct Outcome<'a> {
-    /// The panel, or why there is none.
-    pub reading: Result<Reading, Loss>,
-    /// The number of the symbol that the frame shows, where it was read; of the one that begins, where it shows two.
-    pub symbol: Option<u32>,
-    /// What the symbol before this frame's meant for the message.
-    pub event: Event<'a>,
 }
 
 /// Frames to messages, for one panel.
@@ -292,6 +205,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, H: BorrowMut<[u8
 mod tests {
     use super::*;
     use crate::likelihood::Camera;
+    use crate::locate::LocateError;
     use crate::synthetic::Scene;
     use crate::track::PATIENCE_FRAMES;
     use link::fec::Code;

@@ -4,10 +4,10 @@ use core::borrow::BorrowMut;
 
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::history::History;
 use crate::locate::{Effort, LocateError, Locator};
 use crate::profile::Profile;
-use crate::reader::Reader;
+use crate::receiver::history::History;
+use crate::receiver::reader::Reader;
 use crate::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverMemory, ReceiverSettings};
 use heapless::Vec;
 

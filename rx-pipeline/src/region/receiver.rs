@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::likelihood::MaximumLikelihood;
 use crate::locate::Locator;
 use crate::profile::Profile;
-use crate::reader::{Reader, Tools};
+use crate::receiver::reader::{Reader, Tools};
 use crate::receiver::{Loss, Outcome, ReceiverError, ReceiverSettings};
 use crate::spots::Canvas;
 use link::framing::{Deframer, Event};

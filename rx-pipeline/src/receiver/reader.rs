@@ -1,5 +1,7 @@
 //! One panel, followed and read: the part of a receiver that each panel has its own of.
 
+use super::outcome::{Loss, Outcome, Reading};
+use super::settings::{ReceiverError, ReceiverSettings};
 use crate::cells::{CellMap, CellsError};
 use crate::corners::Corners;
 use crate::detect::{Detection, Detector, Method, Mixture};
@@ -9,7 +11,6 @@ use crate::lattice::Lattice;
 use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
 use crate::profile::{Profile, Stage};
-use crate::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSettings};
 use crate::spots::{Canvas, Scenery, Spots};
 use crate::symbols::{Symbol, SymbolClock};
 use crate::track::{Fit, Track, TrackError};
@@ -369,10 +370,4 @@ fn are_close(a: &Corners, b: &Corners) -> bool {
         .flatten()
         .zip(b.iter().flatten())
         .all(|(a, b)| (a - b).abs() < limit)
-}
-
-impl From<TrackError> for Loss {
-    fn from(why: TrackError) -> Self {
-        Self::Coasting { missed: 0, why }
-    }
 }
