@@ -1,11 +1,12 @@
 //! The receiver's cells, features and k-means on frames that another program drew.
 
+use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::locate::{Locator, LocatorMemory};
 use vocc_tests::{ReferenceFrame, reference_frames};
 
 fn picture(frame: &ReferenceFrame) -> image::GrayImage {
@@ -64,7 +65,7 @@ fn k_means_reads_every_frame_of_l2a_1_or_more() {
 
 #[test]
 fn the_locator_finds_every_panel_before_a_plain_background() {
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<{ 128 * 128 }>::new());
     let mut distances = Vec::new();
     for frame in all_frames() {

@@ -25,7 +25,7 @@
 //!
 //! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
 //! it, the transmitter looks it up. [`serial`] is how it gets there: what a computer and a transmitter say to
-//! each other over a cable.
+//! each other over a cable. [`camera`] is what a receiver is told of the camera.
 //!
 //! # The frame format
 //!
@@ -56,6 +56,7 @@
 
 #![cfg_attr(not(test), no_std)]
 
+pub mod camera;
 pub mod checksum;
 pub mod fec;
 pub mod framing;

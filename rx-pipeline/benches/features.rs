@@ -1,14 +1,15 @@
 //! How long each stage takes: `cargo bench -p vocc-rx-pipeline`.
 
 use divan::{Bencher, black_box};
+use link::camera::Camera;
 use rx_pipeline::{
     cells::CellMap,
     corners::Corners,
     detect::Detector,
     features::Features,
     frame::Frame,
-    likelihood::{Camera, MaximumLikelihood},
-    locate::{Locator, LocatorMemory, LocatorSettings},
+    likelihood::MaximumLikelihood,
+    locate::{Locator, LocatorMemory},
 };
 
 fn main() {
@@ -177,7 +178,7 @@ fn locate_full_hd(bencher: Bencher, with_panel: bool) {
         vec![118; width * height]
     };
     let frame = Frame::new(&pixels, width, height).expect("as many pixels as the frame has");
-    let locator = Locator::new(LocatorSettings::default()).expect("valid settings");
+    let locator = Locator::new(Camera::default()).expect("valid settings");
     let mut memory = Box::new(LocatorMemory::<16384>::new());
     assert_eq!(locator.locate(&frame, &mut memory).is_ok(), with_panel);
     bencher.bench_local(|| locator.locate(black_box(&frame), &mut memory));

@@ -29,7 +29,6 @@ mod otsu;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
 use crate::features::Features;
-use crate::likelihood::Camera;
 use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
 
 /// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
@@ -71,19 +70,13 @@ pub enum Detector {
 }
 
 /// How a panel is read: by its cells' features, or by its pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
     /// By AGR, GRI and NGR.
     Features(Detector),
-    /// By the bits that make the pixels likeliest, in frames of this camera.
-    MaximumLikelihood(Camera),
-}
-
-impl Default for Method {
-    /// Maximum likelihood with the default camera.
-    fn default() -> Self {
-        Self::MaximumLikelihood(Camera::default())
-    }
+    /// By the bits that make the pixels likeliest.
+    #[default]
+    MaximumLikelihood,
 }
 
 impl From<Detector> for Method {

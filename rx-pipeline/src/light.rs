@@ -1,5 +1,7 @@
 //! Grey levels as light, and how much of it a grey level leaves unknown.
 
+use link::camera::MIDDLE_GREY;
+
 /// The light of each grey level, and how much a difference of light counts there.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
@@ -16,7 +18,7 @@ const DARKEST: usize = 48;
 impl Light {
     /// Light is 1 at grey 118, the level of a grey card.
     pub fn new(gamma: f32) -> Self {
-        let light_of = |grey: f32| libm::powf(grey / 118.0, gamma);
+        let light_of = |grey: f32| libm::powf(grey / MIDDLE_GREY, gamma);
         let slope_squared = core::array::from_fn(|grey| {
             let grey = grey.max(DARKEST) as f32;
             let slope = light_of(grey + 0.5) - light_of(grey - 0.5);

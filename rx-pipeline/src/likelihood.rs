@@ -42,7 +42,6 @@
 //! One blur for the whole panel; a plain background behind it. LEDs whose images are sharp discs many pixels wide are no
 //! Gaussians; such panels are looked at in larger pixels, and any detector reads them.
 
-mod camera;
 mod experience;
 mod image;
 mod levels;
@@ -53,7 +52,6 @@ mod spots;
 mod start;
 mod view;
 
-pub use camera::{Camera, CameraError};
 pub use experience::Experience;
 
 use crate::corners::Corners;
@@ -61,6 +59,7 @@ use crate::detect::{DetectError, Detection, MIN_CONTRAST_GREY, Mixture, bits_whe
 use crate::frame::Frame;
 use image::{Curve, Image};
 use levels::{Equations, Levels, Pull};
+use link::camera::Camera;
 use link::panel::{LEDS, LLR_STEP, PanelFrame, SoftPanel};
 use search::{Climb, Couplings, LEAST_GAIN};
 use sphere::Way;
@@ -106,7 +105,8 @@ const LEARN_LLR: f32 = 1.0;
 /// before that. It takes 12 bytes a pixel and about 30 kB: 80 kB for 64×64.
 ///
 /// ```
-/// use rx_pipeline::{corners::Corners, frame::Frame, likelihood::{Camera, MaximumLikelihood}};
+/// use link::camera::Camera;
+/// use rx_pipeline::{corners::Corners, frame::Frame, likelihood::MaximumLikelihood};
 /// // An On LED every second column, blurred.
 /// let grey = |x: usize| 118.0 + 60.0 * (core::f32::consts::PI * (x as f32 - 6.0) / 4.0).cos();
 /// let pixels: Vec<u8> = (0..40 * 40).map(|i| grey(i % 40) as u8).collect();
@@ -158,9 +158,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
     }
 
-    /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others.
+    /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others: a search that
+    /// begins from no blur at all may have no end.
     pub fn prepare(&mut self, camera: Camera) {
-        self.camera = camera.bounded();
+        self.camera = camera.clamped();
         self.curve = Curve::new(self.camera.gamma);
         self.experience = Experience::NONE;
     }

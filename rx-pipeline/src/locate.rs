@@ -22,8 +22,6 @@ mod search;
 mod starts;
 mod survey;
 
-use core::ops::RangeInclusive;
-
 use crate::corners::{Corners, CornersError};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -31,41 +29,17 @@ use crate::light::Light;
 use crate::profile::{Profile, Stage};
 use crate::spots::{Canvas, Spots};
 use blob::Blob;
+use link::camera::{Camera, CameraError};
 use proof::Proven;
 use starts::{Ground, View};
 use survey::{Candidate, Survey, Tiles};
 
-/// How the frames were made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocatorSettings {
-    /// The exponent γ of the encoding, grey ∝ light^(1/γ): 1 to 4.
-    pub gamma: f32,
-    /// Standard deviation of the blur in pixels: 0.3 to 4.
-    pub blur_sigma_px: f32,
-}
-
-impl LocatorSettings {
-    /// The range of `gamma`.
-    pub const GAMMA: RangeInclusive<f32> = 1.0..=4.0;
-    /// The range of `blur_sigma_px`.
-    pub const BLUR_SIGMA_PX: RangeInclusive<f32> = 0.3..=4.0;
-}
-
-impl Default for LocatorSettings {
-    /// γ = 2.2 and a blur of 1.5 px (Do & Yoo 2020).
-    fn default() -> Self {
-        Self {
-            gamma: 2.2,
-            blur_sigma_px: 1.5,
-        }
-    }
-}
-
 /// Finds panels in frames.
 ///
 /// ```
-/// use rx_pipeline::{frame::Frame, locate::{LocateError, Locator, LocatorMemory, LocatorSettings}};
-/// let locator = Locator::new(LocatorSettings::default())?;
+/// use link::camera::Camera;
+/// use rx_pipeline::{frame::Frame, locate::{LocateError, Locator, LocatorMemory}};
+/// let locator = Locator::new(Camera::default())?;
 /// let mut memory = Box::new(LocatorMemory::<4096>::new());
 /// let plain = [118; 64 * 64];
 /// let nothing = locator.locate(&Frame::new(&plain, 64, 64)?, &mut memory);
@@ -128,14 +102,6 @@ pub struct Location {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LocateError {
-    /// Settings no camera has.
-    #[error("gamma {gamma} and blur {blur_sigma_px} px: gamma is 1 to 4, the blur 0.3 to 4 px")]
-    Settings {
-        /// The exponent asked for.
-        gamma: f32,
-        /// The blur asked for.
-        blur_sigma_px: f32,
-    },
     /// The frame is even but for its noise.
     #[error(
         "no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure"
@@ -300,23 +266,16 @@ const BUSY_BUDGET: u32 = 3;
 const ALWAYS: usize = 2;
 
 impl Locator {
-    /// A locator for one camera.
+    /// A locator for frames of `camera`.
     ///
     /// # Errors
-    /// [`LocateError::Settings`] if a setting is out of its range.
-    pub fn new(settings: LocatorSettings) -> Result<Self, LocateError> {
-        let LocatorSettings {
+    /// [`CameraError`] if something of the camera is out of its range.
+    pub fn new(camera: Camera) -> Result<Self, CameraError> {
+        let Camera {
             gamma,
             blur_sigma_px,
-        } = settings;
-        if !LocatorSettings::GAMMA.contains(&gamma)
-            || !LocatorSettings::BLUR_SIGMA_PX.contains(&blur_sigma_px)
-        {
-            return Err(LocateError::Settings {
-                gamma,
-                blur_sigma_px,
-            });
-        }
+            ..
+        } = camera.checked()?;
         Ok(Self {
             light: Light::new(gamma),
             blur_sigma_px,

@@ -50,8 +50,8 @@ impl<const PIXELS: usize> ReceiverMemory<PIXELS> {
     /// Gets ready for a camera and a panel.
     pub(crate) fn prepare(&mut self, settings: &ReceiverSettings) {
         self.deframer = Deframer::new();
-        if let Method::MaximumLikelihood(camera) = settings.method {
-            self.likelihood.prepare(camera);
+        if settings.method == Method::MaximumLikelihood {
+            self.likelihood.prepare(settings.camera);
         }
     }
 
@@ -121,7 +121,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, H: BorrowMut<[u8
     ) -> Result<Self, ReceiverError> {
         memory.borrow_mut().prepare(&settings);
         Ok(Self {
-            locator: Locator::new(settings.locator)?,
+            locator: Locator::new(settings.camera)?,
             reader: Reader::new(&settings)?,
             history: History::new(history),
             memory,
@@ -204,10 +204,10 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, H: BorrowMut<[u8
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::Camera;
     use crate::locate::LocateError;
     use crate::synthetic::Scene;
     use crate::track::PATIENCE_FRAMES;
+    use link::camera::Camera;
     use link::fec::Code;
     use link::framing::Framer;
     use link::panel::PanelFrame;
@@ -500,7 +500,7 @@ mod tests {
             ..Camera::default()
         };
         let error = refusal(ReceiverSettings {
-            method: Method::MaximumLikelihood(blurred_to_nothing),
+            camera: blurred_to_nothing,
             ..ReceiverSettings::default()
         });
         assert!(matches!(error, Some(ReceiverError::Camera(_))));

@@ -55,7 +55,7 @@ impl<
         }
         let reader = Reader::new(&settings)?;
         Ok(Self {
-            locator: Locator::new(settings.locator)?,
+            locator: Locator::new(settings.camera)?,
             panels: memories.map(|memory| (reader.clone(), memory)),
             history: History::new(history),
         })

@@ -2,6 +2,7 @@
 
 use crate::corners::Corners;
 use crate::frame::Frame;
+use link::camera::MIDDLE_GREY;
 use std::vec::Vec;
 
 /// What the camera sees.
@@ -73,7 +74,8 @@ impl Scene {
             }
         }
         let mut random = Random(self.bits | 1);
-        let grey = |light: f32| 118.0 * light.powf(1.0 / 2.2) + self.noise_grey * random.normal();
+        let grey =
+            |light: f32| MIDDLE_GREY * light.powf(1.0 / 2.2) + self.noise_grey * random.normal();
         Rendered {
             pixels: light
                 .into_iter()

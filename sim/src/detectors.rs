@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
+use link::camera::Camera;
 use rx_pipeline::detect::{Detector, FisherFeatures, Method};
-use rx_pipeline::likelihood::Camera;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Scene;
@@ -113,5 +113,17 @@ pub fn camera_of(scene: &Scene) -> Camera {
         gamma: scene.camera.gamma as f32,
         read_noise_e: scene.camera.read_noise_e as f32,
         ..Camera::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cameras_of_both_ends_agree_where_nothing_is_said() {
+        assert_eq!(camera_of(&Scene::default()), Camera::default());
+        let blur_sigma_px = Scene::default().camera.blur_sigma_px as f32;
+        assert_eq!(blur_sigma_px, Camera::default().blur_sigma_px);
     }
 }

@@ -375,7 +375,7 @@ impl Evaluator {
                     dispatch!(simd::Level::new(), _simd => detector.decide(&reading.features));
                 return Ok((decided.unwrap_or_default(), None));
             }
-            Reader::Receiver(Method::MaximumLikelihood(_)) => {
+            Reader::Receiver(Method::MaximumLikelihood) => {
                 likelihood.set_experience(self.experience);
                 likelihood.detect(&picture, &reading.corners)
             }

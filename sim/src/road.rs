@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
+use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, FramingError};
 use link::l2a_table::Interval;
@@ -11,7 +12,6 @@ use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::locate::LocatorSettings;
 use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
@@ -147,19 +147,18 @@ impl Road {
         let renderer = Renderer::new(scene, settings.level)?;
         let transmitter = transmitter(scene, settings)?;
         let method = match settings.detector.untrained() {
-            Some(Method::MaximumLikelihood(_)) => Method::MaximumLikelihood(camera_of(scene)),
             Some(method) => method,
             None => trained(scene, settings)?,
         };
         let sensor = renderer.sensor();
-        let blurs = LocatorSettings::BLUR_SIGMA_PX;
+        // The locator has to be told of the blur.
+        let camera = Camera {
+            blur_sigma_px: scene.camera.blur_sigma_px as f32,
+            ..camera_of(scene)
+        };
         let receiver = Receiver::with_history(
             ReceiverSettings {
-                locator: LocatorSettings {
-                    gamma: scene.camera.gamma as f32,
-                    blur_sigma_px: (scene.camera.blur_sigma_px as f32)
-                        .clamp(*blurs.start(), *blurs.end()),
-                },
+                camera: camera.clamped(),
                 method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use divan::{Bencher, black_box};
+use link::camera::Camera;
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
 use vocc_tests::sightings::{Sighting, photographs};
 
@@ -38,7 +39,7 @@ fn frames(sighting: &Sighting) -> Vec<Frame<'_>> {
 fn cold_locate(bencher: Bencher, seed: u64) {
     let sighting = sighting(seed);
     let frames = frames(&sighting);
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
     bencher.bench_local(|| {
         locator.locate_among(
@@ -57,7 +58,7 @@ fn cold_locate(bencher: Bencher, seed: u64) {
 fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
     let sighting = sighting(seed);
     let frames = frames(&sighting);
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
     bencher.bench_local(|| {
         locator.locate_among(

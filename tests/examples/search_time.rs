@@ -5,8 +5,9 @@
 use std::path::Path;
 use std::time::Instant;
 
+use link::camera::Camera;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use vocc_tests::sightings::{Sighting, photographs};
 
 const SIZE: [usize; 2] = [1920, 1080];
@@ -17,7 +18,7 @@ fn main() {
         env!("CARGO_MANIFEST_DIR"),
         "/photographs"
     )));
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<{ 160 * 160 }>::new());
     for seed in [0, 1, 9, 16, 19, 38] {
         let sighting = Sighting::draw(seed, SIZE, 2, &photographs);

@@ -72,12 +72,9 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
 
 /// The instructions for the bits of half of the frames at most, from grey levels and corners on.
 fn count(image: &Path, scene: &Scene, film: &Film, choice: DetectorChoice) -> u64 {
-    let camera = camera_of(scene);
     let settings = Settings {
         method: method(scene, choice),
-        gamma: camera.gamma,
-        blur_sigma_px: camera.blur_sigma_px,
-        read_noise_e: camera.read_noise_e,
+        camera: camera_of(scene),
         ..Settings::default()
     };
     let mut board = Board::begin(image, settings);
@@ -111,7 +108,7 @@ fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
     };
     let evaluator = Evaluator::new(scene, settings).expect("a panel in view");
     match evaluator.method().expect("a receiver's detector") {
-        Method::MaximumLikelihood(_) => MethodChoice::MaximumLikelihood,
+        Method::MaximumLikelihood => MethodChoice::MaximumLikelihood,
         Method::Features(Detector::KMeansRaw) => MethodChoice::KMeansRaw,
         Method::Features(Detector::Otsu) => MethodChoice::Otsu,
         Method::Features(Detector::Fisher(fisher)) => MethodChoice::Fisher(fisher),

@@ -1,12 +1,13 @@
 //! Soft values at their ends, and codes of which nothing or everything is certain.
 
 use labrador_ldpc::LDPCCode;
+use link::camera::Camera;
 use link::fec::{Block, Code, Decoder, Undecodable, combine};
 use link::panel::{LEDS, Llr, PanelFrame, SoftPanel};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Detector};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{Camera, MaximumLikelihood};
+use rx_pipeline::likelihood::MaximumLikelihood;
 
 use crate::synthetic::{features, spread};
 

@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use image::GrayImage;
 use image::imageops;
+use link::camera::Camera;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Effort, Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use sim::sightings::{FRAMES, RIGHT, WINDOW_PIXELS};
 pub use sim::sightings::{Sighting, backdrop, photographs};
 
@@ -34,7 +35,7 @@ pub fn search_scenes(
     photographs: &[GrayImage],
     mut tell: impl FnMut(&str),
 ) -> Tally {
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut tally = Tally::default();
     for seed in seeds {
@@ -91,7 +92,7 @@ pub fn search_empty(
     mut tell: impl FnMut(&str),
 ) -> usize {
     const SHAKE_PX: u32 = 16;
-    let locator = Locator::new(LocatorSettings::default()).expect("the default settings");
+    let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut seen = 0;
     for seed in seeds {

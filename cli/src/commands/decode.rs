@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{Camera, Experience, MaximumLikelihood};
-use rx_pipeline::locate::{Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
+use rx_pipeline::locate::{Locator, LocatorMemory};
 use serde::Serialize;
 use sim::detectors::DetectorChoice;
 
@@ -52,7 +53,7 @@ struct Report<'a> {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut decoder = Decoder {
         method: options::untrained(arguments.detector)?,
-        locator: Locator::new(LocatorSettings::default())?,
+        locator: Locator::new(Camera::default())?,
         window: Box::default(),
         map: Box::new(CellMap::empty()),
         likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
@@ -141,7 +142,7 @@ impl Decoder {
         let features = Features::measure(frame, &self.map).map_err(|error| why(&error))?;
         match &self.method {
             Method::Features(detector) => detector.detect(&features),
-            Method::MaximumLikelihood(_) => {
+            Method::MaximumLikelihood => {
                 // Each image stands for itself.
                 self.likelihood.set_experience(Experience::NONE);
                 self.likelihood.detect(frame, corners)

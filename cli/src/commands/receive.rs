@@ -4,11 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
+use link::camera::Camera;
 use link::framing::{Event, SegmentOutcome};
-use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::Camera;
-use rx_pipeline::locate::LocatorSettings;
 use rx_pipeline::profile::{Profile, STAGES, Stage};
 use rx_pipeline::receiver::{Outcome, ReceiverMemory, ReceiverSettings};
 use rx_pipeline::receivers::Receivers;
@@ -52,10 +50,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     show: Option<PathBuf>,
     /// Exponent of the camera's encoding, 1 to 4.
-    #[arg(long, default_value_t = LocatorSettings::default().gamma, value_name = "G")]
+    #[arg(long, default_value_t = Camera::default().gamma, value_name = "G")]
     gamma: f32,
     /// Standard deviation of the lens blur in pixels, 0.3 to 4.
-    #[arg(long, default_value_t = LocatorSettings::default().blur_sigma_px, value_name = "PX")]
+    #[arg(long, default_value_t = Camera::default().blur_sigma_px, value_name = "PX")]
     blur: f32,
     /// Print how long each stage took, on standard error.
     #[arg(long)]
@@ -134,18 +132,6 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
     Ok(answer)
 }
 
-/// The detector asked for, for this camera.
-fn method(arguments: &Arguments) -> anyhow::Result<Method> {
-    Ok(match options::untrained(arguments.detector)? {
-        Method::MaximumLikelihood(camera) => Method::MaximumLikelihood(Camera {
-            gamma: arguments.gamma,
-            blur_sigma_px: arguments.blur,
-            ..camera
-        }),
-        features => features,
-    })
-}
-
 /// The frames of folders, in the order of their names, and single files.
 fn frames_of(sources: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut frames = Vec::new();
@@ -202,11 +188,12 @@ const KEPT_FRAMES: usize = 2;
 impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     fn new(arguments: &'a Arguments, shared: &Shared) -> anyhow::Result<Self> {
         let settings = ReceiverSettings {
-            locator: LocatorSettings {
+            camera: Camera {
                 gamma: arguments.gamma,
                 blur_sigma_px: arguments.blur,
+                ..Camera::default()
             },
-            method: method(arguments)?,
+            method: options::untrained(arguments.detector)?,
             symbols_per_frame: arguments.symbol_rate / arguments.fps,
         };
         // Settings are refused before the first frame, not with it.

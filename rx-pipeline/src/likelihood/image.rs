@@ -8,10 +8,9 @@
 use super::spots::{LANES, Spots};
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
+use link::camera::MIDDLE_GREY;
 use link::panel::LEDS;
 
-/// Grey level of linear value 1.
-const MIDDLE_GREY: f32 = 118.0;
 /// The longest side of an image.
 pub(super) const SIDE_MAX: usize = 128;
 

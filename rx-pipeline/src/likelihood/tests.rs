@@ -1,5 +1,6 @@
 use super::*;
 use crate::synthetic::Scene;
+use link::camera::Camera;
 use proptest::prelude::*;
 use std::boxed::Box;
 

@@ -73,9 +73,6 @@ pub(crate) struct Reader {
 
 impl Reader {
     pub fn new(settings: &ReceiverSettings) -> Result<Self, ReceiverError> {
-        if let Method::MaximumLikelihood(camera) = settings.method {
-            camera.checked()?;
-        }
         Ok(Self {
             method: settings.method,
             clock: SymbolClock::new(settings.symbols_per_frame)?,
@@ -251,7 +248,7 @@ impl Reader {
         let features = profile.timed(Stage::Features, || Features::measure(frame, map))?;
         let detector = match self.method {
             Method::Features(detector) => detector,
-            Method::MaximumLikelihood(_) => Detector::default(),
+            Method::MaximumLikelihood => Detector::default(),
         };
         let detection: Detection = profile.timed(Stage::Detect, || detector.detect(&features))?;
         Ok(Reading { corners, detection })
@@ -267,9 +264,9 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
-        let Method::MaximumLikelihood(_) = self.method else {
+        if self.method != Method::MaximumLikelihood {
             return Ok(fast);
-        };
+        }
         let corners = Corners::new(lattice.corners()).map_err(TrackError::from)?;
         let before = self.clock.before(number);
         let detection = profile.timed(Stage::Detect, || {

@@ -1,15 +1,14 @@
 //! What a receiver is told before its first frame.
 
 use crate::detect::Method;
-use crate::likelihood::CameraError;
-use crate::locate::{LocateError, LocatorSettings};
 use crate::symbols::SymbolRateError;
+use link::camera::{Camera, CameraError};
 
 /// What a receiver has to know of the link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverSettings {
-    /// The camera.
-    pub locator: LocatorSettings,
+    /// The camera that makes the frames.
+    pub camera: Camera,
     /// How bits are told apart.
     pub method: Method,
     /// Symbols the panel shows in a camera's frame period: above 0, at most 1.
@@ -17,10 +16,10 @@ pub struct ReceiverSettings {
 }
 
 impl Default for ReceiverSettings {
-    /// A camera of γ = 2.2 and about 1.5 px of blur, maximum likelihood, and one symbol a frame.
+    /// The default camera, maximum likelihood, and one symbol a frame.
     fn default() -> Self {
         Self {
-            locator: LocatorSettings::default(),
+            camera: Camera::default(),
             method: Method::default(),
             symbols_per_frame: 1.0,
         }
@@ -31,10 +30,7 @@ impl Default for ReceiverSettings {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReceiverError {
-    /// The locator does not take its settings.
-    #[error(transparent)]
-    Locator(#[from] LocateError),
-    /// The detector does not take its camera.
+    /// No camera is like that.
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The symbols cannot be followed at this rate.

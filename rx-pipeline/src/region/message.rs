@@ -1,10 +1,9 @@
 //! What is said between a computer and a board that reads panels.
 
 use crate::detect::{Detector, Fisher, Method};
-use crate::likelihood::Camera;
-use crate::locate::LocatorSettings;
 use crate::profile::STAGES;
 use crate::receiver::{Loss, Reading, ReceiverSettings};
+use link::camera::Camera;
 use link::framing::MESSAGE_MAX;
 use link::panel::SIDE;
 use link::serial::FRAME_OVERHEAD;
@@ -40,12 +39,8 @@ pub enum Request<'a> {
 pub struct Settings {
     /// How bits are told apart.
     pub method: MethodChoice,
-    /// Gamma of the camera's encoding, 1 to 4.
-    pub gamma: f32,
-    /// Standard deviation of the lens blur, 0.3 to 4 px.
-    pub blur_sigma_px: f32,
-    /// Read noise, electrons.
-    pub read_noise_e: f32,
+    /// The camera that makes the frames.
+    pub camera: Camera,
     /// Symbols in a frame period: above 0, at most 1.
     pub symbols_per_frame: f32,
 }
@@ -68,12 +63,9 @@ pub enum MethodChoice {
 impl Default for Settings {
     /// k-means, [`Camera::default`], and one symbol a frame.
     fn default() -> Self {
-        let camera = Camera::default();
         Self {
             method: MethodChoice::KMeans,
-            gamma: camera.gamma,
-            blur_sigma_px: camera.blur_sigma_px,
-            read_noise_e: camera.read_noise_e,
+            camera: Camera::default(),
             symbols_per_frame: 1.0,
         }
     }
@@ -82,27 +74,18 @@ impl Default for Settings {
 impl From<Settings> for ReceiverSettings {
     fn from(settings: Settings) -> Self {
         let Settings {
-            gamma,
-            blur_sigma_px,
-            read_noise_e,
-            symbols_per_frame,
             method,
+            camera,
+            symbols_per_frame,
         } = settings;
         Self {
-            locator: LocatorSettings {
-                gamma,
-                blur_sigma_px,
-            },
+            camera,
             method: match method {
                 MethodChoice::KMeans => Detector::KMeans.into(),
                 MethodChoice::KMeansRaw => Detector::KMeansRaw.into(),
                 MethodChoice::Otsu => Detector::Otsu.into(),
                 MethodChoice::Fisher(fisher) => Detector::Fisher(fisher).into(),
-                MethodChoice::MaximumLikelihood => Method::MaximumLikelihood(Camera {
-                    gamma,
-                    blur_sigma_px,
-                    read_noise_e,
-                }),
+                MethodChoice::MaximumLikelihood => Method::MaximumLikelihood,
             },
             symbols_per_frame,
         }
@@ -278,7 +261,7 @@ pub enum Refusal {
     Unknown,
     /// A setting is out of its range.
     #[error(
-        "a setting is out of its range: gamma 1 to 4, blur 0.3 to 4 px, above 0 and at most 1 symbols a frame"
+        "a setting is out of its range: gamma 1 to 4, blur 0.3 to 4 px, read noise 0 to 1e6 electrons, above 0 and at most 1 symbols a frame"
     )]
     Settings,
     /// The region's size is impossible, or not that of its pixels.

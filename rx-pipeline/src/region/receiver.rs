@@ -35,8 +35,8 @@ impl<const PIXELS: usize> RegionMemory<PIXELS> {
 
     /// Gets ready for a camera.
     fn prepare(&mut self, settings: &ReceiverSettings) {
-        if let Method::MaximumLikelihood(camera) = settings.method {
-            self.likelihood.prepare(camera);
+        if settings.method == Method::MaximumLikelihood {
+            self.likelihood.prepare(settings.camera);
         }
     }
 }
@@ -85,7 +85,7 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> RegionReceiver<PIX
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
     pub fn new(settings: ReceiverSettings, mut memory: M) -> Result<Self, ReceiverError> {
-        let (locator, reader) = (Locator::new(settings.locator)?, Reader::new(&settings)?);
+        let (locator, reader) = (Locator::new(settings.camera)?, Reader::new(&settings)?);
         memory.borrow_mut().prepare(&settings);
         Ok(Self {
             locator,
@@ -104,7 +104,7 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> RegionReceiver<PIX
     #[inline(never)]
     pub fn begin(&mut self, settings: &ReceiverSettings) -> Result<(), ReceiverError> {
         let reader = Reader::new(settings)?;
-        self.locator = Locator::new(settings.locator)?;
+        self.locator = Locator::new(settings.camera)?;
         (self.reader, self.deframer) = (reader, Deframer::new());
         self.memory.borrow_mut().prepare(settings);
         Ok(())

@@ -138,7 +138,7 @@ fn diagram(
                 }
                 contenders.extend([bits, soft]);
             }
-            Method::MaximumLikelihood(_) => {
+            Method::MaximumLikelihood => {
                 contenders.push(
                     panels.contender(name, Reader::pixels(&scene, evaluator.experience_at_hand())),
                 );

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 use std::hint::black_box;
 
 use image::GrayImage;
+use link::camera::{Camera, CameraError};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Effort, LocateError, Locator, LocatorMemory, LocatorSettings};
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 
 use super::race::{Contender, race};
 use super::{CostUnit, Diagram, NONE, Part, Point, PrecisionError, Scale, front, share_95};
@@ -98,19 +99,19 @@ struct Search {
 }
 
 impl Search {
-    fn new(decimation: usize, share: bool) -> Result<Self, LocateError> {
-        let finer = LocatorSettings::default();
+    fn new(decimation: usize, share: bool) -> Result<Self, CameraError> {
+        let finer = Camera::default();
         let pixels = decimation as f32;
         // The mean over n × n pixels blurs, too.
         let variance = finer.blur_sigma_px.powi(2) + (pixels * pixels - 1.0) / 12.0;
-        let settings = LocatorSettings {
-            blur_sigma_px: (variance.sqrt() / pixels).max(0.3),
+        let camera = Camera {
+            blur_sigma_px: variance.sqrt() / pixels,
             ..finer
         };
         Ok(Self {
             decimation,
             share,
-            locator: Locator::new(settings)?,
+            locator: Locator::new(camera.clamped())?,
             memory: Box::new(LocatorMemory::new()),
         })
     }

@@ -26,7 +26,7 @@ mod renderer;
 mod summary;
 mod transmitter;
 
-use rx_pipeline::locate::LocateError;
+use link::camera::CameraError;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluate::EvaluateError;
@@ -224,9 +224,9 @@ pub enum PrecisionError {
     /// A frame cannot be measured.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// The locator's settings are none.
+    /// No camera is like that.
     #[error(transparent)]
-    Locator(#[from] LocateError),
+    Camera(#[from] CameraError),
     /// A photograph is none.
     #[error("a photograph that is part of the program is damaged: {0}")]
     Photograph(#[from] image::ImageError),
