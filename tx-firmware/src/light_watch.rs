@@ -126,7 +126,7 @@ impl LightWatch {
             light: Light::Unknown,
             known_ms: 0,
             asked_ms: 0,
-            doubt: Faults::NONE,
+            doubt: Faults::empty(),
             word: None,
             changed_ms: 0,
             saturated_ms: [None; 2],
@@ -164,7 +164,7 @@ impl LightWatch {
         }
         self.light = light;
         self.known_ms = now_ms;
-        self.doubt = Faults::NONE;
+        self.doubt = Faults::empty();
         evidence
     }
 
@@ -188,7 +188,7 @@ impl LightWatch {
     pub const fn faults(&self) -> Faults {
         match self.light {
             Light::Held | Light::Lost => self.doubt,
-            Light::Unknown | Light::Measured | Light::Daylight => Faults::NONE,
+            Light::Unknown | Light::Measured | Light::Daylight => Faults::empty(),
         }
     }
 
@@ -262,7 +262,7 @@ mod tests {
         watch.observe(100, Setting::Usual, light(1));
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Measured, Faults::NONE)
+            (Light::Measured, Faults::empty())
         );
         watch
     }
@@ -281,7 +281,7 @@ mod tests {
         );
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Daylight, Faults::NONE)
+            (Light::Daylight, Faults::empty())
         );
         assert_eq!(watch.next_setting(), Setting::Usual);
         watch
@@ -303,7 +303,7 @@ mod tests {
         let mut watch = LightWatch::new();
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Unknown, Faults::NONE)
+            (Light::Unknown, Faults::empty())
         );
         assert_eq!(
             watch.observe(100, Setting::Usual, Reading::Missing),
@@ -312,7 +312,7 @@ mod tests {
         watch.watch(HOLD_MS);
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Unknown, Faults::NONE)
+            (Light::Unknown, Faults::empty())
         );
         watch.watch(HOLD_MS + 1);
         assert_eq!(
@@ -348,7 +348,7 @@ mod tests {
         );
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Measured, Faults::NONE)
+            (Light::Measured, Faults::empty())
         );
     }
 
@@ -470,7 +470,7 @@ mod tests {
             if now_ms > 200 {
                 assert_eq!(
                     (watch.light(), watch.faults()),
-                    (Light::Measured, Faults::NONE)
+                    (Light::Measured, Faults::empty())
                 );
             }
         }
@@ -504,7 +504,7 @@ mod tests {
         assert_eq!(next(&mut watch, light(99)), Evidence::Light(LUX));
         assert_eq!(
             (watch.light(), watch.faults()),
-            (Light::Measured, Faults::NONE)
+            (Light::Measured, Faults::empty())
         );
     }
 
@@ -557,7 +557,7 @@ mod tests {
                 }
                 prop_assert_eq!(after == Light::Lost, now_ms - evidence_ms > HOLD_MS);
                 if after == Light::Lost {
-                    prop_assert_ne!(watch.faults(), Faults::NONE);
+                    prop_assert_ne!(watch.faults(), Faults::empty());
                 }
             }
         }

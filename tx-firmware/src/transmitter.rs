@@ -96,7 +96,7 @@ impl<M: LedMatrix> Transmitter<M> {
             known: None,
             dimming: None,
             now_ms: 0,
-            faults: Faults::NONE,
+            faults: Faults::empty(),
             counters: Counters::default(),
         }
     }
@@ -243,7 +243,7 @@ impl<M> Transmitter<M> {
 
     /// What is wrong.
     pub fn faults(&self) -> Faults {
-        self.faults.with(self.light_watch.faults())
+        self.faults.union(self.light_watch.faults())
     }
 
     /// How the transmitter is; the serial port's own counters are 0.
@@ -532,7 +532,7 @@ mod tests {
         assert!(duties[..doubtful].iter().all(|&duty| duty == night));
         assert!(duties[doubtful..].is_sorted() && duties[doubtful] < u16::MAX / 2);
         assert_eq!(duties.last(), Some(&Duty::MAX));
-        assert_eq!(transmitter.faults(), Faults::NONE);
+        assert_eq!(transmitter.faults(), Faults::empty());
     }
 
     #[test]
@@ -575,7 +575,7 @@ mod tests {
         transmitter.matrix.broken = false;
         beacons.next_panel();
         assert_eq!(transmitter.tick(), Ok(beacons.next_panel()));
-        assert_eq!(transmitter.faults(), Faults::NONE);
+        assert_eq!(transmitter.faults(), Faults::empty());
         let after = lit(&mut transmitter, 5000).unwrap();
         assert_eq!(transmitter.matrix().inner.duty, after.duty);
         assert!(after.duty > before.duty);

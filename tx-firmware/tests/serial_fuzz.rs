@@ -38,7 +38,7 @@ impl Device for Recorder {
             luminance_cd_m2: Default::default(),
             duty: Default::default(),
             limited: None,
-            faults: Faults::NONE,
+            faults: Faults::empty(),
             table_crc: 0,
             sending: false,
             counters: Counters::default(),

@@ -170,8 +170,9 @@ fn lux(status: &Status) -> Option<f64> {
     status.illuminance_lx.map(|lx| lx.to_num())
 }
 
-fn faults(status: &Status) -> Vec<&'static str> {
-    status.faults.names().collect()
+fn faults(status: &Status) -> Vec<String> {
+    let names = status.faults.iter_names();
+    names.map(|(name, _)| name.to_lowercase()).collect()
 }
 
 fn limited(status: &Status) -> Option<&'static str> {

@@ -268,7 +268,7 @@ fn status_comes_through() {
         status.illuminance_lx.map(|lx| lx.to_num::<f64>().round()),
         Some(2000.0)
     );
-    assert_eq!((status.faults, status.uptime_s), (Faults::NONE, 1));
+    assert_eq!((status.faults, status.uptime_s), (Faults::empty(), 1));
     assert_eq!(client.identity().board, "fake");
 }
 

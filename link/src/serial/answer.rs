@@ -1,10 +1,11 @@
 //! What a transmitter answers.
 
 use super::{Measured, Status};
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// An answer; it carries the sequence number of its request.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Answer<'a> {
     /// The request was not done, and nothing changed.
     Refused(Refusal),
@@ -32,7 +33,7 @@ pub enum Answer<'a> {
 }
 
 /// Who a transmitter is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello<'a> {
     /// [`SCHEMA`](super::SCHEMA) of its messages.
     pub schema: u32,
@@ -47,7 +48,7 @@ pub struct Hello<'a> {
 }
 
 /// A part of the running table's image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct TablePart<'a> {
     /// Bytes of the whole image.
     pub length: u16,
@@ -60,7 +61,7 @@ pub struct TablePart<'a> {
 }
 
 /// Why a transmitter did not do what was asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, thiserror::Error)]
 pub enum Refusal {
     /// The request is of another version of the protocol; the answer's frame names its own.
     #[error("the transmitter speaks protocol {speaks}: use a program that does, or update it")]

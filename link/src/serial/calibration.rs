@@ -2,11 +2,12 @@
 
 use crate::l2a_table::Interval;
 use fixed::types::{U1F31, U12F20, U32F32};
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// The measured values of one panel with its driver and its light sensor. `tx_firmware::calibration` says which
 /// are possible.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Measured {
     /// Luminance of an On LED at full duty, its own light only (ambient light shut out), cd/m².
     pub luminance_full_cd_m2: U32F32,

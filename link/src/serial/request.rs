@@ -1,10 +1,11 @@
 //! What a computer asks of a transmitter.
 
 use super::Measured;
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// A request. Doing twice what it asks for is the same as doing it once.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request<'a> {
     /// Who is there? Answered by [`Answer::Hello`](super::Answer::Hello).
     Hello,

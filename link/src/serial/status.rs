@@ -1,11 +1,13 @@
 //! How a transmitter is.
 
 use crate::l2a_table::{Illuminance, L2a};
+use bitflags::bitflags;
 use fixed::types::{U0F32, U32F32};
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 /// The state of a transmitter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {
     /// Seconds since it started.
     pub uptime_s: u32,
@@ -32,7 +34,7 @@ pub struct Status {
 }
 
 /// What is counted from the start, or from a reset of the counters; each stays at its greatest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Counters {
     /// Frames that arrived whole.
     pub frames: u32,
@@ -51,7 +53,7 @@ pub struct Counters {
 }
 
 /// What a transmitter knows of the light around it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Light {
     /// Nothing yet: it has just started, and is dark.
     Unknown,
@@ -66,7 +68,7 @@ pub enum Light {
 }
 
 /// What kept a panel from the wanted luminance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Limit {
     /// It is above full luminance: the panel is at full luminance, its L2A too low.
     Top,
@@ -76,79 +78,42 @@ pub enum Limit {
     Off,
 }
 
-/// What is wrong with a transmitter: a set.
+/// What is wrong with a transmitter: a set. Bits that this version does not know are kept.
 ///
 /// ```
 /// use link::serial::Faults;
-/// let mut faults = Faults::NONE;
+/// let mut faults = Faults::empty();
 /// faults.set(Faults::SENSOR_STUCK, true);
 /// faults.set(Faults::NO_TABLE, true);
 /// assert!(faults.contains(Faults::SENSOR_STUCK));
-/// assert!(faults.names().eq(["sensor_stuck", "no_table"]));
+/// let names = faults.iter_names().map(|(name, _)| name);
+/// assert!(names.eq(["SENSOR_STUCK", "NO_TABLE"]));
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Faults(pub u16);
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
+pub struct Faults(u16);
 
-impl Faults {
-    /// Nothing is wrong.
-    pub const NONE: Self = Self(0);
-    /// The light sensor does not answer.
-    pub const SENSOR_MISSING: Self = Self(1 << 0);
-    /// The light sensor answers the same, whatever its setting.
-    pub const SENSOR_STUCK: Self = Self(1 << 1);
-    /// The light sensor is saturated, and no other setting confirms it.
-    pub const SENSOR_SATURATED: Self = Self(1 << 2);
-    /// Nobody asks the light sensor any more.
-    pub const SENSOR_SILENT: Self = Self(1 << 3);
-    /// The LEDs did not take the last panel or duty.
-    pub const LEDS: Self = Self(1 << 4);
-    /// The flash memory failed, or what it held was damaged.
-    pub const STORE: Self = Self(1 << 5);
-    /// No table was ever stored: the one it shipped with is in use.
-    pub const NO_TABLE: Self = Self(1 << 6);
-    /// No calibration was ever stored: the board's typical values are in use.
-    pub const NO_CALIBRATION: Self = Self(1 << 7);
-    /// The watchdog restarted the transmitter.
-    pub const WATCHDOG: Self = Self(1 << 8);
-    /// The supply voltage fell, and the transmitter restarted.
-    pub const BROWN_OUT: Self = Self(1 << 9);
-
-    const NAMES: [&'static str; 10] = [
-        "sensor_missing",
-        "sensor_stuck",
-        "sensor_saturated",
-        "sensor_silent",
-        "leds",
-        "store",
-        "no_table",
-        "no_calibration",
-        "watchdog",
-        "brown_out",
-    ];
-
-    /// Whether all faults of `other` are among these.
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    /// Both sets together.
-    pub const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Puts the faults of `other` in, or takes them out.
-    pub const fn set(&mut self, other: Self, present: bool) {
-        if present {
-            self.0 |= other.0;
-        } else {
-            self.0 &= !other.0;
-        }
-    }
-
-    /// The names of those that are present and known to this version.
-    pub fn names(self) -> impl Iterator<Item = &'static str> {
-        let named = Self::NAMES.into_iter().enumerate();
-        named.filter_map(move |(bit, name)| self.contains(Self(1 << bit)).then_some(name))
+bitflags! {
+    impl Faults: u16 {
+        /// The light sensor does not answer.
+        const SENSOR_MISSING = 1 << 0;
+        /// The light sensor answers the same, whatever its setting.
+        const SENSOR_STUCK = 1 << 1;
+        /// The light sensor is saturated, and no other setting confirms it.
+        const SENSOR_SATURATED = 1 << 2;
+        /// Nobody asks the light sensor any more.
+        const SENSOR_SILENT = 1 << 3;
+        /// The LEDs did not take the last panel or duty.
+        const LEDS = 1 << 4;
+        /// The flash memory failed, or what it held was damaged.
+        const STORE = 1 << 5;
+        /// No table was ever stored: the one it shipped with is in use.
+        const NO_TABLE = 1 << 6;
+        /// No calibration was ever stored: the board's typical values are in use.
+        const NO_CALIBRATION = 1 << 7;
+        /// The watchdog restarted the transmitter.
+        const WATCHDOG = 1 << 8;
+        /// The supply voltage fell, and the transmitter restarted.
+        const BROWN_OUT = 1 << 9;
     }
 }
 
@@ -163,7 +128,7 @@ pub fn greatest() -> Status {
         luminance_cd_m2: U32F32::MAX,
         duty: U0F32::MAX,
         limited: Some(Limit::Off),
-        faults: Faults(u16::MAX),
+        faults: Faults::from_bits_retain(u16::MAX),
         table_crc: u32::MAX,
         sending: true,
         counters: Counters {

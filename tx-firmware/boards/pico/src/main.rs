@@ -168,7 +168,7 @@ fn remembered(
     store: &mut Store<SteadyFlash>,
     typical: Calibration,
 ) -> (Calibration, L2aTable, Faults) {
-    let mut faults = Faults::NONE;
+    let mut faults = Faults::empty();
     let calibration = store.calibration().unwrap_or_else(|_| {
         faults.set(Faults::STORE, true);
         None

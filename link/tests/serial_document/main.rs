@@ -1,13 +1,15 @@
 //! `docs/serial.md` shows the messages' layout and examples to the byte: both must be those of the code.
 
+mod layout;
+
 use fixed::types::{U0F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2a, L2aTable};
 use link::serial::{
     Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal,
-    Request, SCHEMA, SCHEMA_TEXT, Status, TablePart, encode, wire_length,
+    Request, SCHEMA, Status, TablePart, encode, wire_length,
 };
 
-const DOCUMENT: &str = include_str!("../../docs/serial.md");
+const DOCUMENT: &str = include_str!("../../../docs/serial.md");
 
 const MEASURED: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("8000"),
@@ -194,12 +196,26 @@ fn the_document_shows_what_is_sent() {
 
 #[test]
 fn the_document_shows_the_layout_of_the_messages() {
-    assert!(
-        DOCUMENT.contains(SCHEMA_TEXT),
-        "copy link/src/serial/schema.txt into docs/serial.md"
+    let shown = layout::words(layout::shown(DOCUMENT));
+    let meant = layout::by_the_types();
+    for (shown, meant) in shown.iter().zip(&meant) {
+        assert_eq!(
+            shown, meant,
+            "docs/serial.md on the left, the types on the right"
+        );
+    }
+    assert_eq!(shown.len(), meant.len());
+}
+
+#[test]
+fn the_schema_is_the_checksum_of_the_layout_shown() {
+    let schema = link::checksum::crc32c(&[layout::shown(DOCUMENT).as_bytes()]);
+    assert_eq!(
+        SCHEMA, schema,
+        "the messages have changed: the schema of these is {schema:08x}"
     );
     assert!(
         DOCUMENT.contains(&format!("{SCHEMA:08x}")),
-        "the schema is {SCHEMA:08x}"
+        "docs/serial.md names another schema than {SCHEMA:08x}"
     );
 }
