@@ -15,7 +15,7 @@ use rx_pipeline::frame::{Frame, FrameError};
 use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::schedule::Repeats;
 use tx_firmware::transmitter::Transmitter;
@@ -351,11 +351,11 @@ fn transmitter(
     let message = &settings.message;
     let code = settings.code.unwrap_or(Code::for_length(message.len()));
     transmitter.send(message, code, Repeats::Forever)?;
-    let light = Reading::Light {
+    let light = LightSample::Light {
         lux: I32F32::saturating_from_num(scene.ambient.illuminance_lx),
         word: 0,
     };
-    let Ok(_) = transmitter.sense(0, Setting::Usual, light);
+    let Ok(_) = transmitter.sense(0, SensorRange::Operating, light);
     Ok(transmitter)
 }
 

@@ -1,6 +1,6 @@
 //! Whether the light sensor can be believed: what it reads → what is known of the light.
 //!
-//! A panel that goes by a broken sensor dazzles at night or vanishes at noon. So each [`Reading`] is evidence for
+//! A panel that goes by a broken sensor dazzles at night or vanishes at noon. So each [`LightSample`] is evidence for
 //! the light or it is none, and light for which there has been no evidence for [`HOLD_MS`] counts as lost:
 //!
 //! | reading | is evidence |
@@ -8,8 +8,8 @@
 //! | lux, from a register that changed within [`STUCK_MS`] | for that illuminance |
 //! | 0 lux | for darkness, however often it comes: a panel that takes it for true is dim, hence safe |
 //! | lux, from a register that has not changed for longer | none: *stuck* |
-//! | saturated, and within [`CONFIRM_MS`] at the other setting too | for daylight |
-//! | saturated, at one setting alone | none: *saturated* |
+//! | saturated, and within [`CONFIRM_MS`] in the other range too | for daylight |
+//! | saturated, in one range alone | none: *saturated* |
 //! | missing | none: *missing* |
 //! | nobody asked the sensor | none: *silent* |
 //!
@@ -27,38 +27,38 @@
 //! [`HOLD_MS`]; one that is stuck after [`STUCK_MS`] + [`HOLD_MS`] from its last change. To this comes the time
 //! between two calls of [`LightWatch::watch`].
 //!
-//! **The other setting.** Steady light gives the same reading again and again, and so does a sensor that hangs.
-//! The two are told apart by asking at another setting, an integration time or a range, at which a living
-//! sensor's register must differ. [`LightWatch::next_setting`] says when: after a saturated reading, and after
-//! [`PROBE_MS`] without a change. A sensor that has one setting only may pass anything that changes with each
-//! conversion as its `word`; its saturation is then never confirmed.
+//! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs.
+//! The two are told apart by asking in another range, set by gain or integration time, where a living sensor's
+//! register must differ. [`LightWatch::next_range`] says when: after a saturated reading, and after [`PROBE_MS`]
+//! without a change. A sensor that has one range only may pass anything that changes with each conversion as its
+//! `word`; its saturation is then never confirmed.
 
 use fixed::types::I32F32;
 use link::serial::{Faults, Light};
 
 /// How long light counts for which there is no evidence any more, ms.
 pub const HOLD_MS: u64 = 2_000;
-/// How long a register may stay the same before it is asked for at the other setting, ms.
+/// How long a register may stay the same before it is asked for in the other range, ms.
 pub const PROBE_MS: u64 = 1_000;
 /// How long a register may stay the same before it is stuck, ms.
 pub const STUCK_MS: u64 = 3_000;
-/// Within which time a saturated reading is confirmed by one at the other setting, ms.
+/// Within which time a saturated reading is confirmed by one in the other range, ms.
 pub const CONFIRM_MS: u64 = 1_000;
 /// After so many readings in succession that are evidence, a lost sensor is believed again.
 pub const RECOVERY: u8 = 5;
 
-/// One of two settings of a sensor, integration times or ranges, at which its register differs in the same light.
+/// One of two ranges of a sensor, set by its gain or its integration time: its register differs in the same light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Setting {
+pub enum SensorRange {
     /// The one that suits most light.
-    Usual,
-    /// Another, less sensitive if there is a choice.
-    Other,
+    Operating,
+    /// Another to compare with, less sensitive if there is a choice.
+    CrossCheck,
 }
 
 /// What one attempt to read the light sensor gave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
+pub enum LightSample {
     /// An illuminance.
     Light {
         /// Lux, before the sensor's gain.
@@ -66,7 +66,7 @@ pub enum Reading {
         /// The register it was made from.
         word: u16,
     },
-    /// Too much light for this setting.
+    /// Too much light for this range.
     Saturated,
     /// No answer, or an error on the bus.
     Missing,
@@ -77,7 +77,7 @@ pub enum Reading {
 pub enum Evidence {
     /// That many lux, before the sensor's gain.
     Light(I32F32),
-    /// More light than the sensor can read at either setting.
+    /// More light than the sensor can read in either range.
     Daylight,
     /// Nothing.
     None,
@@ -88,14 +88,14 @@ pub enum Evidence {
 /// ```
 /// use fixed::types::I32F32;
 /// use link::serial::{Faults, Light};
-/// use tx_firmware::light_watch::{Evidence, HOLD_MS, LightWatch, Reading, Setting};
+/// use tx_firmware::light_watch::{Evidence, HOLD_MS, LightWatch, LightSample, SensorRange};
 ///
 /// let mut watch = LightWatch::new();
-/// let overcast = Reading::Light { lux: I32F32::lit("5000"), word: 0x7a12 };
-/// assert_eq!(watch.observe(100, Setting::Usual, overcast), Evidence::Light(I32F32::lit("5000")));
+/// let overcast = LightSample::Light { lux: I32F32::lit("5000"), word: 0x7a12 };
+/// assert_eq!(watch.observe(100, SensorRange::Operating, overcast), Evidence::Light(I32F32::lit("5000")));
 /// assert_eq!(watch.light(), Light::Measured);
 ///
-/// assert_eq!(watch.observe(200, Setting::Usual, Reading::Missing), Evidence::None);
+/// assert_eq!(watch.observe(200, SensorRange::Operating, LightSample::Missing), Evidence::None);
 /// assert_eq!(watch.light(), Light::Held);
 /// watch.watch(101 + HOLD_MS);
 /// assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_MISSING));
@@ -112,9 +112,9 @@ pub struct LightWatch {
     /// The latest register, and since when it has been the same.
     word: Option<u16>,
     changed_ms: u64,
-    /// When each setting was saturated last, unless it was not since.
+    /// When each range was saturated last, unless it was not since.
     saturated_ms: [Option<u64>; 2],
-    next: Setting,
+    next: SensorRange,
     /// Readings in succession that were evidence, while light is lost.
     recovered: u8,
 }
@@ -130,23 +130,23 @@ impl LightWatch {
             word: None,
             changed_ms: 0,
             saturated_ms: [None; 2],
-            next: Setting::Usual,
+            next: SensorRange::Operating,
             recovered: 0,
         }
     }
 
-    /// Takes what the sensor gave at `setting`, and returns what is to be made of it: nothing as long as a lost
+    /// Takes what the sensor gave in `range`, and returns what is to be made of it: nothing as long as a lost
     /// sensor is not believed again.
-    pub fn observe(&mut self, now_ms: u64, setting: Setting, reading: Reading) -> Evidence {
+    pub fn observe(&mut self, now_ms: u64, range: SensorRange, sample: LightSample) -> Evidence {
         self.watch(now_ms);
         self.asked_ms = now_ms;
-        let evidence = self.weigh(now_ms, setting, reading);
+        let evidence = self.weigh(now_ms, range, sample);
         let light = match evidence {
             Evidence::Light(_) => Light::Measured,
             Evidence::Daylight => Light::Daylight,
             Evidence::None => {
                 self.recovered = 0;
-                // After one saturated reading nothing is wrong yet: the other setting decides.
+                // After one saturated reading nothing is wrong yet: the other range decides.
                 if self.doubt != Faults::SENSOR_SATURATED
                     && matches!(self.light, Light::Measured | Light::Daylight)
                 {
@@ -192,29 +192,29 @@ impl LightWatch {
         }
     }
 
-    /// The setting at which the sensor is to be asked next.
-    pub const fn next_setting(&self) -> Setting {
+    /// The range in which the sensor is to be asked next.
+    pub const fn next_range(&self) -> SensorRange {
         self.next
     }
 
-    fn weigh(&mut self, now_ms: u64, setting: Setting, reading: Reading) -> Evidence {
+    fn weigh(&mut self, now_ms: u64, range: SensorRange, sample: LightSample) -> Evidence {
         let since = |then_ms: u64| now_ms.saturating_sub(then_ms);
-        let (this, other, opposite) = match setting {
-            Setting::Usual => (0, 1, Setting::Other),
-            Setting::Other => (1, 0, Setting::Usual),
+        let (this, other, opposite) = match range {
+            SensorRange::Operating => (0, 1, SensorRange::CrossCheck),
+            SensorRange::CrossCheck => (1, 0, SensorRange::Operating),
         };
-        self.saturated_ms[this] = (reading == Reading::Saturated).then_some(now_ms);
-        self.next = Setting::Usual;
-        match reading {
-            Reading::Missing => self.none(Faults::SENSOR_MISSING),
-            Reading::Saturated => {
+        self.saturated_ms[this] = (sample == LightSample::Saturated).then_some(now_ms);
+        self.next = SensorRange::Operating;
+        match sample {
+            LightSample::Missing => self.none(Faults::SENSOR_MISSING),
+            LightSample::Saturated => {
                 self.next = opposite;
                 match self.saturated_ms[other] {
                     Some(then_ms) if since(then_ms) <= CONFIRM_MS => Evidence::Daylight,
                     _ => self.none(Faults::SENSOR_SATURATED),
                 }
             }
-            Reading::Light { lux, word } => {
+            LightSample::Light { lux, word } => {
                 if self.word != Some(word) {
                     (self.word, self.changed_ms) = (Some(word), now_ms);
                 }
@@ -252,14 +252,14 @@ mod tests {
 
     const LUX: I32F32 = I32F32::lit("5000");
 
-    fn light(word: u16) -> Reading {
-        Reading::Light { lux: LUX, word }
+    fn light(word: u16) -> LightSample {
+        LightSample::Light { lux: LUX, word }
     }
 
     /// A watch that has seen light at 100 ms.
     fn measured() -> LightWatch {
         let mut watch = LightWatch::new();
-        watch.observe(100, Setting::Usual, light(1));
+        watch.observe(100, SensorRange::Operating, light(1));
         assert_eq!(
             (watch.light(), watch.faults()),
             (Light::Measured, Faults::empty())
@@ -267,23 +267,23 @@ mod tests {
         watch
     }
 
-    /// A watch to which both settings were saturated, at 100 and 200 ms.
+    /// A watch to which both ranges were saturated, at 100 and 200 ms.
     fn daylight() -> LightWatch {
         let mut watch = LightWatch::new();
         assert_eq!(
-            watch.observe(100, Setting::Usual, Reading::Saturated),
+            watch.observe(100, SensorRange::Operating, LightSample::Saturated),
             Evidence::None
         );
-        assert_eq!(watch.next_setting(), Setting::Other);
+        assert_eq!(watch.next_range(), SensorRange::CrossCheck);
         assert_eq!(
-            watch.observe(200, Setting::Other, Reading::Saturated),
+            watch.observe(200, SensorRange::CrossCheck, LightSample::Saturated),
             Evidence::Daylight
         );
         assert_eq!(
             (watch.light(), watch.faults()),
             (Light::Daylight, Faults::empty())
         );
-        assert_eq!(watch.next_setting(), Setting::Usual);
+        assert_eq!(watch.next_range(), SensorRange::Operating);
         watch
     }
 
@@ -306,7 +306,7 @@ mod tests {
             (Light::Unknown, Faults::empty())
         );
         assert_eq!(
-            watch.observe(100, Setting::Usual, Reading::Missing),
+            watch.observe(100, SensorRange::Operating, LightSample::Missing),
             Evidence::None
         );
         watch.watch(HOLD_MS);
@@ -335,7 +335,7 @@ mod tests {
     fn measured_light_is_held_without_a_reading_and_measured_again_with_one() {
         let mut watch = measured();
         assert_eq!(
-            watch.observe(200, Setting::Usual, Reading::Missing),
+            watch.observe(200, SensorRange::Operating, LightSample::Missing),
             Evidence::None
         );
         assert_eq!(
@@ -343,7 +343,7 @@ mod tests {
             (Light::Held, Faults::SENSOR_MISSING)
         );
         assert_eq!(
-            watch.observe(300, Setting::Usual, light(2)),
+            watch.observe(300, SensorRange::Operating, light(2)),
             Evidence::Light(LUX)
         );
         assert_eq!(
@@ -354,16 +354,16 @@ mod tests {
 
     #[test]
     fn held_light_is_lost_when_its_time_is_over() {
-        for reading in [Reading::Missing, Reading::Saturated] {
+        for sample in [LightSample::Missing, LightSample::Saturated] {
             let mut watch = measured();
             for now_ms in (200..=100 + HOLD_MS).step_by(100) {
-                watch.observe(now_ms, Setting::Usual, reading);
+                watch.observe(now_ms, SensorRange::Operating, sample);
                 assert_ne!(watch.light(), Light::Lost);
             }
-            watch.observe(101 + HOLD_MS, Setting::Usual, reading);
+            watch.observe(101 + HOLD_MS, SensorRange::Operating, sample);
             assert_eq!(watch.light(), Light::Lost);
-            let fault = match reading {
-                Reading::Saturated => Faults::SENSOR_SATURATED,
+            let fault = match sample {
+                LightSample::Saturated => Faults::SENSOR_SATURATED,
                 _ => Faults::SENSOR_MISSING,
             };
             assert_eq!(watch.faults(), fault);
@@ -375,11 +375,15 @@ mod tests {
         let mut watch = LightWatch::new();
         let mut probes = 0;
         for now_ms in (100..60_000).step_by(100) {
-            let setting = watch.next_setting();
-            probes += u32::from(setting == Setting::Other);
-            let word = if setting == Setting::Usual { 7 } else { 14 };
+            let range = watch.next_range();
+            probes += u32::from(range == SensorRange::CrossCheck);
+            let word = if range == SensorRange::Operating {
+                7
+            } else {
+                14
+            };
             assert_eq!(
-                watch.observe(now_ms, setting, light(word)),
+                watch.observe(now_ms, range, light(word)),
                 Evidence::Light(LUX)
             );
             assert_eq!(watch.light(), Light::Measured);
@@ -388,15 +392,15 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_sensor_is_held_then_lost_and_asked_at_the_other_setting_before() {
+    fn a_stuck_sensor_is_held_then_lost_and_asked_in_the_other_range_before() {
         let mut watch = measured();
         let mut states = Vec::new();
         for now_ms in (200..=100 + STUCK_MS + HOLD_MS + 100).step_by(100) {
             assert_eq!(
-                watch.next_setting() == Setting::Other,
+                watch.next_range() == SensorRange::CrossCheck,
                 now_ms > 100 + PROBE_MS && (now_ms / 100) % 2 == 0
             );
-            watch.observe(now_ms, watch.next_setting(), light(1));
+            watch.observe(now_ms, watch.next_range(), light(1));
             states.push((now_ms, watch.light()));
         }
         let first = |light| {
@@ -413,22 +417,22 @@ mod tests {
     #[test]
     fn darkness_may_stay_the_same_for_ever() {
         let mut watch = LightWatch::new();
-        let dark = Reading::Light {
+        let dark = LightSample::Light {
             lux: I32F32::ZERO,
             word: 0,
         };
         for now_ms in (100..60_000).step_by(100) {
-            watch.observe(now_ms, watch.next_setting(), dark);
+            watch.observe(now_ms, watch.next_range(), dark);
             assert_eq!(watch.light(), Light::Measured);
         }
     }
 
     #[test]
-    fn daylight_lasts_while_both_settings_stay_saturated() {
+    fn daylight_lasts_while_both_ranges_stay_saturated() {
         let mut watch = daylight();
         for now_ms in (300..60_000).step_by(100) {
             assert_eq!(
-                watch.observe(now_ms, watch.next_setting(), Reading::Saturated),
+                watch.observe(now_ms, watch.next_range(), LightSample::Saturated),
                 Evidence::Daylight
             );
         }
@@ -437,7 +441,7 @@ mod tests {
     #[test]
     fn daylight_is_held_then_lost_without_readings() {
         let mut watch = daylight();
-        watch.observe(300, Setting::Usual, Reading::Missing);
+        watch.observe(300, SensorRange::Operating, LightSample::Missing);
         assert_eq!(
             (watch.light(), watch.faults()),
             (Light::Held, Faults::SENSOR_MISSING)
@@ -450,22 +454,22 @@ mod tests {
     fn daylight_ends_with_a_reading() {
         let mut watch = daylight();
         assert_eq!(
-            watch.observe(300, Setting::Usual, light(1)),
+            watch.observe(300, SensorRange::Operating, light(1)),
             Evidence::Light(LUX)
         );
         assert_eq!(watch.light(), Light::Measured);
     }
 
     #[test]
-    fn light_that_saturates_one_setting_alone_is_read_at_the_other() {
+    fn light_that_saturates_one_range_alone_is_read_at_the_other() {
         let mut watch = LightWatch::new();
         for now_ms in (100..60_000).step_by(100) {
-            let setting = watch.next_setting();
-            let reading = match setting {
-                Setting::Usual => Reading::Saturated,
-                Setting::Other => light((now_ms / 100) as u16),
+            let range = watch.next_range();
+            let sample = match range {
+                SensorRange::Operating => LightSample::Saturated,
+                SensorRange::CrossCheck => light((now_ms / 100) as u16),
             };
-            let evidence = watch.observe(now_ms, setting, reading);
+            let evidence = watch.observe(now_ms, range, sample);
             assert_ne!(evidence, Evidence::Daylight);
             if now_ms > 200 {
                 assert_eq!(
@@ -479,8 +483,12 @@ mod tests {
     #[test]
     fn saturation_long_ago_confirms_nothing() {
         let mut watch = measured();
-        watch.observe(200, Setting::Usual, Reading::Saturated);
-        let late = watch.observe(201 + CONFIRM_MS, Setting::Other, Reading::Saturated);
+        watch.observe(200, SensorRange::Operating, LightSample::Saturated);
+        let late = watch.observe(
+            201 + CONFIRM_MS,
+            SensorRange::CrossCheck,
+            LightSample::Saturated,
+        );
         assert_eq!(late, Evidence::None);
         assert_eq!(watch.light(), Light::Measured);
     }
@@ -489,14 +497,14 @@ mod tests {
     fn lost_light_needs_several_readings_in_succession() {
         let mut watch = lost();
         let mut now_ms = 5_000;
-        let mut next = |watch: &mut LightWatch, reading| {
+        let mut next = |watch: &mut LightWatch, sample| {
             now_ms += 100;
-            watch.observe(now_ms, Setting::Usual, reading)
+            watch.observe(now_ms, SensorRange::Operating, sample)
         };
         for word in 0..u16::from(RECOVERY) - 1 {
             assert_eq!(next(&mut watch, light(word)), Evidence::None);
         }
-        assert_eq!(next(&mut watch, Reading::Missing), Evidence::None);
+        assert_eq!(next(&mut watch, LightSample::Missing), Evidence::None);
         for word in 0..u16::from(RECOVERY) - 1 {
             assert_eq!(next(&mut watch, light(word)), Evidence::None);
             assert_eq!(watch.light(), Light::Lost);
@@ -514,17 +522,17 @@ mod tests {
         let mut now_ms = 5_000;
         while watch.light() == Light::Lost {
             now_ms += 100;
-            watch.observe(now_ms, watch.next_setting(), Reading::Saturated);
+            watch.observe(now_ms, watch.next_range(), LightSample::Saturated);
             assert!(now_ms < 7_000);
         }
         assert_eq!(watch.light(), Light::Daylight);
     }
 
-    fn readings() -> impl Strategy<Value = Option<Reading>> {
+    fn readings() -> impl Strategy<Value = Option<LightSample>> {
         prop_oneof![
             (0u16..4).prop_map(|word| Some(light(word))),
-            Just(Some(Reading::Saturated)),
-            Just(Some(Reading::Missing)),
+            Just(Some(LightSample::Saturated)),
+            Just(Some(LightSample::Missing)),
             Just(None),
         ]
     }
@@ -535,11 +543,11 @@ mod tests {
         fn there_are_no_other_transitions(events in prop::collection::vec((0u64..1500, readings()), 1..200)) {
             let mut watch = LightWatch::new();
             let (mut now_ms, mut evidence_ms) = (0, 0);
-            for (wait_ms, reading) in events {
+            for (wait_ms, sample) in events {
                 now_ms += wait_ms;
                 let before = watch.light();
-                let evidence = match reading {
-                    Some(reading) => watch.observe(now_ms, watch.next_setting(), reading),
+                let evidence = match sample {
+                    Some(sample) => watch.observe(now_ms, watch.next_range(), sample),
                     None => { watch.watch(now_ms); Evidence::None }
                 };
                 let after = watch.light();

@@ -51,11 +51,11 @@ const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
 /// Why the flash memory gave or took nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StoreError {
-    /// The place is none for a store.
+    /// These addresses are none for a store.
     #[error(
         "the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units"
     )]
-    Place {
+    Addresses {
         /// Its first address.
         start: u32,
         /// The address after its last.
@@ -94,16 +94,17 @@ pub struct Store<F: NorFlash> {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// A store in the addresses `place` of `flash`: two or more whole erase units. Reads nothing yet.
+    /// A store in the addresses `addresses` of `flash`: two or more whole erase units. Reads nothing yet.
     ///
     /// # Errors
-    /// [`StoreError::Place`] when they are no whole units, or fewer than two.
-    pub fn new(flash: F, place: Range<u32>) -> Result<Self, StoreError> {
-        let (start, end) = (place.start, place.end);
+    /// [`StoreError::Addresses`] when they are no whole units, or fewer than two.
+    pub fn new(flash: F, addresses: Range<u32>) -> Result<Self, StoreError> {
+        let (start, end) = (addresses.start, addresses.end);
         if start > end {
-            return Err(StoreError::Place { start, end });
+            return Err(StoreError::Addresses { start, end });
         }
-        let config = MapConfig::try_new(place).map_err(|_| StoreError::Place { start, end })?;
+        let config =
+            MapConfig::try_new(addresses).map_err(|_| StoreError::Addresses { start, end })?;
         Ok(Self {
             map: MapStorage::new(Awaited(flash), config, Cache::new_uncached()),
             buffer: [0; BUFFER],

@@ -12,7 +12,7 @@ use crate::{
     ambient::{Ambient, Smoothing},
     calibration::Calibration,
     dimming::{Dimming, L2A_MAX, NIGHT_LX},
-    light_watch::{Evidence, LightWatch, Reading, Setting},
+    light_watch::{Evidence, LightSample, LightWatch, SensorRange},
     matrix::LedMatrix,
     schedule::{Repeats, Schedule},
 };
@@ -20,8 +20,8 @@ use crate::{
 /// Light in, panels out: what a board's program calls from its two timers, and a simulator from its
 /// own clock.
 ///
-/// - once a sensor period, [`sense`](Self::sense) with what the sensor gave at the setting that
-///   [`next_setting`](Self::next_setting) asked for: dims the panel;
+/// - once a sensor period, [`sense`](Self::sense) with what the sensor gave in the range that
+///   [`next_range`](Self::next_range) asked for: dims the panel;
 /// - some ten times a second, [`watch`](Self::watch): makes the panel safe when readings stay away;
 /// - once a symbol, [`tick`](Self::tick): shows the next panel;
 /// - whenever there is something to say, [`send`](Self::send).
@@ -38,7 +38,7 @@ use crate::{
 /// use tx_firmware::{
 ///     ambient::Smoothing,
 ///     calibration::{Calibration, Measured},
-///     light_watch::{Reading, Setting},
+///     light_watch::{LightSample, SensorRange},
 ///     matrix::RecordingMatrix,
 ///     schedule::Repeats,
 ///     transmitter::Transmitter,
@@ -58,8 +58,8 @@ use crate::{
 ///     Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default());
 ///
 /// transmitter.send(b"ice ahead", Code::for_length(9), Repeats::Forever)?;
-/// let reading = Reading::Light { lux: I32F32::lit("2000"), word: 0x5c35 };
-/// transmitter.sense(100, Setting::Usual, reading)?;
+/// let sample = LightSample::Light { lux: I32F32::lit("2000"), word: 0x5c35 };
+/// transmitter.sense(100, SensorRange::Operating, sample)?;
 /// let panel = transmitter.tick()?;
 ///
 /// assert_eq!(transmitter.matrix().panel, panel);
@@ -101,7 +101,7 @@ impl<M: LedMatrix> Transmitter<M> {
         }
     }
 
-    /// Takes what the light sensor gave at `setting`, and dims the panel to the light; none while the panel stays
+    /// Takes what the light sensor gave in `range`, and dims the panel to the light; none while the panel stays
     /// dark because nothing is known of it yet.
     ///
     /// # Errors
@@ -110,15 +110,15 @@ impl<M: LedMatrix> Transmitter<M> {
     pub fn sense(
         &mut self,
         now_ms: u64,
-        setting: Setting,
-        reading: Reading,
+        range: SensorRange,
+        sample: LightSample,
     ) -> Result<Option<Dimming>, M::Error> {
         self.now_ms = self.now_ms.max(now_ms);
-        count(match reading {
-            Reading::Missing => &mut self.counters.missed_readings,
-            Reading::Light { .. } | Reading::Saturated => &mut self.counters.readings,
+        count(match sample {
+            LightSample::Missing => &mut self.counters.missed_readings,
+            LightSample::Light { .. } | LightSample::Saturated => &mut self.counters.readings,
         });
-        let illuminance_lx = match self.light_watch.observe(self.now_ms, setting, reading) {
+        let illuminance_lx = match self.light_watch.observe(self.now_ms, range, sample) {
             Evidence::Light(lux) => Some(self.ambient.sense(lux)),
             Evidence::Daylight => Some(self.ambient.sense_daylight()),
             Evidence::None => None,
@@ -236,9 +236,9 @@ impl<M> Transmitter<M> {
         self.dimming
     }
 
-    /// The setting at which the light sensor is to be asked next.
-    pub fn next_setting(&self) -> Setting {
-        self.light_watch.next_setting()
+    /// The range in which the light sensor is to be asked next.
+    pub fn next_range(&self) -> SensorRange {
+        self.light_watch.next_range()
     }
 
     /// What is wrong.
@@ -342,8 +342,8 @@ mod tests {
         L2aTable::new(&[10.0, 10_000.0], &[1.0, 2.0], &[1.0, 0.5, 4.0, 0.5]).unwrap()
     }
 
-    fn light(lux: u32, word: u16) -> Reading {
-        Reading::Light {
+    fn light(lux: u32, word: u16) -> LightSample {
+        LightSample::Light {
             lux: I32F32::from_num(lux),
             word,
         }
@@ -352,7 +352,7 @@ mod tests {
     /// One reading at once.
     fn lit<M: LedMatrix>(transmitter: &mut Transmitter<M>, lux: u32) -> Result<Dimming, M::Error> {
         let now_ms = transmitter.now_ms;
-        let dimming = transmitter.sense(now_ms, Setting::Usual, light(lux, lux as u16))?;
+        let dimming = transmitter.sense(now_ms, SensorRange::Operating, light(lux, lux as u16))?;
         Ok(dimming.expect("a reading dims"))
     }
 
@@ -404,7 +404,7 @@ mod tests {
         let mut transmitter = transmitter(RecordingMatrix::default());
         for now_ms in (0..=HOLD_MS).step_by(100) {
             assert_eq!(
-                transmitter.sense(now_ms, Setting::Usual, Reading::Missing),
+                transmitter.sense(now_ms, SensorRange::Operating, LightSample::Missing),
                 Ok(None)
             );
             transmitter.tick().unwrap();
@@ -447,13 +447,13 @@ mod tests {
 
     /// Goes on from 20 000 lx with `reading` in place of the sensor's, and tells after how many ms the panel was at
     /// the night limit, and why.
-    fn time_to_night(reading: impl Fn(u64) -> Option<Reading>) -> (u64, Faults) {
+    fn time_to_night(sample: impl Fn(u64) -> Option<LightSample>) -> (u64, Faults) {
         let mut transmitter = transmitter(RecordingMatrix::default());
         lit(&mut transmitter, 20_000).unwrap();
         assert_eq!(transmitter.matrix().duty, Duty::MAX);
         for now_ms in (100..).step_by(100) {
-            match reading(now_ms) {
-                Some(reading) => transmitter.sense(now_ms, transmitter.next_setting(), reading),
+            match sample(now_ms) {
+                Some(sample) => transmitter.sense(now_ms, transmitter.next_range(), sample),
                 None => transmitter.watch(now_ms),
             }
             .unwrap();
@@ -470,7 +470,7 @@ mod tests {
     fn every_fault_of_the_sensor_leads_to_the_night_limit_in_its_stated_time() {
         let soon = HOLD_MS + 100;
         assert_eq!(
-            time_to_night(|_| Some(Reading::Missing)),
+            time_to_night(|_| Some(LightSample::Missing)),
             (soon, Faults::SENSOR_MISSING)
         );
         assert_eq!(time_to_night(|_| None), (soon, Faults::SENSOR_SILENT));
@@ -479,20 +479,20 @@ mod tests {
             (STUCK_MS + soon, Faults::SENSOR_STUCK)
         );
         let sometimes_saturated = |now_ms: u64| match now_ms % 200 {
-            0 => Reading::Saturated,
-            _ => Reading::Missing,
+            0 => LightSample::Saturated,
+            _ => LightSample::Missing,
         };
         let (time_ms, _) = time_to_night(|now_ms| Some(sometimes_saturated(now_ms)));
         assert_eq!(time_ms, soon);
     }
 
     #[test]
-    fn daylight_that_saturates_both_settings_holds_the_tables_top() {
+    fn daylight_that_saturates_both_ranges_holds_the_tables_top() {
         let mut transmitter = transmitter(RecordingMatrix::default());
         for now_ms in (0..60_000).step_by(100) {
-            let setting = transmitter.next_setting();
+            let range = transmitter.next_range();
             transmitter
-                .sense(now_ms, setting, Reading::Saturated)
+                .sense(now_ms, range, LightSample::Saturated)
                 .unwrap();
         }
         let dimming = transmitter.dimming().unwrap();
@@ -524,8 +524,10 @@ mod tests {
         let mut duties = Vec::new();
         for n in 1..=60 {
             let now_ms = HOLD_MS + 100 + 100 * n;
-            let reading = light(20_000, n as u16);
-            transmitter.sense(now_ms, Setting::Usual, reading).unwrap();
+            let sample = light(20_000, n as u16);
+            transmitter
+                .sense(now_ms, SensorRange::Operating, sample)
+                .unwrap();
             duties.push(transmitter.matrix().duty);
         }
         let doubtful = usize::from(RECOVERY) - 1;
@@ -582,18 +584,18 @@ mod tests {
     }
 
     /// What may happen to a sensor, with the time until the next event, ms.
-    fn events() -> impl Strategy<Value = (u64, Option<Reading>)> {
-        let reading = prop_oneof![
-            any::<(i64, u16)>().prop_map(|(bits, word)| Some(Reading::Light {
+    fn events() -> impl Strategy<Value = (u64, Option<LightSample>)> {
+        let sample = prop_oneof![
+            any::<(i64, u16)>().prop_map(|(bits, word)| Some(LightSample::Light {
                 lux: I32F32::from_bits(bits),
                 word
             })),
             (0u32..100_000, any::<u16>()).prop_map(|(lux, word)| Some(light(lux, word))),
-            Just(Some(Reading::Saturated)),
-            Just(Some(Reading::Missing)),
+            Just(Some(LightSample::Saturated)),
+            Just(Some(LightSample::Missing)),
             Just(None),
         ];
-        (0u64..3000, reading)
+        (0u64..3000, sample)
     }
 
     proptest! {
@@ -603,10 +605,10 @@ mod tests {
         ) {
             let mut transmitter = transmitter(RecordingMatrix::default());
             let mut now_ms = 0;
-            for (wait_ms, reading) in events {
+            for (wait_ms, sample) in events {
                 now_ms += wait_ms;
-                match reading {
-                    Some(reading) => transmitter.sense(now_ms, transmitter.next_setting(), reading),
+                match sample {
+                    Some(sample) => transmitter.sense(now_ms, transmitter.next_range(), sample),
                     None => transmitter.watch(now_ms),
                 }
                 .unwrap();

@@ -149,6 +149,6 @@ fn a_place_must_be_whole_units_and_two_of_them() {
     for (start, end) in [(0, ERASE), (100, 3 * ERASE), (0, 2 * ERASE + 1), (ERASE, 0)] {
         let (start, end) = (start as u32, end as u32);
         let refused = Store::new(Flash::<4>::new(), start..end).err();
-        assert_eq!(refused, Some(StoreError::Place { start, end }));
+        assert_eq!(refused, Some(StoreError::Addresses { start, end }));
     }
 }

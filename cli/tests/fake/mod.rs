@@ -4,7 +4,7 @@ use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Interval, L2aTable};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, Measured};
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
@@ -57,11 +57,11 @@ impl Fake {
             Self::first_table(),
             Smoothing::default(),
         );
-        let light = Reading::Light {
+        let light = LightSample::Light {
             lux: I32F32::lit("2000"),
             word: 0,
         };
-        let Ok(_) = transmitter.sense(1000, Setting::Usual, light);
+        let Ok(_) = transmitter.sense(1000, SensorRange::Operating, light);
         Self {
             transmitter,
             kept: Kept::default(),

@@ -61,7 +61,7 @@ pub enum Light {
     Measured,
     /// The sensor does not read just now: the last reading still counts.
     Held,
-    /// Too bright for the sensor, at two of its settings.
+    /// Too bright for the sensor, in two of its ranges.
     Daylight,
     /// Nothing any more: the luminance is a safe one.
     Lost,
@@ -96,9 +96,9 @@ bitflags! {
     impl Faults: u16 {
         /// The light sensor does not answer.
         const SENSOR_MISSING = 1 << 0;
-        /// The light sensor answers the same, whatever its setting.
+        /// The light sensor answers the same, whatever its range.
         const SENSOR_STUCK = 1 << 1;
-        /// The light sensor is saturated, and no other setting confirms it.
+        /// The light sensor is saturated, and no other range confirms it.
         const SENSOR_SATURATED = 1 << 2;
         /// Nobody asks the light sensor any more.
         const SENSOR_SILENT = 1 << 3;

@@ -44,7 +44,7 @@ use static_cell::StaticCell;
 use tx_firmware::{
     calibration::{Calibration, Measured},
     drive::{EXPOSURE_LONG_NS, period_ns},
-    light_watch::{Reading, Setting},
+    light_watch::{LightSample, SensorRange},
     store::Store,
 };
 
@@ -198,10 +198,10 @@ async fn follow_light(
     let mut seen_at = Instant::now();
     loop {
         ticks.next().await;
-        let wanted = || shared.with(|transmitter| transmitter.next_setting());
-        let reading = sensor.poll(wanted);
-        match reading {
-            Some((setting, reading)) => take_reading(shared, setting, reading),
+        let wanted = || shared.with(|transmitter| transmitter.next_range());
+        let sample = sensor.poll(wanted);
+        match sample {
+            Some((range, sample)) => take_reading(shared, range, sample),
             None => shared.with(|transmitter| {
                 let Ok(_) = transmitter.watch(Instant::now().as_millis());
             }),
@@ -218,9 +218,9 @@ async fn follow_light(
 
 /// From a sensor's reading to the duty; a function of its own, so that it can be timed.
 #[inline(never)]
-fn take_reading(shared: &Shared, setting: Setting, reading: Reading) {
+fn take_reading(shared: &Shared, range: SensorRange, sample: LightSample) {
     let now_ms = Instant::now().as_millis();
     shared.with(|transmitter| {
-        let Ok(_) = transmitter.sense(now_ms, setting, reading);
+        let Ok(_) = transmitter.sense(now_ms, range, sample);
     });
 }

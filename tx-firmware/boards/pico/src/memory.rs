@@ -20,7 +20,7 @@ pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 /// The store in the board's flash.
 ///
 /// # Errors
-/// [`StoreError::Place`] cannot come: the place is 16 whole sectors.
+/// [`StoreError::Addresses`] cannot come: the place is 16 whole sectors.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<SteadyFlash>, StoreError> {
     let end = FLASH_BYTES as u32;
     Store::new(

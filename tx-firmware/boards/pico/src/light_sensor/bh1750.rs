@@ -1,9 +1,9 @@
-//! BH1750: 1 to 54 612 lx, and to 121 000 lx with its shortest measuring time, the other setting.
+//! BH1750: 1 to 54 612 lx, and to 121 000 lx with its shortest measuring time, the cross-check.
 
 use bh1750::{BH1750, Resolution};
 use embassy_time::{Delay, Duration, Instant};
 use fixed::types::I32F32;
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
 use crate::bus::Bus;
@@ -30,10 +30,10 @@ impl Sensor {
         }
     }
 
-    pub fn start(&mut self, setting: Setting) -> Result<(), Lost> {
-        self.time = match setting {
-            Setting::Usual => USUAL_TIME,
-            Setting::Other => SHORT_TIME,
+    pub fn start(&mut self, range: SensorRange) -> Result<(), Lost> {
+        self.time = match range {
+            SensorRange::Operating => USUAL_TIME,
+            SensorRange::CrossCheck => SHORT_TIME,
         };
         self.driver
             .set_measurement_time_register(self.time)
@@ -45,7 +45,7 @@ impl Sensor {
         Ok(())
     }
 
-    pub fn take(&mut self) -> Result<Option<Reading>, Lost> {
+    pub fn take(&mut self) -> Result<Option<LightSample>, Lost> {
         if Instant::now() < self.ready_at {
             return Ok(None);
         }
@@ -57,9 +57,9 @@ impl Sensor {
         let word =
             (lux * COUNTS_PER_LUX * f32::from(self.time) / f32::from(USUAL_TIME) + 0.5) as u16;
         Ok(Some(if word == u16::MAX {
-            Reading::Saturated
+            LightSample::Saturated
         } else {
-            Reading::Light {
+            LightSample::Light {
                 lux: I32F32::saturating_from_num(lux),
                 word,
             }

@@ -1,4 +1,4 @@
-//! The ambient light, asked at the setting that the transmitter wants to know about next.
+//! The ambient light, asked in the range that the transmitter wants to know about next.
 
 #[cfg(feature = "bh1750")]
 mod bh1750;
@@ -15,7 +15,7 @@ use self::opt3001 as chosen;
 use self::veml7700 as chosen;
 
 use embassy_time::{Duration, Instant};
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use crate::bus::Bus;
 
@@ -30,8 +30,8 @@ struct Lost;
 /// The board's light sensor.
 pub struct LightSensor {
     sensor: chosen::Sensor,
-    /// At which setting it measures, and since when there is nothing new; none while it does not answer.
-    measuring: Option<(Setting, Instant)>,
+    /// In which range it measures, and since when there is nothing new; none while it does not answer.
+    measuring: Option<(SensorRange, Instant)>,
 }
 
 impl LightSensor {
@@ -43,20 +43,23 @@ impl LightSensor {
         }
     }
 
-    /// What the sensor has to say, if it has: the setting it was measured at, and the reading. It is then set to
+    /// What the sensor has to say, if it has: the range it was measured in, and the reading. It is then set to
     /// `wanted`, and starts over if it did not answer.
-    pub fn poll(&mut self, wanted: impl FnOnce() -> Setting) -> Option<(Setting, Reading)> {
-        let Some((setting, since)) = self.measuring else {
+    pub fn poll(
+        &mut self,
+        wanted: impl FnOnce() -> SensorRange,
+    ) -> Option<(SensorRange, LightSample)> {
+        let Some((range, since)) = self.measuring else {
             return self.measure(wanted());
         };
         match self.sensor.take() {
-            Ok(Some(reading)) => {
-                self.measuring = Some((setting, Instant::now()));
-                Some((setting, reading))
+            Ok(Some(sample)) => {
+                self.measuring = Some((range, Instant::now()));
+                Some((range, sample))
             }
             Ok(None) if since.elapsed() < PATIENCE => {
                 let wanted = wanted();
-                if wanted == setting {
+                if wanted == range {
                     None
                 } else {
                     self.measure(wanted)
@@ -64,14 +67,14 @@ impl LightSensor {
             }
             Ok(None) | Err(Lost) => {
                 self.measuring = None;
-                Some((setting, Reading::Missing))
+                Some((range, LightSample::Missing))
             }
         }
     }
 
-    fn measure(&mut self, setting: Setting) -> Option<(Setting, Reading)> {
-        let started = self.sensor.start(setting);
-        self.measuring = started.is_ok().then(|| (setting, Instant::now()));
-        started.is_err().then_some((setting, Reading::Missing))
+    fn measure(&mut self, range: SensorRange) -> Option<(SensorRange, LightSample)> {
+        let started = self.sensor.start(range);
+        self.measuring = started.is_ok().then(|| (range, Instant::now()));
+        started.is_err().then_some((range, LightSample::Missing))
     }
 }

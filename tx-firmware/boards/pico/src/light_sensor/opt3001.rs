@@ -1,13 +1,13 @@
 //! OPT3001: 0.01 to 83 865 lx in twelve ranges, of which it finds its own.
 //!
-//! The other setting is the next range, at which the same light makes another register. Above the last but one there is no
+//! The cross-check is the next range, in which the same light makes another register. Above the last but one there is no
 //! next: there it is the one below, which living light overflows.
 
 use fixed::types::I32F32;
 use opt300x::{
     IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic::Opt3001, mode::Continuous,
 };
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
 use crate::bus::Bus;
@@ -41,10 +41,10 @@ impl Sensor {
         }
     }
 
-    pub fn start(&mut self, setting: Setting) -> Result<(), Lost> {
-        let range = match setting {
-            Setting::Usual => LuxRange::Auto,
-            Setting::Other => LuxRange::Manual(neighbour(self.usual.0)),
+    pub fn start(&mut self, range: SensorRange) -> Result<(), Lost> {
+        let range = match range {
+            SensorRange::Operating => LuxRange::Auto,
+            SensorRange::CrossCheck => LuxRange::Manual(neighbour(self.usual.0)),
         };
         self.range = range;
         let driver = self.driver()?;
@@ -54,7 +54,7 @@ impl Sensor {
         driver.set_lux_range(range).map_err(|_| Lost)
     }
 
-    pub fn take(&mut self) -> Result<Option<Reading>, Lost> {
+    pub fn take(&mut self) -> Result<Option<LightSample>, Lost> {
         let range = self.range;
         let (usual_range, usual_lux) = self.usual;
         let driver = self.driver()?;
@@ -70,16 +70,16 @@ impl Sensor {
             LuxRange::Auto => {
                 self.usual = (exponent, lux);
                 if full && exponent == LAST_RANGE {
-                    return Ok(Some(Reading::Saturated));
+                    return Ok(Some(LightSample::Saturated));
                 }
             }
             // Overflowing the range below confirms a reading of the last range, or that it was too bright for that too.
             LuxRange::Manual(_) if full && usual_range == LAST_RANGE => {
                 let too_bright = usual_lux >= self::lux(LAST_RANGE, FULL_MANTISSA);
                 return Ok(Some(if too_bright {
-                    Reading::Saturated
+                    LightSample::Saturated
                 } else {
-                    Reading::Light {
+                    LightSample::Light {
                         lux: usual_lux,
                         word,
                     }
@@ -87,7 +87,7 @@ impl Sensor {
             }
             LuxRange::Manual(_) => {}
         }
-        Ok(Some(Reading::Light { lux, word }))
+        Ok(Some(LightSample::Light { lux, word }))
     }
 
     /// The driver of a sensor that measures without end.

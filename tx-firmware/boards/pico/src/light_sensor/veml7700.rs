@@ -1,14 +1,14 @@
-//! VEML7700, at its least gain: to 60 000 lx in 100 ms, and to 120 000 lx in 50 ms, the other setting.
+//! VEML7700, at its least gain: to 60 000 lx in 100 ms, and to 120 000 lx in 50 ms, the cross-check.
 
 use embassy_time::{Duration, Instant};
 use fixed::types::I32F32;
-use tx_firmware::light_watch::{Reading, Setting};
+use tx_firmware::light_watch::{LightSample, SensorRange};
 use veml6030::{Gain, IntegrationTime, SlaveAddr, Veml6030};
 
 use super::Lost;
 use crate::bus::Bus;
 
-/// Twice the longer integration time: what is read then began after the setting was made.
+/// Twice the longer integration time: what is read then began after the range was set.
 const MEASUREMENT: Duration = Duration::from_millis(200);
 
 pub struct Sensor {
@@ -25,10 +25,10 @@ impl Sensor {
         }
     }
 
-    pub fn start(&mut self, setting: Setting) -> Result<(), Lost> {
-        let time = match setting {
-            Setting::Usual => IntegrationTime::Ms100,
-            Setting::Other => IntegrationTime::Ms50,
+    pub fn start(&mut self, range: SensorRange) -> Result<(), Lost> {
+        let time = match range {
+            SensorRange::Operating => IntegrationTime::Ms100,
+            SensorRange::CrossCheck => IntegrationTime::Ms50,
         };
         self.driver.set_gain(Gain::OneEighth).map_err(|_| Lost)?;
         self.driver.set_integration_time(time).map_err(|_| Lost)?;
@@ -37,17 +37,17 @@ impl Sensor {
         Ok(())
     }
 
-    pub fn take(&mut self) -> Result<Option<Reading>, Lost> {
+    pub fn take(&mut self) -> Result<Option<LightSample>, Lost> {
         if Instant::now() < self.ready_at {
             return Ok(None);
         }
         self.ready_at = Instant::now() + MEASUREMENT / 2;
         let word = self.driver.read_raw().map_err(|_| Lost)?;
         Ok(Some(if word == u16::MAX {
-            Reading::Saturated
+            LightSample::Saturated
         } else {
             let lux = self.driver.convert_raw_als_to_lux(word);
-            Reading::Light {
+            LightSample::Light {
                 lux: I32F32::saturating_from_num(lux),
                 word,
             }
