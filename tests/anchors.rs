@@ -8,11 +8,11 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings};
-use sim::raster::straightforward::{Panel, render};
 use sim::scene::Scene;
-use sim::statistics::{Distinguishability, Moments};
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
+use studies::raster::straightforward::{Panel, render};
+use studies::statistics::{Distinguishability, Moments};
 
 /// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
 type Anchor = (f64, f64, f64, [f64; 3]);

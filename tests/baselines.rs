@@ -1,11 +1,11 @@
 //! The renderers that others are timed against draw the same picture, each to its own accuracy.
 
 use glam::{DMat2, DVec2};
-use sim::chords::Chords;
-use sim::kernel::Exact;
-use sim::outline::Outline;
-use sim::raster::straightforward::{self, Panel};
-use sim::raster::supersampled;
+use sim::disc::chords::Chords;
+use sim::disc::kernel::Exact;
+use sim::disc::outline::Outline;
+use studies::raster::straightforward::{self, Panel};
+use studies::raster::supersampled;
 
 const SIDE: usize = 52;
 const SIGMA_PX: f64 = 1.5;

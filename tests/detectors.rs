@@ -1,9 +1,9 @@
 //! Detectors against one another, and against what is possible, on noisy scenes.
 
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
 
 /// The bit errors of a detector in a number of frames.
 fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {

@@ -4,10 +4,10 @@ use link::panel::PanelFrame;
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
+use sim::camera::grey;
 use sim::effects;
-use sim::grey;
 use sim::plan::Plan;
+use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::{Pose, Scene};
 

@@ -3,8 +3,8 @@
 use link::panel::PanelFrame;
 use proptest::prelude::*;
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::grey;
+use sim::camera::grey;
+use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
 

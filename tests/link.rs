@@ -1,17 +1,17 @@
 //! The whole link: the transmitter's code, a rendered road, the receiver's code.
 
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::region_corners;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::receiving_method;
 
 const MESSAGE: &[u8] = b"A vehicle stands behind the bend";
 
-fn settings(detector: DetectorChoice) -> LinkSettings {
+fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
     LinkSettings {
         message: MESSAGE.into(),
-        detector,
+        method: receiving_method(scene, detector, 1, Level::Fast).expect("a detector"),
         seed: 1,
         level: Level::Fast,
         code: None,
@@ -22,19 +22,20 @@ fn settings(detector: DetectorChoice) -> LinkSettings {
 /// What arrives within a number of frames, the bit errors of those frames, and how many of them could not be read.
 fn run(
     overrides: &[String],
-    settings: &LinkSettings,
+    detector: DetectorChoice,
     frames: impl IntoIterator<Item = u64>,
 ) -> (Option<Received>, u64, u64) {
     let scene = Scene::load("paper", overrides).expect("a valid scene");
-    let mut road = Road::new(&scene, settings).expect("a usable link");
-    let (mut received, mut unread) = (None, 0);
+    let mut road = Road::new(&scene, &settings(&scene, detector)).expect("a usable link");
+    let (mut received, mut errors, mut unread) = (None, 0, 0);
     for frame in frames {
         let report = road.frame(frame).expect("a panel in view");
+        errors += u64::from(report.bit_errors);
         unread += u64::from(report.read.is_err());
         received = received.or(report.delivered);
     }
     let received = received.or_else(|| road.finish());
-    (received, road.errors().errors(), unread)
+    (received, errors, unread)
 }
 
 fn message(received: &Option<Received>) -> Option<&[u8]> {
@@ -52,8 +53,7 @@ fn a_message_arrives_at_every_distance_and_interval() {
                 format!("panel.interval={interval}"),
                 "link.l2a=1.5".into(),
             ];
-            let (received, errors, unread) =
-                run(&overrides, &settings(DetectorChoice::Best), 0..24);
+            let (received, errors, unread) = run(&overrides, DetectorChoice::Best, 0..24);
             let case = format!("{distance} m, interval {interval}");
             assert_eq!(message(&received), Some(MESSAGE), "{case}");
             assert_eq!(unread, 0, "{case}");
@@ -76,19 +76,20 @@ fn a_panel_at_rest_is_followed_at_rest() {
             "link.symbol_rate_hz=50".into(),
         ];
         let scene = Scene::load("day", &overrides).expect("a valid scene");
-        let mut road = Road::new(&scene, &settings(DetectorChoice::KMeans)).expect("a usable link");
+        let mut road =
+            Road::new(&scene, &settings(&scene, DetectorChoice::KMeans)).expect("a usable link");
         let sensor = road.renderer().sensor();
-        let place = region_corners(road.renderer(), sensor).expect("a panel in view");
+        let place = road.renderer().corners_in(sensor).expect("a panel in view");
         for frame in 0..180 {
             let report = road.frame(frame).expect("a panel in view");
             let case = format!("{distance} m, frame {frame}");
+            assert_eq!(report.bit_errors, 0, "{case}");
             let seen = report.corners.unwrap_or_else(|| panic!("{case}: lost"));
             for (seen, true_corner) in seen.points().iter().zip(place.points()) {
                 let off = (seen[0] - true_corner[0]).hypot(seen[1] - true_corner[1]);
                 assert!(off < 0.1, "{case}: {off} px off");
             }
         }
-        assert_eq!(road.errors().errors(), 0, "{distance} m");
     }
 }
 
@@ -100,7 +101,7 @@ fn by_day_dusk_and_night_every_seed_delivers() {
         for seed in 0..20 {
             let settings = LinkSettings {
                 seed,
-                ..settings(DetectorChoice::Best)
+                ..settings(&scene, DetectorChoice::Best)
             };
             let mut road = Road::new(&scene, &settings).expect("a usable link");
             let received = (0..30).find_map(|frame| {
@@ -120,7 +121,7 @@ fn every_detector_reads_the_paper_s_panel() {
         DetectorChoice::Fisher,
         DetectorChoice::Otsu,
     ] {
-        let (received, errors, _) = run(&[], &settings(detector), 0..24);
+        let (received, errors, _) = run(&[], detector, 0..24);
         assert_eq!(
             (message(&received), errors),
             (Some(MESSAGE), 0),
@@ -132,7 +133,7 @@ fn every_detector_reads_the_paper_s_panel() {
 #[test]
 fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
     let kept = (5..60).filter(|frame| frame % 7 != 3);
-    let (received, ..) = run(&[], &settings(DetectorChoice::Best), kept);
+    let (received, ..) = run(&[], DetectorChoice::Best, kept);
     assert_eq!(message(&received), Some(MESSAGE));
 }
 
@@ -142,10 +143,12 @@ fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
 fn symbols_that_no_exposure_has_to_itself_are_read() {
     let overrides = ["link.symbol_rate_hz=99".into(), "link.phase=0.5".into()];
     let scene = Scene::load("day", &overrides).unwrap();
-    let mut road = Road::new(&scene, &settings(DetectorChoice::Best)).unwrap();
-    let unread = (0..200).filter(|&frame| road.frame(frame).unwrap().read.is_err());
-    assert_eq!(unread.count(), 0);
-    assert_eq!(road.errors().errors(), 0);
+    let mut road = Road::new(&scene, &settings(&scene, DetectorChoice::Best)).unwrap();
+    for frame in 0..200 {
+        let report = road.frame(frame).unwrap();
+        assert!(report.read.is_ok(), "frame {frame}");
+        assert_eq!(report.bit_errors, 0, "frame {frame}");
+    }
 }
 
 #[test]
@@ -153,7 +156,7 @@ fn a_receiver_s_memory_takes_no_room_on_the_stack() {
     // It is about a megabyte; where the stack overflows, the whole test program ends.
     let road = std::thread::Builder::new()
         .stack_size(512 << 10)
-        .spawn(|| run(&[], &settings(DetectorChoice::Best), 0..2).1)
+        .spawn(|| run(&[], DetectorChoice::Best, 0..2).1)
         .unwrap();
     assert_eq!(road.join().unwrap(), 0);
 }
@@ -162,7 +165,7 @@ fn a_receiver_s_memory_takes_no_room_on_the_stack() {
 fn a_slower_panel_is_seen_twice_and_read_once() {
     let (received, errors, _) = run(
         &["link.symbol_rate_hz=50".into()],
-        &settings(DetectorChoice::Best),
+        DetectorChoice::Best,
         0..48,
     );
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
@@ -178,14 +181,14 @@ fn a_tilted_panel_off_the_axis_delivers_too() {
         "pose.distance_m=40",
     ]
     .map(String::from);
-    let (received, ..) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    let (received, ..) = run(&overrides, DetectorChoice::Best, 0..24);
     assert_eq!(message(&received), Some(MESSAGE));
 }
 
 #[test]
 fn a_dark_panel_delivers_nothing_and_says_why() {
     let overrides = ["panel.luminance_max_cd_m2=1.0", "panel.reflectance=0.18"].map(String::from);
-    let (received, _, unread) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    let (received, _, unread) = run(&overrides, DetectorChoice::Best, 0..24);
     assert_eq!((message(&received), unread), (None, 24));
 }
 
@@ -193,7 +196,7 @@ fn a_dark_panel_delivers_nothing_and_says_why() {
 fn a_rolling_shutter_within_one_symbol_changes_nothing() {
     // All rows are exposed within the symbol that began before the first: 2 ms of readout in 10.
     let overrides = ["camera.readout_s=0.002", "link.phase=0.2"].map(String::from);
-    let (received, errors, _) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    let (received, errors, _) = run(&overrides, DetectorChoice::Best, 0..24);
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
 }
 
@@ -201,7 +204,7 @@ fn a_rolling_shutter_within_one_symbol_changes_nothing() {
 fn a_rolling_shutter_shows_the_panel_the_symbol_of_its_own_rows() {
     // The panel's rows, half-way down the sensor, are exposed 5 ms after the first row: one symbol later.
     let overrides = ["camera.readout_s=0.0099", "link.phase=0.7"].map(String::from);
-    let (received, errors, _) = run(&overrides, &settings(DetectorChoice::Best), 0..24);
+    let (received, errors, _) = run(&overrides, DetectorChoice::Best, 0..24);
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
 }
 
@@ -214,7 +217,7 @@ fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
                 seed,
                 // Looking for the panel at night is not what is tested here.
                 true_corners: true,
-                ..settings(DetectorChoice::Best)
+                ..settings(&scene, DetectorChoice::Best)
             };
             let mut road = Road::new(&scene, &settings).expect("a usable link");
             let received = (0..26).find_map(|frame| road.frame(frame).expect("in view").delivered);

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use link::l2a_table::L2aTable;
-use sim::optimum::{Optimum, Search, optimum};
 use sim::scene::Scene;
-use sim::table::TableFile;
+use studies::optimum::{Optimum, Search, optimum};
+use studies::table::TableFile;
 
 /// Intervals of the matrix.
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -115,20 +115,24 @@ fn shipped_file() -> TableFile {
 #[test]
 fn the_shipped_table_is_what_its_file_says() {
     let file = shipped_file();
-    assert_eq!(file.table().expect("a finished table"), L2aTable::shipped());
+    assert_eq!(
+        file.ratios.table().expect("a finished table"),
+        L2aTable::shipped()
+    );
     let rule = file.search.as_ref().expect("a search").rule;
     for entry in &file.entries {
-        let row = file
+        let ratios = &file.ratios;
+        let row = ratios
             .illuminance_lx
             .iter()
             .position(|&e| e == entry.illuminance_lx)
             .expect("a row");
-        let column = file
+        let column = ratios
             .interval
             .iter()
             .position(|&i| i == entry.interval)
             .expect("a column");
-        let carried = file.l2a[row][column];
+        let carried = ratios.l2a[row][column];
         assert!(
             (carried - entry.l2a(rule)).abs() <= 1e-3,
             "{entry:?} but {carried}"
@@ -136,6 +140,6 @@ fn the_shipped_table_is_what_its_file_says() {
     }
     assert_eq!(
         file.entries.len(),
-        file.illuminance_lx.len() * file.interval.len()
+        file.ratios.illuminance_lx.len() * file.ratios.interval.len()
     );
 }

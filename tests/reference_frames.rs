@@ -3,10 +3,10 @@
 use glam::DVec2;
 use link::panel::PanelFrame;
 use sim::accuracy::Level;
-use sim::canvas::{Canvas, Region};
-use sim::exposure::LedLight;
-use sim::grey;
-use sim::kernel::Exact;
+use sim::camera::exposure::LedLight;
+use sim::camera::grey;
+use sim::disc::kernel::Exact;
+use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
 use vocc_tests::{ReferenceFrame, reference_frames};

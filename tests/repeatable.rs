@@ -1,9 +1,9 @@
 //! The same seed gives the same bytes, on one thread or on two.
 
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluation, Evaluator, Settings};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluation, Evaluator, Settings};
 
 fn evaluate(
     preset: &str,

@@ -1,10 +1,10 @@
 //! What becomes of the claims of Do & Yoo 2020 (Sensors 20, 292, section 4.4), on small seeded runs.
 
-use sim::reproduction::axes::{Axes, Extent};
-use sim::reproduction::claims::{self, Claim};
-use sim::reproduction::findings::Findings;
-use sim::reproduction::study::Study;
 use sim::scene::Scene;
+use studies::reproduction::axes::{Axes, Extent};
+use studies::reproduction::claims::{self, Claim};
+use studies::reproduction::findings::Findings;
+use studies::reproduction::study::Study;
 
 const SEED: u64 = 1;
 

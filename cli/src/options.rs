@@ -12,8 +12,8 @@ use clap::Args;
 use link::framing::MESSAGE_MAX;
 use rx_pipeline::detect::Method;
 use serialport::SerialPort;
-use sim::detectors::DetectorChoice;
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
 
 use crate::device::{Client, port};
 

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::evaluate;
 use sim::plan::Plan;
-use sim::sweep::{Results, Summary};
+use studies::evaluate;
+use studies::sweep::{Results, Summary};
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use sim::sweep::{News, Results, Run};
+use studies::sweep::{News, Results, Run};
 
 use crate::pictures::write_aside;
 

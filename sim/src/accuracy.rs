@@ -18,12 +18,12 @@
 //! | light beyond the drawn margin | [`Accuracy::truncation`] | the blur falls off as a Gaussian, so a tenth of the error costs half a pixel |
 //! | values between tabulated phases | [`Accuracy::phases`] | linear, for that is one vector operation; the table grows with the inverse root of the error |
 //! | rounding of f32 | none: [`Level::Reference`] draws in f64 | some 1e-7 of a pixel's value |
-//! | the gamma curve | none: [`crate::grey::CURVE_ERROR_GREY`] | a polynomial of vectors that is closer than either level asks |
+//! | the gamma curve | none: [`crate::camera::grey::CURVE_ERROR_GREY`] | a polynomial of vectors that is closer than either level asks |
 //!
 //! The knobs of [`Accuracy`] act where a blur spreads each LED over its neighbourhood: there LEDs are drawn by a few
-//! [`Chords`](crate::chords::Chords), and the blur is what makes few enough. Without a blur, or under one so small that no
+//! [`Chords`](crate::disc::chords::Chords), and the blur is what makes few enough. Without a blur, or under one so small that no
 //! affordable number of chords keeps the bound, all levels draw pixel by pixel from the
-//! [`Outline`](crate::outline::Outline) itself. Without a blur that is a closed form on the few pixels that an LED covers:
+//! [`Outline`](crate::disc::outline::Outline) itself. Without a blur that is a closed form on the few pixels that an LED covers:
 //! 8 × 8 samples a pixel err by more than a hundredth of an LED's light (see the test above), where 0.25 grey
 //! levels allow 3e-4 of it at an L2A of 2. What error is left is that of f32 alone.
 
@@ -31,8 +31,8 @@ use std::str::FromStr;
 
 use libm::erfc;
 
-use crate::grey;
-use crate::kernel::CURVATURE;
+use crate::camera::grey;
+use crate::disc::kernel::CURVATURE;
 
 /// A choice between exactness and time; see the [module](self).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -84,7 +84,7 @@ pub struct Accuracy {
     pub quadrature: f64,
     /// Most light of a plane full of LEDs that may be cut off; sets how far the blur reaches.
     pub truncation: f64,
-    /// Table entries a pixel, 0 for none; bounds the interpolation (see [`crate::polyphase`], [`crate::kernel::Tabulated`]).
+    /// Table entries a pixel, 0 for none; bounds the interpolation (see [`crate::renderer::polyphase`], [`crate::disc::kernel::Tabulated`]).
     pub phases: usize,
 }
 

@@ -1,42 +1,32 @@
-//! The road between the two ends of an optical camera link: scenes to camera frames, and what can be learnt from them.
+//! The road between the two ends of an optical camera link: scenes to camera frames, and a message from end to end.
 //!
 //! # Layers
 //!
 //! ```text
 //! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
 //!                  effects ────────┘
-//!                                  renderer ── canvas ── grey, noise     layouts of LEDs drawn · read out
+//!                                  renderer ── canvas ── camera          layouts of LEDs drawn · read out as grey levels, with noise
 //!                                           └─ backdrop                  what no panel lights, worked out once
-//! accuracy ── kernel, chords ── stamp, polyphase ── layout ─┤   where a blur makes few chords enough
-//! overlap, gauss ──────────────────────── outline ──┘   pixel by pixel where it does not
+//! accuracy ── disc ──────── stamp, polyphase ── layout ─┘   the image of one LED, tabulated or pixel by pixel
 //!
-//! evaluate ── tally ── statistics   Monte Carlo at one setting
-//! rare                              error rates too small to count: splitting towards errors
-//! sweep                             the same at every setting of a grid, in shards that add up to one run
-//! optimum ── table                  the best LED-to-ambient ratio of one setting, and tables of many
-//! reproduction                      the figures of Do & Yoo 2020 and what becomes of their claims
 //! road                              the transmitter's code, the frames, the receiver's code
-//! precision ── raster               what accuracy costs in time, and renderers to hold the own one against
 //! ```
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, the range of linear values.
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
-//! - [`renderer`]: draws the linear image by [`chords`] and a [`kernel`], or from the [`outline`] itself, then reads it out as [`grey`] levels with [`noise`].
-//! - [`evaluate`]: variances and bit error rates of random frames. [`road`]: a message from end to end.
-//! - [`rare`]: bit error rates down to 1e-8 and less, by splitting.
-//! - [`sweep`]: a plan of many settings, its division into shards, the engine that does them, and the results that files keep.
-//! - [`optimum`]: the ratio that tells On from Off best. [`table`]: what a transmitter carries of it.
-//! - [`reproduction`]: the paper's figures and claims, point by point.
-//! - [`precision`]: error against time, of all that has more than one way to be done.
+//! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
+//! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to.
+//!
+//! What is learnt with frames (error rates, the best ratio, what accuracy costs) is in the crate `studies`.
 //!
 //! # Which to choose
 //!
-//! For one picture: [`renderer::Renderer`]. For numbers over many frames: [`evaluate::Evaluator`]; over many settings: [`sweep::Sweep`]. For the question
-//! whether a message arrives: [`road::Road`]. [`accuracy`] says how exact a picture has to be for what.
+//! For pictures: [`renderer::Renderer`]. For the question whether a message arrives: [`road::Road`]. [`accuracy`] says how exact a
+//! picture has to be for what.
 //!
 //! ```
 //! use link::panel::PanelFrame;
-//! use sim::{accuracy::Level, canvas::Canvas, renderer::Renderer, scene::Scene};
+//! use sim::{accuracy::Level, renderer::Renderer, renderer::canvas::Canvas, scene::Scene};
 //!
 //! let renderer = Renderer::new(&Scene::load("paper", &[])?, Level::Fine)?;
 //! let mut canvas = Canvas::new(renderer.surroundings(0));
@@ -51,41 +41,13 @@
 
 pub mod accuracy;
 pub mod air;
-pub mod backdrop;
-pub mod canvas;
-pub mod chords;
-pub mod clock;
-pub mod detectors;
+pub mod camera;
+pub mod disc;
 pub mod effects;
-pub mod evaluate;
-pub mod exposure;
-pub mod gauss;
-pub mod genie;
-pub mod grey;
-pub mod kernel;
 pub mod l2a;
-pub mod layout;
-pub mod noise;
-pub mod optimum;
-pub mod outline;
-pub mod overlap;
-pub mod phases;
 pub mod plan;
-pub mod polyphase;
-pub mod precision;
-pub mod projection;
 pub mod random;
-pub mod rare;
-pub mod raster;
-pub mod recipe;
 pub mod renderer;
-pub mod reproduction;
 pub mod road;
 pub mod scene;
-pub mod sightings;
-pub mod stamp;
-pub mod statistics;
-pub mod sweep;
-pub mod table;
-pub mod tally;
 pub mod view;

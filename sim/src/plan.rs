@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::effects::{self, Effect};
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::scene::Mode;
 use crate::view::View;
 

@@ -21,16 +21,13 @@ use tx_firmware::schedule::Repeats;
 use tx_firmware::transmitter::Transmitter;
 
 use crate::accuracy::Level;
-use crate::canvas::Canvas;
-use crate::clock::{Moment, WINDOW};
-use crate::detectors::{DetectorChoice, camera_of};
-use crate::evaluate::{EvaluateError, Evaluator, Settings, region_corners};
+use crate::camera::clock::{Moment, WINDOW};
 use crate::l2a::{self, L2aError};
-use crate::layout::pose_after;
 use crate::random::{Purpose, stream};
+use crate::renderer::canvas::Canvas;
+use crate::renderer::layout::pose_after;
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
-use crate::statistics::FrameErrors;
 use crate::view::ViewError;
 
 /// The most pixels of a panel that the receiver can hold.
@@ -54,14 +51,6 @@ pub enum RoadError {
     /// The receiver cannot be set up.
     #[error("the receiver cannot be set up: {0}")]
     Receiver(#[from] ReceiverError),
-    /// The detector cannot be trained.
-    #[error(transparent)]
-    Training(#[from] EvaluateError),
-    /// A genie is no receiver.
-    #[error(
-        "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
-    )]
-    Genie,
     /// The camera's frame is none.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -72,8 +61,8 @@ pub enum RoadError {
 pub struct LinkSettings {
     /// The message, 1 to 1024 bytes.
     pub message: Vec<u8>,
-    /// The detector.
-    pub detector: DetectorChoice,
+    /// How the receiver tells bits apart.
+    pub method: Method,
     /// The seed of all random numbers.
     pub seed: u64,
     /// How exactly frames are drawn.
@@ -93,6 +82,8 @@ pub struct FrameReport<'a> {
     pub grey: &'a [u8],
     /// What the panel showed in the middle of the exposure.
     pub sent: PanelFrame,
+    /// How many bits differ from that. A frame without a reading is wrong in all On bits.
+    pub bit_errors: u32,
     /// What was read, or why nothing was.
     pub read: Result<PanelFrame, Loss>,
     /// Where the panel was seen.
@@ -127,8 +118,6 @@ pub struct Road {
     symbols: Symbols,
     canvas: Canvas<f32>,
     grey: Vec<u8>,
-    errors: FrameErrors,
-    straddled: u64,
 }
 
 /// The symbols that the exposures to come may see.
@@ -146,10 +135,6 @@ impl Road {
     pub fn new(scene: &Scene, settings: &LinkSettings) -> Result<Self, RoadError> {
         let renderer = Renderer::new(scene, settings.level)?;
         let transmitter = transmitter(scene, settings)?;
-        let method = match settings.detector.untrained() {
-            Some(method) => method,
-            None => trained(scene, settings)?,
-        };
         let sensor = renderer.sensor();
         // The locator has to be told of the blur.
         let camera = Camera {
@@ -159,7 +144,7 @@ impl Road {
         let receiver = Receiver::with_history(
             ReceiverSettings {
                 camera: camera.clamped(),
-                method,
+                method: settings.method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },
             Box::default(),
@@ -175,8 +160,6 @@ impl Road {
             symbols: Symbols::default(),
             canvas,
             grey: vec![0; sensor.width * sensor.height],
-            errors: FrameErrors::default(),
-            straddled: 0,
             renderer,
         })
     }
@@ -189,17 +172,6 @@ impl Road {
     /// The transmitter.
     pub fn transmitter(&self) -> &Transmitter<RecordingMatrix> {
         &self.transmitter
-    }
-
-    /// Bit errors so far; each frame is held against what the panel showed in the middle of the exposure. Frames without a
-    /// reading count as wrong in all On bits.
-    pub fn errors(&self) -> &FrameErrors {
-        &self.errors
-    }
-
-    /// How many exposures were shared between symbols so far.
-    pub fn straddled(&self) -> u64 {
-        self.straddled
     }
 
     /// Exposes, reads and reports frame `frame`; frames are taken in rising order.
@@ -224,16 +196,12 @@ impl Road {
         let read = outcome
             .reading
             .map(|reading| (reading.detection.bits, reading.corners));
-        self.errors.push(
-            read.as_ref()
-                .map_or(PanelFrame::default(), |read| read.0)
-                .distance(sent),
-        );
-        self.straddled += u64::from(straddled);
+        let read_bits = read.as_ref().map_or(PanelFrame::default(), |read| read.0);
         Ok(FrameReport {
             frame,
             grey: &self.grey,
             sent,
+            bit_errors: read_bits.distance(sent),
             corners: read.as_ref().ok().map(|read| read.1),
             read: read.map(|read| read.0),
             delivered: received(&outcome.event),
@@ -249,7 +217,7 @@ impl Road {
     /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
     fn place(&mut self) {
         let sensor = self.renderer.sensor();
-        if let Ok(corners) = region_corners(&self.renderer, sensor) {
+        if let Ok(corners) = self.renderer.corners_in(sensor) {
             let followed = self.receiver.corners();
             if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
                 let _ = self.receiver.place(corners, sensor.width, sensor.height);
@@ -336,6 +304,15 @@ impl Symbols {
     }
 }
 
+/// What a receiver's maker knows of a scene's camera.
+pub fn camera_of(scene: &Scene) -> Camera {
+    Camera {
+        gamma: scene.camera.gamma as f32,
+        read_noise_e: scene.camera.read_noise_e as f32,
+        ..Camera::default()
+    }
+}
+
 /// The transmitter of the scene's first panel, in its light, with the message to send.
 fn transmitter(
     scene: &Scene,
@@ -381,20 +358,6 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
     })
 }
 
-/// Fisher's discriminant from frames of this scene.
-fn trained(scene: &Scene, settings: &LinkSettings) -> Result<Method, RoadError> {
-    let settings = Settings {
-        frames: 0,
-        seed: settings.seed,
-        random_reflectance: false,
-        detector: settings.detector,
-        level: settings.level,
-    };
-    Evaluator::new(scene, settings)?
-        .method()
-        .ok_or(RoadError::Genie)
-}
-
 /// The panel that another vehicle shows.
 fn random_symbol(seed: u64, panel: usize, symbol: u64) -> PanelFrame {
     PanelFrame::from_bits(stream(seed ^ (panel as u64) << 32, symbol, Purpose::Bits).next_u64())
@@ -409,5 +372,17 @@ fn received(event: &Event<'_>) -> Option<Received> {
             corrected_bits: delivery.corrected_bits,
         }),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cameras_of_both_ends_agree_where_nothing_is_said() {
+        assert_eq!(camera_of(&Scene::default()), Camera::default());
+        let blur_sigma_px = Scene::default().camera.blur_sigma_px as f32;
+        assert_eq!(blur_sigma_px, Camera::default().blur_sigma_px);
     }
 }

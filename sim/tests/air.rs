@@ -3,8 +3,8 @@
 use link::panel::PanelFrame;
 use sim::accuracy::Level;
 use sim::air::Air;
-use sim::canvas::Canvas;
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 
 /// The darkest and the brightest linear value around the panel of `scene`, showing `bits`.

@@ -1,7 +1,7 @@
 //! Drawn grey levels against their law: whole distribution, tails and moments.
 
-use sim::exposure::Exposure;
-use sim::noise::{FlatNoise, Noise, PixelNoise};
+use sim::camera::exposure::Exposure;
+use sim::camera::noise::{FlatNoise, Noise, PixelNoise};
 use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 

@@ -2,9 +2,9 @@
 
 use link::panel::PanelFrame;
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::layout::pose_after;
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
+use sim::renderer::layout::pose_after;
 use sim::scene::{Panel, Pose, Scene};
 
 const ALL_ON: u64 = u64::MAX;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use link::panel::PanelFrame;
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 
 /// A file of its own for each test, removed in the end.

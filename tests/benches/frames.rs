@@ -11,13 +11,13 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings};
-use sim::raster::straightforward::{self, Panel};
-use sim::raster::supersampled;
+use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
+use studies::raster::straightforward::{self, Panel};
+use studies::raster::supersampled;
 
 use link::panel::PanelFrame;
 

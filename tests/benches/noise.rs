@@ -10,15 +10,15 @@ use link::panel::PanelFrame;
 use rand::Rng;
 use rand_distr::{Distribution, Poisson};
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings};
-use sim::exposure::Exposure;
-use sim::grey::Encoder;
-use sim::noise::{FlatNoise, Noise, PixelNoise};
+use sim::camera::exposure::Exposure;
+use sim::camera::grey::Encoder;
+use sim::camera::noise::{FlatNoise, Noise, PixelNoise};
 use sim::random::{Purpose, normal, stream};
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
 
 const PIXELS: usize = 1920 * 1080;
 
@@ -93,8 +93,9 @@ fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     let (mut grey, mut frame) = (vec![0; PIXELS], 0);
     let encoder = Encoder::new(scene.camera.gamma);
     let iso = Exposure::of(&scene).iso;
-    let electrons_per_linear =
-        scene.camera.full_well_e * 100.0 / iso / sim::grey::linear(255.0, scene.camera.gamma);
+    let electrons_per_linear = scene.camera.full_well_e * 100.0
+        / iso
+        / sim::camera::grey::linear(255.0, scene.camera.gamma);
     bencher.counter(ItemsCount::new(PIXELS)).bench_local(|| {
         frame += 1;
         let mut random = stream(1, frame, Purpose::Noise);

@@ -8,9 +8,9 @@
 use std::time::Instant;
 
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings, Workspace};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings, Workspace};
 
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];

@@ -9,7 +9,7 @@ use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
-use sim::statistics::Moments;
+use studies::statistics::Moments;
 use vocc_tests::naive;
 use vocc_tests::offset::{values_about, variance};
 

@@ -7,11 +7,12 @@ use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::profile::{STAGES, Stage};
 use rx_pipeline::region::{MethodChoice, Settings};
 use sim::accuracy::Level;
-use sim::detectors::{DETECTORS, DetectorChoice, camera_of};
-use sim::evaluate::{self, Evaluator};
-use sim::precision::counts::rows;
-use sim::precision::detectors::{PLACES, scene_at};
+use sim::road::camera_of;
 use sim::scene::Scene;
+use studies::detectors::{DETECTORS, DetectorChoice};
+use studies::evaluate::{self, Evaluator};
+use studies::precision::counts::rows;
+use studies::precision::detectors::{PLACES, scene_at};
 use vocc_tests::firmware::say;
 
 use crate::board::{Board, instructions};
@@ -49,7 +50,7 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
         })
         .collect();
     let file =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/src/precision/data/cortex-m7.csv");
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/src/precision/data/cortex-m7.csv");
     if std::env::var_os(WRITE).is_some() {
         return write(&file, &counted);
     }

@@ -1,10 +1,9 @@
 //! What the board is shown: a panel that drives past a camera, and the regions around it.
 
 use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::Detector;
 use rx_pipeline::region::{MethodChoice, Region, Settings};
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::region_corners;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 
@@ -49,7 +48,7 @@ impl Film {
     pub fn of(scene: &Scene, count: u64) -> Self {
         let settings = LinkSettings {
             message: MESSAGE.to_vec(),
-            detector: DetectorChoice::KMeans,
+            method: Detector::KMeans.into(),
             seed: SEED,
             level: Level::Fast,
             code: None,
@@ -57,7 +56,7 @@ impl Film {
         };
         let mut road = Road::new(scene, &settings).expect("a link");
         let sensor = road.renderer().sensor();
-        let corners = region_corners(road.renderer(), sensor).expect("a panel in view");
+        let corners = road.renderer().corners_in(sensor).expect("a panel in view");
         let (mut frames, mut sent, mut delivered) = (vec![], vec![], vec![]);
         for number in 0..count {
             let report = road.frame(number).expect("the panel stays in view");

@@ -6,9 +6,9 @@ use std::str::FromStr;
 use glam::{DMat2, DVec2};
 use libm::erf;
 use sim::accuracy::REFERENCE;
-use sim::chords::{Chord, Chords};
-use sim::kernel::Exact;
-use sim::outline::Outline;
+use sim::disc::chords::{Chord, Chords};
+use sim::disc::kernel::Exact;
+use sim::disc::outline::Outline;
 
 /// The rows of a table of numbers beside the script that computed it.
 fn table<const COLUMNS: usize>(name: &str) -> Vec<[f64; COLUMNS]> {

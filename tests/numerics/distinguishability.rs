@@ -1,7 +1,7 @@
 //! B2W and Fisher's criterion where a class or its scatter is missing, and where the two features say the same.
 
-use sim::evaluate::Evaluation;
-use sim::statistics::{COLLINEAR, Distinguishability, Moments};
+use studies::evaluate::Evaluation;
+use studies::statistics::{COLLINEAR, Distinguishability, Moments};
 
 /// The definition as it stands in the paper.
 fn naive_b2w(on: &Moments, off: &Moments) -> f64 {

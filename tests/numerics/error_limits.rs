@@ -8,9 +8,9 @@ use std::path::Path;
 use link::l2a_table::{L2A_ERROR_MAX, LOG2_ERROR_MAX};
 use micromath::F32Ext;
 use rx_pipeline::approximate::{CENSORED_LOSS_ERROR, INVERSE_SQRT_ERROR, ROOT_ERROR};
-use sim::grey::CURVE_ERROR_GREY;
-use sim::kernel::CURVATURE;
-use sim::noise::LAW_ERROR;
+use sim::camera::grey::CURVE_ERROR_GREY;
+use sim::camera::noise::LAW_ERROR;
+use sim::disc::kernel::CURVATURE;
 use tx_firmware::ambient::FILTER_ERROR_OCTAVES;
 use tx_firmware::dimming::{DUTY_ERROR, LUMINANCE_ERROR_CD_M2};
 use tx_firmware::power::EXP2_ERROR;
@@ -77,7 +77,7 @@ fn table() -> Vec<Row> {
             "beyond 10: up to 14 % too little",
         ),
         row(
-            "sim::grey::Encoder",
+            "sim::camera::grey::Encoder",
             "γ 1 to 4, all light",
             Absolute,
             CURVE_ERROR_GREY,
@@ -85,7 +85,7 @@ fn table() -> Vec<Row> {
             NONE,
         ),
         row(
-            "sim::kernel::Exact, against 30 digits",
+            "sim::disc::kernel::Exact, against 30 digits",
             "σ 0.001 to 50 px, light down to 1e-30",
             Relative,
             1e-11,
@@ -93,7 +93,7 @@ fn table() -> Vec<Row> {
             NONE,
         ),
         row(
-            "sim::kernel::Tabulated, 256 phases",
+            "sim::disc::kernel::Tabulated, 256 phases",
             "σ 1.5 px",
             Absolute,
             CURVATURE / (8.0 * 256.0 * 256.0 * 1.5 * 1.5) + 3e-7,
@@ -101,7 +101,7 @@ fn table() -> Vec<Row> {
             "beyond its reach: 0 or 1",
         ),
         row(
-            "sim::gauss::nodes, of a Gaussian",
+            "sim::disc::gauss::nodes, of a Gaussian",
             "panels of 5 σ",
             Absolute,
             1e-14,
@@ -109,7 +109,7 @@ fn table() -> Vec<Row> {
             "9, 11, 14 σ: 8e-9, 7e-7, 8e-5",
         ),
         row(
-            "sim::chords::Chords::within(1e-4)",
+            "sim::disc::chords::Chords::within(1e-4)",
             "discs of 0.3 to 30 px, σ 0.5 to 3 px",
             Absolute,
             1e-4,
@@ -117,7 +117,7 @@ fn table() -> Vec<Row> {
             "none where too many chords were needed",
         ),
         row(
-            "sim::noise::PixelNoise",
+            "sim::camera::noise::PixelNoise",
             "light 1e-4 to 20, ISO 100 to 32 000",
             Absolute,
             LAW_ERROR,

@@ -3,10 +3,10 @@
 use link::panel::PanelFrame;
 use micromath::F32Ext;
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::exposure::Exposure;
-use sim::grey::{self, CURVE_ERROR_GREY, Encoder};
+use sim::camera::exposure::Exposure;
+use sim::camera::grey::{self, CURVE_ERROR_GREY, Encoder};
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
 use sim::scene::{L2a, Scene};
 
 const GAMMAS: [f64; 5] = [1.0, 1.8, 2.2, 2.4, 4.0];

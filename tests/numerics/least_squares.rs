@@ -5,12 +5,12 @@ use rx_pipeline::detect::Detector;
 use rx_pipeline::features::Features;
 use rx_pipeline::{cells::CellMap, frame::Frame};
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::{Evaluator, Settings, region_corners};
-use sim::grey;
+use sim::camera::grey;
 use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
 use vocc_tests::least_squares::{Operator, brighter_half};
 
 const FRAMES: u64 = 32;
@@ -44,7 +44,7 @@ fn least_squares_at_150_m_are_chance_without_a_ridge_and_better_than_otsu_with_o
     let scene = scene();
     let renderer = Renderer::new(&scene, Level::Fast).expect("a visible scene");
     let region = renderer.cells_region(0);
-    let corners = region_corners(&renderer, region).expect("a panel");
+    let corners = renderer.corners_in(region).expect("a panel");
     let (camera, panel) = (&scene.camera, &scene.panels[0]);
     let diameter_px = f64::from(corners.pitch_px()) / (1.0 + panel.interval);
     let variance_px2 = camera.blur_sigma_px.powi(2) + diameter_px.powi(2) / 16.0 + 1.0 / 12.0;

@@ -3,10 +3,10 @@
 use fixed::types::{I32F32, U12F20};
 use link::panel::{PanelFrame, SoftPanel};
 use rx_pipeline::symbols::SymbolClock;
-use sim::clock::Moment;
-use sim::exposure::Exposure;
+use sim::camera::clock::Moment;
+use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
-use sim::statistics::{FrameErrors, Moments};
+use studies::statistics::{FrameErrors, Moments};
 use tx_firmware::ambient::{Ambient, DARKEST_LX, Smoothing};
 use vocc_tests::naive;
 

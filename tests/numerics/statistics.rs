@@ -3,7 +3,7 @@
 use link::panel::PanelFrame;
 use proptest::prelude::*;
 use rx_pipeline::detect::{Fisher, FisherFeatures, FisherScaling, FisherTraining};
-use sim::statistics::Moments;
+use studies::statistics::Moments;
 use vocc_tests::naive;
 use vocc_tests::offset::{self, values_about};
 

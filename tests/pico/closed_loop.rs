@@ -6,8 +6,8 @@ use std::time::Duration;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
 use sim::accuracy::Level;
-use sim::canvas::Canvas;
-use sim::clock::{Moment, WINDOW};
+use sim::camera::clock::{Moment, WINDOW};
+use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
 

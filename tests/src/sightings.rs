@@ -9,8 +9,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use sim::sightings::{FRAMES, RIGHT, WINDOW_PIXELS};
-pub use sim::sightings::{Sighting, backdrop, photographs};
+use studies::sightings::{FRAMES, RIGHT, WINDOW_PIXELS};
+pub use studies::sightings::{Sighting, backdrop, photographs};
 
 /// What came of many searches.
 #[derive(Debug, Default)]

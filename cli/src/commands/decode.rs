@@ -11,7 +11,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use rx_pipeline::locate::{Locator, LocatorMemory};
 use serde::Serialize;
-use sim::detectors::DetectorChoice;
+use studies::detectors::DetectorChoice;
 
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};

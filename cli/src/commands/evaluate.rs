@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::ensure;
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::evaluate::Settings;
-use sim::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
+use studies::detectors::DetectorChoice;
+use studies::evaluate::Settings;
+use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress};

@@ -7,10 +7,12 @@ use link::fec::Code;
 use link::framing::Framer;
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
 use sim::plan::Plan;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::receiving_method;
+use studies::statistics::FrameErrors;
 
 use crate::options::{Message, Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
@@ -74,18 +76,27 @@ struct Report<'a> {
     plan: &'a Plan,
 }
 
+/// What happened to the frames so far.
+#[derive(Default)]
+struct FrameCounts {
+    errors: FrameErrors,
+    unread: u64,
+    straddled: u64,
+}
+
 /// The run without arguments: a short link on the paper's scene, its first frame saved.
 pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
+    let scene = shared.scene("paper")?;
     let settings = LinkSettings {
         message: MESSAGE.into(),
-        detector: DetectorChoice::Best,
+        method: receiving_method(&scene, DetectorChoice::Best, shared.seed, Level::Fine)?,
         seed: shared.seed,
         level: Level::Fine,
         code: None,
         true_corners: false,
     };
     send(
-        &shared.scene("paper")?,
+        &scene,
         &settings,
         None,
         &Save::First(Path::new(FRAME_FOLDER)),
@@ -96,22 +107,17 @@ pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
 /// Sends, films, receives and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
+    let scene = shared.scene(&arguments.scene)?;
     let settings = LinkSettings {
         message,
-        detector: arguments.detector,
+        method: receiving_method(&scene, arguments.detector, shared.seed, arguments.level)?,
         seed: shared.seed,
         level: arguments.level,
         code: None,
         true_corners: false,
     };
     let save = arguments.save.as_deref().map_or(Save::None, Save::All);
-    send(
-        &shared.scene(&arguments.scene)?,
-        &settings,
-        arguments.frames,
-        &save,
-        shared,
-    )
+    send(&scene, &settings, arguments.frames, &save, shared)
 }
 
 fn send(
@@ -132,9 +138,9 @@ fn send(
     }
     let going_on = until_interrupted()?;
     let mut progress = Progress::new(frames, "frames");
-    let (mut received, mut unread, mut saved, mut last_loss): (
+    let mut counts = FrameCounts::default();
+    let (mut received, mut saved, mut last_loss): (
         Option<Received>,
-        u64,
         Option<PathBuf>,
         Option<String>,
     ) = Default::default();
@@ -156,9 +162,11 @@ fn send(
             saved.get_or_insert(path);
         }
         if let Err(loss) = &report.read {
-            unread += 1;
+            counts.unread += 1;
             last_loss = Some(format!("frame {frame}: {loss}"));
         }
+        counts.errors.push(report.bit_errors);
+        counts.straddled += u64::from(report.straddled);
         received = received.or(report.delivered);
         progress.done(frame + 1);
         if !going_on() {
@@ -167,7 +175,7 @@ fn send(
     }
     drop(progress);
     let received = received.or_else(|| road.finish());
-    report(&road, settings, received.as_ref(), unread, shared)?;
+    report(&road, settings, received.as_ref(), &counts, shared)?;
     if let Some(why) = ended {
         eprintln!("the run ended early, {why}");
     }
@@ -202,10 +210,10 @@ fn report(
     road: &Road,
     settings: &LinkSettings,
     received: Option<&Received>,
-    unread_frames: u64,
+    counts: &FrameCounts,
     shared: &Shared,
 ) -> anyhow::Result<()> {
-    let errors = road.errors();
+    let errors = &counts.errors;
     let dimming = road
         .transmitter()
         .dimming()
@@ -224,8 +232,8 @@ fn report(
         first_frame: received.map(|received| received.first_frame),
         last_frame: received.map(|received| received.last_frame),
         corrected_bits: received.map(|received| received.corrected_bits),
-        unread_frames,
-        straddled_frames: road.straddled(),
+        unread_frames: counts.unread,
+        straddled_frames: counts.straddled,
         l2a: dimming.l2a.to_num(),
         luminance_cd_m2: dimming.luminance_cd_m2.to_num(),
         duty: dimming.duty.to_num(),

@@ -10,7 +10,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::profile::{Profile, STAGES, Stage};
 use rx_pipeline::receiver::{Outcome, ReceiverMemory, ReceiverSettings};
 use rx_pipeline::receivers::Receivers;
-use sim::detectors::DetectorChoice;
+use studies::detectors::DetectorChoice;
 
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};

@@ -6,8 +6,8 @@ use anyhow::Context;
 use rand::Rng;
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::canvas::{Canvas, Region};
 use sim::random::{Purpose, stream};
+use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 
 use link::panel::PanelFrame;

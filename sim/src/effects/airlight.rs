@@ -1,7 +1,7 @@
 //! Light scattered into the line of sight by the air before panels and background (see [`crate::air`]).
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

@@ -1,7 +1,7 @@
 //! Attenuation by the air between camera and panels, and in lit air before the background (see [`crate::air`]).
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

@@ -1,7 +1,7 @@
-//! The lens blur: a Gaussian, convolved exactly with disc and pixel (see [`crate::chords`]).
+//! The lens blur: a Gaussian, convolved exactly with disc and pixel (see [`crate::disc::chords`]).
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

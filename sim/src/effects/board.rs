@@ -2,7 +2,7 @@
 
 use super::Effect;
 use crate::air::Air;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::{PanelView, View};
 
 /// See the [module](self).

@@ -1,7 +1,7 @@
 //! Radial distortion of the lens: each LED is drawn where it goes, as its local affine image.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// The effect's name.

@@ -1,7 +1,7 @@
 //! Brightness that differs from LED to LED.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::scene::Panel;
 use crate::view::View;
 
@@ -60,11 +60,11 @@ struct Gains {
     panels: Vec<[f64; link::panel::LEDS]>,
 }
 
-impl crate::recipe::LedStage for Gains {
+impl crate::renderer::recipe::LedStage for Gains {
     fn apply(
         &self,
         panel: usize,
-        _moment: &crate::clock::Moment,
+        _moment: &crate::camera::clock::Moment,
         _delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {

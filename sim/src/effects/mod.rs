@@ -24,7 +24,7 @@ pub mod scanning;
 pub mod symbol_change;
 pub mod vignetting;
 
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::scene::Mode;
 use crate::view::View;
 

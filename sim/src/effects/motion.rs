@@ -1,7 +1,7 @@
 //! Motion during the exposure.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// The most moments of one exposure: beyond 64 px of way, steps grow.

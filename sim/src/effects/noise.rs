@@ -1,8 +1,8 @@
 //! Shot noise and read noise. A pixel at grey 255 holds `full_well_e`·100/ISO electrons.
 
 use super::Effect;
-use crate::grey;
-use crate::recipe::Recipe;
+use crate::camera::grey;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).
@@ -32,7 +32,7 @@ impl Effect for SensorNoise {
 
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
     fn bound_grey(&self, view: &View) -> f64 {
-        let noise = crate::noise::Noise::new(&view.scene, &view.exposure);
+        let noise = crate::camera::noise::Noise::new(&view.scene, &view.exposure);
         let gamma = view.scene.camera.gamma;
         let [darkest, brightest] =
             [view.floor, view.peak].map(|linear| grey::unrounded(linear, gamma));
@@ -48,6 +48,9 @@ impl Effect for SensorNoise {
     }
 
     fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.noise = Some(crate::noise::Noise::new(&view.scene, &view.exposure));
+        recipe.noise = Some(crate::camera::noise::Noise::new(
+            &view.scene,
+            &view.exposure,
+        ));
     }
 }

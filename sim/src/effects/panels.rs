@@ -1,7 +1,7 @@
 //! Several panels in one frame.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

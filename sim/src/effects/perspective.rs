@@ -4,8 +4,8 @@ use glam::DVec2;
 use link::panel::SIDE;
 
 use super::Effect;
-use crate::projection::Ellipse;
-use crate::recipe::Recipe;
+use crate::camera::projection::Ellipse;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

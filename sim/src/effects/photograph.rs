@@ -1,7 +1,7 @@
 //! A photograph as background.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::{Photograph as Picture, View};
 
 /// See the [module](self).

@@ -3,10 +3,10 @@
 //! The duty is the wanted luminance over the panel's top luminance, where that is unlimited, what the highest ratio asks for.
 
 use super::Effect;
-use crate::clock::Moment;
-use crate::exposure::Exposure;
+use crate::camera::clock::Moment;
+use crate::camera::exposure::Exposure;
 use crate::l2a;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::scene::Scene;
 use crate::view::{PanelView, View};
 
@@ -104,11 +104,11 @@ struct Drive {
     panels: Vec<Option<Pulses>>,
 }
 
-impl crate::recipe::LedStage for Drive {
+impl crate::renderer::recipe::LedStage for Drive {
     fn apply(
         &self,
         panel: usize,
-        moment: &crate::clock::Moment,
+        moment: &crate::camera::clock::Moment,
         delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {

@@ -1,7 +1,7 @@
 //! A rolling shutter: rows are exposed one after another, so that an LED is seen later the lower it is, in symbol and in place.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).

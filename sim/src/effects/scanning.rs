@@ -1,8 +1,8 @@
 //! A row-scanned panel, which never shows all rows at once. `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
 
 use super::Effect;
-use crate::exposure::Exposure;
-use crate::recipe::Recipe;
+use crate::camera::exposure::Exposure;
+use crate::renderer::recipe::Recipe;
 use crate::view::{PanelView, View};
 
 /// See the [module](self).
@@ -52,11 +52,11 @@ struct Scan {
     panels: Vec<(u32, f64)>,
 }
 
-impl crate::recipe::LedStage for Scan {
+impl crate::renderer::recipe::LedStage for Scan {
     fn apply(
         &self,
         panel: usize,
-        moment: &crate::clock::Moment,
+        moment: &crate::camera::clock::Moment,
         delay_s: &[f64; link::panel::LEDS],
         own_light: &mut [f64; link::panel::LEDS],
     ) {

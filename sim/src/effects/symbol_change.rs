@@ -1,7 +1,7 @@
 //! A change of symbol inside the exposure, where the clocks are not synchronised.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).
@@ -52,6 +52,6 @@ fn straddles(view: &View) -> bool {
     if (ratio - ratio.round()).abs() > 1e-12 {
         return true;
     }
-    let moment = crate::clock::Moment::of(scene, &view.exposure, 0);
+    let moment = crate::camera::clock::Moment::of(scene, &view.exposure, 0);
     moment.since_change_s + moment.exposure_s + scene.camera.readout_s > moment.symbol_s
 }

@@ -1,7 +1,7 @@
 //! Darkening towards the corners.
 
 use super::Effect;
-use crate::recipe::Recipe;
+use crate::renderer::recipe::Recipe;
 use crate::view::View;
 
 /// See the [module](self).
@@ -66,7 +66,7 @@ impl Cos4 {
     }
 }
 
-impl crate::recipe::RowStage for Cos4 {
+impl crate::renderer::recipe::RowStage for Cos4 {
     fn apply(&self, x: usize, y: usize, row: &mut [f32]) {
         for (i, value) in row.iter_mut().enumerate() {
             *value *= self.gain(x + i, y) as f32;

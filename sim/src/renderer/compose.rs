@@ -5,16 +5,16 @@ use link::panel::LEDS;
 
 use super::{Renderer, Shown};
 use crate::accuracy::Accuracy;
-use crate::canvas::{Canvas, Region};
-use crate::chords::Chords;
-use crate::clock::Moment;
+use crate::camera::clock::Moment;
+use crate::disc::chords::Chords;
+use crate::disc::kernel::{Kernel, Real};
+use crate::disc::outline::Outline;
 use crate::effects;
-use crate::kernel::{Kernel, Real};
-use crate::layout::{self, Images, Layout, image_of};
-use crate::outline::Outline;
-use crate::recipe::Recipe;
+use crate::renderer::canvas::{Canvas, Region};
+use crate::renderer::layout::{self, Images, Layout, image_of};
+use crate::renderer::recipe::Recipe;
+use crate::renderer::stamp::Chorded;
 use crate::scene::Camera;
-use crate::stamp::Chorded;
 use crate::view::{BOARD_CORNERS, PanelView, Photograph};
 
 impl Renderer {

@@ -156,7 +156,7 @@ fn apply(table: &mut Table, text: &str) -> Result<(), SceneError> {
 }
 
 /// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
-pub(crate) fn parse_value(text: &str) -> Value {
+pub fn parse_value(text: &str) -> Value {
     let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
         .ok()
         .and_then(|mut t| t.remove("value"));

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use load::SceneError;
-pub(crate) use load::parse_value;
+pub use load::parse_value;
 pub use presets::{PRESETS, Preset, preset_toml};
 pub use validate::RangeError;
 

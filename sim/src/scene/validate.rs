@@ -153,7 +153,7 @@ impl Scene {
         within("link.symbol_rate_hz", link.symbol_rate_hz, 0.1, 10_000.0)?;
         // One exposure may see the symbol at its start and two more.
         let longest_s = self.camera.exposure_max_s + self.camera.readout_s;
-        let fastest = (crate::clock::WINDOW - 1) as f64 / longest_s;
+        let fastest = (crate::camera::clock::WINDOW - 1) as f64 / longest_s;
         within(
             "link.symbol_rate_hz (times exposure_max_s + readout_s)",
             link.symbol_rate_hz,

@@ -12,10 +12,10 @@ use glam::DVec2;
 use image::GrayImage;
 
 use crate::air::Air;
+use crate::camera::exposure::{self, Exposure};
+use crate::camera::grey;
+use crate::camera::projection::Ellipse;
 use crate::effects;
-use crate::exposure::{self, Exposure};
-use crate::grey;
-use crate::projection::Ellipse;
 use crate::scene::Scene;
 
 /// A scene worked out: exposure, panels, and the range of linear values that its pixels can take.

@@ -4,12 +4,12 @@ use glam::DVec2;
 use link::panel::{LEDS, SIDE};
 
 use super::ViewError;
+use crate::camera::exposure::{Exposure, LedLight};
+use crate::camera::projection::{Ellipse, Projection};
 use crate::effects;
-use crate::exposure::{Exposure, LedLight};
 use crate::l2a;
-use crate::layout;
-use crate::projection::{Ellipse, Projection};
-use crate::recipe::Recipe;
+use crate::renderer::layout;
+use crate::renderer::recipe::Recipe;
 use crate::scene::{Mode, Panel, Pose, Scene};
 
 /// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.

@@ -6,7 +6,7 @@ use image::GrayImage;
 use image::imageops::{FilterType, resize};
 
 use super::ViewError;
-use crate::grey;
+use crate::camera::grey;
 use crate::scene::Scene;
 
 /// A photograph scaled to the sensor, its mean linear value 1. Copies share it.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
-use sim::precision::{Part, Scale};
+use studies::precision::{Part, Scale};
 
 use crate::pictures::write_aside;
 

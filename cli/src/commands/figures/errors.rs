@@ -1,12 +1,12 @@
 //! Figure 22: bit error rates over the distance, with the best L2A and with a random one.
 
 use plotters::prelude::*;
-use sim::reproduction::axes::PAPERS_DETECTOR;
-use sim::reproduction::errors::Dimming;
-use sim::reproduction::estimate::Estimate;
-use sim::reproduction::findings::Findings;
-use sim::reproduction::study::Study;
-use sim::statistics::FrameErrors;
+use studies::reproduction::axes::PAPERS_DETECTOR;
+use studies::reproduction::errors::Dimming;
+use studies::reproduction::estimate::Estimate;
+use studies::reproduction::findings::Findings;
+use studies::reproduction::study::Study;
+use studies::statistics::FrameErrors;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, draw};
 use super::figure::{Figure, csv};

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
-use sim::reproduction::findings::Findings;
 use sim::scene::Scene;
+use studies::reproduction::findings::Findings;
 
 use crate::pictures::write_aside;
 

@@ -17,12 +17,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use sim::reproduction::axes::Extent;
-use sim::reproduction::claims::{self, Claim};
-use sim::reproduction::findings::Findings;
-use sim::reproduction::reading::{READINGS, Reading};
-use sim::reproduction::study::Study;
 use sim::scene::Scene;
+use studies::reproduction::axes::Extent;
+use studies::reproduction::claims::{self, Claim};
+use studies::reproduction::findings::Findings;
+use studies::reproduction::reading::{READINGS, Reading};
+use studies::reproduction::study::Study;
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};

@@ -1,11 +1,11 @@
 //! Figure 21: the best L2A over interval and distance, and its range over the distances.
 
 use plotters::prelude::*;
-use sim::optimum::RANGE;
-use sim::reproduction::estimate::Estimate;
-use sim::reproduction::findings::Findings;
-use sim::reproduction::optima::BestRatio;
-use sim::reproduction::study::Study;
+use studies::optimum::RANGE;
+use studies::reproduction::estimate::Estimate;
+use studies::reproduction::findings::Findings;
+use studies::reproduction::optima::BestRatio;
+use studies::reproduction::study::Study;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, TEXT_PX, draw, plane};
 use super::figure::{Figure, csv};

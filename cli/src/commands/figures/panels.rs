@@ -2,11 +2,11 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use sim::reproduction::frames::{
+use studies::reproduction::frames::{
     DAYLIGHT, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture,
 };
-use sim::reproduction::setting::Setting;
-use sim::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::setting::Setting;
+use studies::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
 
 use super::chart::TEXT_PX;
 use super::figure::{Figure, csv};

@@ -1,9 +1,9 @@
 //! The report: each claim against its number, under the scene and under other readings of the paper.
 
-use sim::reproduction::axes::PAPERS_DETECTOR;
-use sim::reproduction::claims::Claim;
-use sim::reproduction::reading::READINGS;
-use sim::reproduction::study::{ERRORS_ENOUGH, Study};
+use studies::reproduction::axes::PAPERS_DETECTOR;
+use studies::reproduction::claims::Claim;
+use studies::reproduction::reading::READINGS;
+use studies::reproduction::study::{ERRORS_ENOUGH, Study};
 
 use super::document::{Block, Document};
 use super::figure::Figure;
@@ -56,7 +56,7 @@ fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Judged]
         format!("**{}**: {} (`{settings}`)", reading.name, reading.summary)
     });
     document.push(Block::List(described.collect()));
-    document.text("Readings that no scene key gives were tried for the trend of figure 21 with the distance: discs by pixel centres, cut blurs, gamma or clipping before the blur, other cells and gradients, features frame by frame. `cargo run --release -p vocc-sim --example distance_trend` prints what comes of each; docs/reproduction.md sums it up.");
+    document.text("Readings that no scene key gives were tried for the trend of figure 21 with the distance: discs by pixel centres, cut blurs, gamma or clipping before the blur, other cells and gradients, features frame by frame. `cargo run --release -p vocc-studies --example distance_trend` prints what comes of each; docs/reproduction.md sums it up.");
 }
 
 /// How the frames are spread.

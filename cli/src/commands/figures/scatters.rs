@@ -1,9 +1,9 @@
 //! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
 
 use plotters::prelude::*;
-use sim::reproduction::frames::{Feature, scatter};
-use sim::reproduction::setting::Setting;
-use sim::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::frames::{Feature, scatter};
+use studies::reproduction::setting::Setting;
+use studies::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
 
 use super::chart::{Axis, OFF, ON, legend, plane};
 use super::figure::{Figure, csv};

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::*;
-use sim::reproduction::axes::Axes;
+use studies::reproduction::axes::Axes;
 
 fn small() -> Study {
     let scene = Scene::load("paper", &[]).expect("a preset");

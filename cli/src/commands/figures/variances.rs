@@ -1,11 +1,11 @@
 //! Figures 14, 17 and 20: Bvar, Wvar and B2W over L2A, interval and distance.
 
 use plotters::prelude::*;
-use sim::reproduction::estimate::Estimate;
-use sim::reproduction::findings::Findings;
-use sim::reproduction::point::{Point, Sums};
-use sim::reproduction::setting::Setting;
-use sim::reproduction::study::Study;
+use studies::reproduction::estimate::Estimate;
+use studies::reproduction::findings::Findings;
+use studies::reproduction::point::{Point, Sums};
+use studies::reproduction::setting::Setting;
+use studies::reproduction::study::Study;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, OFF, ON, Place, draw};
 use super::figure::{Figure, csv};

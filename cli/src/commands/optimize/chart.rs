@@ -3,7 +3,7 @@
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use sim::table::{Survey, TableFile};
+use studies::table::{Survey, TableFile};
 
 use crate::plot::{FONT, Surface, svg as draw_svg};
 
@@ -85,12 +85,12 @@ fn settings<'a>(file: &TableFile, survey: &Survey) -> Panel<'a> {
 
 /// The two rules over the interval.
 fn over_interval<'a>(file: &TableFile, _: &Survey) -> Panel<'a> {
-    let mean = |entry: &sim::table::Entry| Dot {
+    let mean = |entry: &studies::table::Entry| Dot {
         x: entry.interval,
         l2a: entry.mean_l2a,
         l2a_95: entry.range_l2a,
     };
-    let least = |entry: &sim::table::Entry| Dot {
+    let least = |entry: &studies::table::Entry| Dot {
         x: entry.interval,
         l2a: entry.least_ber_l2a,
         l2a_95: entry.least_ber_l2a_95,

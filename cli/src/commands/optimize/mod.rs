@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use sim::accuracy::Level;
-use sim::detectors::DetectorChoice;
-use sim::optimum::{Criterion, RANGE, Search};
 use sim::scene::Scene;
-use sim::table::{Rule, Survey, TableFile};
+use studies::detectors::DetectorChoice;
+use studies::optimum::{Criterion, RANGE, Search};
+use studies::table::{Rule, Survey, TableFile};
 
 use crate::commands::evaluate::single_precision;
 use crate::options::{Shared, until_interrupted};

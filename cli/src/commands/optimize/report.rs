@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sim::optimum::{FIRST_ROUND, GRID};
-use sim::table::{Cell, Entry, News, Rule, Survey, TableFile};
+use studies::optimum::{FIRST_ROUND, GRID};
+use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
 use crate::output::{Progress, is_read, json, line, two_decimals};
 

@@ -1,8 +1,8 @@
 //! The plot beside a sweep: bit error rates over the key that has the most numbers.
 
 use plotters::prelude::*;
-use sim::reproduction::estimate::Estimate;
-use sim::sweep::{Results, Summary, Sweep};
+use studies::reproduction::estimate::Estimate;
+use studies::sweep::{Results, Summary, Sweep};
 
 use crate::commands::figures::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, draw};
 use crate::plot::svg as draw_svg;
@@ -57,7 +57,7 @@ pub fn svg(results: &Results) -> anyhow::Result<Option<String>> {
 
 /// The axis with the most values that are all numbers, and these.
 fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
-    let numbers = |axis: &sim::sweep::Axis| {
+    let numbers = |axis: &studies::sweep::Axis| {
         let values = axis.values.iter().map(|value| value.parse().ok());
         values.collect::<Option<Vec<f64>>>()
     };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
-use sim::sweep::{Division, PlanFile, Shard, Sweep};
+use studies::sweep::{Division, PlanFile, Shard, Sweep};
 
 use crate::pictures::write_aside;
 

@@ -10,7 +10,7 @@ mod time_limit;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use sim::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
+use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;

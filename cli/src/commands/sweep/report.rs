@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Map, Value};
-use sim::sweep::{News, Results, Summary, Sweep};
+use studies::sweep::{News, Results, Summary, Sweep};
 
 use super::chart;
 use crate::output::{Progress, is_read, json, line, two_decimals};
@@ -109,7 +109,7 @@ impl Report {
 
 /// How wide the column of a key is: its last word, or its longest value.
 fn widths(sweep: &Sweep) -> Vec<usize> {
-    let width = |axis: &sim::sweep::Axis| {
+    let width = |axis: &studies::sweep::Axis| {
         let values = axis.values.iter().map(|value| value.chars().count());
         values.chain([short(&axis.key).len()]).max().unwrap_or(0)
     };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, ensure};
-use sim::sweep::{MOST_SHARDS, PlanFile};
+use studies::sweep::{MOST_SHARDS, PlanFile};
 
 use super::folder;
 use super::time_limit::TimeLimit;

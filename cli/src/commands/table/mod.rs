@@ -8,7 +8,7 @@ use clap::Subcommand;
 use link::l2a_table::L2aTable;
 use serde::Serialize;
 use sim::l2a::read_table;
-use sim::table::TableFile;
+use studies::table::TableFile;
 
 use self::transfer::Transfer;
 use crate::options::Shared;
@@ -129,9 +129,9 @@ fn source(file: &TableFile) -> String {
     };
     [
         "//! The table that the firmware ships with, made from a table file by `vocc table show FILE --rust`.\n".into(),
-        of("ILLUMINANCES_LX", "Ambient illuminances of its rows, lx.", &file.illuminance_lx),
-        of("INTERVALS", "LED intervals of its columns.", &file.interval),
-        of("L2A", "Its ratios, row by row.", &file.l2a.concat()),
+        of("ILLUMINANCES_LX", "Ambient illuminances of its rows, lx.", &file.ratios.illuminance_lx),
+        of("INTERVALS", "LED intervals of its columns.", &file.ratios.interval),
+        of("L2A", "Its ratios, row by row.", &file.ratios.l2a.concat()),
     ]
     .join("\n")
 }

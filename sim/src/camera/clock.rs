@@ -1,0 +1,111 @@
+//! When frames are exposed and symbols change: two clocks that nobody synchronises.
+
+use crate::camera::exposure::Exposure;
+use crate::scene::Scene;
+
+/// The symbols that one exposure may see.
+pub const WINDOW: usize = 4;
+
+/// When a frame's exposure begins, in the transmitter's symbols.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Start of the exposure, in seconds.
+    pub start_s: f64,
+    /// Length of the exposure, in seconds.
+    pub exposure_s: f64,
+    /// The symbol shown at the start.
+    pub symbol: u64,
+    /// How long it has been shown by then, in seconds.
+    pub since_change_s: f64,
+    /// How long a symbol is shown, in seconds.
+    pub symbol_s: f64,
+    /// Seconds of the transmitter's clock in one of the camera's.
+    pub transmitter_rate: f64,
+}
+
+impl Moment {
+    /// The moment of frame `frame` of the scene.
+    ///
+    /// ```
+    /// use sim::{camera::clock::Moment, camera::exposure::Exposure, scene::Scene};
+    /// let scene = Scene::load("paper", &[])?;
+    /// let moment = Moment::of(&scene, &Exposure::of(&scene), 7);
+    /// assert_eq!((moment.symbol, moment.middle_symbol(0.0)), (7, 0));
+    /// # Ok::<(), sim::scene::SceneError>(())
+    /// ```
+    pub fn of(scene: &Scene, exposure: &Exposure, frame: u64) -> Self {
+        let transmitter_rate = 1.0 + scene.link.clock_ppm * 1e-6;
+        let symbol_s = 1.0 / (scene.link.symbol_rate_hz * transmitter_rate);
+        let start_s = frame as f64 / scene.camera.frame_rate_hz;
+        // A start within a nanosecond of a change belongs after it, whatever the rounding.
+        let symbols = start_s / symbol_s + scene.link.phase;
+        let symbol = (symbols + 1e-9 / symbol_s).floor();
+        Self {
+            frame,
+            start_s,
+            exposure_s: exposure.time_s,
+            symbol: symbol as u64,
+            since_change_s: (symbols - symbol).max(0.0) * symbol_s,
+            symbol_s,
+            transmitter_rate,
+        }
+    }
+
+    /// Which symbol of the window that begins with [`Moment::symbol`] is shown in the middle of an exposure begun `delay_s`
+    /// late.
+    pub fn middle_symbol(&self, delay_s: f64) -> usize {
+        let middle = (self.since_change_s + delay_s + self.exposure_s / 2.0) / self.symbol_s;
+        (middle as usize).min(WINDOW - 1)
+    }
+
+    /// The part of an exposure begun `delay_s` late that each symbol of the window has. The parts add up to 1.
+    pub fn shares(&self, delay_s: f64) -> [f64; WINDOW] {
+        let from = self.since_change_s + delay_s;
+        let to = from + self.exposure_s;
+        std::array::from_fn(|i| {
+            let begin = i as f64 * self.symbol_s;
+            let end = if i + 1 == WINDOW {
+                f64::INFINITY
+            } else {
+                begin + self.symbol_s
+            };
+            ((to.min(end) - from.max(begin)) / self.exposure_s).max(0.0)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moment(overrides: &[&str], frame: u64) -> Moment {
+        let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
+        let scene = Scene::load("paper", &overrides).unwrap();
+        Moment::of(&scene, &Exposure::of(&scene), frame)
+    }
+
+    #[test]
+    fn equal_clocks_keep_their_phase() {
+        for frame in [0, 1, 99, 12_345] {
+            let moment = moment(&[], frame);
+            assert_eq!(moment.symbol, frame);
+            assert!((moment.since_change_s - 0.005).abs() < 1e-9);
+            assert_eq!(moment.shares(0.0), [1.0, 0.0, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn a_straddling_exposure_is_shared() {
+        // The first exposure begins 0.4 ms before a change and lasts 1 ms.
+        let moment = moment(&["link.phase=0.96", "ambient.illuminance_lx=1000"], 0);
+        let shares = moment.shares(0.0);
+        assert!(
+            (shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9,
+            "{shares:?}"
+        );
+        assert_eq!(moment.middle_symbol(0.0), 1);
+        assert!((moment.shares(0.03).iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,138 @@
+//! The camera's exposure and the linear values it gives, by ISO 2720 and ISO 12232.
+//!
+//! Linear values are in units of the luminous exposure that is encoded as grey 118: x = H·S/10, so that
+//! grey = 118·x^(1/γ) (Do & Yoo 2020, Eq. 11). With the meter's wish fulfilled, the background is at 1.
+
+use std::f64::consts::PI;
+
+use crate::air::Air;
+use crate::scene::{Panel, Scene};
+
+/// What the automatic exposure set: the longest exposure and the ISO that puts the background at grey 118, times the
+/// bias; the exposure shortens only when the ISO stands at its minimum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// Exposure time in seconds.
+    pub time_s: f64,
+    /// ISO speed, not rounded to stops.
+    pub iso: f64,
+    /// Linear value of 1 cd/m².
+    per_cd_m2: f64,
+    /// Linear value of the plain background as it arrives through the air.
+    pub background: f64,
+}
+
+/// Linear values of an Off and an On LED at the camera, without air or blur between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LedLight {
+    /// Ambient light reflected by the LED.
+    pub off: f64,
+    /// The same and the LED's own.
+    pub on: f64,
+}
+
+impl Exposure {
+    /// The exposure of the scene's camera in the scene's light.
+    ///
+    /// ```
+    /// use sim::{camera::exposure::Exposure, scene::Scene};
+    /// let night = Scene::load("paper", &["ambient.illuminance_lx=50".into()])?;
+    /// let exposure = Exposure::of(&night);
+    /// assert!((exposure.background - 1.0).abs() < 1e-9);
+    /// assert!((exposure.iso - 31_809.0).abs() < 1.0);
+    /// # Ok::<(), sim::scene::SceneError>(())
+    /// ```
+    pub fn of(scene: &Scene) -> Self {
+        let camera = &scene.camera;
+        let luminance = Air::before_background(scene).through(background_cd_m2(scene));
+        // H·S/10 of 1 cd/m², by H = 10·L·t/(K·N²), for t = 1 s and S = 1.
+        let per_second_iso = 1.0 / (camera.meter_constant * camera.f_number.powi(2));
+        let wanted = 2f64.powf(camera.exposure_bias_ev) / (luminance * per_second_iso);
+        let iso = (wanted / camera.exposure_max_s).clamp(camera.iso_min, camera.iso_max);
+        let time_s = (wanted / iso).min(camera.exposure_max_s);
+        let per_cd_m2 = time_s * iso * per_second_iso;
+        Self {
+            time_s,
+            iso,
+            per_cd_m2,
+            background: luminance * per_cd_m2,
+        }
+    }
+
+    /// The same air with its veil, given in cd/m², as a linear value.
+    pub fn linear_air(&self, air: Air) -> Air {
+        Air {
+            veil: self.linear(air.veil),
+            ..air
+        }
+    }
+
+    /// Linear value of a surface of `luminance_cd_m2`.
+    pub fn linear(&self, luminance_cd_m2: f64) -> f64 {
+        luminance_cd_m2 * self.per_cd_m2
+    }
+
+    /// The LEDs of `panel` with the surface `reflectance`, driven to the ratio `l2a` as far as the panel's luminance
+    /// limits let it. LEDs that reflect nothing have no such ratio, and are dark.
+    pub fn led_light(&self, scene: &Scene, panel: &Panel, reflectance: f64, l2a: f64) -> LedLight {
+        let reflected = scene.ambient.illuminance_lx * reflectance;
+        let wanted = l2a * reflected;
+        let floor = panel.luminance_min_cd_m2.unwrap_or(0.0);
+        let top = panel.luminance_max_cd_m2.unwrap_or(f64::INFINITY);
+        let l2a = match reflected {
+            0.0 => 0.0,
+            reflected => wanted.min(top).max(floor) / reflected,
+        };
+        let off = self.linear(reflected / PI);
+        LedLight {
+            off,
+            on: off * scene.link.contrast.on_over_off(l2a),
+        }
+    }
+}
+
+/// Luminance of the plain background, without the air before it.
+pub fn background_cd_m2(scene: &Scene) -> f64 {
+    scene.ambient.illuminance_lx * scene.ambient.background_reflectance / PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exposure(overrides: &[&str]) -> Exposure {
+        let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
+        Exposure::of(&Scene::load("paper", &overrides).unwrap())
+    }
+
+    #[test]
+    fn iso_gives_way_before_time_does() {
+        let noon = exposure(&["ambient.illuminance_lx=100000"]);
+        assert_eq!(noon.iso, 100.0);
+        assert!(
+            (1.0 / noon.time_s - 6_287.3).abs() < 1.0,
+            "{}",
+            1.0 / noon.time_s
+        );
+        assert!((noon.background - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_background_darkens_where_the_iso_ends() {
+        let night = exposure(&["ambient.illuminance_lx=50", "camera.iso_max=3200"]);
+        let grey = 118.0 * night.background.powf(1.0 / 2.2);
+        assert!((grey - 41.6).abs() < 0.2, "{grey}");
+    }
+
+    #[test]
+    fn bias_shifts_the_background_by_stops() {
+        assert!((exposure(&["camera.exposure_bias_ev=-1"]).background - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn luminance_limits_clip_the_ratio() {
+        let scene = Scene::load("paper", &["panel.luminance_max_cd_m2=8000".into()]).unwrap();
+        let light = Exposure::of(&scene).led_light(&scene, &scene.panels[0], 0.4, 4.0);
+        assert!((light.on / light.off - (1.0 + PI * 2.0)).abs() < 1e-12);
+    }
+}

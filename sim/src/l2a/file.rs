@@ -1,0 +1,360 @@
+//! The file of a table of ratios: readable, versioned.
+//!
+//! ```toml
+//! format = 1
+//! illuminance_lx = [50.0, 5000.0]   # ascending, 1 to 16
+//! interval = [1.0, 2.0]             # ascending, 1 to 8
+//! l2a = [                           # a row for each illuminance, a column for each interval, 0.2 to 4
+//!   [2.0, 3.0],
+//!   [1.8, 2.9],
+//! ]
+//! ```
+//!
+//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`), which is no
+//! concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be used.
+
+use std::path::Path;
+
+use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+/// The version of the format.
+pub const FORMAT: u32 = 1;
+
+/// Why a file holds no table that can be used.
+#[derive(Debug, thiserror::Error)]
+#[error("table {path:?}: {fault}")]
+pub struct FileError {
+    /// The file.
+    pub path: String,
+    /// What is wrong with it.
+    pub fault: Fault,
+}
+
+/// What can be wrong with a table's file.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// It cannot be read.
+    #[error("cannot read it: {0}")]
+    Read(#[from] std::io::Error),
+    /// It is not TOML, or a key is missing, unknown or of the wrong type.
+    #[error(transparent)]
+    Parse(#[from] Box<toml::de::Error>),
+    /// It is of another version.
+    #[error(
+        "format = {found}: this program reads format {FORMAT}; make it anew with `vocc optimize`, or use the program that wrote it"
+    )]
+    Format {
+        /// The version.
+        found: u32,
+    },
+    /// There is not a row for each illuminance.
+    #[error("l2a has {found} rows, and there are {wanted} illuminances: give one row for each")]
+    Rows {
+        /// Rows there are.
+        found: usize,
+        /// Rows there should be.
+        wanted: usize,
+    },
+    /// A row is longer or shorter than its axis.
+    #[error(
+        "row {row} of l2a, for {illuminance_lx} lx, has {found} ratios, and there are {wanted} intervals: give one for each"
+    )]
+    Ragged {
+        /// Which row, from 0.
+        row: usize,
+        /// Its illuminance.
+        illuminance_lx: f64,
+        /// Its length.
+        found: usize,
+        /// The length it should have.
+        wanted: usize,
+    },
+    /// A ratio has not been found yet.
+    #[error(
+        "the ratio for {illuminance_lx} lx and interval {interval} is missing (nan): finish the table with `vocc optimize --resume`, or fill it in"
+    )]
+    Missing {
+        /// The illuminance of its row.
+        illuminance_lx: f64,
+        /// The interval of its column.
+        interval: f64,
+    },
+    /// A ratio is out of range.
+    #[error(
+        "the ratio for {illuminance_lx} lx and interval {interval} is {ratio}: it must be {L2A_MIN} to {L2A_MAX}"
+    )]
+    Ratio {
+        /// The illuminance of its row.
+        illuminance_lx: f64,
+        /// The interval of its column.
+        interval: f64,
+        /// The ratio.
+        ratio: f64,
+    },
+    /// An axis is not allowed.
+    #[error(transparent)]
+    Axes(#[from] TableError),
+}
+
+/// The ratios of a table, as they are in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatioFile {
+    /// The version of the format.
+    pub format: u32,
+    /// Ambient illuminances of the rows, lx, ascending.
+    pub illuminance_lx: Vec<f64>,
+    /// Intervals of the columns, ascending.
+    pub interval: Vec<f64>,
+    /// The ratios.
+    pub l2a: Vec<Vec<f64>>,
+}
+
+/// All keys that a file may have.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    #[serde(default = "this_format")]
+    format: u32,
+    illuminance_lx: Vec<f64>,
+    interval: Vec<f64>,
+    l2a: Vec<Vec<f64>>,
+    #[serde(rename = "search")]
+    _search: Option<IgnoredAny>,
+    #[serde(rename = "scene")]
+    _scene: Option<IgnoredAny>,
+    #[serde(rename = "entries")]
+    _entries: Option<IgnoredAny>,
+    #[serde(rename = "cells")]
+    _cells: Option<IgnoredAny>,
+}
+
+fn this_format() -> u32 {
+    FORMAT
+}
+
+impl RatioFile {
+    /// Ratios that are not found yet.
+    pub fn empty(illuminance_lx: Vec<f64>, interval: Vec<f64>) -> Self {
+        Self {
+            format: FORMAT,
+            l2a: vec![vec![f64::NAN; interval.len()]; illuminance_lx.len()],
+            illuminance_lx,
+            interval,
+        }
+    }
+
+    /// The ratios of a file.
+    ///
+    /// # Errors
+    /// Says what is wrong, where, and what to do: see [`Fault`].
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        read_with(path, Self::from_toml)
+    }
+
+    /// The same of a text.
+    ///
+    /// # Errors
+    /// When it is no TOML with the keys of a table, or of another version.
+    pub fn from_toml(text: &str) -> Result<Self, Fault> {
+        // Of a later version, only the version is known.
+        #[derive(Deserialize)]
+        struct Versioned {
+            #[serde(default = "this_format")]
+            format: u32,
+        }
+        let Versioned { format } = toml::from_str(text).map_err(Box::new)?;
+        if format != FORMAT {
+            return Err(Fault::Format { found: format });
+        }
+        let keys: Keys = toml::from_str(text).map_err(Box::new)?;
+        Ok(Self {
+            format: keys.format,
+            illuminance_lx: keys.illuminance_lx,
+            interval: keys.interval,
+            l2a: keys.l2a,
+        })
+    }
+
+    /// What a transmitter carries of it.
+    ///
+    /// # Errors
+    /// When its shape is wrong, an axis does not ascend, or a number is missing or out of range: says where.
+    pub fn table(&self) -> Result<L2aTable, Fault> {
+        if self.l2a.len() != self.illuminance_lx.len() {
+            return Err(Fault::Rows {
+                found: self.l2a.len(),
+                wanted: self.illuminance_lx.len(),
+            });
+        }
+        for (row, (ratios, &illuminance_lx)) in
+            self.l2a.iter().zip(&self.illuminance_lx).enumerate()
+        {
+            if ratios.len() != self.interval.len() {
+                return Err(Fault::Ragged {
+                    row,
+                    illuminance_lx,
+                    found: ratios.len(),
+                    wanted: self.interval.len(),
+                });
+            }
+            for (&ratio, &interval) in ratios.iter().zip(&self.interval) {
+                check_ratio(illuminance_lx, interval, ratio)?;
+            }
+        }
+        let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect::<Vec<_>>();
+        Ok(L2aTable::new(
+            &single(&self.illuminance_lx),
+            &single(&self.interval),
+            &single(&self.l2a.concat()),
+        )?)
+    }
+
+    /// The text of a file with nothing but the ratios, the same for the same content.
+    pub fn to_toml(&self) -> String {
+        let mut text = format!(
+            "# The best LED-to-ambient ratio, L2A = L/(E·R): a row for each illuminance, a column for each LED interval.\n\
+             format = {}\nilluminance_lx = {:?}\ninterval = {:?}\nl2a = [\n",
+            self.format, self.illuminance_lx, self.interval
+        );
+        for (row, illuminance) in self.l2a.iter().zip(&self.illuminance_lx) {
+            let ratios: Vec<String> = row.iter().map(|&ratio| number(ratio)).collect();
+            text += &format!("  [{}],  # {illuminance} lx\n", ratios.join(", "));
+        }
+        text + "]\n"
+    }
+}
+
+/// What is made of a file's text, or what is wrong with the file.
+///
+/// # Errors
+/// When the file cannot be read, or the text not be used.
+pub fn read_with<T>(
+    path: &Path,
+    of_text: impl Fn(&str) -> Result<T, Fault>,
+) -> Result<T, FileError> {
+    std::fs::read_to_string(path)
+        .map_err(Fault::Read)
+        .and_then(|text| of_text(&text))
+        .map_err(|fault| FileError {
+            path: path.display().to_string(),
+            fault,
+        })
+}
+
+fn check_ratio(illuminance_lx: f64, interval: f64, ratio: f64) -> Result<(), Fault> {
+    if ratio.is_nan() {
+        return Err(Fault::Missing {
+            illuminance_lx,
+            interval,
+        });
+    }
+    if (L2A_MIN..=L2A_MAX).contains(&(ratio as f32)) {
+        return Ok(());
+    }
+    Err(Fault::Ratio {
+        illuminance_lx,
+        interval,
+        ratio,
+    })
+}
+
+/// A number as TOML writes it.
+fn number(value: f64) -> String {
+    if value.is_nan() {
+        "nan".into()
+    } else {
+        format!("{value:?}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PLAIN: &str =
+        "illuminance_lx = [50, 5000]\ninterval = [1, 2]\nl2a = [[2, 3], [1.8, 2.9]]\n";
+
+    fn complaint(from: &str, to: &str) -> String {
+        assert!(
+            PLAIN.contains(from),
+            "{from:?} must be there to be replaced"
+        );
+        let file = RatioFile::from_toml(&PLAIN.replacen(from, to, 1));
+        file.and_then(|file| file.table()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_table_of_three_keys_is_enough() {
+        let table = RatioFile::from_toml(PLAIN).unwrap().table().unwrap();
+        assert_eq!(
+            table.values()[2].to_num::<f64>(),
+            1.8f64.mul_add(8192.0, 0.5).floor() / 8192.0
+        );
+        assert_eq!(
+            (table.illuminances_lx().len(), table.intervals().len()),
+            (2, 2)
+        );
+    }
+
+    #[test]
+    fn faults_are_told_with_their_place() {
+        for (from, to, words) in [
+            ("1.8", "nan", &["5000 lx and interval 1", "missing"][..]),
+            ("2.9", "4.5", &["5000 lx and interval 2", "4.5", "0.2 to 4"]),
+            ("2.9", "inf", &["inf", "0.2 to 4"]),
+            (
+                "1.8, ",
+                "",
+                &["row 1", "5000 lx", "1 ratios", "2 intervals"],
+            ),
+            (", [1.8, 2.9]", "", &["1 rows", "2 illuminances"]),
+            (
+                "50, 5000",
+                "5000, 50",
+                &["illuminance", "number 1", "50", "sort"],
+            ),
+            ("1, 2", "1, 1", &["interval", "number 1", "sort"]),
+            ("1, 2", "1, nan", &["interval", "NaN", "0.05 to 15"]),
+            (
+                "50, 5000",
+                "0, 5000",
+                &["illuminance", "number 0", "0.01 to 1000000"],
+            ),
+            ("50, 5000", "", &["2 rows", "0 illuminances"]),
+            ("interval", "intervals", &["intervals"]),
+            ("illuminance_lx = [50, 5000]\n", "", &["illuminance_lx"]),
+            ("50,", "\"dark\",", &["line 1", "dark"]),
+            (
+                "illuminance_lx",
+                "format = 2\nilluminance_lx",
+                &["format = 2", "reads format 1"],
+            ),
+            (
+                "illuminance_lx",
+                "format = 2\nunknown_lx",
+                &["format = 2", "reads format 1"],
+            ),
+            ("illuminance_lx", "format = -1\nilluminance_lx", &["-1"]),
+        ] {
+            let complaint = complaint(from, to);
+            for word in words {
+                assert!(
+                    complaint.contains(word),
+                    "{from:?} as {to:?} should speak of {word:?}: {complaint}"
+                );
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(text in "[a-z0-9_= \\[\\],.\n-]{0,80}") {
+            if let Ok(file) = RatioFile::from_toml(&format!("{PLAIN}{text}")) {
+                let _ = file.table();
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Which LED-to-ambient ratio a panel of the scene is driven to.
+
+pub mod file;
+
+use std::path::Path;
+
+use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
+
+use self::file::{FileError, RatioFile};
+use crate::scene::{L2a, Panel, Scene};
+
+/// Why there is no ratio.
+#[derive(Debug, thiserror::Error)]
+pub enum L2aError {
+    /// The file of `link.table` cannot be used.
+    #[error("link.table: {0}")]
+    Table(#[from] FileError),
+    /// A ratio that no transmitter carries.
+    #[error(
+        "link.l2a = {ratio}: a transmitter keeps to {L2A_MIN} to {L2A_MAX}; other ratios can be rendered and evaluated, but not sent"
+    )]
+    Ratio {
+        /// The ratio.
+        ratio: f64,
+    },
+    /// The ratio makes no table.
+    #[error(transparent)]
+    Invalid(#[from] TableError),
+}
+
+/// The table of a file.
+///
+/// # Errors
+/// When it cannot be read, or holds what no table may hold: see [`file::Fault`].
+pub fn read_table(path: &Path) -> Result<L2aTable, FileError> {
+    file::read_with(path, |text| RatioFile::from_toml(text)?.table())
+}
+
+/// The file of a table: [`read_table`] gives the same table again, to the last bit.
+///
+/// Each number is the shortest that is rounded to the one in the table.
+///
+/// ```
+/// use link::l2a_table::L2aTable;
+/// let table = L2aTable::new(&[50.0, 5000.0], &[1.0], &[2.05, 1.8])?;
+/// assert_eq!(
+///     sim::l2a::table_file(&table),
+///     "format = 1\nilluminance_lx = [50.0, 5000.0]\ninterval = [1.0]\nl2a = [\n  [2.05],\n  [1.8],\n]\n"
+/// );
+/// # Ok::<(), link::l2a_table::TableError>(())
+/// ```
+pub fn table_file(table: &L2aTable) -> String {
+    let illuminances: Vec<String> = table.illuminances_lx().iter().map(decimal).collect();
+    let intervals: Vec<String> = table.intervals().iter().map(decimal).collect();
+    let values: Vec<String> = table.values().iter().map(decimal).collect();
+    let rows: String = values
+        .chunks(intervals.len())
+        .map(|row| format!("  [{}],\n", row.join(", ")))
+        .collect();
+    format!(
+        "format = 1\nilluminance_lx = [{}]\ninterval = [{}]\nl2a = [\n{rows}]\n",
+        illuminances.join(", "),
+        intervals.join(", ")
+    )
+}
+
+/// A number of a table as TOML has decimal fractions: with a point.
+fn decimal(number: &impl std::fmt::Display) -> String {
+    let text = number.to_string();
+    if text.contains('.') {
+        text
+    } else {
+        text + ".0"
+    }
+}
+
+/// The table that the scene's transmitter carries: that of `link.table`, the shipped one without it, or, where
+/// `link.l2a` is a number, a table of that number alone.
+///
+/// # Errors
+/// As [`read_table`].
+pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
+    match (&scene.link.l2a, &scene.link.table) {
+        (L2a::Ratio(ratio), _) if !(f64::from(L2A_MIN)..=f64::from(L2A_MAX)).contains(ratio) => {
+            Err(L2aError::Ratio { ratio: *ratio })
+        }
+        (L2a::Ratio(ratio), _) => Ok(L2aTable::new(&[1.0], &[1.0], &[*ratio as f32])?),
+        (L2a::Table(_), Some(path)) => Ok(read_table(Path::new(path))?),
+        (L2a::Table(_), None) => Ok(L2aTable::shipped()),
+    }
+}
+
+/// The luminance of an On LED of `panel` at full duty: its top luminance, or, where that is unlimited, what the highest
+/// ratio of a transmitter asks for in the scene's light.
+pub fn full_luminance_cd_m2(scene: &Scene, panel: &Panel) -> f64 {
+    let unlimited = f64::from(L2A_MAX) * scene.ambient.illuminance_lx * panel.reflectance;
+    panel.luminance_max_cd_m2.unwrap_or(unlimited)
+}
+
+/// The ratio for `panel` in the scene's light.
+///
+/// # Errors
+/// As [`read_table`].
+pub fn of_panel(scene: &Scene, panel: &Panel) -> Result<f64, L2aError> {
+    if let L2a::Ratio(ratio) = scene.link.l2a {
+        return Ok(ratio);
+    }
+    let table = table_of(scene)?;
+    let illuminance =
+        link::l2a_table::Illuminance::saturating_from_num(scene.ambient.illuminance_lx);
+    let interval = link::l2a_table::Interval::saturating_from_num(panel.interval);
+    Ok(table.l2a(illuminance, interval).to_num())
+}

@@ -1,0 +1,216 @@
+//! A region of the sensor in linear values, and how LEDs are drawn into it.
+
+use glam::DVec2;
+use link::panel::{LEDS, SIDE};
+
+use crate::disc::kernel::Real;
+use crate::disc::outline::Outline;
+use crate::renderer::stamp::Stamp;
+
+/// A rectangle of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// First column.
+    pub x: usize,
+    /// First row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// Linear values of a region, row by row.
+#[derive(Clone, Debug)]
+pub struct Canvas<R> {
+    region: Region,
+    values: Vec<R>,
+    /// Scratch: one row of LEDs, the values across of its columns, the values down of one row.
+    row: Vec<R>,
+    across: Vec<R>,
+    down: Vec<R>,
+    /// What covers the values drawn, where something does.
+    mask: Option<Box<Canvas<R>>>,
+}
+
+impl<R: Real> Canvas<R> {
+    /// A black canvas.
+    pub fn new(region: Region) -> Self {
+        Self {
+            region,
+            values: vec![R::default(); region.width * region.height],
+            row: Vec::new(),
+            across: Vec::new(),
+            down: Vec::new(),
+            mask: None,
+        }
+    }
+
+    /// The rectangle it covers.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// The values, row by row.
+    pub fn values(&self) -> &[R] {
+        &self.values
+    }
+
+    /// The values, row by row, to be changed.
+    pub fn values_mut(&mut self) -> &mut [R] {
+        &mut self.values
+    }
+
+    /// One value everywhere.
+    pub fn fill(&mut self, value: R) {
+        self.values.fill(value);
+    }
+
+    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws on black says.
+    pub fn cover(&mut self, light: R, draw: impl FnOnce(&mut Self)) {
+        let region = self.region;
+        let mut mask = self
+            .mask
+            .take()
+            .unwrap_or_else(|| Box::new(Self::new(region)));
+        mask.fill(R::default());
+        draw(&mut mask);
+        for (value, &covered) in self.values.iter_mut().zip(mask.values()) {
+            *value += covered * (light - *value);
+        }
+        self.mask = Some(mask);
+    }
+
+    /// Adds 64 LEDs of one shape whose centres lie on upright rows and columns (in px of the sensor).
+    ///
+    /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
+    /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
+    #[inline(always)]
+    pub fn add_lattice<S: Stamp<Real = R>>(
+        &mut self,
+        stamp: &S,
+        columns: &[f64; SIDE],
+        rows: &[f64; SIDE],
+        light: &[R; LEDS],
+    ) {
+        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+        let Region { x, y, .. } = self.region;
+        // Room on either side for LEDs that are not wholly in the region.
+        let row_length = self.region.width + 2 * width;
+        self.row.resize(self.region.width, R::default());
+        self.across.resize(SIDE * row_length, R::default());
+        self.down.resize(height, R::default());
+        let starts = columns.map(|column| {
+            let first = column.floor() as i64 - before_x as i64 - x as i64 + width as i64;
+            first.clamp(0, (row_length - width) as i64) as usize
+        });
+        for term in 0..stamp.terms() {
+            // Each column over the whole row, dark where it does not reach: to add up whole rows is faster than to add short
+            // overlapping pieces, which would each wait for the one before.
+            self.across.fill(R::default());
+            let all_columns = self.across.chunks_exact_mut(row_length);
+            for ((values, column), &start) in all_columns.zip(columns).zip(&starts) {
+                let fraction = column - column.floor();
+                stamp.across(term, fraction, &mut values[start..start + width]);
+            }
+            for (row, light) in rows.iter().zip(light.chunks_exact(SIDE)) {
+                let lit = &mut self.row[..self.region.width];
+                lit.fill(R::default());
+                let columns = self.across.chunks_exact(4 * row_length);
+                for (four, light) in columns.zip(light.chunks_exact(4)) {
+                    let column = |k: usize| &four[k * row_length + width..][..lit.len()];
+                    let four = [0, 1, 2, 3].map(column);
+                    add_four_scaled(lit, four, [light[0], light[1], light[2], light[3]]);
+                }
+                stamp.down(term, row - row.floor(), &mut self.down);
+                let first = row.floor() as i64 - before_y as i64 - y as i64;
+                for (j, &down) in (first..).zip(&self.down) {
+                    if (0..self.region.height as i64).contains(&j) {
+                        let start = j as usize * self.region.width;
+                        add_scaled(&mut self.values[start..start + lit.len()], lit, down);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds one LED of the given linear `light` with its centre at `centre` (in px of the sensor).
+    #[inline(always)]
+    pub fn add_led<S: Stamp<Real = R>>(&mut self, stamp: &S, centre: DVec2, light: R) {
+        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+        let Region { x, y, .. } = self.region;
+        self.across.resize(width, R::default());
+        self.down.resize(height, R::default());
+        let (floor, fraction) = (centre.floor(), centre - centre.floor());
+        let first_x = floor.x as i64 - before_x as i64 - x as i64;
+        let first_y = floor.y as i64 - before_y as i64 - y as i64;
+        let end = self.region.width as i64;
+        let (from, to) = (
+            first_x.clamp(0, end),
+            (first_x + width as i64).clamp(0, end),
+        );
+        if from >= to {
+            return;
+        }
+        for term in 0..stamp.terms() {
+            stamp.across(term, fraction.x, &mut self.across);
+            stamp.down(term, fraction.y, &mut self.down);
+            let across = &self.across[(from - first_x) as usize..(to - first_x) as usize];
+            for (j, &down) in (first_y..).zip(&self.down) {
+                if (0..self.region.height as i64).contains(&j) {
+                    let start = j as usize * self.region.width + from as usize;
+                    add_scaled(
+                        &mut self.values[start..start + across.len()],
+                        across,
+                        down * light,
+                    );
+                }
+            }
+        }
+    }
+
+    /// Adds an outline of the given linear `light` with its centre at `centre` (in px of the sensor), pixel by pixel.
+    pub fn add_outline(
+        &mut self,
+        outline: &Outline,
+        sigma_px: f64,
+        margin_px: f64,
+        centre: DVec2,
+        light: R,
+    ) {
+        let (reach_x, reach_y) = (outline.reach() + margin_px).into();
+        let centre = centre - DVec2::new(self.region.x as f64, self.region.y as f64);
+        let (from_x, to_x) = self.span(centre.x, reach_x, self.region.width);
+        let (from_y, to_y) = self.span(centre.y, reach_y, self.region.height);
+        for j in from_y..to_y {
+            let row = &mut self.values[j * self.region.width..][from_x..to_x];
+            for (i, value) in (from_x..to_x).zip(row) {
+                let at = DVec2::new(i as f64, j as f64) - centre;
+                *value += light * R::from_f64(outline.light(sigma_px, at));
+            }
+        }
+    }
+
+    /// The pixels within `reach` of `centre`, as a half-open span inside `0..end`.
+    fn span(&self, centre: f64, reach: f64, end: usize) -> (usize, usize) {
+        let from = (centre - reach).ceil().clamp(0.0, end as f64) as usize;
+        let to = ((centre + reach).floor() + 1.0).clamp(from as f64, end as f64) as usize;
+        (from, to)
+    }
+}
+
+/// target += Σ source·scale, element by element.
+#[inline(always)]
+fn add_four_scaled<R: Real>(target: &mut [R], [a, b, c, d]: [&[R]; 4], scale: [R; 4]) {
+    for ((((target, &a), &b), &c), &d) in target.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+        *target += (a * scale[0] + b * scale[1]) + (c * scale[2] + d * scale[3]);
+    }
+}
+
+/// target += source·scale, element by element.
+#[inline(always)]
+fn add_scaled<R: Real>(target: &mut [R], source: &[R], scale: R) {
+    for (target, &source) in target.iter_mut().zip(source) {
+        *target += source * scale;
+    }
+}

@@ -1,0 +1,246 @@
+//! Where a panel's LEDs fall on the sensor, in the form that is quickest to draw.
+
+use glam::{DMat2, DVec2, DVec3};
+use link::panel::{LEDS, SIDE};
+
+use crate::accuracy::Accuracy;
+use crate::camera::projection::{Ellipse, Projection};
+use crate::disc::chords::Chords;
+use crate::disc::kernel::Exact;
+use crate::disc::outline::Outline;
+use crate::renderer::canvas::Canvas;
+use crate::renderer::polyphase::Polyphase;
+use crate::renderer::recipe::Recipe;
+use crate::renderer::stamp::Stamp;
+use crate::scene::{Camera, Pose};
+use crate::view::PanelView;
+
+/// The LEDs of one panel at one moment of the exposure.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Where they are.
+    pub places: Places,
+    /// What they look like.
+    pub images: Images,
+}
+
+/// How a panel's LEDs are drawn; one image serves all, or each has its own.
+#[derive(Clone, Debug)]
+pub enum Images {
+    /// By chords.
+    Chords {
+        /// The chords.
+        shapes: Vec<Chords>,
+        /// The table of the one image of all, where there is one and it need not be exact.
+        table: Option<Polyphase>,
+    },
+    /// Pixel by pixel, where there is no blur or one far smaller than they are.
+    Outlines(Vec<Outline>),
+}
+
+/// Where a panel's LEDs are, in px of the sensor.
+#[derive(Clone, Debug)]
+pub enum Places {
+    /// On upright rows and columns: a panel parallel to the sensor.
+    Lattice {
+        /// Pixel columns of the LEDs' centres.
+        columns: [f64; SIDE],
+        /// Pixel rows of the LEDs' centres.
+        rows: [f64; SIDE],
+    },
+    /// Anywhere.
+    Scattered(Box<[DVec2; LEDS]>),
+}
+
+impl Layout {
+    /// The layout of `panel`, `after_s` seconds after the middle of the exposure.
+    pub fn new(
+        camera: &Camera,
+        panel: &PanelView,
+        recipe: &Recipe,
+        accuracy: &Accuracy,
+        after_s: f64,
+    ) -> Self {
+        let ellipses = ellipses(camera, panel, recipe, after_s);
+        let places = places(&ellipses);
+        Self {
+            images: images(&ellipses, recipe, accuracy),
+            places,
+        }
+    }
+
+    /// The centre of LED `led`, 0 to 63.
+    pub fn centre(&self, led: usize) -> DVec2 {
+        match &self.places {
+            Places::Lattice { columns, rows } => {
+                DVec2::new(columns[led % SIDE], rows[led / SIDE % SIDE])
+            }
+            Places::Scattered(centres) => centres[led % LEDS],
+        }
+    }
+
+    /// Adds the LEDs to a canvas, each by its stamp with its linear `light`, all moved by `shift`.
+    #[inline(always)]
+    pub fn paint<S: Stamp>(
+        &self,
+        stamp: impl Fn(usize) -> S,
+        shift: DVec2,
+        light: &[S::Real; LEDS],
+        canvas: &mut Canvas<S::Real>,
+    ) {
+        match &self.places {
+            Places::Lattice { columns, rows } => canvas.add_lattice(
+                &stamp(0),
+                &columns.map(|column| column + shift.x),
+                &rows.map(|row| row + shift.y),
+                light,
+            ),
+            Places::Scattered(centres) => {
+                for (led, (centre, &light)) in centres.iter().zip(light).enumerate() {
+                    canvas.add_led(&stamp(led), *centre + shift, light);
+                }
+            }
+        }
+    }
+}
+
+/// The one of a panel's images that LED `led` has.
+pub fn image_of<T>(images: &[T], led: usize) -> &T {
+    images.get(led).unwrap_or(&images[0])
+}
+
+/// The images of LEDs that appear as `ellipses`.
+fn images(ellipses: &[Ellipse; LEDS], recipe: &Recipe, accuracy: &Accuracy) -> Images {
+    // Rounding apart, which is some 1e-13 px.
+    let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
+    let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
+    let shapes = ellipses[..distinct].iter().map(|ellipse| ellipse.shape);
+    let extent = |ellipse: &Ellipse| ellipse.half_extent().length();
+    let largest = ellipses
+        .iter()
+        .max_by(|a, b| extent(a).total_cmp(&extent(b)));
+    let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
+    let Some(Chords(most)) = Chords::within(&largest, recipe.sigma_px, accuracy.quadrature) else {
+        return Images::Outlines(shapes.map(Outline::Ellipse).collect());
+    };
+    let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
+    let table = match shapes.as_slice() {
+        [one] if accuracy.phases > 0 => Polyphase::new(
+            &Exact::new(recipe.sigma_px),
+            one,
+            accuracy.margin_px(recipe.sigma_px),
+            accuracy.phases,
+        ),
+        _ => None,
+    };
+    Images::Chords { shapes, table }
+}
+
+/// The places of LEDs, as rows and columns where they stand on such and look alike.
+fn places(ellipses: &[Ellipse; LEDS]) -> Places {
+    if is_lattice(ellipses) {
+        Places::Lattice {
+            columns: std::array::from_fn(|c| ellipses[c].centre.x),
+            rows: std::array::from_fn(|r| ellipses[SIDE * r].centre.y),
+        }
+    } else {
+        Places::Scattered(Box::new(ellipses.map(|ellipse| ellipse.centre)))
+    }
+}
+
+/// Whether the LEDs stand on upright rows and columns and look alike.
+fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
+    let shape = ellipses[0].shape;
+    let upright = shape.x_axis.y == 0.0 && shape.y_axis.x == 0.0;
+    upright
+        && ellipses.iter().enumerate().all(|(led, ellipse)| {
+            let (row, column) = (led / SIDE, led % SIDE);
+            let (above, left) = (ellipses[column].centre.x, ellipses[SIDE * row].centre.y);
+            // Rounding apart, which is some 1e-13 px.
+            (ellipse.shape - shape).abs_diff_eq(DMat2::ZERO, 1e-11)
+                && (ellipse.centre - DVec2::new(above, left)).length() < 1e-9
+        })
+}
+
+/// The images of the 64 LEDs as the recipe asks for them.
+fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -> [Ellipse; LEDS] {
+    std::array::from_fn(|led| {
+        let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
+        // A row of the sensor is exposed later the lower it is; the LED has moved on by then.
+        let delay_s = recipe.row_delay_s * panel.ellipses[led].centre.y;
+        let projection = moved(camera, panel, after_s + delay_s);
+        let at = projection.led_m(row, column);
+        let ellipse = if recipe.exact_perspective {
+            projection.ellipse(at)
+        } else {
+            let jacobian = projection.jacobian(DVec2::ZERO);
+            Ellipse {
+                centre: projection.pixel(DVec2::ZERO) + jacobian * at,
+                shape: jacobian * (panel.panel.led_diameter_m / 2.0),
+            }
+        };
+        if recipe.distortion_k1 == 0.0 {
+            ellipse
+        } else {
+            distorted(camera, recipe.distortion_k1, ellipse)
+        }
+    })
+}
+
+/// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of the exposure.
+pub fn place(
+    camera: &Camera,
+    panel: &PanelView,
+    recipe: &Recipe,
+    after_s: f64,
+    at: DVec2,
+) -> DVec2 {
+    let projection = moved(camera, panel, after_s);
+    let centre = projection.pixel(DVec2::ZERO);
+    let point = if recipe.exact_perspective {
+        projection.pixel(at)
+    } else {
+        centre + projection.jacobian(DVec2::ZERO) * at
+    };
+    distorted(
+        camera,
+        recipe.distortion_k1,
+        Ellipse {
+            centre: point,
+            shape: DMat2::IDENTITY,
+        },
+    )
+    .centre
+}
+
+/// The panel's projection after it has moved for `after_s`.
+fn moved(camera: &Camera, panel: &PanelView, after_s: f64) -> Projection {
+    let velocity = DVec3::from_array(panel.pose.velocity_m_s);
+    if velocity == DVec3::ZERO || after_s == 0.0 {
+        return panel.projection;
+    }
+    Projection::new(camera, &panel.panel, &pose_after(&panel.pose, after_s))
+}
+
+/// The pose after `after_s` seconds of its velocity.
+pub fn pose_after(pose: &Pose, after_s: f64) -> Pose {
+    let [x, y, z] = pose.velocity_m_s.map(|v| v * after_s);
+    Pose {
+        x_m: pose.x_m + x,
+        y_m: pose.y_m + y,
+        distance_m: pose.distance_m + z,
+        ..pose.clone()
+    }
+}
+
+/// The local affine image of an ellipse under radial distortion ρ → ρ·(1 + k₁·ρ²).
+fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
+    let principal = DVec2::from_array(camera.principal_px());
+    let p = (ellipse.centre - principal) / camera.focal_px();
+    let gain = 1.0 + k1 * p.length_squared();
+    let outer = DMat2::from_cols(p * p.x, p * p.y);
+    Ellipse {
+        centre: principal + p * gain * camera.focal_px(),
+        shape: (DMat2::from_diagonal(DVec2::splat(gain)) + outer * (2.0 * k1)) * ellipse.shape,
+    }
+}

@@ -1,0 +1,85 @@
+//! A stamp read from a table of sub-pixel phases.
+//!
+//! What an LED's image looks like depends on where in its pixel the centre lies. [`Phases`] hold the values across and down of each
+//! term, so that one LED's values are one interpolation between two rows.
+
+use crate::disc::chords::Chords;
+use crate::disc::kernel::Exact;
+use crate::disc::phases::Phases;
+use crate::renderer::stamp::{Chorded, Stamp};
+
+/// Values across come in whole vectors of so many.
+const LANES: usize = 8;
+/// The most rows of a table: beyond, to work them out takes longer than a table of the kernel alone saves.
+const MOST_ROWS: usize = 4096;
+
+/// The values across and down of an LED's terms, as f32; the error is that of [`crate::disc::kernel::Tabulated`].
+#[derive(Clone, Debug)]
+pub struct Polyphase {
+    before: [usize; 2],
+    size: [usize; 2],
+    /// Across and down, for each term.
+    terms: Vec<[Phases; 2]>,
+}
+
+impl Polyphase {
+    /// The table for the shape that `chords` make, under the blur of `kernel`, drawn up to `margin_px` beyond its edge. None
+    /// where it would be too large.
+    pub fn new(kernel: &Exact, chords: &Chords, margin_px: f64, phases: usize) -> Option<Self> {
+        let stamp = Chorded::new(kernel, chords, margin_px);
+        if stamp.terms() * phases > MOST_ROWS {
+            return None;
+        }
+        let [width, height] = stamp.size();
+        let width = width.next_multiple_of(LANES);
+        let term = |term: usize| {
+            [
+                Phases::new(phases, width, |phase, values| {
+                    stamp.across(term, phase, values)
+                }),
+                Phases::new(phases, height, |phase, values| {
+                    stamp.down(term, phase, values)
+                }),
+            ]
+        };
+        Some(Self {
+            before: stamp.before(),
+            size: [width, height],
+            terms: (0..stamp.terms()).map(term).collect(),
+        })
+    }
+}
+
+impl Stamp for Polyphase {
+    type Real = f32;
+
+    fn terms(&self) -> usize {
+        self.terms.len()
+    }
+
+    fn before(&self) -> [usize; 2] {
+        self.before
+    }
+
+    fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    #[inline(always)]
+    fn across(&self, term: usize, fraction: f64, values: &mut [f32]) {
+        interpolate(&self.terms[term][0], fraction, values);
+    }
+
+    #[inline(always)]
+    fn down(&self, term: usize, fraction: f64, values: &mut [f32]) {
+        interpolate(&self.terms[term][1], fraction, values);
+    }
+}
+
+#[inline(always)]
+fn interpolate(phases: &Phases, fraction: f64, values: &mut [f32]) {
+    let (left, right, part) = phases.around(fraction);
+    for ((value, &left), &right) in values.iter_mut().zip(left).zip(right) {
+        *value = left + (right - left) * part;
+    }
+}

@@ -1,0 +1,87 @@
+//! What effects hand to the renderer.
+//!
+//! Every effect that is included writes its part here once, before the first frame. An effect that is left out writes
+//! nothing, and nothing is done for it.
+
+use link::panel::LEDS;
+
+use crate::air::Air;
+use crate::camera::clock::Moment;
+use crate::camera::noise::Noise;
+
+/// A factor on the light of each LED, frame by frame.
+pub trait LedStage: Send + Sync {
+    /// Multiplies each LED's own light over its exposure, which begins `delay_s` after the moment, by what the effect makes
+    /// of it.
+    fn apply(
+        &self,
+        panel: usize,
+        moment: &Moment,
+        delay_s: &[f64; LEDS],
+        own_light: &mut [f64; LEDS],
+    );
+}
+
+/// A change of the linear values of a row of pixels. It depends on the camera alone, so that it is worked out once for what no
+/// panel lights.
+pub trait RowStage: Send + Sync {
+    /// Changes the `row` whose first pixel is (`x`, `y`) of the sensor.
+    fn apply(&self, x: usize, y: usize, row: &mut [f32]);
+    /// The same in double precision.
+    fn apply_exact(&self, x: usize, y: usize, row: &mut [f64]);
+}
+
+/// The sum of what the included effects ask for.
+pub struct Recipe {
+    /// Lens blur in px; 0: none.
+    pub sigma_px: f64,
+    /// Whether each LED is projected by itself; else the whole panel is one affine image.
+    pub exact_perspective: bool,
+    /// Radial distortion k₁; 0: none.
+    pub distortion_k1: f64,
+    /// The air before each panel, its veil as a linear value.
+    pub air: Vec<Air>,
+    /// The air before the background, likewise.
+    pub background_air: Air,
+    /// Whether the boards are drawn.
+    pub boards: bool,
+    /// Whether the photograph is drawn.
+    pub photograph: bool,
+    /// Whether panels other than the first are drawn.
+    pub neighbours: bool,
+    /// Moments of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
+    /// weight). A single one without motion.
+    pub moments: Vec<(f64, f64)>,
+    /// How much later than the sensor's first row a row's exposure begins, in seconds a row; 0 is a global shutter.
+    pub row_delay_s: f64,
+    /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
+    pub mix_symbols: bool,
+    /// Factors on the LEDs.
+    pub led_stages: Vec<Box<dyn LedStage>>,
+    /// Changes of the linear image.
+    pub row_stages: Vec<Box<dyn RowStage>>,
+    /// The sensor's noise.
+    pub noise: Option<Noise>,
+}
+
+impl Recipe {
+    /// A recipe without any effect, for a number of panels.
+    pub fn plain(panels: usize) -> Self {
+        Self {
+            sigma_px: 0.0,
+            exact_perspective: false,
+            distortion_k1: 0.0,
+            air: vec![Air::NONE; panels],
+            background_air: Air::NONE,
+            boards: false,
+            photograph: false,
+            neighbours: false,
+            moments: vec![(0.0, 1.0)],
+            row_delay_s: 0.0,
+            mix_symbols: false,
+            led_stages: Vec::new(),
+            row_stages: Vec::new(),
+            noise: None,
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! The image of one LED as a few products of a column of values and a row of values.
+//!
+//! A [`Stamp`] fills both for any sub-pixel place of the LED; [`crate::renderer::canvas`] multiplies them out. Two kinds:
+//!
+//! | stamp | values | choose it |
+//! |---|---|---|
+//! | [`Chorded`] | worked out from [`Chords`] and a [`Kernel`] each time | for the reference, and where each LED has a shape of its own |
+//! | [`Polyphase`](crate::renderer::polyphase::Polyphase) | read from a table, a vector at a time | where many LEDs share one shape |
+
+use crate::disc::chords::Chords;
+use crate::disc::kernel::{Kernel, Real};
+
+/// The image of an LED of luminance 1, as the sum over terms of (values across)·(values down).
+///
+/// For an LED centred at c, the first value of either belongs to the pixel ⌊c⌋ − `before`, and `fraction` is c − ⌊c⌋.
+pub trait Stamp {
+    /// The type images are drawn in.
+    type Real: Real;
+    /// How many products add up.
+    fn terms(&self) -> usize;
+    /// How many pixels left of (above) that of the centre are lit.
+    fn before(&self) -> [usize; 2];
+    /// The length of the values across and down: with light that reaches r px to either side, from −⌊r⌋ to ⌊r⌋ + 1.
+    fn size(&self) -> [usize; 2] {
+        self.before().map(|before| 2 * before + 2)
+    }
+    /// The values across of one term.
+    fn across(&self, term: usize, fraction: f64, values: &mut [Self::Real]);
+    /// The values down of one term.
+    fn down(&self, term: usize, fraction: f64, values: &mut [Self::Real]);
+}
+
+impl<S: Stamp> Stamp for &S {
+    type Real = S::Real;
+
+    #[inline(always)]
+    fn terms(&self) -> usize {
+        (*self).terms()
+    }
+
+    #[inline(always)]
+    fn before(&self) -> [usize; 2] {
+        (*self).before()
+    }
+
+    #[inline(always)]
+    fn size(&self) -> [usize; 2] {
+        (*self).size()
+    }
+
+    #[inline(always)]
+    fn across(&self, term: usize, fraction: f64, values: &mut [S::Real]) {
+        (*self).across(term, fraction, values);
+    }
+
+    #[inline(always)]
+    fn down(&self, term: usize, fraction: f64, values: &mut [S::Real]) {
+        (*self).down(term, fraction, values);
+    }
+}
+
+/// A stamp made of chords; where two of them stand mirrored about the centre they make one term.
+#[derive(Clone, Copy, Debug)]
+pub struct Chorded<'a, K> {
+    kernel: &'a K,
+    chords: &'a Chords,
+    before: [usize; 2],
+    paired: bool,
+}
+
+impl<'a, K: Kernel> Chorded<'a, K> {
+    /// The image by `kernel` of the shape that `chords` make, drawn up to `margin_px` beyond its edge.
+    pub fn new(kernel: &'a K, chords: &'a Chords, margin_px: f64) -> Self {
+        Self {
+            kernel,
+            chords,
+            before: (chords.reach() + margin_px)
+                .to_array()
+                .map(|reach| reach as usize),
+            paired: chords.are_mirrored(),
+        }
+    }
+}
+
+impl<K: Kernel> Stamp for Chorded<'_, K> {
+    type Real = K::Real;
+
+    fn terms(&self) -> usize {
+        let chords = self.chords.0.len();
+        if self.paired {
+            chords.div_ceil(2)
+        } else {
+            chords
+        }
+    }
+
+    fn before(&self) -> [usize; 2] {
+        self.before
+    }
+
+    #[inline(always)]
+    fn across(&self, term: usize, fraction: f64, values: &mut [K::Real]) {
+        let chord = &self.chords.0[term];
+        let weight = K::Real::from_f64(chord.weight);
+        let first = -(self.before[0] as f64) - fraction;
+        values.fill(K::Real::default());
+        self.kernel.add_bells(first - chord.u, weight, values);
+        // An odd chord out stands in the middle and counts once.
+        if self.paired && 2 * term + 1 < self.chords.0.len() {
+            self.kernel.add_bells(first + chord.u, weight, values);
+        }
+    }
+
+    #[inline(always)]
+    fn down(&self, term: usize, fraction: f64, values: &mut [K::Real]) {
+        let chord = &self.chords.0[term];
+        let first = -(self.before[1] as f64) - fraction;
+        values.fill(K::Real::default());
+        self.kernel
+            .add_steps(first - chord.top, K::Real::from_f64(1.0), values);
+        self.kernel
+            .add_steps(first - chord.bottom, K::Real::from_f64(-1.0), values);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::disc::kernel::Exact;
+    use glam::{DMat2, DVec2};
+
+    /// The light of a stamp at every pixel around an LED centred at `fraction`.
+    fn image<S: Stamp<Real = f64>>(stamp: &S, fraction: [f64; 2]) -> Vec<f64> {
+        let [width, height] = stamp.size();
+        let mut light = vec![0.0; width * height];
+        let (mut across, mut down) = (vec![0.0; width], vec![0.0; height]);
+        for term in 0..stamp.terms() {
+            stamp.across(term, fraction[0], &mut across);
+            stamp.down(term, fraction[1], &mut down);
+            for (row, down) in light.chunks_exact_mut(width).zip(&down) {
+                for (light, across) in row.iter_mut().zip(&across) {
+                    *light += across * down;
+                }
+            }
+        }
+        light
+    }
+
+    #[test]
+    fn a_stamp_is_the_light_of_its_chords() {
+        let kernel = Exact::new(1.5);
+        let slanted = DMat2::from_cols_array(&[1.7, 0.3, -0.2, 1.1]);
+        for (shape, count) in [(DMat2::IDENTITY, 4), (DMat2::IDENTITY, 5), (slanted, 4)] {
+            let chords = Chords::new(shape, count);
+            let stamp = Chorded::new(&kernel, &chords, 4.0);
+            let [before_x, before_y] = stamp.before();
+            let [width, _] = stamp.size();
+            for (i, light) in image(&stamp, [0.3, 0.8]).into_iter().enumerate() {
+                let x = (i % width) as f64 - before_x as f64 - 0.3;
+                let y = (i / width) as f64 - before_y as f64 - 0.8;
+                assert!((light - chords.light(&kernel, DVec2::new(x, y))).abs() < 1e-14);
+            }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Bit error rates of the detectors beside each other, and beside the genie.
+//!
+//! `cargo run --release -p vocc-studies --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`, `l2a` or `iso`
+//! (200 and 1 unless told). Every frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5.
+
+use sim::accuracy::Level;
+use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::evaluate::{Evaluator, Settings};
+
+/// Distance in m, interval, ISO, L2A.
+type Point = (f64, f64, f64, f64);
+
+const DETECTORS: [(&str, DetectorChoice); 5] = [
+    ("k-means", DetectorChoice::KMeans),
+    ("fisher", DetectorChoice::Fisher),
+    ("fisher-ngr", DetectorChoice::FisherNgr),
+    ("ml", DetectorChoice::MaximumLikelihood),
+    ("genie", DetectorChoice::Genie),
+];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let grid = arguments.next().unwrap_or_else(|| "noisy".into());
+    let frames: u64 = arguments.next().map_or(Ok(200), |given| given.parse())?;
+    let seed: u64 = arguments.next().map_or(Ok(1), |given| given.parse())?;
+    print!("| d (m) | i | ISO | L2A |");
+    DETECTORS.iter().for_each(|(name, _)| print!(" {name} |"));
+    println!("\n|{}", "---|".repeat(4 + DETECTORS.len()));
+    for point in points(&grid)? {
+        let (distance, interval, iso, l2a) = point;
+        print!("| {distance} | {interval} | {iso} | {l2a} |");
+        for (_, detector) in DETECTORS {
+            let settings = Settings {
+                frames,
+                seed,
+                random_reflectance: true,
+                detector,
+                level: Level::Fast,
+            };
+            let evaluation = Evaluator::new(&scene(point)?, settings)?.run(|_| true)?;
+            print!(" {:.5} |", evaluation.errors.rate());
+        }
+        println!();
+    }
+    Ok(())
+}
+
+fn points(grid: &str) -> Result<Vec<Point>, String> {
+    Ok(match grid {
+        "noisy" => vec![
+            (70.0, 0.5, 100.0, 0.2),
+            (70.0, 0.5, 1600.0, 1.0),
+            (70.0, 0.5, 32_000.0, 2.0),
+            (70.0, 1.0, 32_000.0, 2.0),
+            (70.0, 0.5, 100.0, 4.0),
+        ],
+        "distance" => [30.0, 50.0, 70.0]
+            .into_iter()
+            .flat_map(|distance| {
+                [0.5, 1.0, 2.0].map(|interval| (distance, interval, 32_000.0, 1.0))
+            })
+            .collect(),
+        "l2a" => [0.2, 0.6, 1.0, 2.0, 3.0, 4.0]
+            .map(|l2a| (60.0, 0.5, 8000.0, l2a))
+            .into(),
+        "iso" => [100.0, 400.0, 1600.0, 6400.0, 16_000.0, 32_000.0]
+            .map(|iso| (70.0, 0.5, iso, 0.6))
+            .into(),
+        _ => {
+            return Err(format!(
+                "no grid {grid:?}: choose noisy, distance, l2a or iso"
+            ));
+        }
+    })
+}
+
+/// The paper's scene with noise, in the ambient light that calls for the ISO.
+fn scene((distance, interval, iso, l2a): Point) -> Result<Scene, Box<dyn std::error::Error>> {
+    let overrides = [
+        format!("pose.distance_m={distance}"),
+        format!("panel.interval={interval}"),
+        format!("ambient.illuminance_lx={}", 16_000.0 * 100.0 / iso),
+        format!("link.l2a={l2a}"),
+        "effects.noise=on".into(),
+        "atmosphere.transmission_at_70m=1".into(),
+    ];
+    Ok(Scene::load("paper", &overrides)?)
+}

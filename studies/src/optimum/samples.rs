@@ -1,0 +1,328 @@
+//! The same random frames at several ratios, kept in batches so that what chance did can be told.
+
+use rand::RngExt;
+use rayon::prelude::*;
+
+use crate::evaluate::{EvaluateError, Evaluation, Evaluator, Settings};
+use sim::random::{Purpose, stream};
+use sim::scene::{L2a, Scene};
+
+use super::criterion::Criterion;
+
+/// Batches of a round.
+const BATCHES: u64 = 64;
+/// Frames of the first round; each further one doubles their number.
+pub const FIRST_ROUND: u64 = 2048;
+/// Resamples of the bootstrap.
+const RESAMPLES: u64 = 1000;
+
+/// The first frame of each round of a number of frames, and their end.
+pub fn rounds(frames: u64) -> Vec<u64> {
+    let ends = std::iter::successors(Some(FIRST_ROUND), |end| end.checked_mul(2));
+    let inner = ends.take_while(|&end| end < frames);
+    std::iter::once(0).chain(inner).chain([frames]).collect()
+}
+
+/// One ratio and what came out at it, round by round, each in batches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The LED-to-ambient ratio.
+    pub l2a: f64,
+    rounds: Vec<Vec<Evaluation>>,
+}
+
+impl Point {
+    /// One round of batches at a ratio.
+    #[cfg(test)]
+    pub fn of(l2a: f64, batches: Vec<Evaluation>) -> Self {
+        let rounds = vec![batches];
+        Self { l2a, rounds }
+    }
+
+    /// A batch of the first round.
+    #[cfg(test)]
+    pub fn batch_mut(&mut self, batch: usize) -> &mut Evaluation {
+        &mut self.rounds[0][batch]
+    }
+
+    /// All of its frames.
+    pub fn total(&self) -> Evaluation {
+        merged(self.rounds.iter().flatten())
+    }
+
+    /// Rounds that are finished.
+    pub fn rounds(&self) -> usize {
+        self.rounds.len()
+    }
+}
+
+fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
+    let mut sum = Evaluation::default();
+    parts.for_each(|part| sum.merge(part));
+    sum
+}
+
+/// Points of ascending ratios. Frame k has the same bits, phase and reflectance at all of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples(pub(super) Vec<Point>);
+
+impl Samples {
+    /// The points, by ascending ratio.
+    pub fn points(&self) -> &[Point] {
+        &self.0
+    }
+
+    /// Adds rounds at a ratio until as many are there as asked for; tells `progress` of the frames of each round.
+    ///
+    /// # Errors
+    /// When the scene cannot be evaluated there.
+    pub fn extend(
+        &mut self,
+        scene: &Scene,
+        settings: Settings,
+        l2a: f64,
+        rounds_wanted: usize,
+        mut progress: impl FnMut(u64) -> bool,
+    ) -> Result<bool, EvaluateError> {
+        let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
+            Ok(place) => place,
+            Err(place) => {
+                let rounds = Vec::new();
+                self.0.insert(place, Point { l2a, rounds });
+                place
+            }
+        };
+        let have = self.0[place].rounds.len();
+        let borders = rounds(settings.frames);
+        if have >= rounds_wanted.min(borders.len() - 1) {
+            return Ok(true);
+        }
+        let evaluator = Evaluator::new(&at_ratio(scene, l2a), settings)?;
+        for border in borders.windows(2).take(rounds_wanted).skip(have) {
+            self.0[place]
+                .rounds
+                .push(round(&evaluator, border[0]..border[1])?);
+            if !progress(border[1] - border[0]) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The points at some of the ratios, with their first rounds.
+    pub fn picked(&self, l2a: &[f64], rounds: usize) -> Self {
+        let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
+        Self(
+            wanted
+                .map(|point| Point {
+                    l2a: point.l2a,
+                    rounds: point.rounds.iter().take(rounds).cloned().collect(),
+                })
+                .collect(),
+        )
+    }
+
+    /// Rounds that all the points at some ratios have.
+    pub fn common_rounds(&self, l2a: &[f64]) -> usize {
+        let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
+        wanted.map(Point::rounds).min().unwrap_or(0)
+    }
+
+    /// Several settings' frames as those of one: batch by batch, at the ratios and in the rounds that all have.
+    pub fn pooled(settings: &[&Self]) -> Self {
+        let Some((first, others)) = settings.split_first() else {
+            return Self::default();
+        };
+        let mut pooled = (*first).clone();
+        for other in others {
+            pooled.0.retain_mut(|point| {
+                let Ok(place) = other.0.binary_search_by(|p| p.l2a.total_cmp(&point.l2a)) else {
+                    return false;
+                };
+                let theirs = &other.0[place].rounds;
+                point.rounds.truncate(theirs.len());
+                let batches = point.rounds.iter_mut().flatten();
+                batches
+                    .zip(theirs.iter().flatten())
+                    .for_each(|(own, their)| own.merge(their));
+                true
+            });
+        }
+        pooled
+    }
+
+    /// The objective at each point; none where it is undefined at one of them.
+    pub fn objectives(&self, criterion: Criterion) -> Option<Vec<f64>> {
+        self.0
+            .iter()
+            .map(|p| criterion.objective(&p.total()))
+            .collect()
+    }
+
+    /// The objective at each point as it might have come out as well: one row a resample in which it is defined at all.
+    ///
+    /// Each round's batches are drawn from that round's with replacement, the same for all points. All points must hold as many
+    /// rounds as the first.
+    pub fn resampled(&self, criterion: Criterion, seed: u64) -> Vec<Vec<f64>> {
+        let sizes: Vec<usize> = match self.0.first() {
+            Some(point) => point.rounds.iter().map(Vec::len).collect(),
+            None => return Vec::new(),
+        };
+        let resample = |number| {
+            let mut random = stream(seed, number, Purpose::Resampling);
+            let drawn: Vec<Vec<usize>> = sizes
+                .iter()
+                .map(|&size| (0..size).map(|_| random.random_range(0..size)).collect())
+                .collect();
+            let objective = |point: &Point| {
+                let batches = point.rounds.iter().zip(&drawn);
+                let chosen =
+                    batches.flat_map(|(round, drawn)| drawn.iter().map(|&batch| &round[batch]));
+                criterion.objective(&merged(chosen))
+            };
+            self.0.iter().map(objective).collect()
+        };
+        (0..RESAMPLES)
+            .into_par_iter()
+            .filter_map(resample)
+            .collect()
+    }
+}
+
+/// The scene with its panels driven to a ratio.
+pub fn at_ratio(scene: &Scene, l2a: f64) -> Scene {
+    let mut scene = scene.clone();
+    scene.link.l2a = L2a::Ratio(l2a);
+    scene
+}
+
+/// A round of frames, in batches.
+fn round(
+    evaluator: &Evaluator,
+    frames: std::ops::Range<u64>,
+) -> Result<Vec<Evaluation>, EvaluateError> {
+    let count = frames.end - frames.start;
+    let batches = count.min(BATCHES);
+    let border = |batch: u64| {
+        frames.start + (u128::from(count) * u128::from(batch) / u128::from(batches)) as u64
+    };
+    (0..batches)
+        .into_par_iter()
+        .map_init(
+            || evaluator.workspace(),
+            |workspace, batch| evaluator.evaluate(border(batch)..border(batch + 1), workspace),
+        )
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detectors::DetectorChoice;
+    use sim::accuracy::Level;
+
+    const SETTINGS: Settings = Settings {
+        frames: 3000,
+        seed: 5,
+        random_reflectance: true,
+        detector: DetectorChoice::KMeans,
+        level: Level::Fast,
+    };
+
+    fn scene(distance_m: u32) -> Scene {
+        let settings = [
+            format!("pose.distance_m={distance_m}"),
+            "panel.interval=0.5".into(),
+        ];
+        Scene::load("paper", &settings).unwrap()
+    }
+
+    fn samples(distance_m: u32, order: &[(f64, usize)]) -> Samples {
+        let mut samples = Samples::default();
+        for &(l2a, rounds) in order {
+            assert!(
+                samples
+                    .extend(&scene(distance_m), SETTINGS, l2a, rounds, |_| true)
+                    .unwrap()
+            );
+        }
+        samples
+    }
+
+    #[test]
+    fn rounds_double_and_end_with_the_frames() {
+        assert_eq!(rounds(100), [0, 100]);
+        assert_eq!(rounds(2048), [0, 2048]);
+        assert_eq!(rounds(10_000), [0, 2048, 4096, 8192, 10_000]);
+        assert!(rounds(u64::MAX).len() < 60);
+    }
+
+    #[test]
+    fn all_ratios_see_the_same_frames_whatever_was_asked_first() {
+        let samples_one = samples(70, &[(1.0, 1), (2.0, 2), (1.0, 2)]);
+        assert_eq!(samples_one, samples(70, &[(2.0, 2), (1.0, 2)]));
+        let [one, two] = samples_one.points() else {
+            panic!("two ratios")
+        };
+        for (a, b) in one.rounds.iter().flatten().zip(two.rounds.iter().flatten()) {
+            assert_eq!((a.on.count(), a.off.count()), (b.on.count(), b.off.count()));
+        }
+        assert_eq!(one.total().errors.frames(), 3000);
+        let counts: Vec<u64> = one
+            .rounds
+            .iter()
+            .flatten()
+            .map(|batch| batch.on.count())
+            .collect();
+        assert!(
+            counts.windows(2).any(|pair| pair[0] != pair[1]),
+            "or equal counts show nothing"
+        );
+    }
+
+    #[test]
+    fn the_difference_of_two_ratios_is_known_better_than_either() {
+        let resampled = samples(70, &[(2.0, 1), (2.2, 1)]).resampled(Criterion::B2w, 1);
+        let spread = |of: &dyn Fn(&[f64]) -> f64| {
+            let values: Vec<f64> = resampled.iter().map(|row| of(row)).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            (values
+                .iter()
+                .map(|value| (value - mean).powi(2))
+                .sum::<f64>()
+                / values.len() as f64)
+                .sqrt()
+        };
+        let (alone, difference) = (spread(&|row| row[0]), spread(&|row| row[1] - row[0]));
+        // Frames of their own would make it √2 times as uncertain as one of them.
+        assert!(difference < alone / 2.0, "{difference} against {alone}");
+    }
+
+    #[test]
+    fn pooled_settings_have_all_frames_of_what_is_common() {
+        let (near, far) = (
+            samples(60, &[(1.0, 1), (2.0, 2)]),
+            samples(70, &[(2.0, 1), (3.0, 1)]),
+        );
+        let pooled = Samples::pooled(&[&near, &far]);
+        let [point] = pooled.points() else {
+            panic!("one common ratio")
+        };
+        let mut both = near.picked(&[2.0], 1).points()[0].total();
+        both.merge(&far.points()[0].total());
+        assert_eq!((point.l2a, point.rounds()), (2.0, 1));
+        assert_eq!(point.total().errors, both.errors);
+        assert_eq!(Samples::pooled(&[]), Samples::default());
+    }
+
+    #[test]
+    fn a_search_that_is_ended_keeps_nothing_half() {
+        let mut samples = Samples::default();
+        assert!(
+            !samples
+                .extend(&scene(70), SETTINGS, 1.0, 2, |_| false)
+                .unwrap()
+        );
+        assert_eq!(samples.points()[0].rounds(), 1);
+    }
+}

@@ -1,0 +1,159 @@
+//! Bit errors over distance with the best L2A and with a random one (figure 22 of Do & Yoo 2020).
+//!
+//! In both sets the interval is drawn evenly from 0.5 to 2, in the one set the ratio is the best for that interval, in the other
+//! it is drawn evenly from 0.2 to 4. The draws are spread evenly: [`STRATA`] strata of the interval, each with a ratio from a
+//! golden-ratio sequence, all with equally many frames. Both sets have the same intervals, bits, phases and reflectances.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::setting::Setting;
+use crate::detectors::DetectorChoice;
+use crate::evaluate::{EvaluateError, Evaluator, Settings, Workspace};
+use crate::statistics::FrameErrors;
+use sim::accuracy::Level;
+use sim::scene::Scene;
+
+/// Strata of the interval.
+pub const STRATA: u64 = 24;
+/// The intervals of Table 1 of Do & Yoo 2020.
+pub const INTERVALS: [f64; 2] = [0.5, 2.0];
+/// The ratios of Table 1.
+pub const RATIOS: [f64; 2] = [0.2, 4.0];
+/// (√5 − 1)/2: multiples of it fill the unit interval evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Frames of a stratum between two looks at the number of errors.
+const ROUND: u64 = 16;
+
+/// How the panel is dimmed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Dimming {
+    /// To the best ratio for its interval.
+    Best,
+    /// To any ratio.
+    Random,
+}
+
+/// When a count ends: at so many frames, or at so many bit errors, whichever comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Frames, rounded up to whole rounds of all strata.
+    pub frames: u64,
+    /// Bit errors.
+    pub errors: u64,
+}
+
+/// The interval and the ratio of each stratum; `best` gives the best ratio for an interval.
+pub fn strata(dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
+    let stratum = |index: u64| {
+        let interval = between(INTERVALS, (index as f64 + 0.5) / STRATA as f64);
+        let ratio = match dimming {
+            Dimming::Best => best(interval),
+            Dimming::Random => between(RATIOS, ((index as f64 + 0.5) * GOLDEN).fract()),
+        };
+        (interval, ratio)
+    };
+    (0..STRATA).map(stratum).collect()
+}
+
+/// Counts the bit errors of `detector` at a distance over strata of intervals and ratios.
+///
+/// A detector that learns does so on other frames of each stratum.
+///
+/// # Errors
+/// When the scene cannot be seen or measured, or the detector not be trained.
+pub fn count(
+    scene: &Scene,
+    distance_m: f64,
+    strata: &[(f64, f64)],
+    detector: DetectorChoice,
+    limits: Limits,
+    seed: u64,
+) -> Result<FrameErrors, EvaluateError> {
+    let settings = Settings {
+        frames: limits.frames,
+        seed,
+        random_reflectance: true,
+        detector,
+        level: Level::Fast,
+    };
+    let prepare = |&(interval, l2a): &(f64, f64)| {
+        let setting = Setting {
+            interval,
+            distance_m,
+            l2a,
+        };
+        let evaluator = Evaluator::new(&setting.scene(scene), settings)?;
+        let workspace = evaluator.workspace();
+        Ok((evaluator, workspace))
+    };
+    let mut prepared = strata
+        .par_iter()
+        .map(prepare)
+        .collect::<Result<Vec<(Evaluator, Workspace)>, EvaluateError>>()?;
+    let (mut total, mut next) = (FrameErrors::default(), 0);
+    while total.frames() < limits.frames && total.errors() < limits.errors {
+        // No two strata share a frame's random numbers.
+        let frames = |stratum: usize| {
+            let first = (next * strata.len() as u64 + stratum as u64) * ROUND;
+            first..first + ROUND
+        };
+        let round = prepared
+            .par_iter_mut()
+            .enumerate()
+            .map(|(stratum, (evaluator, workspace))| {
+                Ok(evaluator.evaluate(frames(stratum), workspace)?.errors)
+            })
+            .collect::<Result<Vec<_>, EvaluateError>>()?;
+        round.iter().for_each(|errors| total.merge(errors));
+        next += 1;
+        if strata.is_empty() {
+            break;
+        }
+    }
+    Ok(total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        Scene::load("paper", &[]).unwrap()
+    }
+
+    #[test]
+    fn strata_fill_their_ranges_evenly() {
+        let random = strata(Dimming::Random, |_| 0.0);
+        for (of, [low, high]) in [
+            (random.iter().map(|s| s.0).collect::<Vec<_>>(), INTERVALS),
+            (random.iter().map(|s| s.1).collect(), RATIOS),
+        ] {
+            let mean = of.iter().sum::<f64>() / of.len() as f64;
+            assert!((mean - (low + high) / 2.0).abs() < 0.03 * (high - low));
+            assert!(of.iter().all(|x| (low..high).contains(x)));
+        }
+        let best = strata(Dimming::Best, |interval| 2.0 * interval);
+        assert!(
+            best.iter()
+                .zip(&random)
+                .all(|(b, r)| b.0 == r.0 && b.1 == 2.0 * b.0)
+        );
+    }
+
+    #[test]
+    fn a_count_ends_at_its_frames_or_at_its_errors() {
+        let strata = strata(Dimming::Random, |_| 2.0);
+        let count = |frames, errors| {
+            let limits = Limits { frames, errors };
+            count(&scene(), 70.0, &strata, DetectorChoice::KMeans, limits, 1).unwrap()
+        };
+        let all = count(1000, u64::MAX);
+        assert_eq!(all.frames(), 1152, "three rounds of all strata");
+        assert!(all.errors() > 100);
+        assert_eq!(count(1000, 1).frames(), 384);
+        assert_eq!(count(0, 1).frames(), 0);
+    }
+}

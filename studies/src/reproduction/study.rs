@@ -1,0 +1,242 @@
+//! What the figures need, as tasks that are done one by one and kept, so that figures share them and a run can be
+//! interrupted and taken up again.
+
+use super::axes::{Axes, Extent, PAPERS_DETECTOR};
+use super::errors::{self, Dimming, Limits};
+use super::findings::{Finding, Findings, Task};
+use super::interpolation::interpolated;
+use super::optima;
+use super::point::Point;
+use super::setting::Setting;
+use crate::detectors::DetectorChoice;
+use crate::evaluate::EvaluateError;
+use crate::optimum::{FRAMES_MIN, OptimumError, Search};
+use crate::statistics::FrameErrors;
+use sim::scene::Scene;
+
+/// The interval at which L2A and distance are varied.
+pub const INTERVAL: f64 = 1.0;
+/// The distance at which L2A and interval are varied.
+pub const DISTANCE_M: f64 = 50.0;
+/// The ratio at which interval and distance are varied.
+pub const L2A: f64 = 1.0;
+/// Bit errors at which a count ends: by then the interval of the rate is a few percent wide.
+pub const ERRORS_ENOUGH: u64 = 20_000;
+/// By how many fewer frames a point of figure 22 has with a detector that is not the paper's.
+const DETECTOR_SHARE: u64 = 32;
+/// By how many fewer frames a ratio of the search has than a figure.
+const SEARCH_SHARE: u64 = 5;
+
+/// Why a task cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A setting cannot be evaluated.
+    #[error("{0}: {1}")]
+    Evaluate(String, EvaluateError),
+    /// There is no best ratio.
+    #[error("{0}: {1}")]
+    Optimum(String, OptimumError),
+}
+
+/// A scene to be looked at from all sides.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The scene; its interval, distance and ratio are varied.
+    pub scene: Scene,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// Frames of a figure, or of a point of figure 22.
+    pub frames: u64,
+    /// What is varied.
+    pub axes: Axes,
+    /// A search for a best ratio ends before its frames do when the 95 % interval is no wider than ± this.
+    pub tolerance: f64,
+}
+
+impl Study {
+    /// A study of `scene` to that extent, with so many frames a figure.
+    pub fn new(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Self {
+        Self {
+            scene,
+            seed,
+            frames,
+            axes: Axes::of(extent),
+            tolerance: match extent {
+                Extent::Figures => 0.02,
+                Extent::Quick | Extent::Claims => 0.05,
+            },
+        }
+    }
+
+    /// The most frames of a ratio in the search for the best one.
+    pub fn search_frames(&self) -> u64 {
+        (self.frames / SEARCH_SHARE).max(FRAMES_MIN)
+    }
+
+    /// The most frames of one point of figure 22. With the paper's detector they are those of a whole figure, so that rates
+    /// without errors have bounds below those with some.
+    pub fn error_frames(&self, detector: &str) -> u64 {
+        if detector == PAPERS_DETECTOR {
+            self.frames
+        } else {
+            self.frames / DETECTOR_SHARE
+        }
+    }
+
+    /// The settings of figure 14.
+    pub fn over_l2a(&self) -> Vec<Setting> {
+        let at = |&l2a: &f64| Setting {
+            interval: INTERVAL,
+            distance_m: DISTANCE_M,
+            l2a,
+        };
+        self.axes.l2a.iter().map(at).collect()
+    }
+
+    /// The settings of figure 17.
+    pub fn over_interval(&self) -> Vec<Setting> {
+        let at = |&interval: &f64| Setting {
+            interval,
+            distance_m: DISTANCE_M,
+            l2a: L2A,
+        };
+        self.axes.interval.iter().map(at).collect()
+    }
+
+    /// The settings of figure 20.
+    pub fn over_distance(&self) -> Vec<Setting> {
+        let at = |&distance_m: &f64| Setting {
+            interval: INTERVAL,
+            distance_m,
+            l2a: L2A,
+        };
+        self.axes.distance_m.iter().map(at).collect()
+    }
+
+    /// All tasks, in an order in which each has what it needs; none twice.
+    pub fn tasks(&self) -> Vec<Task> {
+        let points = [self.over_l2a(), self.over_interval(), self.over_distance()];
+        let mut tasks: Vec<Task> = Vec::new();
+        for task in points.into_iter().flatten().map(Task::Point) {
+            if !tasks.contains(&task) {
+                tasks.push(task);
+            }
+        }
+        for &interval in &self.axes.optimum_interval {
+            let cells = self.axes.optimum_distance_m.iter();
+            tasks.extend(cells.map(|&distance_m| Task::Optimum {
+                interval,
+                distance_m,
+            }));
+        }
+        for detector in &self.axes.detectors {
+            for &distance_m in &self.axes.error_distance_m {
+                tasks.extend(
+                    [Dimming::Best, Dimming::Random].map(|dimming| Task::Errors {
+                        distance_m,
+                        dimming,
+                        detector: detector.to_string(),
+                    }),
+                );
+            }
+        }
+        tasks
+    }
+
+    /// The share of a figure's frames that one of its points has.
+    pub fn share(&self, points: usize) -> u64 {
+        self.frames.div_ceil(points.max(1) as u64)
+    }
+
+    /// Does a task; `known` holds the findings of those before it. `going_on` is asked now and then; when it answers no the task
+    /// may be given up: `None`.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen or measured at the task's setting.
+    pub fn perform(
+        &self,
+        task: &Task,
+        known: &Findings,
+        going_on: &dyn Fn() -> bool,
+    ) -> Result<Option<Finding>, StudyError> {
+        match task {
+            Task::Point(setting) => self
+                .measure(*setting)
+                .map(|point| Some(Finding::Point(point)))
+                .map_err(|error| StudyError::Evaluate(task.to_string(), error)),
+            Task::Optimum {
+                interval,
+                distance_m,
+            } => {
+                let search = Search {
+                    frames: self.search_frames(),
+                    tolerance: self.tolerance,
+                    seed: self.seed,
+                    ..Search::default()
+                };
+                match optima::find(&self.scene, *interval, *distance_m, &search, going_on) {
+                    Ok(best) => Ok(Some(Finding::Optimum(best))),
+                    Err(OptimumError::Interrupted) => Ok(None),
+                    Err(error) => Err(StudyError::Optimum(task.to_string(), error)),
+                }
+            }
+            Task::Errors {
+                distance_m,
+                dimming,
+                detector,
+            } => self
+                .count(*distance_m, *dimming, detector, known)
+                .map(|errors| Some(Finding::Errors(Box::new(errors))))
+                .map_err(|error| StudyError::Evaluate(task.to_string(), error)),
+        }
+    }
+
+    fn measure(&self, setting: Setting) -> Result<Point, EvaluateError> {
+        let figures = [self.over_l2a(), self.over_interval(), self.over_distance()];
+        let holding = figures
+            .iter()
+            .filter(|settings| settings.contains(&setting));
+        let frames = holding.map(|settings| self.share(settings.len())).max();
+        let frames = frames.unwrap_or(0);
+        Point::measure(&setting.scene(&self.scene), frames, self.seed)
+    }
+
+    fn count(
+        &self,
+        distance_m: f64,
+        dimming: Dimming,
+        detector: &str,
+        known: &Findings,
+    ) -> Result<FrameErrors, EvaluateError> {
+        let (intervals, means): (Vec<f64>, Vec<f64>) = self.mean_optima(known).into_iter().unzip();
+        let strata = errors::strata(dimming, |interval| {
+            interpolated(&intervals, &means, interval)
+        });
+        let limits = Limits {
+            frames: self.error_frames(detector),
+            errors: ERRORS_ENOUGH,
+        };
+        errors::count(
+            &self.scene,
+            distance_m,
+            &strata,
+            detector.parse().unwrap_or(DetectorChoice::Best),
+            limits,
+            self.seed,
+        )
+    }
+
+    /// For each interval of figure 21 that is finished: the mean over the distances of the best ratio (figure 21b).
+    pub fn mean_optima(&self, findings: &Findings) -> Vec<(f64, f64)> {
+        let mean = |&interval: &f64| {
+            let ratios = self
+                .axes
+                .optimum_distance_m
+                .iter()
+                .map(|&distance_m| Some(findings.optimum(interval, distance_m)?.l2a.value))
+                .collect::<Option<Vec<f64>>>()?;
+            Some((interval, ratios.iter().sum::<f64>() / ratios.len() as f64))
+        };
+        self.axes.optimum_interval.iter().filter_map(mean).collect()
+    }
+}

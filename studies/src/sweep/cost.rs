@@ -1,0 +1,63 @@
+//! What a frame costs, near enough to divide work fairly.
+//!
+//! A frame is drawn and measured pixel by pixel, and then read by a detector. The costs are those of one computer; only
+//! their ratios matter, as shards are cut by them (`docs/scale.md` has the measurement).
+
+use super::{Sweep, SweepError};
+use crate::detectors::DetectorChoice;
+use crate::evaluate::view;
+use sim::view::View;
+
+/// Time of a frame whatever its size.
+const FRAME_NS: f64 = 7_000.0;
+/// Time to draw, to read out and to measure a pixel.
+const PIXEL_NS: f64 = 10.0;
+
+/// The expected time of one frame of what is seen on one thread, ns.
+pub fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
+    FRAME_NS + PIXEL_NS * pixels(view) + detector_ns(detector)
+}
+
+impl Sweep {
+    /// What a frame of cell `index` is expected to cost on one thread, in ns, where errors are counted: see [`frame_ns`].
+    ///
+    /// Where errors are reached by splitting a frame costs fifty times as much or more, the more the lower the rate, as there are more
+    /// levels to climb. How many is known only once they are chosen, which is work in itself. So this is left out of
+    /// account, and shards of cells whose rates lie far apart are not balanced.
+    ///
+    /// # Errors
+    /// When the cell's scene cannot be seen.
+    pub(super) fn frame_cost(&self, index: usize) -> Result<f64, SweepError> {
+        let scene = self.scene_of(index)?;
+        let seen = view(&scene, self.random_reflectance);
+        let seen = seen.map_err(|fault| self.evaluate_error(index, fault.into()))?;
+        Ok(frame_ns(&seen, self.cell(index).detector))
+    }
+}
+
+/// The time that a detector takes for the features or the image of one frame.
+fn detector_ns(detector: DetectorChoice) -> f64 {
+    match detector {
+        DetectorChoice::Otsu
+        | DetectorChoice::Fisher
+        | DetectorChoice::FisherNgr
+        | DetectorChoice::KMeans
+        | DetectorChoice::KMeansRaw => 1_000.0,
+        DetectorChoice::Best | DetectorChoice::MaximumLikelihood => 700_000.0,
+        DetectorChoice::Genie => 5_000_000.0,
+    }
+}
+
+/// Pixels of the first panel's bounding box.
+fn pixels(view: &View) -> f64 {
+    let centres = view.panels[0].ellipses.map(|ellipse| ellipse.centre);
+    let spread = |of: fn(&glam::DVec2) -> f64| {
+        let ends = centres.iter().map(of);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        // The outer half of the outer cells.
+        (high - low) * 8.0 / 7.0
+    };
+    spread(|centre| centre.x) * spread(|centre| centre.y)
+}

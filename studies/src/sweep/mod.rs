@@ -1,0 +1,57 @@
+//! Monte Carlo at many settings: a grid over scene keys and detectors, divided into shards that add up to one run.
+//!
+//! A [`Sweep`] says what is to be done: every combination of the grid's values and the detectors is a [`Cell`]. Each cell has frames of
+//! its own, drawn as [`crate::evaluate`] draws them, in chunks whose results are added up in a fixed order
+//! ([`crate::tally`]). An evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one
+//! form of results ([`Results`]).
+//!
+//! # Shards
+//!
+//! All chunks of all cells, cell after cell, are a line; a [`Shard`] is a piece of it. Pieces are cut so that each is expected to
+//! take equally long: by what a frame of the cell costs ([`cost`]) and, where a run stops at a number of errors, by how
+//! many frames a first chunk lets expect.
+//!
+//! # Stopping rules and shards
+//!
+//! A cell ends with the block (see [`crate::tally`]) in which its bit errors, counted from its first chunk on, reach a number, or with
+//! its last frame. This says which chunks belong to the result, and nothing else does: not who worked on them or when.
+//! Somebody who has only a part of a cell cannot know whether earlier parts have enough already. A shard therefore
+//! works on what is its own until that alone has enough, and [`Results::merge`] followed by [`Results::finish`] forgets
+//! what lies beyond the end. The chunks forgotten are the price: at most, for each further shard that shares in a
+//! cell, as many as the cell needed.
+//!
+//! A run stopped at a number of errors r overestimates the rate by about one part in r (Haldane 1945). That the rule is asked at
+//! the ends of blocks only makes it less.
+//!
+//! ```
+//! use studies::sweep::{Results, Run, Shard, Sweep};
+//! let sweep = Sweep::from_toml("a plan", "frames = 600\n[grid]\npose.distance_m = [50, 60]", &[])?.sweep;
+//! let run = |shard| {
+//!     let mut results = Results::new(sweep.clone());
+//!     Run::new(&sweep, shard, None)?.advance(&mut results, |_| true)?;
+//!     Ok::<_, studies::sweep::SweepError>(results)
+//! };
+//! let whole = run(Shard::WHOLE)?;
+//! let mut parts = run(Shard::new(0, 2)?)?;
+//! parts.merge(&run(Shard::new(1, 2)?)?)?;
+//! assert_eq!(parts.finish()?, whole);
+//! assert_eq!(whole.total(0).errors.frames(), 600);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod cost;
+mod description;
+mod plan_file;
+mod results;
+mod run;
+mod shard;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+pub use description::{Axis, Cell, MOST_CELLS, MOST_FRAMES, Sweep, SweepError};
+pub use plan_file::{Division, EXAMPLE, PlanError, PlanFile};
+pub use results::{Results, ResultsError};
+pub use run::{News, Run};
+pub use shard::{MOST_SHARDS, Partition, Shard, ShardError, Work};
+pub use summary::Summary;

@@ -1,0 +1,197 @@
+//! Shards, interruptions and stopping rules against one run.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::tally::Standing;
+
+/// Cells of which some have enough errors soon and some never.
+fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {
+    let text = format!(
+        "frames = {frames}\ndetectors = [\"otsu\", \"kmeans\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [50, 20000]"
+    );
+    let mut sweep = Sweep::from_toml("a plan", &text, &[]).unwrap().sweep;
+    sweep.stop_errors = stop_errors;
+    sweep
+}
+
+fn run(sweep: &Sweep, shard: Shard) -> Results {
+    run_expecting(sweep, shard, None)
+}
+
+fn run_expecting(sweep: &Sweep, shard: Shard, expected: Option<&[u64]>) -> Results {
+    let mut results = Results::new(sweep.clone());
+    let done = Run::new(sweep, shard, expected)
+        .and_then(|run| run.advance(&mut results, |_| true))
+        .unwrap();
+    assert!(done);
+    results
+}
+
+fn merged(parts: impl IntoIterator<Item = Results>) -> Result<Results, ResultsError> {
+    let mut parts = parts.into_iter();
+    let mut merged = parts.next().unwrap();
+    parts.try_for_each(|part| merged.merge(&part))?;
+    merged.finish()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(6))]
+    #[test]
+    fn shards_in_any_order_are_one_run_byte_for_byte(
+        stop in prop_oneof![Just(None), (1u64..9000).prop_map(Some)],
+        order in (1u64..9).prop_flat_map(|count| Just((0..count).collect::<Vec<_>>()).prop_shuffle()),
+    ) {
+        let sweep = sweep(5000, stop);
+        let whole = run(&sweep, Shard::WHOLE);
+        let count = order.len() as u64;
+        let expected = sweep.expected_frames().unwrap();
+        let shard = |index| Shard::new(index, count).unwrap();
+        let parts = order.into_iter().map(|index| run_expecting(&sweep, shard(index), Some(&expected)));
+        let merged = merged(parts).unwrap();
+        prop_assert_eq!(merged.to_json().unwrap(), whole.to_json().unwrap());
+        prop_assert_eq!(merged.to_csv(), whole.to_csv());
+    }
+}
+
+#[test]
+fn swarms_add_up_from_shards_and_files() {
+    let text = "frames = 1000\nrare_events = true\ndetectors = [\"otsu\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [20, 50]";
+    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    let whole = run(&sweep, Shard::WHOLE);
+    let total = whole.total(1);
+    assert_eq!((total.rare.swarms(), total.errors.frames()), (4, 0));
+    assert!(total.rare.rate() > 0.0);
+    let parts = (0..3).map(|index| {
+        let part = run(&sweep, Shard::new(index, 3).unwrap());
+        Results::from_json(&part.to_json().unwrap()).unwrap()
+    });
+    let merged = merged(parts).unwrap();
+    assert_eq!(merged.to_json().unwrap(), whole.to_json().unwrap());
+    for (swarms, word) in [("18446744073709551615", "swarms"), ("2", "256 frames")] {
+        let damaged = whole.to_json().unwrap();
+        let damaged = damaged.replacen("\"swarms\":1,", &format!("\"swarms\":{swarms},"), 1);
+        let fault = Results::from_json(&damaged).map_err(|fault| fault.to_string());
+        assert!(
+            fault.as_ref().is_err_and(|text| text.contains(word)),
+            "{fault:?}"
+        );
+    }
+    // No features were measured.
+    let summary = whole.summary(0);
+    assert_eq!([summary.bvar, summary.wvar, summary.b2w], [None; 3]);
+    assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
+}
+
+#[test]
+fn cells_end_where_they_have_enough_and_no_sooner() {
+    let sweep = sweep(8000, Some(300));
+    let results = run(&sweep, Shard::WHOLE);
+    let (mut early, mut late) = (0, 0);
+    for cell in 0..sweep.cells() {
+        let Standing::Done(end) = results.standing(cell) else {
+            panic!("cell {cell} is not done")
+        };
+        assert_eq!(results.chunks_of(cell), end);
+        let errors = results.total(cell).errors;
+        if errors.frames() < sweep.frames {
+            early += 1;
+            assert!(errors.errors() >= 300, "cell {cell}: {}", errors.errors());
+        } else {
+            late += 1;
+        }
+    }
+    assert!(early > 0 && late > 0, "{early} ended early, {late} did not");
+}
+
+#[test]
+fn interruptions_change_nothing() {
+    let sweep = sweep(3000, Some(500));
+    let whole = run(&sweep, Shard::WHOLE);
+    let mut results = Results::new(sweep.clone());
+    let engine = Run::new(&sweep, Shard::WHOLE, None).unwrap();
+    let mut interruptions = 0;
+    loop {
+        let mut steps = 0;
+        let done = engine.advance(&mut results, |_| {
+            steps += 1;
+            steps < 2
+        });
+        // As if the program had ended and begun again.
+        results = Results::from_json(&results.to_json().unwrap()).unwrap();
+        if done.unwrap() {
+            break;
+        }
+        interruptions += 1;
+    }
+    assert!(interruptions > 2, "{interruptions}");
+    assert_eq!(results, whole);
+}
+
+#[test]
+fn missing_doubled_and_foreign_shards_are_refused() {
+    let sweep = sweep(1500, None);
+    let part = |index| run(&sweep, Shard::new(index, 3).unwrap());
+    let (a, b, c) = (part(0), part(1), part(2));
+    let fault = |parts: Vec<&Results>| {
+        let parts = parts.into_iter().cloned();
+        merged(parts).unwrap_err().to_string()
+    };
+    assert!(fault(vec![&a, &c]).contains("missing"));
+    assert!(fault(vec![&a, &b, &c, &b]).contains("once"));
+    let mut other = sweep.clone();
+    (other.seed, other.level) = (2, sim::accuracy::Level::Fine);
+    let fault = fault(vec![&a, &b, &Results::new(other)]);
+    assert!(fault.contains("seed, level"), "{fault}");
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let sweep = sweep(300, None);
+    let text = run(&sweep, Shard::WHOLE).to_json().unwrap();
+    let fault = |text: &str| Results::from_json(text).unwrap_err().to_string();
+    for length in [0, 1, 10, text.len() / 2, text.len() - 1] {
+        assert!(fault(&text[..length]).contains("no whole results"));
+    }
+    let format = text.replacen("\"format\":2", "\"format\":1", 1);
+    assert!(fault(&format).contains("format 1"), "{}", fault(&format));
+    let version = concat!("\"version\":\"", env!("CARGO_PKG_VERSION"), "\"");
+    let version = text.replacen(version, "\"version\":\"0.0.7\"", 1);
+    assert!(fault(&version).contains("version 0.0.7"));
+    let cell = text.replacen("{\"cell\":1,", "{\"cell\":99,", 1);
+    assert!(fault(&cell).contains("cell 99"), "{}", fault(&cell));
+    let doubled = text.replacen("{\"cell\":1,", "{\"cell\":0,", 1);
+    assert!(fault(&doubled).contains("once"), "{}", fault(&doubled));
+    let frames = text.replacen("\"errors\":[", "\"errors\":[18446744073709551615,", 1);
+    assert!(fault(&frames).contains("damaged"), "{}", fault(&frames));
+    let beyond = text.replacen("\"first_chunk\":1,", "\"first_chunk\":7,", 1);
+    assert!(
+        fault(&beyond).contains("up to chunk 8"),
+        "{}",
+        fault(&beyond)
+    );
+    let huge = text.replacen("\"frames\":300", "\"frames\":0", 1);
+    assert!(fault(&huge).contains("frames = 0"), "{}", fault(&huge));
+}
+
+#[test]
+fn parts_of_unequal_cells_take_about_equally_long() {
+    let text =
+        "frames = 100000\ndetectors = [\"otsu\", \"ml\"]\n[grid]\npose.distance_m = [30, 70]";
+    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    let costs = sweep.check().unwrap();
+    let of = |index| {
+        let shard = Shard::new(index, 4).unwrap();
+        let work = Run::new(&sweep, shard, None).unwrap().work().to_vec();
+        let chunks = |work: &Work| (work.chunks.end - work.chunks.start) as f64;
+        work.iter()
+            .map(|work| chunks(work) * costs[work.cell])
+            .sum::<f64>()
+    };
+    let times: Vec<f64> = (0..4).map(of).collect();
+    let mean = times.iter().sum::<f64>() / 4.0;
+    assert!(
+        times.iter().all(|time| (time / mean - 1.0).abs() < 0.01),
+        "{times:?}"
+    );
+}

@@ -1,0 +1,274 @@
+//! The file of a table found by a search: the ratios ([`sim::l2a::file`]) and all that they came from.
+//!
+//! Beside the ratios it has the settings of the search (`search`), the scene, the outcome of each illuminance and interval
+//! (`entries`) and of each setting (`cells`).
+
+use std::cmp::Ordering;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sim::accuracy::Level;
+use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
+use sim::scene::Scene;
+
+use super::survey::{Cell, Entry, Rule, Survey};
+use crate::optimum::Criterion;
+
+/// The settings of the search that a table came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchRecord {
+    /// The program's version.
+    pub version: String,
+    /// What was maximised.
+    pub criterion: Criterion,
+    /// How one ratio was made of those of the distances.
+    pub rule: Rule,
+    /// The seed.
+    pub seed: u64,
+    /// The most frames at one ratio.
+    pub frames: u64,
+    /// Half the width of the 95 % interval with which a search ended before that.
+    pub tolerance: f64,
+    /// The ratios looked among.
+    pub range: [f64; 2],
+    /// Whether reflectances were drawn.
+    pub random_reflectance: bool,
+    /// The detector.
+    pub detector: String,
+    /// How exactly frames were drawn.
+    pub level: Level,
+    /// The distances, m.
+    pub distance_m: Vec<f64>,
+    /// The turns about the vertical, degrees; the table is for the first.
+    pub yaw_deg: Vec<f64>,
+}
+
+impl SearchRecord {
+    /// The record of a survey.
+    pub fn of(survey: &Survey) -> Self {
+        let search = &survey.search;
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            criterion: search.criterion,
+            rule: survey.rule,
+            seed: search.seed,
+            frames: search.frames,
+            tolerance: search.tolerance,
+            range: search.range,
+            random_reflectance: search.random_reflectance,
+            detector: search.detector.into(),
+            level: search.level,
+            distance_m: survey.distance_m.clone(),
+            yaw_deg: survey.yaw_deg.clone(),
+        }
+    }
+}
+
+/// A table as it is in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableFile {
+    /// The ratios, and their axes.
+    pub ratios: RatioFile,
+    /// Where they come from, if by a search.
+    pub search: Option<SearchRecord>,
+    /// The scene searched.
+    pub scene: Option<Scene>,
+    /// What was found for each illuminance and interval.
+    pub entries: Vec<Entry>,
+    /// What was found at each setting.
+    pub cells: Vec<Cell>,
+}
+
+/// What a file says of where its ratios come from.
+#[derive(Deserialize)]
+struct Origin {
+    search: Option<SearchRecord>,
+    scene: Option<Scene>,
+    #[serde(default)]
+    entries: Vec<Entry>,
+    #[serde(default)]
+    cells: Vec<Cell>,
+}
+
+impl TableFile {
+    /// The file of a survey of which nothing is done yet.
+    pub fn of(survey: &Survey, scene: &Scene) -> Self {
+        Self {
+            ratios: RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone()),
+            search: Some(SearchRecord::of(survey)),
+            scene: Some(scene.clone()),
+            entries: Vec::new(),
+            cells: Vec::new(),
+        }
+    }
+
+    /// Whether both are of the same survey of the same scene, finished or not.
+    pub fn is_of_same_survey(&self, other: &Self) -> bool {
+        (&self.search, &self.scene) == (&other.search, &other.scene)
+            && (&self.ratios.illuminance_lx, &self.ratios.interval)
+                == (&other.ratios.illuminance_lx, &other.ratios.interval)
+    }
+
+    /// The entry of an illuminance and an interval, if it is there.
+    pub fn entry(&self, illuminance_lx: f64, interval: f64) -> Option<&Entry> {
+        self.entries
+            .iter()
+            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
+    }
+
+    /// Adds what was found for one illuminance and interval.
+    pub fn add(&mut self, rule: Rule, entry: Entry, cells: Vec<Cell>) {
+        let ratios = &mut self.ratios;
+        let row = ratios
+            .illuminance_lx
+            .iter()
+            .position(|&e| e == entry.illuminance_lx);
+        let column = ratios.interval.iter().position(|&i| i == entry.interval);
+        let place = row.and_then(|row| ratios.l2a.get_mut(row)?.get_mut(column?));
+        if let Some(ratio) = place {
+            // To a thousandth: finer than any uncertainty, and what a reader can take in.
+            *ratio = (entry.l2a(rule) * 1e3).round() / 1e3;
+        }
+        self.entries.push(entry);
+        self.cells.extend(cells);
+        // In the order of the axes, whatever was finished first.
+        let order = |a: [f64; 2], b: [f64; 2]| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
+        self.entries.sort_by(|a, b| {
+            order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
+        self.cells.sort_by(|a, b| {
+            order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
+    }
+
+    /// The table of a file, and all that the file says of it.
+    ///
+    /// # Errors
+    /// Says what is wrong, where, and what to do: see [`Fault`].
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        read_with(path, Self::from_toml)
+    }
+
+    /// The same of a text.
+    ///
+    /// # Errors
+    /// When it is no TOML with the keys of a table, or of another version.
+    pub fn from_toml(text: &str) -> Result<Self, Fault> {
+        let ratios = RatioFile::from_toml(text)?;
+        let origin: Origin = toml::from_str(text).map_err(Box::new)?;
+        Ok(Self {
+            ratios,
+            search: origin.search,
+            scene: origin.scene,
+            entries: origin.entries,
+            cells: origin.cells,
+        })
+    }
+
+    /// The file's text, the same for the same content.
+    ///
+    /// # Errors
+    /// When TOML has no word for something in it.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        let mut text = self.ratios.to_toml();
+        text += &lines(
+            "entries",
+            "What the distances together say of each",
+            &self.entries,
+        )?;
+        text += &lines("cells", "What was found at each setting", &self.cells)?;
+        #[derive(Serialize)]
+        struct Origin<'a> {
+            #[serde(skip_serializing_if = "Option::is_none")]
+            search: &'a Option<SearchRecord>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            scene: &'a Option<Scene>,
+        }
+        let origin = Origin {
+            search: &self.search,
+            scene: &self.scene,
+        };
+        Ok(format!("{text}\n{}", toml::to_string(&origin)?))
+    }
+}
+
+/// A list of tables, one a line; nothing of an empty one.
+fn lines(key: &str, comment: &str, values: &[impl Serialize]) -> Result<String, toml::ser::Error> {
+    if values.is_empty() {
+        return Ok(String::new());
+    }
+    let mut text = format!("\n# {comment}.\n{key} = [\n");
+    for value in values {
+        let mut line = String::new();
+        value.serialize(toml::ser::ValueSerializer::new(&mut line))?;
+        text += &format!("  {line},\n");
+    }
+    Ok(text + "]\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optimum::Search;
+
+    #[test]
+    fn what_was_written_is_read_back() {
+        let scene = Scene::load("night", &[]).unwrap();
+        let mut survey = Survey::new(Search::default());
+        survey.illuminance_lx = vec![50.0, 100.0];
+        let mut file = TableFile::of(&survey, &scene);
+        let entry = Entry {
+            illuminance_lx: 100.0,
+            interval: 1.5,
+            mean_l2a: 2.345_678_9,
+            mean_l2a_95: [2.1, 2.6],
+            range_l2a: [2.0, 3.0],
+            at_border: true,
+            least_ber_l2a: 2.5,
+            least_ber_l2a_95: [2.4, 2.6],
+            least_ber_not_worse: [2.2, 2.8],
+            least_ber: 1.234_567_891e-7,
+        };
+        let cell = Cell {
+            illuminance_lx: 100.0,
+            interval: 1.5,
+            distance_m: 30.0,
+            yaw_deg: 0.0,
+            l2a: 2.0,
+            l2a_95: [1.9, 2.1],
+            at_border: false,
+            not_worse: [1.8, 2.2],
+            b2w: Some(12.0),
+            fisher: None,
+            ber: 0.0,
+            ber_95: [0.0, 1e-3],
+            frames: 1 << 40,
+            table_loss: 1.01,
+        };
+        file.add(Rule::Mean, entry, vec![cell; 5]);
+        let text = file.to_toml().unwrap();
+        let back = TableFile::from_toml(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
+        assert!(back.is_of_same_survey(&file));
+        let [found] = back.entries[..] else {
+            panic!("one entry")
+        };
+        assert_eq!(
+            (found.mean_l2a, found.least_ber),
+            (2.3457, 1.2346e-7),
+            "five digits"
+        );
+        assert_eq!(back.cells, file.cells);
+        assert_eq!(back.ratios.l2a[1][2], 2.346);
+        assert_eq!(back.entry(100.0, 1.5), Some(&found));
+        assert_eq!(back.to_toml().unwrap(), text);
+        let missing = back.ratios.table().unwrap_err().to_string();
+        assert!(missing.contains("50 lx and interval 0.5"), "{missing}");
+    }
+}

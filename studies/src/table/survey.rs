@@ -1,0 +1,454 @@
+//! The best ratio at many settings of a scene.
+
+use link::l2a_table::{L2A_MIN, L2aTable, TableError};
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::optimum::{Criterion, Optimum, OptimumError, Search, least_mean_ber, optimum};
+use sim::scene::{RangeError, Scene};
+
+/// How one ratio is made of those that are best at each distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// Their mean (Do & Yoo 2020, section 4.4.3).
+    #[default]
+    Mean,
+    /// That of the least bit error rate of all distances' frames together.
+    LeastBer,
+}
+
+/// The settings a search is done at: every combination of the values of four scene keys.
+///
+/// ```
+/// use studies::optimum::Search;
+/// use sim::scene::Scene;
+/// use studies::table::Survey;
+/// let search = Search { frames: 64, ..Search::default() };
+/// let mut survey = Survey::new(search);
+/// (survey.interval, survey.distance_m) = (vec![1.0], vec![50.0, 60.0]);
+/// let scene = Scene::load("paper", &[])?;
+/// survey.check(&scene)?;
+/// let (entry, cells) = survey.entry(&scene, 10_000.0, 1.0, |_| true)?;
+/// assert_eq!(cells.len(), 2);
+/// assert!(entry.mean_l2a > 1.5 && entry.mean_l2a < 3.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Survey {
+    /// What is searched for at each setting.
+    pub search: Search,
+    /// How the ratio that a transmitter carries is made.
+    pub rule: Rule,
+    /// Ambient illuminances, lx.
+    pub illuminance_lx: Vec<f64>,
+    /// Normalised LED intervals.
+    pub interval: Vec<f64>,
+    /// Distances, m.
+    pub distance_m: Vec<f64>,
+    /// Turns about the vertical, degrees. The first is that of the table; the others show what it costs there.
+    pub yaw_deg: Vec<f64>,
+}
+
+/// One combination of the four keys' values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// Distance, m.
+    pub distance_m: f64,
+    /// Turn about the vertical, degrees.
+    pub yaw_deg: f64,
+}
+
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            illuminance_lx,
+            interval,
+            distance_m,
+            yaw_deg,
+        } = self;
+        write!(
+            f,
+            "{illuminance_lx} lx, interval {interval}, {distance_m} m, yaw {yaw_deg}°"
+        )
+    }
+}
+
+impl Setting {
+    /// The scene with its first panel so.
+    fn of(self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        scene.ambient.illuminance_lx = self.illuminance_lx;
+        for panel in scene.panels.iter_mut().take(1) {
+            panel.interval = self.interval;
+        }
+        let own_pose = scene
+            .panels
+            .first_mut()
+            .and_then(|panel| panel.pose.as_mut());
+        let pose = own_pose.unwrap_or(&mut scene.pose);
+        (pose.distance_m, pose.yaw_deg) = (self.distance_m, self.yaw_deg);
+        scene
+    }
+}
+
+/// What a survey tells while it works.
+#[derive(Clone, Copy, Debug)]
+pub enum News<'a> {
+    /// So many more frames are done.
+    Frames(u64),
+    /// The best ratio at one setting is known; [`Cell::table_loss`] may not be known yet, and is 1 then.
+    Cell(&'a Cell),
+}
+
+/// The best ratio at one setting.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// Distance, m.
+    pub distance_m: f64,
+    /// Turn about the vertical, degrees.
+    pub yaw_deg: f64,
+    /// The best ratio.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub l2a_95: [f64; 2],
+    /// Whether it is the end of the range.
+    pub at_border: bool,
+    /// The ratios that are not significantly worse.
+    #[serde(serialize_with = "short_pair")]
+    pub not_worse: [f64; 2],
+    /// B2W next to the best ratio, where it is defined.
+    #[serde(
+        default,
+        serialize_with = "short_if_any",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub b2w: Option<f64>,
+    /// Fisher's criterion there, where it is defined.
+    #[serde(
+        default,
+        serialize_with = "short_if_any",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub fisher: Option<f64>,
+    /// Bit error rate there.
+    #[serde(serialize_with = "short")]
+    pub ber: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub ber_95: [f64; 2],
+    /// Frames that these are of.
+    pub frames: u64,
+    /// By which factor the criterion is worse (of the bit error rate: its odds) where the panel is driven to the ratio
+    /// that the table holds.
+    #[serde(serialize_with = "short")]
+    pub table_loss: f64,
+}
+
+/// What the distances together say for one illuminance and interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The mean of the best ratios over the distances.
+    #[serde(serialize_with = "short")]
+    pub mean_l2a: f64,
+    /// Its 95 % interval: the mean of theirs. All distances have the same frames, so that their errors need not cancel.
+    #[serde(serialize_with = "short_pair")]
+    pub mean_l2a_95: [f64; 2],
+    /// The least and the greatest of the best ratios.
+    #[serde(serialize_with = "short_pair")]
+    pub range_l2a: [f64; 2],
+    /// Whether one of them is the end of the range, so that the mean may be too low (or too high).
+    pub at_border: bool,
+    /// The ratio of the least mean bit error rate.
+    #[serde(serialize_with = "short")]
+    pub least_ber_l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub least_ber_l2a_95: [f64; 2],
+    /// The ratios whose mean bit error rate is not significantly higher.
+    #[serde(serialize_with = "short_pair")]
+    pub least_ber_not_worse: [f64; 2],
+    /// The least mean bit error rate, by the fit.
+    #[serde(serialize_with = "short")]
+    pub least_ber: f64,
+}
+
+impl Entry {
+    /// The ratio that the transmitter carries by a rule.
+    pub fn l2a(&self, rule: Rule) -> f64 {
+        match rule {
+            Rule::Mean => self.mean_l2a,
+            Rule::LeastBer => self.least_ber_l2a,
+        }
+    }
+
+    /// The 95 % interval of [`Entry::l2a`].
+    pub fn l2a_95(&self, rule: Rule) -> [f64; 2] {
+        match rule {
+            Rule::Mean => self.mean_l2a_95,
+            Rule::LeastBer => self.least_ber_l2a_95,
+        }
+    }
+}
+
+/// A number as it is written: five digits, which is more than chance leaves of it.
+fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    five_digits(*value).serialize(serializer)
+}
+
+/// The same, if there is one.
+fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(five_digits).serialize(serializer)
+}
+
+/// The same of two.
+fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
+    values.map(five_digits).serialize(serializer)
+}
+
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
+
+/// Why a survey cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum SurveyError {
+    /// There is nothing to try of one key.
+    #[error("no {key} to try: give at least one")]
+    Empty {
+        /// The key.
+        key: &'static str,
+    },
+    /// A value is not allowed.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// The illuminances and intervals are no axes of a table.
+    #[error(transparent)]
+    Axes(#[from] TableError),
+    /// The optimum at one setting cannot be found.
+    #[error("at {setting}: {source}")]
+    Optimum {
+        /// The setting.
+        setting: Setting,
+        /// Why not.
+        source: OptimumError,
+    },
+    /// The distances have too few ratios in common.
+    #[error(
+        "the mean bit error rate at {illuminance_lx} lx, interval {interval} has no minimum: give more frames"
+    )]
+    NoMean {
+        /// Ambient illuminance, lx.
+        illuminance_lx: f64,
+        /// Normalised LED interval.
+        interval: f64,
+    },
+}
+
+impl SurveyError {
+    /// Whether the caller ended the work.
+    pub fn is_interruption(&self) -> bool {
+        let Self::Optimum { source, .. } = self else {
+            return false;
+        };
+        matches!(source, OptimumError::Interrupted)
+    }
+}
+
+impl Survey {
+    /// The paper's intervals and distances in the light of the scene `paper`, the panel parallel to the sensor.
+    pub fn new(search: Search) -> Self {
+        Self {
+            search,
+            rule: Rule::Mean,
+            illuminance_lx: vec![10_000.0],
+            interval: vec![0.5, 1.0, 1.5, 2.0],
+            distance_m: vec![30.0, 40.0, 50.0, 60.0, 70.0],
+            yaw_deg: vec![0.0],
+        }
+    }
+
+    /// That all settings are valid ones of `scene`.
+    ///
+    /// # Errors
+    /// Names the first value that is not, or the key that has none.
+    pub fn check(&self, scene: &Scene) -> Result<(), SurveyError> {
+        let keys: [(&str, &[f64]); 4] = [
+            ("illuminance", &self.illuminance_lx),
+            ("interval", &self.interval),
+            ("distance", &self.distance_m),
+            ("yaw", &self.yaw_deg),
+        ];
+        if let Some((key, _)) = keys.iter().find(|(_, values)| values.is_empty()) {
+            return Err(SurveyError::Empty { key });
+        }
+        let most = keys
+            .iter()
+            .map(|(_, values)| values.len())
+            .max()
+            .unwrap_or(0);
+        for k in 0..most {
+            let pick = |values: &[f64]| values.get(k).copied().unwrap_or(values[0]);
+            let [illuminance_lx, interval, distance_m, yaw_deg] =
+                keys.map(|(_, values)| pick(values));
+            let setting = Setting {
+                illuminance_lx,
+                interval,
+                distance_m,
+                yaw_deg,
+            };
+            setting.of(scene).validate()?;
+        }
+        let ratios = vec![L2A_MIN; self.illuminance_lx.len() * self.interval.len()];
+        let [illuminances, intervals] =
+            [&self.illuminance_lx, &self.interval].map(|axis| axis.iter().map(|&x| x as f32));
+        L2aTable::new(
+            &illuminances.collect::<Vec<_>>(),
+            &intervals.collect::<Vec<_>>(),
+            &ratios,
+        )?;
+        Ok(())
+    }
+
+    /// How many settings there are.
+    pub fn cells(&self) -> usize {
+        self.illuminance_lx.len() * self.interval.len() * self.distance_m.len() * self.yaw_deg.len()
+    }
+
+    /// Searches all distances and yaws of one illuminance and interval. `tell` may end the work by returning false.
+    ///
+    /// # Errors
+    /// When a setting cannot be searched, or `tell` ended the work.
+    pub fn entry(
+        &self,
+        scene: &Scene,
+        illuminance_lx: f64,
+        interval: f64,
+        mut tell: impl FnMut(News) -> bool,
+    ) -> Result<(Entry, Vec<Cell>), SurveyError> {
+        let at = |distance_m, yaw_deg| Setting {
+            illuminance_lx,
+            interval,
+            distance_m,
+            yaw_deg,
+        };
+        let mut parallel = Vec::new();
+        for &distance_m in &self.distance_m {
+            parallel.push(self.best(scene, at(distance_m, self.yaw_deg[0]), None, &mut tell)?);
+        }
+        let entry = self.summary(illuminance_lx, interval, &parallel)?;
+        let carried = entry.l2a(self.rule);
+        let mut cells: Vec<Cell> = parallel
+            .into_iter()
+            .map(|(cell, optimum)| cell.with_loss(&optimum, self.search.criterion, carried))
+            .collect();
+        for &yaw_deg in &self.yaw_deg[1..] {
+            for &distance_m in &self.distance_m {
+                let (cell, _) =
+                    self.best(scene, at(distance_m, yaw_deg), Some(carried), &mut tell)?;
+                cells.push(cell);
+            }
+        }
+        Ok((entry, cells))
+    }
+
+    /// The best ratio at one setting, and what another one costs there.
+    fn best(
+        &self,
+        scene: &Scene,
+        setting: Setting,
+        carried: Option<f64>,
+        tell: &mut impl FnMut(News) -> bool,
+    ) -> Result<(Cell, Optimum), SurveyError> {
+        let fault = |source| SurveyError::Optimum { setting, source };
+        let optimum = optimum(&setting.of(scene), &self.search, |frames| {
+            tell(News::Frames(frames))
+        })
+        .map_err(fault)?;
+        let cell = Cell::of(setting, &optimum);
+        let cell = carried.map_or(cell, |carried| {
+            cell.with_loss(&optimum, self.search.criterion, carried)
+        });
+        match tell(News::Cell(&cell)) {
+            true => Ok((cell, optimum)),
+            false => Err(fault(OptimumError::Interrupted)),
+        }
+    }
+
+    /// What the distances together say.
+    fn summary(
+        &self,
+        illuminance_lx: f64,
+        interval: f64,
+        parallel: &[(Cell, Optimum)],
+    ) -> Result<Entry, SurveyError> {
+        let optima: Vec<&Optimum> = parallel.iter().map(|(_, optimum)| optimum).collect();
+        let least = least_mean_ber(&optima, &self.search).ok_or(SurveyError::NoMean {
+            illuminance_lx,
+            interval,
+        })?;
+        let mean = |of: &dyn Fn(&Cell) -> f64| {
+            parallel.iter().map(|(cell, _)| of(cell)).sum::<f64>() / parallel.len() as f64
+        };
+        let best = parallel.iter().map(|(cell, _)| cell.l2a);
+        Ok(Entry {
+            illuminance_lx,
+            interval,
+            mean_l2a: mean(&|cell| cell.l2a),
+            mean_l2a_95: [0, 1].map(|end| mean(&|cell| cell.l2a_95[end])),
+            range_l2a: [
+                best.clone().fold(f64::INFINITY, f64::min),
+                best.fold(f64::NEG_INFINITY, f64::max),
+            ],
+            at_border: parallel.iter().any(|(cell, _)| cell.at_border),
+            least_ber_l2a: least.l2a,
+            least_ber_l2a_95: least.l2a_95,
+            least_ber_not_worse: least.not_worse,
+            least_ber: least.value,
+        })
+    }
+}
+
+impl Cell {
+    fn of(setting: Setting, optimum: &Optimum) -> Self {
+        let variances = optimum.evaluation.distinguishability();
+        Self {
+            illuminance_lx: setting.illuminance_lx,
+            interval: setting.interval,
+            distance_m: setting.distance_m,
+            yaw_deg: setting.yaw_deg,
+            l2a: optimum.l2a,
+            l2a_95: optimum.l2a_95,
+            at_border: optimum.at_border,
+            not_worse: optimum.not_worse,
+            b2w: variances.b2w,
+            fisher: variances.fisher,
+            ber: optimum.evaluation.errors.rate(),
+            ber_95: optimum.evaluation.errors.interval_95(),
+            frames: optimum.frames,
+            table_loss: 1.0,
+        }
+    }
+
+    fn with_loss(self, optimum: &Optimum, criterion: Criterion, carried: f64) -> Self {
+        Self {
+            table_loss: optimum.loss_at(criterion, carried).unwrap_or(1.0),
+            ..self
+        }
+    }
+}
