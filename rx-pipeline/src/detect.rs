@@ -21,22 +21,26 @@
 //! than it is, and so claims to be surer than it may be. The errors of neighbouring cells, which the blur makes alike, count as
 //! independent. And as Σ is not round, the sign of a soft value may differ from k-means' bit close to the border.
 
+mod detection;
 mod discriminant;
+mod error;
 mod fisher;
 mod kmeans;
 mod otsu;
+mod soft;
+mod standardise;
 
+pub use detection::{Detection, Mixture};
+pub use discriminant::VARIANCE_FLOOR;
+pub use error::{DetectError, MIN_CONTRAST_GREY};
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
+pub(crate) use detection::{bits_where, lit};
+pub(crate) use soft::{correlation, soft_panel};
+
 use crate::features::Features;
-use link::panel::{LEDS, LLR_STEP, Llr, PanelFrame, SoftPanel};
-
-/// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
-/// levels.
-pub const MIN_CONTRAST_GREY: f32 = 0.5;
-
-/// The variance added to each standardised feature's variance within a class: a hundredth of its variance in the panel.
-pub const VARIANCE_FLOOR: f32 = 0.01;
+use link::panel::PanelFrame;
+use standardise::standardised;
 
 /// How to tell On from Off.
 ///
@@ -85,89 +89,6 @@ impl From<Detector> for Method {
     }
 }
 
-/// One reading of a panel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Detection {
-    /// The detector's decision on each LED.
-    pub bits: PanelFrame,
-    /// The log-likelihood ratio of each LED, by the model above.
-    pub soft: SoftPanel,
-    /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
-    pub confidence: f32,
-    /// The two symbols that the exposure caught, if it seems to have: no single panel explains the frame as well as panels
-    /// explained those before it. Only maximum likelihood can tell.
-    pub mixed: Option<Mixture>,
-}
-
-/// What an exposure says that caught the end of one symbol and the beginning of the next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mixture {
-    /// The part of the exposure that is the beginning symbol's, 0 to 1; a half where that is not known.
-    pub share: f32,
-    /// The log-likelihood ratios of the symbol that ended, by this exposure alone.
-    pub ending: SoftPanel,
-    /// Those of the symbol that began.
-    pub beginning: SoftPanel,
-}
-
-impl Mixture {
-    /// Two symbols that cannot be told apart.
-    pub const INSEPARABLE: Self = Self {
-        share: 0.5,
-        ending: SoftPanel::ERASED,
-        beginning: SoftPanel::ERASED,
-    };
-
-    /// The share of the exposure for which each LED was On, if that is known.
-    pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
-        let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
-        (*self != Self::INSEPARABLE)
-            .then(|| core::array::from_fn(|led| lit(self.share, ended[led], begun[led])))
-    }
-}
-
-/// The share of the exposure for which an LED is On, from its shares in the symbol that ended and in the one that began, of which
-/// the exposure has a `share`.
-pub(crate) fn lit(share: f32, ended: f32, begun: f32) -> f32 {
-    (1.0 - share) * ended + share * begun
-}
-
-/// Why a panel could not be read.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum DetectError {
-    /// All cells look alike.
-    #[error(
-        "the brightest and the darkest cell differ by {range_grey} grey levels, less than the {MIN_CONTRAST_GREY} that \
-         can be told from rounding: check exposure and corners"
-    )]
-    ContrastTooLow {
-        /// Highest minus lowest mean grey of a cell, in grey levels.
-        range_grey: f32,
-    },
-    /// The features do not fall into two groups.
-    #[error(
-        "{on} cells fall into the group On and the others into Off: both need at least one; check the corners"
-    )]
-    OneClass {
-        /// Cells in the brighter group, 0 or 64.
-        on: u32,
-    },
-    /// The panel's pixels are too many, or none.
-    #[error(
-        "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
-         corners, or give the detector more memory"
-    )]
-    OutsideMemory {
-        /// The image's columns.
-        width: usize,
-        /// The image's rows.
-        height: usize,
-        /// The detector's `PIXELS`.
-        capacity: usize,
-    },
-}
-
 impl Detector {
     /// Reads the panel.
     ///
@@ -212,41 +133,6 @@ impl Detector {
     }
 }
 
-impl Detection {
-    pub(crate) fn new(bits: PanelFrame, llr: [f32; LEDS]) -> Self {
-        let right = llr.map(|llr| 1.0 / (1.0 + libm::expf(-llr.abs())));
-        Self {
-            bits,
-            soft: soft_panel(&llr),
-            confidence: right.iter().sum::<f32>() / LEDS as f32,
-            mixed: None,
-        }
-    }
-}
-
-/// Log-likelihood ratios in nats, in steps of [`LLR_STEP`], within ±127.
-pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
-    SoftPanel(llr.map(|llr| libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr))
-}
-
-/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
-pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
-    let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
-        let sum: i32 =
-            a.0.iter()
-                .zip(&b.0)
-                .map(|(&a, &b)| i32::from(a) * i32::from(b))
-                .sum();
-        sum as f32
-    };
-    let norm = libm::sqrtf(product(a, a) * product(b, b));
-    if norm > 0.0 {
-        product(a, b) / norm
-    } else {
-        0.0
-    }
-}
-
 fn check_contrast(features: &Features) -> Result<(), DetectError> {
     let grey = &features.mean_grey;
     let brightest = grey.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -259,48 +145,10 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
     }
 }
 
-/// The values with their mean taken off, divided by their standard deviation; all 0 if they are equal.
-#[inline(always)]
-fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
-    let mean = sum(values) / LEDS as f32;
-    let centred = values.map(|value| value - mean);
-    let variance = sum(&centred.map(|value| value * value)) / LEDS as f32;
-    let scale = if variance > f32::MIN_POSITIVE {
-        1.0 / libm::sqrtf(variance)
-    } else {
-        0.0
-    };
-    centred.map(|value| value * scale)
-}
-
-/// The sum of a panel's values, eight side by side: the order that processors can keep, and the same on all of them.
-#[inline(always)]
-fn sum(values: &[f32; LEDS]) -> f32 {
-    let mut lanes = [0.0; 8];
-    for eight in values.chunks_exact(8) {
-        for (lane, value) in lanes.iter_mut().zip(eight) {
-            *lane += value;
-        }
-    }
-    lanes.iter().sum()
-}
-
-/// The panel of which the LEDs are On for which that holds.
-pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
-    PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
-}
-
-/// The split, if there are cells in both classes.
-fn two_classes(bits: PanelFrame) -> Result<PanelFrame, DetectError> {
-    match bits.count_on() {
-        on if on == 0 || on == LEDS as u32 => Err(DetectError::OneClass { on }),
-        _ => Ok(bits),
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use link::panel::LEDS;
     use proptest::prelude::*;
 
     /// Features of a panel of `bits`, each On cell `contrast` times one standard deviation of noise above an Off one.

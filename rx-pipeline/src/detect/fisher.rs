@@ -1,6 +1,7 @@
 //! Fisher's linear discriminant, trained on panels whose bits are known.
 
-use super::{discriminant::Discriminant, standardised};
+use super::discriminant::Discriminant;
+use super::standardise::standardised;
 use crate::features::Features;
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix3, Vector3};

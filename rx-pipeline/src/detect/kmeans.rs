@@ -1,6 +1,8 @@
 //! Two clusters in the plane of two features (Lloyd's algorithm).
 
-use super::{DetectError, bits_where, sum, two_classes};
+use super::detection::bits_where;
+use super::error::{DetectError, two_classes};
+use super::standardise::sum;
 use link::panel::{LEDS, PanelFrame};
 
 /// Lloyd's algorithm ends when no cell changes sides; 64 cells in two groups have always done so in far fewer rounds.

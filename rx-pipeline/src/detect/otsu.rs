@@ -1,6 +1,7 @@
 //! The threshold on grey alone that leaves the greatest variance between the classes (Otsu 1979).
 
-use super::{DetectError, bits_where, two_classes};
+use super::detection::bits_where;
+use super::error::{DetectError, two_classes};
 use link::panel::{LEDS, PanelFrame};
 
 /// The cells above the threshold.

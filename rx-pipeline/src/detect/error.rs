@@ -1,0 +1,51 @@
+//! Why a panel could not be read.
+
+use link::panel::{LEDS, PanelFrame};
+
+/// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
+/// levels.
+pub const MIN_CONTRAST_GREY: f32 = 0.5;
+
+/// Why a panel could not be read.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DetectError {
+    /// All cells look alike.
+    #[error(
+        "the brightest and the darkest cell differ by {range_grey} grey levels, less than the {MIN_CONTRAST_GREY} that \
+         can be told from rounding: check exposure and corners"
+    )]
+    ContrastTooLow {
+        /// Highest minus lowest mean grey of a cell, in grey levels.
+        range_grey: f32,
+    },
+    /// The features do not fall into two groups.
+    #[error(
+        "{on} cells fall into the group On and the others into Off: both need at least one; check the corners"
+    )]
+    OneClass {
+        /// Cells in the brighter group, 0 or 64.
+        on: u32,
+    },
+    /// The panel's pixels are too many, or none.
+    #[error(
+        "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
+         corners, or give the detector more memory"
+    )]
+    OutsideMemory {
+        /// The image's columns.
+        width: usize,
+        /// The image's rows.
+        height: usize,
+        /// The detector's `PIXELS`.
+        capacity: usize,
+    },
+}
+
+/// The split, if there are cells in both classes.
+pub(super) fn two_classes(bits: PanelFrame) -> Result<PanelFrame, DetectError> {
+    match bits.count_on() {
+        on if on == 0 || on == LEDS as u32 => Err(DetectError::OneClass { on }),
+        _ => Ok(bits),
+    }
+}

@@ -1,0 +1,26 @@
+//! Log-likelihood ratios in nats, and the soft values that stand for them.
+
+use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
+
+/// Log-likelihood ratios in nats, in steps of [`LLR_STEP`], within ±127.
+pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
+    SoftPanel(llr.map(|llr| libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr))
+}
+
+/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
+pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
+    let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
+        let sum: i32 =
+            a.0.iter()
+                .zip(&b.0)
+                .map(|(&a, &b)| i32::from(a) * i32::from(b))
+                .sum();
+        sum as f32
+    };
+    let norm = libm::sqrtf(product(a, a) * product(b, b));
+    if norm > 0.0 {
+        product(a, b) / norm
+    } else {
+        0.0
+    }
+}
