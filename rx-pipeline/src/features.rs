@@ -119,12 +119,6 @@ impl Features {
             own.max(DARKEST_GREY) / others.max(DARKEST_GREY)
         })
     }
-
-    /// Pixels of the panel at grey level 255, over all its pixels: 0 to 1.
-    pub fn saturated_fraction(&self) -> f32 {
-        let sum = |counts: &[u16; LEDS]| counts.iter().map(|&n| u32::from(n)).sum::<u32>();
-        sum(&self.saturated) as f32 / sum(&self.pixels).max(1) as f32
-    }
 }
 
 /// Sums over the pixels of each cell.
@@ -341,10 +335,7 @@ mod tests {
             ([1.0; 64], [1.0; 64], 0.0)
         );
         let white = measure(&[255; WIDTH * WIDTH], &map);
-        assert_eq!(
-            (white.saturated, white.saturated_fraction()),
-            ([16; 64], 1.0)
-        );
+        assert_eq!((white.saturated, white.pixels), ([16; 64], [16; 64]));
     }
 
     #[test]
