@@ -27,15 +27,15 @@
 //!
 //! # Choosing
 //!
-//! - **From a camera to messages:** [`receiver::Receiver`]; of several panels at once [`receivers::Receivers`]. Its [memory](receiver::ReceiverMemory) is sized by the largest panel
+//! - **From a camera to messages:** [`receiver::Receiver`], of one panel or several. Its [memory](receiver::ReceiverMemory) is sized by the largest panel
 //!   to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
 //! - **Single frames, or a panel whose place is known:** [`corners::Corners`], [`cells::CellMap`],
 //!   [`features::Features`] and [`detect::Detector`], as below.
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
 //! - **The locator** finds a panel that stands out in one frame, and before clutter one that blinks in two or three: give it the
-//!   earlier frames ([`receiver::Receiver::with_history`]). Where the place is known, [`receiver::Receiver::place`] goes without it.
-//! - **On a microcontroller, or in a part of the frame:** [`region`] reads a panel whose place is known once, and has the messages
-//!   for asking a board to.
+//!   earlier frames ([`receiver::FrameSearch::with_history`]). Where the place is known, [`receiver::Receiver::place`] goes without it.
+//! - **On a microcontroller, or in a part of the frame:** [`receiver::Receiver::region`] reads a panel whose place is known once; [`board`] has
+//!   the messages for asking a board to.
 //! - **How long does a stage take?** Ask with a [`profile::Profile`].
 //!
 //! ```
@@ -66,6 +66,7 @@
 extern crate std;
 
 pub mod approximate;
+pub mod board;
 pub mod cells;
 pub mod corners;
 pub mod detect;
@@ -78,8 +79,6 @@ pub mod likelihood;
 pub mod locate;
 pub mod profile;
 pub mod receiver;
-pub mod receivers;
-pub mod region;
 mod spots;
 pub mod symbols;
 pub mod track;

@@ -14,15 +14,20 @@
 //! (the lattice is affine), and those that show no pattern, such as all On.
 
 mod blob;
+mod error;
 mod evidence;
 mod halftone;
+mod memory;
 mod patch;
 mod proof;
 mod search;
 mod starts;
 mod survey;
 
-use crate::corners::{Corners, CornersError};
+pub use error::LocateError;
+pub use memory::{LocatorMemory, SearchMemory};
+
+use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::light::Light;
@@ -30,9 +35,10 @@ use crate::profile::{Profile, Stage};
 use crate::spots::{Canvas, Spots};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
+pub(crate) use memory::Workspace;
 use proof::Proven;
 use starts::{Ground, View};
-use survey::{Candidate, Survey, Tiles};
+use survey::{Candidate, Survey};
 
 /// Finds panels in frames.
 ///
@@ -52,34 +58,6 @@ pub struct Locator {
     blur_sigma_px: f32,
 }
 
-/// Working memory of a search, for windows of up to `PIXELS` around a panel: 8 bytes a pixel and 128 kB. A search also takes up to 100 kB of
-/// stack.
-pub struct LocatorMemory<const PIXELS: usize> {
-    pub(crate) canvas: Canvas<PIXELS>,
-    busy: Tiles,
-    changed: Tiles,
-    /// Where the frame before showed a change too faint to be sure.
-    suspect: Option<Lattice>,
-}
-
-impl<const PIXELS: usize> LocatorMemory<PIXELS> {
-    /// Memory that holds nothing.
-    pub const fn new() -> Self {
-        Self {
-            canvas: Canvas::new(),
-            busy: Tiles::new(),
-            changed: Tiles::new(),
-            suspect: None,
-        }
-    }
-}
-
-impl<const PIXELS: usize> Default for LocatorMemory<PIXELS> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// A panel found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Location {
@@ -96,129 +74,6 @@ pub struct Location {
     /// Whether it was found by its change from an earlier frame.
     pub by_change: bool,
     pub(crate) spots: Spots,
-}
-
-/// Why no panel was found.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LocateError {
-    /// The frame is even but for its noise.
-    #[error(
-        "no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure"
-    )]
-    NothingStandsOut,
-    /// Nothing that stands out has the size of a panel.
-    #[error(
-        "no candidate: of {places} places that stand out none is {} to {} px large; move the camera or crop the frame",
-        blob::SIDE_PX.start(),
-        blob::SIDE_PX.end()
-    )]
-    NoCandidate {
-        /// Places looked at.
-        places: usize,
-    },
-    /// No lattice settles on what stands out.
-    #[error(
-        "the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view"
-    )]
-    NoLattice,
-    /// No lattice of 8×8 spots looks like what stands out.
-    #[error(
-        "the grid does not fit: the best 8×8 lattice differs from the frame by {residual_grey:.1} grey levels (root mean square), \
-         {allowed_grey:.1} would do; what stands out is no panel, or clutter behind it shows through"
-    )]
-    GridDoesNotFit {
-        /// Root mean square difference, in grey levels.
-        residual_grey: f32,
-        /// The largest accepted here, in grey levels.
-        allowed_grey: f32,
-    },
-    /// The LEDs are lost in noise.
-    #[error(
-        "contrast too low: the LEDs have a signal-to-noise ratio of {signal_to_noise:.1}, {needed:.1} is needed; expose longer or brighter"
-    )]
-    ContrastTooLow {
-        /// That of all LEDs together, in amplitude.
-        signal_to_noise: f32,
-        /// The least that does.
-        needed: f32,
-    },
-    /// The panel is white throughout.
-    #[error(
-        "saturated: {percent} % of the panel's pixels are at grey 255, at most {MAX_SATURATED_PERCENT} % may be; expose less"
-    )]
-    Saturated {
-        /// Share of pixels at 255, in percent.
-        percent: u8,
-    },
-    /// Too few LEDs are On, or too many, or they form a picture.
-    #[error(
-        "no random pattern: {lit} LEDs are lit or have changed, {different} of 112 neighbours differ; a scrambled message shows about 32 and 56"
-    )]
-    NotRandom {
-        /// LEDs that are On, or that have changed.
-        lit: u32,
-        /// Neighbours in rows and columns that differ.
-        different: u32,
-    },
-    /// An outer row or column cannot be seen, so that the lattice may be one line off.
-    #[error(
-        "an edge is unseen: an outer line of LEDs has a signal-to-noise ratio of {signal_to_noise:.1}; the next frames may show it"
-    )]
-    EdgeUnseen {
-        /// In amplitude.
-        signal_to_noise: f32,
-    },
-    /// The pattern goes on beyond 8×8.
-    #[error("the grid goes on: {lit_around} of 36 places around the 8×8 lattice are lit like LEDs")]
-    GoesOn {
-        /// Places that are lit.
-        lit_around: u32,
-    },
-    /// The spots that fit best are no LEDs.
-    #[error(
-        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs under this blur {narrowest_px:.2} to \
-         {widest_px:.2}; check the blur in the settings"
-    )]
-    SpotsDoNotFit {
-        /// The fitted spots' standard deviation.
-        spot_sigma_px: f32,
-        /// The least possible.
-        narrowest_px: f32,
-        /// The most possible.
-        widest_px: f32,
-    },
-    /// The LEDs run into each other, so that a single frame does not tell them from anything smooth.
-    #[error(
-        "the grid does not fit: its LEDs run into each other, and the logarithm of the odds that it is a panel and not something smooth is \
-         {log_odds:.0}, {} is needed; the next frames may show it",
-        proof::LEAST_LOG_ODDS
-    )]
-    Indistinct {
-        /// The natural logarithm of the odds.
-        log_odds: f32,
-    },
-    /// The LEDs are too close together to be sure of anything.
-    #[error(
-        "the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens"
-    )]
-    TooSmall {
-        /// Distance of neighbouring LEDs.
-        pitch_px: f32,
-    },
-    /// The lattice is turned or stretched as no panel is.
-    #[error(
-        "the grid does not fit: it is {aspect:.2} times as wide as high and turned by {roll_deg:.0}°, beyond what is looked for"
-    )]
-    ImpossiblePose {
-        /// Pitch along rows over pitch along columns.
-        aspect: f32,
-        /// Turn of the rows in degrees.
-        roll_deg: f32,
-    },
-    /// The fitted lattice is no readable panel.
-    #[error("the grid found is no panel: {0}")]
-    Corners(#[from] CornersError),
 }
 
 /// The share of white pixels from which a panel is not fitted, in percent.
@@ -319,14 +174,29 @@ impl Locator {
         memory: &mut LocatorMemory<N>,
         profile: &mut impl Profile,
     ) -> Result<Location, LocateError> {
+        let LocatorMemory { canvas, search } = memory;
+        let workspace = Workspace { canvas, search };
+        self.search(frame, earlier, known, effort, workspace, profile)
+    }
+
+    /// The same in memory of other parts.
+    pub(crate) fn search<const N: usize>(
+        &self,
+        frame: &Frame<'_>,
+        earlier: &[Frame<'_>],
+        known: &[Corners],
+        effort: Effort,
+        workspace: Workspace<'_, N>,
+        profile: &mut impl Profile,
+    ) -> Result<Location, LocateError> {
         let same_size =
             |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
-        let LocatorMemory {
-            canvas,
+        let Workspace { canvas, search } = workspace;
+        let SearchMemory {
             busy,
             changed,
             suspect,
-        } = memory;
+        } = search;
         let suspected = suspect.take();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY>::of(frame, earlier.iter().find(same_size), busy, changed)

@@ -3,16 +3,18 @@
 use link::framing::Event;
 use proptest::prelude::*;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{
+    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 
 const PIXELS: usize = 4096;
 const LARGEST: usize = 160;
 
-type Owned = Receiver<PIXELS, Box<ReceiverMemory<PIXELS>>, Vec<u8>>;
+type Owned = Receiver<PIXELS, Box<ReceiverMemory<PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
 fn receiver() -> Owned {
-    let history = vec![0; 2 * LARGEST * LARGEST];
-    Receiver::with_history(ReceiverSettings::default(), Box::default(), history)
+    let search = FrameSearch::with_history(Box::default(), vec![0; 2 * LARGEST * LARGEST]);
+    Receiver::new(ReceiverSettings::default(), Box::default(), search)
         .expect("the default settings")
 }
 

@@ -12,7 +12,9 @@ use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::receiver::{Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{
+    FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
 use tx_firmware::light_watch::{LightSample, SensorRange};
@@ -113,7 +115,11 @@ pub struct Road {
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
-    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, Vec<u8>>,
+    receiver: Receiver<
+        PANEL_PIXELS,
+        Box<ReceiverMemory<PANEL_PIXELS>>,
+        FrameSearch<Box<SearchMemory>, Vec<u8>>,
+    >,
     true_corners: bool,
     symbols: Symbols,
     canvas: Canvas<f32>,
@@ -141,14 +147,15 @@ impl Road {
             blur_sigma_px: scene.camera.blur_sigma_px as f32,
             ..camera_of(scene)
         };
-        let receiver = Receiver::with_history(
+        let history = vec![0; 2 * sensor.width * sensor.height];
+        let receiver = Receiver::new(
             ReceiverSettings {
                 camera: camera.clamped(),
                 method: settings.method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },
             Box::default(),
-            vec![0; 2 * sensor.width * sensor.height],
+            FrameSearch::with_history(Box::default(), history),
         )?;
         let canvas = Canvas::new(renderer.lit_region());
         Ok(Self {
@@ -220,7 +227,8 @@ impl Road {
         if let Ok(corners) = self.renderer.corners_in(sensor) {
             let followed = self.receiver.corners();
             if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
-                let _ = self.receiver.place(corners, sensor.width, sensor.height);
+                let size = (sensor.width, sensor.height);
+                let _ = self.receiver.place(corners, [0; 2], size);
             }
         }
     }

@@ -7,7 +7,9 @@ use link::camera::Camera;
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{
+    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 use vocc_tests::sightings::{Sighting, photographs};
 
 fn main() {
@@ -93,8 +95,8 @@ fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
         method,
         ..ReceiverSettings::default()
     };
-    let mut receiver =
-        Receiver::with_history(settings, memory, history).expect("the default settings");
+    let search = FrameSearch::with_history(Box::<SearchMemory>::default(), history);
+    let mut receiver = Receiver::new(settings, memory, search).expect("the default settings");
     let mut number = 0;
     let mut next = || {
         number += 1;

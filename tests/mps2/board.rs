@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use link::serial::{FrameReader, Kind, encode, wire_length};
-use rx_pipeline::region::{Answer, REGION_ANSWER_MAX, REGION_REQUEST_MAX, Request, Settings};
+use rx_pipeline::board::{Answer, REGION_ANSWER_MAX, REGION_REQUEST_MAX, Request, Settings};
 
 /// QEMU lets 2⁶ ns pass with each instruction.
 const SHIFT: u32 = 6;

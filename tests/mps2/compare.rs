@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use link::framing::Event;
+use rx_pipeline::board::{Answer, MethodChoice, Report, Request, Sight, Unread};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::region::{
-    Answer, MethodChoice, RegionMemory, RegionReceiver, Report, Request, Sight, Unread,
-};
+use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory};
 use rx_pipeline::track::PATIENCE_FRAMES;
 
 use vocc_tests::firmware::say;
@@ -78,8 +77,8 @@ impl Course {
 fn show(image: &Path, film: &Film, side: u16, method: MethodChoice) -> Costs {
     let settings = Film::settings(method);
     let mut board = Board::begin(image, settings);
-    let memory = Box::new(RegionMemory::<16384>::new());
-    let mut host = RegionReceiver::new(settings.into(), memory).expect("settings in range");
+    let memory = Box::<ReceiverMemory<16384>>::default();
+    let mut host = Receiver::new(settings.into(), memory, NoSearch).expect("settings in range");
     let mut course = Course::from(film.corners.centre_px());
     let mut costs = Costs::default();
     let (mut messages, mut host_messages) = (vec![], vec![]);
@@ -94,7 +93,7 @@ fn show(image: &Path, film: &Film, side: u16, method: MethodChoice) -> Costs {
         let square = usize::from(side);
         let frame = Frame::new(&cut.pixels, square, square).expect("a frame");
         if number == 0 {
-            host.place(film.corners, cut.origin, &frame)
+            host.place(film.corners, cut.origin, (square, square))
                 .expect("a panel in the region");
         }
         let outcome = host.region(number as u64, cut.origin, &frame, &mut ());

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use rx_pipeline::board::{MethodChoice, Settings};
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::profile::{STAGES, Stage};
-use rx_pipeline::region::{MethodChoice, Settings};
 use sim::accuracy::Level;
 use sim::road::camera_of;
 use sim::scene::Scene;

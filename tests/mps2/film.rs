@@ -1,8 +1,8 @@
 //! What the board is shown: a panel that drives past a camera, and the regions around it.
 
+use rx_pipeline::board::{MethodChoice, Region, Settings};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
-use rx_pipeline::region::{MethodChoice, Region, Settings};
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;

@@ -4,7 +4,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{
+    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
@@ -65,7 +67,8 @@ fn film(record: &Record, from_ns: u64) -> Vec<Vec<u8>> {
         ..ReceiverSettings::default()
     };
     let memory = Box::<ReceiverMemory<PANEL_PIXELS>>::default();
-    let mut receiver = Receiver::new(settings, memory).expect("a usable link");
+    let search = FrameSearch::new(Box::<SearchMemory>::default());
+    let mut receiver = Receiver::new(settings, memory, search).expect("a usable link");
     let mut canvas = Canvas::new(renderer.lit_region());
     let sensor = renderer.sensor();
     let mut grey = vec![0; sensor.width * sensor.height];

@@ -8,8 +8,9 @@ use link::camera::Camera;
 use link::framing::{Event, SegmentOutcome};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::profile::{Profile, STAGES, Stage};
-use rx_pipeline::receiver::{Outcome, ReceiverMemory, ReceiverSettings};
-use rx_pipeline::receivers::Receivers;
+use rx_pipeline::receiver::{
+    FrameSearch, Outcome, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 use studies::detectors::DetectorChoice;
 
 use crate::options::{self, Shared};
@@ -168,9 +169,9 @@ fn frames_of(sources: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     Ok(frames)
 }
 
-/// The receivers and what they have had to say.
+/// The receiver and what it has had to say.
 struct Reception<'a, const PANELS: usize> {
-    receivers: Option<Receiving<PANELS>>,
+    receiver: Option<Receiving<PANELS>>,
     settings: ReceiverSettings,
     arguments: &'a Arguments,
     json: bool,
@@ -179,8 +180,12 @@ struct Reception<'a, const PANELS: usize> {
     times: Times,
 }
 
-type Receiving<const PANELS: usize> =
-    Receivers<PANELS, PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, Vec<u8>>;
+type Receiving<const PANELS: usize> = Receiver<
+    PANEL_PIXELS,
+    Box<ReceiverMemory<PANEL_PIXELS, PANELS>>,
+    FrameSearch<Box<SearchMemory>, Vec<u8>>,
+    PANELS,
+>;
 
 /// Frames that are kept to see what blinks.
 const KEPT_FRAMES: usize = 2;
@@ -197,9 +202,9 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             symbols_per_frame: arguments.symbol_rate / arguments.fps,
         };
         // Settings are refused before the first frame, not with it.
-        receivers::<PANELS>(settings, 0)?;
+        receiver::<PANELS>(settings, 0)?;
         Ok(Self {
-            receivers: None,
+            receiver: None,
             settings,
             arguments,
             json: shared.json,
@@ -212,15 +217,15 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     fn take(&mut self, frame: &Frame) -> anyhow::Result<()> {
         let number = self.frames;
         self.frames += 1;
-        if self.receivers.is_none() {
-            self.receivers = Some(receivers(self.settings, frame.width() * frame.height())?);
+        if self.receiver.is_none() {
+            self.receiver = Some(receiver(self.settings, frame.width() * frame.height())?);
         }
-        let Some(receivers) = &mut self.receivers else {
+        let Some(receiver) = &mut self.receiver else {
             return Ok(());
         };
         let (arguments, json, messages) = (self.arguments, self.json, &mut self.messages);
         let mut told = Ok(());
-        receivers.frame(number, frame, &mut self.times, |panel, outcome| {
+        receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
             let done = report(arguments, json, number, panel, frame, &outcome);
             let said =
                 tell(&outcome.event, panel, arguments.panels, json).map(|count| *messages += count);
@@ -240,8 +245,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     fn finish(&mut self) -> anyhow::Result<Answer> {
         let (panels, json, messages) = (self.arguments.panels, self.json, &mut self.messages);
         let mut told = Ok(());
-        if let Some(receivers) = &mut self.receivers {
-            receivers.finish(|panel, event| {
+        if let Some(receiver) = &mut self.receiver {
+            receiver.finish_each(|panel, event| {
                 let said = tell(&event, panel, panels, json).map(|count| *messages += count);
                 if told.is_ok() {
                     told = said;
@@ -260,16 +265,12 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     }
 }
 
-fn receivers<const PANELS: usize>(
+fn receiver<const PANELS: usize>(
     settings: ReceiverSettings,
     frame_pixels: usize,
 ) -> anyhow::Result<Receiving<PANELS>> {
-    let memories = [(); PANELS].map(|()| Box::default());
-    Ok(Receivers::new(
-        settings,
-        memories,
-        vec![0; KEPT_FRAMES * frame_pixels],
-    )?)
+    let search = FrameSearch::with_history(Box::default(), vec![0; KEPT_FRAMES * frame_pixels]);
+    Ok(Receiver::new(settings, Box::default(), search)?)
 }
 
 /// Prints and draws what one frame shows of a panel, and on standard error why it shows nothing.

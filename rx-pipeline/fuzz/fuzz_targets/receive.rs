@@ -3,12 +3,12 @@
 
 use libfuzzer_sys::fuzz_target;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 fuzz_target!(|data: &[u8]| {
-    let history = vec![0; 2 * 128 * 128];
-    let memory = Box::new(ReceiverMemory::<4096>::new());
-    let mut receiver = Receiver::with_history(ReceiverSettings::default(), memory, history).expect("the default settings");
+    let memory = Box::<ReceiverMemory<4096>>::default();
+    let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; 2 * 128 * 128]);
+    let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).expect("the default settings");
     let mut rest = data;
     let mut number = 0u64;
     // Each frame: its size, by how much its number rises, and its pixels, as often as they fit.

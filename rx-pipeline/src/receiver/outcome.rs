@@ -68,3 +68,12 @@ impl From<TrackError> for Loss {
         Self::Coasting { missed: 0, why }
     }
 }
+
+impl Outcome<'_> {
+    /// No panel, no symbol, no message.
+    pub(super) const NOTHING: Self = Self {
+        reading: Err(Loss::NoPlace),
+        symbol: None,
+        event: Event::Nothing,
+    };
+}

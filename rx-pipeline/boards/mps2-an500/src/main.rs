@@ -10,8 +10,8 @@ mod peripherals;
 mod stack;
 
 use panic_halt as _;
-use rx_pipeline::receiver::ReceiverError;
-use rx_pipeline::region::{Machine, RegionMemory, Service};
+use rx_pipeline::board::{Machine, Service};
+use rx_pipeline::receiver::{ReceiverError, ReceiverMemory};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use peripherals::{Clock, Uart};
@@ -19,9 +19,9 @@ use peripherals::{Clock, Uart};
 /// Pixels of the largest panel: 128 × 128.
 const PIXELS: usize = 16_384;
 
-type Board = Service<PIXELS, &'static mut RegionMemory<PIXELS>>;
+type Board = Service<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
 
-static MEMORY: ConstStaticCell<RegionMemory<PIXELS>> = ConstStaticCell::new(RegionMemory::new());
+static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());
 static SERVICE: StaticCell<Result<Board, ReceiverError>> = StaticCell::new();
 
 struct Mps2 {

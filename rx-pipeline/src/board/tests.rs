@@ -1,17 +1,12 @@
-//! Regions beside whole frames, and a service that is asked nonsense.
+//! A service that is asked, asked twice, and asked nonsense.
 
 use super::*;
-use crate::frame::Frame;
-use crate::receiver::{Receiver, ReceiverMemory, ReceiverSettings};
+use crate::receiver::ReceiverMemory;
 use crate::synthetic::Scene;
-use link::fec::Code;
-use link::framing::{Event, Framer};
 use link::serial::{FrameReader, Kind, encode, wire_length};
 use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
-
-const MESSAGE: &[u8] = b"lane closed after the bridge";
 
 struct Bench;
 
@@ -28,10 +23,10 @@ impl Machine for Bench {
     }
 }
 
-type Board = Service<4096, Box<RegionMemory<4096>>>;
+type Board = Service<4096, Box<ReceiverMemory<4096>>>;
 
 fn board() -> Board {
-    Service::new(Box::new(RegionMemory::new())).unwrap()
+    Service::new(Box::default()).unwrap()
 }
 
 fn request(sequence: u32, request: &Request<'_>) -> Vec<u8> {
@@ -72,100 +67,6 @@ fn refusal(board: &mut Board, sequence: u32, of: &Request<'_>) -> Option<Refusal
         Answer::Refused(refusal) => Some(*refusal),
         _ => None,
     })
-}
-
-/// The 64 × 64 pixels of a frame around a place.
-fn cut(frame: &Frame<'_>, [x, y]: [f32; 2]) -> ([u16; 2], Vec<u8>) {
-    let origin = [x, y].map(|c| c as usize - 32);
-    let region = frame.region(origin[0], origin[1], 64, 64).unwrap();
-    (
-        origin.map(|c| c as u16),
-        region.rows().flatten().copied().collect(),
-    )
-}
-
-#[test]
-fn moving_regions_give_what_whole_frames_give() {
-    let mut framer = Framer::new(MESSAGE, Code::for_length(MESSAGE.len()), false).unwrap();
-    let settings = ReceiverSettings::default();
-    let mut whole = Receiver::new(settings, Box::new(ReceiverMemory::<4096>::new())).unwrap();
-    let mut part = RegionReceiver::new(settings, Box::new(RegionMemory::<4096>::new())).unwrap();
-    let mut messages = [const { Vec::new() }; 2];
-    let mut centre = [60.0, 60.0];
-    for number in 0..30 {
-        let scene = Scene {
-            bits: framer.next_panel().bits(),
-            width: 300,
-            height: 120,
-            centre: [60.2 + 0.9 * number as f32, 60.4 - 0.3 * number as f32],
-            noise_grey: 1.0,
-            ..Scene::PLAIN
-        };
-        let rendered = scene.render();
-        let frame = rendered.frame();
-        let (origin, pixels) = cut(&frame, centre);
-        let region = Frame::new(&pixels, 64, 64).unwrap();
-        if number == 0 {
-            whole.place(scene.corners(), 300, 120).unwrap();
-            part.place(scene.corners(), origin, &region).unwrap();
-        }
-        let whole = whole.frame(number, &frame);
-        let part = part.region(number, origin, &region, &mut ());
-        let (whole_reading, reading) = (whole.reading.unwrap(), part.reading.unwrap());
-        assert_eq!(reading.detection.bits.bits(), scene.bits, "frame {number}");
-        let pairs = reading
-            .detection
-            .soft
-            .0
-            .iter()
-            .zip(whole_reading.detection.soft.0);
-        for (&a, b) in pairs {
-            assert!(i32::from(a).abs_diff(i32::from(b)) <= 1, "frame {number}");
-        }
-        assert_eq!(part.symbol, whole.symbol);
-        for (messages, event) in messages.iter_mut().zip([whole.event, part.event]) {
-            if let Event::Delivered(delivery) = event {
-                messages.push((delivery.message.to_vec(), delivery.last_stamp));
-            }
-        }
-        let [x, y] = reading.corners.centre_px();
-        centre = [x + origin[0] as f32, y + origin[1] as f32];
-    }
-    assert_eq!(messages[0], messages[1]);
-    assert_eq!(messages[0][0].0, MESSAGE);
-}
-
-#[test]
-fn a_region_that_misses_the_panel_ends_nothing() {
-    let scene = Scene::PLAIN;
-    let rendered = scene.render();
-    let settings = ReceiverSettings::default();
-    let mut receiver =
-        RegionReceiver::new(settings, Box::new(RegionMemory::<4096>::new())).unwrap();
-    let region = rendered.frame();
-    let corners = scene.corners().shifted(500.0, 400.0).unwrap();
-    receiver.place(corners, [500, 400], &region).unwrap();
-    assert!(
-        receiver
-            .region(0, [500, 400], &region, &mut ())
-            .reading
-            .is_ok()
-    );
-    for origin in [[900, 400], [0, 0], [u16::MAX; 2]] {
-        let number = u64::from(origin[0]) % 7 + 1;
-        assert!(
-            receiver
-                .region(number, origin, &region, &mut ())
-                .reading
-                .is_err()
-        );
-    }
-    assert!(
-        receiver
-            .region(9, [500, 400], &region, &mut ())
-            .reading
-            .is_ok()
-    );
 }
 
 #[test]

@@ -6,11 +6,10 @@ use super::message::{
     Answer, Hello, Memory, Message, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX,
     REGION_SIDE_MAX, Refusal, Region, Report, Request, STAGE_COUNT, Settings, Sight, Unread,
 };
-use super::receiver::{RegionMemory, RegionReceiver};
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::profile::{Profile, Stage};
-use crate::receiver::ReceiverError;
+use crate::receiver::{NoSearch, Receiver, ReceiverError, ReceiverMemory};
 use link::framing::Event;
 use link::serial::{BodyError, FrameReader, Kind, VERSION, encode, wire_length};
 
@@ -31,7 +30,7 @@ pub trait Machine {
 
 /// Bytes in, bytes out: reads the panels in the regions that arrive.
 ///
-/// `PIXELS` and `M` are those of the [`RegionReceiver`].
+/// `PIXELS` and `M` are those of the [`Receiver`].
 pub struct Service<const PIXELS: usize, M> {
     reader: FrameReader<REGION_REQUEST_MAX>,
     desk: Desk<PIXELS, M>,
@@ -39,13 +38,13 @@ pub struct Service<const PIXELS: usize, M> {
 
 /// What answers, and the last answer.
 struct Desk<const PIXELS: usize, M> {
-    receiver: RegionReceiver<PIXELS, M>,
+    receiver: Receiver<PIXELS, M>,
     answered: Option<u32>,
     wire: [u8; ANSWER_WIRE_MAX],
     length: usize,
 }
 
-impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> Service<PIXELS, M> {
+impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Service<PIXELS, M> {
     /// A service that has heard nothing, of a receiver with the default [`Settings`].
     ///
     /// # Errors
@@ -54,7 +53,7 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> Service<PIXELS, M>
         Ok(Self {
             reader: FrameReader::new(),
             desk: Desk {
-                receiver: RegionReceiver::new(Settings::default().into(), memory)?,
+                receiver: Receiver::new(Settings::default().into(), memory, NoSearch)?,
                 answered: None,
                 wire: [0; ANSWER_WIRE_MAX],
                 length: 0,
@@ -86,7 +85,7 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> Service<PIXELS, M>
     }
 }
 
-impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> Desk<PIXELS, M> {
+impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Desk<PIXELS, M> {
     fn answer<K: Machine>(&mut self, sequence: u32, request: Request<'_>, machine: &K) {
         let answer = match request {
             Request::Hello => Answer::Hello(Hello {
@@ -118,8 +117,8 @@ impl<const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>> Desk<PIXELS, M> {
 }
 
 /// Reads a region.
-fn read<'a, const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>>(
-    receiver: &'a mut RegionReceiver<PIXELS, M>,
+fn read<'a, const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>>(
+    receiver: &'a mut Receiver<PIXELS, M>,
     region: &Region<'_>,
     machine: &impl Machine,
 ) -> Result<Report<'a>, Refusal> {
@@ -139,7 +138,7 @@ fn read<'a, const PIXELS: usize, M: BorrowMut<RegionMemory<PIXELS>>>(
     if let Some(points) = region.corners {
         let corners = Corners::new(points).map_err(|_| Refusal::Corners)?;
         receiver
-            .place(corners, region.origin, &frame)
+            .place(corners, region.origin, (columns, rows))
             .map_err(|_| Refusal::Place)?;
     }
     let mut watch = Stopwatch {

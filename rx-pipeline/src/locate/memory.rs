@@ -1,0 +1,61 @@
+//! The working memory of a search.
+
+use super::survey::Tiles;
+use crate::lattice::Lattice;
+use crate::spots::Canvas;
+
+/// What a search through frames of any size needs: 131 kB. A search also takes up to 100 kB of stack.
+pub struct SearchMemory {
+    pub(super) busy: Tiles,
+    pub(super) changed: Tiles,
+    /// Where the frame before showed a change too faint to be sure.
+    pub(super) suspect: Option<Lattice>,
+}
+
+impl SearchMemory {
+    /// A constant, so that it is not put together on the stack.
+    const EMPTY: Self = Self {
+        busy: Tiles::new(),
+        changed: Tiles::new(),
+        suspect: None,
+    };
+
+    /// Memory that holds nothing. On a computer, `Box::default()` makes it where it stays.
+    pub const fn new() -> Self {
+        Self::EMPTY
+    }
+}
+
+impl Default for SearchMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// What a [`Locator`](super::Locator) by itself needs, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a pixel.
+pub struct LocatorMemory<const PIXELS: usize> {
+    pub(super) canvas: Canvas<PIXELS>,
+    pub(super) search: SearchMemory,
+}
+
+impl<const PIXELS: usize> LocatorMemory<PIXELS> {
+    /// Memory that holds nothing.
+    pub const fn new() -> Self {
+        Self {
+            canvas: Canvas::new(),
+            search: SearchMemory::new(),
+        }
+    }
+}
+
+impl<const PIXELS: usize> Default for LocatorMemory<PIXELS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The parts of the memory that a search works in, wherever they lie.
+pub(crate) struct Workspace<'a, const PIXELS: usize> {
+    pub canvas: &'a mut Canvas<PIXELS>,
+    pub search: &'a mut SearchMemory,
+}

@@ -1,0 +1,68 @@
+//! The large parts of a receiver, which lie where its user puts them.
+
+use super::reader::Tools;
+use super::settings::ReceiverSettings;
+use crate::cells::CellMap;
+use crate::detect::Method;
+use crate::likelihood::MaximumLikelihood;
+use crate::spots::Canvas;
+
+/// What a receiver follows and reads with: `PANELS` panels of up to `PIXELS` (bounding box).
+///
+/// For one panel 30 bytes a pixel and 30 kB: 521 kB for 128×128 pixels; for each further one 22 bytes a pixel and 30 kB. It begins as
+/// nothing but zeros: as a `static` it takes no room in flash. On a computer, `Box::default()` makes it where it stays, and takes no room
+/// for it on the stack.
+pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
+    pub(super) panels: [PanelMemory<PIXELS>; PANELS],
+    pub(super) canvas: Canvas<PIXELS>,
+}
+
+/// What each panel has of its own.
+pub(super) struct PanelMemory<const PIXELS: usize> {
+    pub map: CellMap<PIXELS>,
+    likelihood: MaximumLikelihood<PIXELS>,
+}
+
+impl<const PIXELS: usize> PanelMemory<PIXELS> {
+    const EMPTY: Self = Self {
+        map: CellMap::empty(),
+        likelihood: MaximumLikelihood::blind(),
+    };
+
+    /// What the panel is read with.
+    pub fn tools<'a>(&'a mut self, canvas: &'a mut Canvas<PIXELS>) -> Tools<'a, PIXELS> {
+        Tools {
+            map: &mut self.map,
+            canvas,
+            likelihood: &mut self.likelihood,
+        }
+    }
+}
+
+impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
+    /// A constant, so that its parts are not made one by one on the stack before they are put together.
+    const EMPTY: Self = Self {
+        panels: [const { PanelMemory::EMPTY }; PANELS],
+        canvas: Canvas::new(),
+    };
+
+    /// Memory that holds nothing yet.
+    pub const fn new() -> Self {
+        Self::EMPTY
+    }
+
+    /// Gets ready for a camera.
+    pub(super) fn prepare(&mut self, settings: &ReceiverSettings) {
+        if settings.method == Method::MaximumLikelihood {
+            for panel in &mut self.panels {
+                panel.likelihood.prepare(settings.camera);
+            }
+        }
+    }
+}
+
+impl<const PIXELS: usize, const PANELS: usize> Default for ReceiverMemory<PIXELS, PANELS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,449 @@
+//! Whole films, in whole frames and in parts of them.
+
+use super::*;
+use crate::locate::LocateError;
+use crate::synthetic::Scene;
+use crate::track::PATIENCE_FRAMES;
+use link::camera::Camera;
+use link::fec::Code;
+use link::framing::Framer;
+use link::panel::PanelFrame;
+use proptest::prelude::*;
+use std::boxed::Box;
+use std::vec::Vec;
+
+const MESSAGE: &[u8] = b"lane closed after the bridge";
+
+type Searching<H = [u8; 0]> =
+    Receiver<4096, Box<ReceiverMemory<4096>>, FrameSearch<Box<SearchMemory>, H>>;
+
+fn receiver(symbols_per_frame: f32) -> Searching {
+    let settings = ReceiverSettings {
+        symbols_per_frame,
+        ..ReceiverSettings::default()
+    };
+    Receiver::new(settings, Box::default(), FrameSearch::new(Box::default())).unwrap()
+}
+
+fn panels(count: usize) -> Vec<PanelFrame> {
+    let mut framer = Framer::new(MESSAGE, Code::for_length(MESSAGE.len()), false).unwrap();
+    (0..count).map(|_| framer.next_panel()).collect()
+}
+
+fn delivery(event: Event<'_>) -> Option<(Vec<u8>, u64, u64)> {
+    match event {
+        Event::Delivered(d) => Some((d.message.to_vec(), d.first_stamp, d.last_stamp)),
+        _ => None,
+    }
+}
+
+#[test]
+fn frames_become_a_message() {
+    let mut receiver = receiver(1.0);
+    let panels = panels(30);
+    let mut delivered = Vec::new();
+    for (number, panel) in (0..).zip(&panels) {
+        let rendered = Scene {
+            bits: panel.bits(),
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        }
+        .render();
+        let outcome = receiver.frame(number, &rendered.frame());
+        assert_eq!(outcome.reading.unwrap().detection.bits, *panel);
+        delivered.extend(delivery(outcome.event));
+    }
+    delivered.extend(delivery(receiver.finish()));
+    let (message, first, last) = delivered.first().cloned().unwrap();
+    assert_eq!((message.as_slice(), first), (MESSAGE, 0));
+    assert!(last < 30);
+}
+
+#[test]
+fn slow_panels_and_lost_frames_still_give_the_message() {
+    let mut receiver = receiver(0.5);
+    let panels = panels(60);
+    let mut delivered = None;
+    for number in (0..120).filter(|number| number % 11 != 7) {
+        let bits = panels[number / 2].bits();
+        let rendered = Scene {
+            bits,
+            ..Scene::PLAIN
+        }
+        .render();
+        let outcome = receiver.frame(number as u64, &rendered.frame());
+        delivered = delivered.or(delivery(outcome.event));
+    }
+    assert_eq!(delivered.unwrap().0, MESSAGE);
+}
+
+/// Reads panels in the scenes that `scene` makes of them; how many were read, and none of them wrongly.
+fn read(receiver: &mut Searching, frames: usize, scene: impl Fn(usize) -> Scene) -> usize {
+    let panels = panels(frames);
+    let mut read = 0;
+    for (number, panel) in panels.iter().enumerate() {
+        let scene = Scene {
+            bits: panel.bits(),
+            ..scene(number)
+        };
+        if let Ok(reading) = receiver
+            .frame(number as u64, &scene.render().frame())
+            .reading
+        {
+            assert_eq!(reading.detection.bits, *panel, "frame {number}");
+            read += 1;
+        }
+    }
+    read
+}
+
+#[test]
+fn a_panel_that_drives_past_is_followed() {
+    // 14.5 px a frame: 20 m/s across at 50 m before a camera of 100 frames a second.
+    let across = |number: usize| Scene {
+        width: 640,
+        centre: [60.0 + 14.5 * number as f32, 48.0 + 0.3 * number as f32],
+        noise_grey: 1.0,
+        ..Scene::PLAIN
+    };
+    assert!(read(&mut receiver(1.0), 35, across) >= 34);
+}
+
+#[test]
+fn no_speed_is_mistaken_for_another_line() {
+    // About one, two and three pitches a frame.
+    for speed_px in [4.4, 8.9, 13.1] {
+        let across = |number: usize| Scene {
+            width: 400,
+            centre: [40.0 + speed_px * number as f32, 48.0],
+            ..Scene::PLAIN
+        };
+        assert!(
+            read(&mut receiver(1.0), 20, across) >= 18,
+            "{speed_px} px a frame"
+        );
+    }
+}
+
+#[test]
+fn a_jump_is_found_or_admitted() {
+    let jump = |number: usize| Scene {
+        centre: if number < 10 {
+            [47.3, 48.6]
+        } else {
+            [40.0, 52.0]
+        },
+        ..Scene::PLAIN
+    };
+    assert!(read(&mut receiver(1.0), 20, jump) >= 18);
+}
+
+#[test]
+fn growth_and_exposure_changes_are_followed() {
+    let grow = |number: usize| {
+        let exposure = if number < 15 { 1.0 } else { 0.6 };
+        let light = Scene::PLAIN.light.map(|light| light * exposure);
+        Scene {
+            width: 128,
+            height: 128,
+            centre: [64.0, 63.0],
+            pitch_px: 4.4 * 1.01f32.powi(number as i32),
+            light,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        }
+    };
+    assert!(read(&mut receiver(1.0), 40, grow) >= 38);
+}
+
+#[test]
+fn a_short_occlusion_is_coasted_through_and_a_long_one_ends_openly() {
+    let mut receiver = receiver(1.0);
+    let plain = Frame::new(&[118; 96 * 96], 96, 96).unwrap();
+    let scene = Scene::PLAIN.render();
+    assert!(receiver.frame(0, &scene.frame()).reading.is_ok());
+    assert!(receiver.frame(1, &scene.frame()).reading.is_ok());
+    for missed in 1..=PATIENCE_FRAMES {
+        let loss = receiver
+            .frame(u64::from(missed) + 1, &plain)
+            .reading
+            .unwrap_err();
+        assert!(
+            matches!(loss, Loss::Coasting { missed: m, .. } if m == missed),
+            "{loss}"
+        );
+    }
+    let frame = u64::from(PATIENCE_FRAMES) + 2;
+    assert!(matches!(
+        receiver.frame(frame, &plain).reading,
+        Err(Loss::Lost(_))
+    ));
+    assert_eq!(receiver.corners(), None);
+    let nothing = receiver.frame(frame + 1, &plain).reading;
+    assert_eq!(nothing, Err(Loss::Locate(LocateError::NothingStandsOut)));
+    assert!(receiver.frame(frame + 2, &scene.frame()).reading.is_ok());
+}
+
+#[test]
+fn blinking_gives_a_panel_away_that_does_not_stand_out() {
+    let settings = ReceiverSettings::default();
+    let search = FrameSearch::with_history(Box::default(), std::vec![0u8; 2 * 96 * 96]);
+    let mut receiver: Searching<Vec<u8>> = Receiver::new(settings, Box::default(), search).unwrap();
+    let clutter = |pixels: &mut [u8]| {
+        for (i, grey) in pixels.iter_mut().enumerate() {
+            let (x, y) = ((i % 96) as f32, (i / 96) as f32);
+            let wave = (x / 3.1).sin() * (y / 2.7).cos() + ((x + 2.0 * y) / 5.0).sin();
+            *grey = (f32::from(*grey) + 25.0 * wave).clamp(0.0, 255.0) as u8;
+        }
+    };
+    let mut found = None;
+    for (number, panel) in panels(4).iter().enumerate() {
+        let mut rendered = Scene {
+            bits: panel.bits(),
+            light: [1.2, 5.0],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        }
+        .render();
+        clutter(&mut rendered.pixels);
+        found = found.or(receiver
+            .frame(number as u64, &rendered.frame())
+            .reading
+            .ok());
+    }
+    let [x, y] = found.unwrap().corners.centre_px();
+    assert!((x - 47.3).abs() < 0.3 && (y - 48.6).abs() < 0.3, "{x} {y}");
+}
+
+#[test]
+fn frames_of_other_sizes_end_what_was_followed() {
+    let mut receiver = receiver(1.0);
+    let scene = Scene::PLAIN;
+    assert!(receiver.frame(0, &scene.render().frame()).reading.is_ok());
+    let small = Frame::new(&[118; 16], 4, 4).unwrap();
+    assert_eq!(
+        receiver.frame(1, &small).reading,
+        Err(Loss::Locate(LocateError::NothingStandsOut))
+    );
+    assert_eq!(receiver.corners(), None);
+    let larger = Scene {
+        width: 128,
+        ..scene
+    };
+    assert!(receiver.frame(2, &larger.render().frame()).reading.is_ok());
+}
+
+#[test]
+fn a_known_place_needs_no_search() {
+    let mut receiver = receiver(1.0);
+    // Off LEDs as dark as the background: no outline, so no locating.
+    let scene = Scene {
+        light: [1.0, 9.0],
+        ..Scene::PLAIN
+    };
+    receiver
+        .place(scene.corners(), [0; 2], (scene.width, scene.height))
+        .unwrap();
+    let reading = receiver.frame(0, &scene.render().frame()).reading.unwrap();
+    assert_eq!(reading.detection.bits.bits(), scene.bits);
+    assert!(receiver.place(scene.corners(), [0; 2], (20, 20)).is_err());
+    assert_eq!(receiver.corners(), None);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn no_frame_panics(
+        pixels in prop::collection::vec(prop_oneof![any::<u8>(), Just(0u8), Just(255u8)], 1..5000),
+        width in 1usize..100,
+        number: u64,
+    ) {
+        let mut receiver = receiver(1.0);
+        let scene = Scene::PLAIN;
+        prop_assert!(receiver.frame(7, &scene.render().frame()).reading.is_ok());
+        let height = pixels.len() / width;
+        if let Ok(frame) = Frame::new(&pixels, width, height) {
+            let reading = receiver.frame(number, &frame).reading;
+            if reading.is_ok() {
+                prop_assert!(receiver.corners().is_some());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_memory_is_as_large_as_stated() {
+    type Whole =
+        Receiver<16384, &'static mut ReceiverMemory<16384>, FrameSearch<&'static mut SearchMemory>>;
+    let memory = size_of::<ReceiverMemory<16384>>();
+    assert!(memory <= 30 * 16384 + 31_000);
+    let further = size_of::<ReceiverMemory<16384, 2>>() - memory;
+    assert!(further <= 22 * 16384 + 31_000);
+    assert!(size_of::<SearchMemory>() <= 132_000);
+    assert!(size_of::<Whole>() - size_of::<[Deframer; 1]>() < 4_000);
+    assert!(memory + size_of::<SearchMemory>() + size_of::<Whole>() < 700_000);
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let refusal =
+        |settings| Receiver::<16, _>::new(settings, ReceiverMemory::new(), NoSearch).err();
+    let too_many_symbols = ReceiverSettings {
+        symbols_per_frame: 2.0,
+        ..ReceiverSettings::default()
+    };
+    let error = refusal(too_many_symbols);
+    assert!(matches!(error, Some(ReceiverError::SymbolRate(_))));
+    let blurred_to_nothing = Camera {
+        blur_sigma_px: f32::INFINITY,
+        ..Camera::default()
+    };
+    let error = refusal(ReceiverSettings {
+        camera: blurred_to_nothing,
+        ..ReceiverSettings::default()
+    });
+    assert!(matches!(error, Some(ReceiverError::Camera(_))));
+}
+
+#[test]
+fn two_panels_deliver_their_own_messages() {
+    let messages: [&[u8]; 2] = [b"left lane closed", b"ambulance behind"];
+    let mut framers = messages.map(|m| Framer::new(m, Code::for_length(m.len()), false).unwrap());
+    let memory = Box::<ReceiverMemory<4096, 2>>::default();
+    let search =
+        FrameSearch::with_history(Box::<SearchMemory>::default(), std::vec![0; 2 * 200 * 96]);
+    let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).unwrap();
+    let mut delivered = Vec::new();
+    for number in 0..30u64 {
+        let x = [45.0 + 0.4 * number as f32, 150.0];
+        let mut seen = framers
+            .iter_mut()
+            .zip(x)
+            .zip([4.4, 5.2])
+            .map(|((framer, x), pitch_px)| {
+                let scene = Scene {
+                    bits: framer.next_panel().bits(),
+                    width: 200,
+                    centre: [x, 48.0],
+                    pitch_px,
+                    noise_grey: 1.0,
+                    ..Scene::PLAIN
+                };
+                scene.render().pixels
+            });
+        let (left, right) = (seen.next().unwrap(), seen.next().unwrap());
+        let both: Vec<u8> = left.iter().zip(&right).map(|(&a, &b)| a.max(b)).collect();
+        receiver.frame_each(
+            number,
+            &Frame::new(&both, 200, 96).unwrap(),
+            &mut (),
+            |_, outcome| {
+                if let Event::Delivered(delivery) = outcome.event {
+                    delivered.push(delivery.message.to_vec());
+                }
+            },
+        );
+    }
+    assert!(receiver.corners_each().iter().all(Option::is_some));
+    for message in messages {
+        assert!(delivered.iter().any(|got| got == message), "{delivered:?}");
+    }
+}
+
+/// The 64 × 64 pixels of a frame around a place.
+fn cut(frame: &Frame<'_>, [x, y]: [f32; 2]) -> ([u16; 2], Vec<u8>) {
+    let origin = [x, y].map(|c| c as usize - 32);
+    let region = frame.region(origin[0], origin[1], 64, 64).unwrap();
+    (
+        origin.map(|c| c as u16),
+        region.rows().flatten().copied().collect(),
+    )
+}
+
+#[test]
+fn moving_regions_give_what_whole_frames_give() {
+    let mut framer = Framer::new(MESSAGE, Code::for_length(MESSAGE.len()), false).unwrap();
+    let settings = ReceiverSettings::default();
+    let mut whole = receiver(1.0);
+    let mut part =
+        Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
+    let mut messages = [const { Vec::new() }; 2];
+    let mut centre = [60.0, 60.0];
+    for number in 0..30 {
+        let scene = Scene {
+            bits: framer.next_panel().bits(),
+            width: 300,
+            height: 120,
+            centre: [60.2 + 0.9 * number as f32, 60.4 - 0.3 * number as f32],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        let rendered = scene.render();
+        let frame = rendered.frame();
+        let (origin, pixels) = cut(&frame, centre);
+        let region = Frame::new(&pixels, 64, 64).unwrap();
+        if number == 0 {
+            whole.place(scene.corners(), [0; 2], (300, 120)).unwrap();
+            part.place(scene.corners(), origin, (64, 64)).unwrap();
+        }
+        let whole = whole.frame(number, &frame);
+        let part = part.region(number, origin, &region, &mut ());
+        let (whole_reading, reading) = (whole.reading.unwrap(), part.reading.unwrap());
+        assert_eq!(reading.detection.bits.bits(), scene.bits, "frame {number}");
+        let pairs = reading
+            .detection
+            .soft
+            .0
+            .iter()
+            .zip(whole_reading.detection.soft.0);
+        for (&a, b) in pairs {
+            assert!(i32::from(a).abs_diff(i32::from(b)) <= 1, "frame {number}");
+        }
+        assert_eq!(part.symbol, whole.symbol);
+        for (messages, event) in messages.iter_mut().zip([whole.event, part.event]) {
+            if let Event::Delivered(delivery) = event {
+                messages.push((delivery.message.to_vec(), delivery.last_stamp));
+            }
+        }
+        let [x, y] = reading.corners.centre_px();
+        centre = [x + origin[0] as f32, y + origin[1] as f32];
+    }
+    assert_eq!(messages[0], messages[1]);
+    assert_eq!(messages[0][0].0, MESSAGE);
+}
+
+#[test]
+fn a_region_that_misses_the_panel_ends_nothing() {
+    let scene = Scene::PLAIN;
+    let rendered = scene.render();
+    let settings = ReceiverSettings::default();
+    let mut receiver =
+        Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
+    let region = rendered.frame();
+    let corners = scene.corners().shifted(500.0, 400.0).unwrap();
+    receiver
+        .place(corners, [500, 400], (scene.width, scene.height))
+        .unwrap();
+    assert!(
+        receiver
+            .region(0, [500, 400], &region, &mut ())
+            .reading
+            .is_ok()
+    );
+    for origin in [[900, 400], [0, 0], [u16::MAX; 2]] {
+        let number = u64::from(origin[0]) % 7 + 1;
+        assert!(
+            receiver
+                .region(number, origin, &region, &mut ())
+                .reading
+                .is_err()
+        );
+    }
+    assert!(
+        receiver
+            .region(9, [500, 400], &region, &mut ())
+            .reading
+            .is_ok()
+    );
+}
