@@ -5,6 +5,27 @@
 //! [`SoftPanel`](panel::SoftPanel), 64 log-likelihood ratios, from each. This crate turns messages into the
 //! former and the latter into messages. It needs neither `std` nor a heap, and panics on no input.
 //!
+//! ```
+//! use link::fec::Code;
+//! use link::framing::{Deframer, Event, Framer};
+//! use link::panel::{PanelFrame, SoftPanel};
+//!
+//! let message = b"Road works in 200 m";
+//! let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
+//! let mut deframer = Deframer::new();
+//! let delivered = (0..framer.panels_per_repeat()).any(|index| {
+//!     let shown = framer.next_panel();
+//!     // The camera takes one LED of each panel for the opposite.
+//!     let seen = PanelFrame::from_bits(shown.bits() ^ 1 << (7 * index % 64));
+//!     match deframer.push(index, u64::from(index), &SoftPanel::certain(seen, 12)) {
+//!         Event::Delivered(delivery) => delivery.message == message,
+//!         _ => false,
+//!     }
+//! });
+//! assert!(delivered);
+//! # Ok::<(), link::framing::FramingError>(())
+//! ```
+//!
 //! # The layers
 //!
 //! ```text

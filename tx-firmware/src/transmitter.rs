@@ -32,40 +32,7 @@ use crate::{
 ///
 /// Times are milliseconds from the start, which never go back.
 ///
-/// ```
-/// use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-/// use link::{fec::Code, l2a_table::{Interval, L2aTable}};
-/// use tx_firmware::{
-///     ambient::Smoothing,
-///     calibration::{Calibration, Measured},
-///     light_watch::{LightSample, SensorRange},
-///     matrix::RecordingMatrix,
-///     schedule::Repeats,
-///     transmitter::Transmitter,
-/// };
-///
-/// let calibration = Calibration::new(Measured {
-///     luminance_full_cd_m2: U32F32::lit("8000"),
-///     shortest_pulse_ns: 100,
-///     pwm_period_ns: 20_000,
-///     reflectance: U1F31::lit("0.4"),
-///     interval: Interval::lit("1"),
-///     sensor_gain: U12F20::lit("1"),
-///     low_current_share: U1F31::lit("1"),
-/// })?;
-/// let matrix = RecordingMatrix::default();
-/// let mut transmitter =
-///     Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default());
-///
-/// transmitter.send(b"ice ahead", Code::for_length(9), Repeats::Forever)?;
-/// let sample = LightSample::Light { lux: I32F32::lit("2000"), word: 0x5c35 };
-/// transmitter.sense(100, SensorRange::Operating, sample)?;
-/// let panel = transmitter.tick()?;
-///
-/// assert_eq!(transmitter.matrix().panel, panel);
-/// assert!(transmitter.matrix().duty > 0);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// The [crate](crate) opens with an example.
 #[derive(Clone, Debug)]
 pub struct Transmitter<M> {
     matrix: M,

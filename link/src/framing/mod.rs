@@ -70,27 +70,8 @@
 //!
 //! # Sending and receiving
 //!
-//! [`Framer`] makes the panels, [`Deframer`] reads them. [`Code::for_length`](crate::fec::Code::for_length)
-//! chooses the code.
-//!
-//! ```
-//! use link::fec::Code;
-//! use link::framing::{Deframer, Event, Framer};
-//! use link::panel::SoftPanel;
-//!
-//! let message = b"Road works in 200 m";
-//! let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
-//! let mut deframer = Deframer::new();
-//! let delivered = (0..framer.panels_per_repeat()).any(|index| {
-//!     let read = SoftPanel::certain(framer.next_panel(), 12);
-//!     match deframer.push(index, u64::from(index), &read) {
-//!         Event::Delivered(delivery) => delivery.message == message,
-//!         _ => false,
-//!     }
-//! });
-//! assert!(delivered);
-//! # Ok::<(), link::framing::FramingError>(())
-//! ```
+//! [`Framer`] makes the panels, [`Deframer`] reads them; the [crate](crate) opens with an example.
+//! [`Code::for_length`](crate::fec::Code::for_length) chooses the code.
 
 mod assembly;
 mod code_choice;
