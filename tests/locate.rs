@@ -10,7 +10,7 @@ const SIZE: [usize; 2] = [480, 360];
 fn clutter() -> Vec<image::GrayImage> {
     photographs(Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/photographs"
+        "/../studies/photographs"
     )))
 }
 

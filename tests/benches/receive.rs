@@ -23,7 +23,7 @@ const PIXELS: usize = 160 * 160;
 const SEEDS: [u64; 3] = [1, 9, 19];
 
 fn sighting(seed: u64) -> Sighting {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("photographs");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/photographs");
     Sighting::draw(seed, SIZE, 3, &photographs(&folder))
 }
 

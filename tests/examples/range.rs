@@ -10,7 +10,10 @@ fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let argument = |index: usize| arguments.get(index).map(String::as_str);
     let scenes = argument(1).and_then(|n| n.parse().ok()).unwrap_or(100);
-    let folder = argument(2).unwrap_or(concat!(env!("CARGO_MANIFEST_DIR"), "/photographs"));
+    let folder = argument(2).unwrap_or(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../studies/photographs"
+    ));
     let size = argument(3).and_then(|size| {
         let (width, height) = size.split_once('x')?;
         Some([width.parse().ok()?, height.parse().ok()?])

@@ -16,7 +16,7 @@ fn main() {
     let folder = std::env::args().nth(1).expect("usage: search_time FOLDER");
     let photographs = photographs(Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/photographs"
+        "/../studies/photographs"
     )));
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<{ 160 * 160 }>::new());

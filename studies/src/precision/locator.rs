@@ -21,11 +21,11 @@ const TIMED: usize = 6;
 const SEARCHES: [(usize, bool); 5] = [(1, true), (2, true), (3, true), (4, true), (1, false)];
 /// What is behind two panels in three.
 const PHOTOGRAPHS: [&[u8]; 5] = [
-    include_bytes!("../../../tests/photographs/brick.png"),
-    include_bytes!("../../../tests/photographs/camera.png"),
-    include_bytes!("../../../tests/photographs/coffee.png"),
-    include_bytes!("../../../tests/photographs/gravel.png"),
-    include_bytes!("../../../tests/photographs/rocket.png"),
+    include_bytes!("../../photographs/brick.png"),
+    include_bytes!("../../photographs/camera.png"),
+    include_bytes!("../../photographs/coffee.png"),
+    include_bytes!("../../photographs/gravel.png"),
+    include_bytes!("../../photographs/rocket.png"),
 ];
 
 /// Measures it.
