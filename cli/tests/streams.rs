@@ -1,7 +1,7 @@
-//! `vocc receive` on streams and films: y4m, H.264 made with ffmpeg, pictures of what it sees, why frames are lost.
+//! `vocc receive` on streams: y4m, pictures of what it sees, why frames are lost.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 const MESSAGE: &str = "bend ahead";
 
@@ -90,55 +90,6 @@ fn y4m_is_received() {
     let cut = receive(&file, &[]);
     assert_eq!(cut.status.code(), Some(2));
     assert!(text(&cut.stdout).contains(MESSAGE) && text(&cut.stderr).contains("colours"));
-}
-
-#[test]
-fn h264_of_common_quality_is_received() {
-    let found = Command::new("ffmpeg")
-        .arg("-version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    if !found.is_ok_and(|status| status.success()) {
-        eprintln!(
-            "SKIPPED h264_of_common_quality_is_received: ffmpeg is missing (Debian, Ubuntu: apt-get install ffmpeg)"
-        );
-        return;
-    }
-    let folder = filmed("h264", 24);
-    for quality in ["18", "23", "28"] {
-        let film = folder.join(format!("film-{quality}.mp4"));
-        let mut encode = Command::new("ffmpeg");
-        encode
-            .args(["-loglevel", "error", "-y", "-framerate", "100", "-i"])
-            .arg(folder.join("frame-%06d.png"));
-        let encoded = run(encode
-            .args(["-c:v", "libx264", "-crf", quality, "-pix_fmt", "yuv420p"])
-            .arg(&film));
-        assert!(encoded.status.success(), "{}", text(&encoded.stderr));
-        for (format, arguments) in [
-            ("yuv4mpegpipe", &[][..]),
-            ("rawvideo", &["--raw", "320x240"][..]),
-        ] {
-            let stream = folder.join(format!("film-{quality}.{format}"));
-            let mut decode = Command::new("ffmpeg");
-            decode
-                .args(["-loglevel", "error", "-y", "-i"])
-                .arg(&film)
-                .args(["-f", format]);
-            if format == "rawvideo" {
-                decode.args(["-pix_fmt", "gray"]);
-            }
-            let decoded = run(decode.arg(&stream));
-            assert!(decoded.status.success(), "{}", text(&decoded.stderr));
-            let received = receive(&stream, arguments);
-            assert!(
-                text(&received.stdout).contains(MESSAGE),
-                "CRF {quality}, {format}: {}",
-                text(&received.stderr)
-            );
-        }
-    }
 }
 
 #[test]

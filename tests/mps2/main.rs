@@ -1,8 +1,8 @@
 //! The receiver's core on an emulated Cortex-M7: the same bits and messages as on this computer, in the memory and the instructions that
 //! `docs/embedded-receiver.md` states.
 //!
-//! QEMU emulates the board; it takes `qemu-system-arm`, and a compiler for the Cortex-M7. Where one of them is missing and cannot be had,
-//! these tests are shown as ignored, with the reason.
+//! QEMU emulates the board; it takes `qemu-system-arm`, and a compiler for the Cortex-M7. Where one of them is absent and cannot be had,
+//! these tests are skipped.
 
 mod board;
 mod compare;
@@ -10,11 +10,11 @@ mod counts;
 mod film;
 mod measure;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
-use libtest_mimic::{Arguments, Trial};
+use libtest_mimic::Arguments;
+use vocc_tests::trials::{self, Unready};
 use vocc_tests::{firmware, programs};
 
 type Test = fn(&Path);
@@ -45,36 +45,14 @@ const TESTS: &[(&str, Test)] = &[
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let image = if arguments.list {
-        Err("only listed".into())
-    } else {
-        provide()
-    };
-    if let (Err(missing), false) = (&image, arguments.list) {
-        let _ = writeln!(
-            std::io::stderr(),
-            "The tests of the receiver's board DID NOT RUN: {missing}"
-        );
-    }
-    let trials = TESTS.iter().map(|&(name, test)| match image.clone() {
-        Ok(image) => Trial::test(name, move || {
-            test(&image);
-            Ok(())
-        }),
-        Err(missing) => {
-            Trial::test(name, || Err(missing.into())).with_ignored_flag(!arguments.list)
-        }
-    });
-    libtest_mimic::run(&arguments, trials.collect()).exit_code()
+    let tests = TESTS.iter().copied();
+    let with_image = tests.map(|(name, test)| (name, move |image: &PathBuf| test(image)));
+    trials::run(&arguments, "the receiver's board", with_image, provide)
 }
 
-/// The board's program, built as a user would, and the emulator.
-fn provide() -> Result<PathBuf, String> {
-    programs::output(
-        Command::new("bash")
-            .arg("tests/provide")
-            .arg("qemu-system-arm"),
-    )?;
+/// The emulator, and the board's program, built as a user would.
+fn provide() -> Result<PathBuf, Unready> {
+    programs::provide("qemu-system-arm")?;
     let built = firmware::build("thumbv7em-none-eabihf", "rx-pipeline/boards/mps2-an500")?;
     Ok(built.join("vocc-mps2"))
 }

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use vocc_tests::firmware;
 use vocc_tests::programs::{self, output, root};
+use vocc_tests::trials::Unready;
 
 /// What the tests run: each is made by the command that a user would give.
 pub struct Programs {
@@ -18,8 +19,8 @@ impl Programs {
     /// Builds the image and `vocc`, and fetches the emulator.
     ///
     /// # Errors
-    /// What is missing on this computer, in words.
-    pub fn provide() -> Result<Self, String> {
+    /// What is absent, or why something cannot be built.
+    pub fn provide() -> Result<Self, Unready> {
         provide_emulator()?;
         let built = firmware::build("thumbv6m-none-eabi", "tx-firmware/boards/pico")?;
         Ok(Self {
@@ -29,10 +30,11 @@ impl Programs {
     }
 }
 
-fn provide_emulator() -> Result<(), String> {
+fn provide_emulator() -> Result<(), Unready> {
+    output(Command::new("node").arg("--version"))?;
     let folder = root().join("tests/emulator");
     if folder.join("node_modules/rp2040js").is_dir() {
-        return output(Command::new("node").arg("--version")).map(drop);
+        return Ok(());
     }
     output(
         Command::new("npm")

@@ -1,7 +1,7 @@
 //! The Raspberry Pi Pico's own image, run in an emulator: what is tested is what is flashed.
 //!
-//! The emulator is in `tests/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is missing and
-//! cannot be had, these tests are shown as ignored, with the reason.
+//! The emulator is in `tests/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is absent and
+//! cannot be had, these tests are skipped.
 
 mod closed_loop;
 mod emulator;
@@ -14,12 +14,11 @@ mod serial;
 mod terminal;
 mod vocc;
 
-use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 
-use libtest_mimic::{Arguments, Trial};
+use libtest_mimic::Arguments;
+use vocc_tests::trials;
 
 use crate::image::Programs;
 
@@ -72,27 +71,18 @@ const TESTS: &[(&str, Test)] = &[
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let programs = if arguments.list {
-        Err("only listed".into())
-    } else {
-        Programs::provide()
-    };
-    if let (Err(missing), false) = (&programs, arguments.list) {
-        let _ = writeln!(
-            std::io::stderr(),
-            "The tests of the board's image DID NOT RUN: {missing}"
-        );
-    }
-    let programs = programs.map(Arc::new);
-    let trials = TESTS.iter().map(|&(name, test)| match programs.clone() {
-        Ok(programs) => Trial::test(name, move || {
-            let folder = tempfile::tempdir()?;
-            test(&programs, folder.path());
-            Ok(())
-        }),
-        Err(missing) => {
-            Trial::test(name, || Err(missing.into())).with_ignored_flag(!arguments.list)
-        }
+    let tests = TESTS.iter().copied();
+    let in_a_folder = tests.map(|(name, test)| {
+        let run = move |programs: &Programs| {
+            let folder = tempfile::tempdir().expect("a folder");
+            test(programs, folder.path());
+        };
+        (name, run)
     });
-    libtest_mimic::run(&arguments, trials.collect()).exit_code()
+    trials::run(
+        &arguments,
+        "the Pico's image",
+        in_a_folder,
+        Programs::provide,
+    )
 }

@@ -9,6 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+use vocc_tests::trials::Unready;
 
 /// What Debian calls the parts.
 const PACKAGES: &str = "slurmctld slurmd slurm-client munge";
@@ -31,16 +32,17 @@ impl Cluster {
     /// Starts Slurm, which must be installed.
     ///
     /// # Errors
-    /// What is missing, in words.
-    pub fn provide() -> Result<Self, String> {
+    /// That Slurm is absent, or why it does not start.
+    pub fn provide() -> Result<Self, Unready> {
         if !PROGRAMS.iter().all(|program| is_installed(program)) {
-            return Err(format!("Slurm is missing (Debian, Ubuntu: {PACKAGES})"));
+            let why = format!("Slurm is missing: install it (Debian, Ubuntu: {PACKAGES})");
+            return Err(Unready::Absent(why));
         }
         let mut cluster = Self {
             daemons: Vec::new(),
-            folder: tempfile::tempdir().map_err(|error| error.to_string())?,
+            folder: tempfile::tempdir()?,
         };
-        cluster.start().map_err(|error| error.to_string())?;
+        cluster.start()?;
         cluster.await_nodes()?;
         Ok(cluster)
     }
@@ -209,7 +211,7 @@ impl Cluster {
         }
     }
 
-    fn await_nodes(&self) -> Result<(), String> {
+    fn await_nodes(&self) -> Result<(), Unready> {
         let begun = Instant::now();
         loop {
             let states = self.ask("sinfo", &["-h", "-N", "-o", "%t"]);
@@ -221,10 +223,10 @@ impl Cluster {
                     let log = self.folder().join("log").join(format!("{name}.out"));
                     std::fs::read_to_string(log).unwrap_or_default()
                 });
-                return Err(format!(
+                return Err(Unready::Failed(format!(
                     "Slurm's nodes did not come up: {states}{}",
                     logs.concat()
-                ));
+                )));
             }
             std::thread::sleep(Duration::from_millis(100));
         }

@@ -1,22 +1,20 @@
 //! Sweeps on a cluster: Slurm itself, on this computer's loopback address, with two nodes of one processor each.
 //!
-//! Where Slurm is missing (`tests/run` installs it) or does not start, these tests are shown as ignored, with the reason. That of a dead
-//! node takes a minute and is run on request:
+//! Where Slurm is absent (`tests/run` installs it), these tests are skipped. That of a dead node takes a minute and is run on request:
 //!
 //! ```text
-//! cargo test -p vocc-tests --test slurm -- --ignored
+//! VOCC_TEST_CASES=all cargo test -p vocc-tests --test slurm
 //! ```
 
 mod cluster;
 mod sweeps;
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
-use libtest_mimic::{Arguments, Trial};
-use vocc_tests::programs;
+use libtest_mimic::Arguments;
+use vocc_tests::trials::{self, Unready};
+use vocc_tests::{all_cases, programs};
 
 use crate::cluster::Cluster;
 
@@ -51,37 +49,14 @@ const SLOW_TESTS: &[(&str, Test)] = &[(
 
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
-    // They share two processors, and one of them kills a node.
+    // They share two processors.
     arguments.test_threads = Some(1);
-    let setting = if arguments.list {
-        Err("only listed".into())
-    } else {
-        provide()
-    };
-    if let (Err(missing), false) = (&setting, arguments.list) {
-        let _ = writeln!(
-            std::io::stderr(),
-            "The tests with Slurm DID NOT RUN: {missing}"
-        );
-    }
-    let setting = setting.map(Arc::new);
-    let trial = |&(name, test): &(&'static str, Test), is_slow| match setting.clone() {
-        Ok(setting) => Trial::test(name, move || {
-            test(&setting);
-            Ok(())
-        })
-        .with_ignored_flag(is_slow),
-        Err(missing) => {
-            Trial::test(name, || Err(missing.into())).with_ignored_flag(is_slow || !arguments.list)
-        }
-    };
-    let quick = TESTS.iter().map(|test| trial(test, false));
-    let slow = SLOW_TESTS.iter().map(|test| trial(test, true));
-    let trials = quick.chain(slow).collect();
-    libtest_mimic::run(&arguments, trials).exit_code()
+    let slow = all_cases().then_some(SLOW_TESTS).into_iter().flatten();
+    let tests = TESTS.iter().chain(slow).copied();
+    trials::run(&arguments, "sweeps with Slurm", tests, provide)
 }
 
-fn provide() -> Result<Setting, String> {
+fn provide() -> Result<Setting, Unready> {
     Ok(Setting {
         cluster: Cluster::provide()?,
         vocc: programs::vocc()?,

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::programs::output;
+use crate::trials::Unready;
 
 /// Builds the program in the folder `board` as a user would; the folder that it then lies in.
 ///
 /// # Errors
-/// What is missing on this computer, in words.
-pub fn build(target: &str, board: &str) -> Result<PathBuf, String> {
+/// Why it cannot be built; `Absent` where there is no compiler for the target.
+pub fn build(target: &str, board: &str) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
             .arg("tests/cargo-embedded")

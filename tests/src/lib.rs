@@ -6,11 +6,17 @@ pub mod naive;
 pub mod offset;
 pub mod programs;
 pub mod sightings;
+pub mod trials;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+
+/// Whether a test takes all its cases, however long that takes: where `VOCC_TEST_CASES` is `all`.
+pub fn all_cases() -> bool {
+    std::env::var_os("VOCC_TEST_CASES").is_some_and(|cases| cases == "all")
+}
 
 /// One reference frame.
 #[derive(Debug)]

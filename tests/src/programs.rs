@@ -1,7 +1,13 @@
 //! The programs that tests run, made by the commands that a user would give.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+use crate::trials::Unready;
+
+/// By this status the scripts of this folder say that a program is absent and cannot be had.
+const ABSENT: i32 = 77;
 
 /// The repository's root.
 pub fn root() -> &'static Path {
@@ -11,8 +17,8 @@ pub fn root() -> &'static Path {
 /// Builds `vocc` in the profile that the running test was built with.
 ///
 /// # Errors
-/// What is missing on this computer, in words.
-pub fn vocc() -> Result<PathBuf, String> {
+/// Why it cannot be built.
+pub fn vocc() -> Result<PathBuf, Unready> {
     let beside = beside_the_tests()?;
     let optimised = beside.ends_with("release").then_some("--release");
     output(
@@ -24,31 +30,40 @@ pub fn vocc() -> Result<PathBuf, String> {
 }
 
 /// Where Cargo puts programs of the profile that the running test was built with.
-fn beside_the_tests() -> Result<PathBuf, String> {
-    let test = std::env::current_exe().map_err(|error| error.to_string())?;
+fn beside_the_tests() -> Result<PathBuf, Unready> {
+    let test = std::env::current_exe()?;
     let folder = test.parent().and_then(Path::parent);
     folder
         .map(Path::to_owned)
-        .ok_or(format!("{} lies in no target folder", test.display()))
+        .ok_or_else(|| Unready::Failed(format!("{} lies in no target folder", test.display())))
+}
+
+/// Sees to it that a program is installed.
+///
+/// # Errors
+/// That it is absent, and how it can be installed.
+pub fn provide(program: &str) -> Result<(), Unready> {
+    output(Command::new("bash").args(["tests/provide", program])).map(drop)
 }
 
 /// Runs a command in the repository's root and returns what it prints.
 ///
 /// # Errors
-/// Why it failed, in words.
-pub fn output(command: &mut Command) -> Result<String, String> {
+/// Why it failed, in words; `Absent` where there is no such program, or where a script says so of one that it needs.
+pub fn output(command: &mut Command) -> Result<String, Unready> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command
         .current_dir(root())
         .stdin(Stdio::null())
         .output()
-        .map_err(|error| format!("{name} cannot be run: {error}"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!(
-            "{name} failed: {}",
-            String::from_utf8_lossy(&output.stderr)
-        ))
+        .map_err(|error| match error.kind() {
+            ErrorKind::NotFound => Unready::Absent(format!("{name} is missing")),
+            _ => Unready::Failed(format!("{name} cannot be run: {error}")),
+        })?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    match output.status.code() {
+        Some(0) => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        Some(ABSENT) => Err(Unready::Absent(errors.trim().to_owned())),
+        _ => Err(Unready::Failed(format!("{name} failed: {errors}"))),
     }
 }

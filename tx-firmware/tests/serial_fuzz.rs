@@ -4,7 +4,7 @@
 //! A million frames run with all tests. Ten million:
 //!
 //! ```sh
-//! cargo test --release -p vocc-tx-firmware --test serial_fuzz -- --ignored
+//! VOCC_TEST_CASES=all cargo test --release -p vocc-tx-firmware --test serial_fuzz
 //! ```
 
 mod frames;
@@ -185,19 +185,17 @@ fn read(answer: &[u8]) -> Option<(u32, bool)> {
     found
 }
 
+/// A million frames, or ten where all cases are asked for, which takes a minute in the release profile.
 #[test]
 fn a_million_frames_are_answered_exactly_where_they_are_whole_requests() {
-    let tally = fuzz(1_000_000, 1);
-    assert!(tally.requests > 500_000 && tally.acts > 10_000, "{tally:?}");
-}
-
-#[test]
-#[ignore = "ten million frames: a minute in the release profile"]
-fn ten_million_frames_are_answered_exactly_where_they_are_whole_requests() {
-    let tally = fuzz(10_000_000, 2);
+    let (frames, seed) = match std::env::var("VOCC_TEST_CASES").as_deref() {
+        Ok("all") => (10_000_000, 2),
+        _ => (1_000_000, 1),
+    };
+    let tally = fuzz(frames, seed);
+    println!("{tally:?}");
     assert!(
-        tally.requests > 5_000_000 && tally.acts > 100_000,
+        tally.requests > frames / 2 && tally.acts > frames / 100,
         "{tally:?}"
     );
-    println!("{tally:?}");
 }

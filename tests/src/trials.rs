@@ -1,0 +1,63 @@
+//! Tests that need programs which a computer may lack: skipped where one is absent, failed where anything else is wrong.
+
+use std::fmt;
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use libtest_mimic::{Arguments, Trial};
+
+/// Why what a test needs is not there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unready {
+    /// A program is not installed and cannot be had: the tests are skipped.
+    Absent(String),
+    /// All programs are there, but a build or a start went wrong: the tests fail.
+    Failed(String),
+}
+
+impl fmt::Display for Unready {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Absent(why) | Self::Failed(why)) = self;
+        write!(to, "{why}")
+    }
+}
+
+impl From<std::io::Error> for Unready {
+    fn from(error: std::io::Error) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+/// Runs tests by name with what `provide` gives, which is asked once.
+///
+/// Where a program is absent, each test is shown as ignored and `SKIPPED subject: why` is printed, for `tests/run` to repeat at its end.
+pub fn run<T, F>(
+    arguments: &Arguments,
+    subject: &str,
+    tests: impl IntoIterator<Item = (&'static str, F)>,
+    provide: impl FnOnce() -> Result<T, Unready>,
+) -> ExitCode
+where
+    T: Send + Sync + 'static,
+    F: Fn(&T) + Send + 'static,
+{
+    let provided = (!arguments.list).then(|| provide().map(Arc::new));
+    if let Some(Err(Unready::Absent(why))) = &provided {
+        let _ = writeln!(std::io::stderr(), "SKIPPED {subject}: {why}");
+    }
+    let trials = tests.into_iter().map(|(name, test)| {
+        let provided = provided.clone();
+        let is_skipped = matches!(provided, Some(Err(Unready::Absent(_))));
+        let trial = Trial::test(name, move || match provided {
+            Some(Ok(ready)) => {
+                test(&ready);
+                Ok(())
+            }
+            Some(Err(unready)) => Err(unready.into()),
+            None => Ok(()),
+        });
+        trial.with_ignored_flag(is_skipped)
+    });
+    libtest_mimic::run(arguments, trials.collect()).exit_code()
+}
