@@ -4,8 +4,8 @@ use crate::lattice::{Lattice, MIDDLE};
 use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
 use link::panel::{LEDS, SIDE};
 
-/// A model that has settled, and how it differs from the frame.
-pub(crate) struct Settled {
+/// A model fitted to a frame, and how it differs from that.
+pub(crate) struct Fit {
     pub spots: Spots,
     pub slope: Slope,
 }
@@ -15,15 +15,15 @@ const SETTLED: f32 = 3e-3;
 /// With so much damping no step leads anywhere.
 const STUCK: f32 = 50.0;
 
-/// Settles levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
+/// Fits levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
 /// nothing to settle on.
-pub(crate) fn settle<const N: usize>(
+pub(crate) fn levenberg_marquardt<const N: usize>(
     canvas: &mut Canvas<N>,
     scenery: Scenery<'_, '_>,
     window: Window,
     start: Spots,
     steps: usize,
-) -> Option<Settled> {
+) -> Option<Fit> {
     let pair = scenery.earlier.is_some();
     let mut spots = start;
     let mut slope = canvas.compare(&spots, scenery, window)?;
@@ -51,7 +51,7 @@ pub(crate) fn settle<const N: usize>(
             }
         }
     }
-    Some(Settled { spots, slope })
+    Some(Fit { spots, slope })
 }
 
 /// Steps in which only the levels settle, since nothing else can before.

@@ -2,9 +2,9 @@
 //!
 //! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame at hand, places that have changed.
 //! 2. `blob`: how large is what stands out there?
-//! 3. `starts`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one convolution of the patch
-//!    (`patch`), so hundreds of poses can be asked; `search` climbs it.
-//! 4. `proof`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all four
+//! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one convolution of
+//!    the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima.
+//! 4. `verification`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all four
 //!    sides where the pixels do, and show a pattern as random as a scrambled message. Else they say why not.
 //!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
@@ -13,16 +13,16 @@
 //! The locator takes the sensor's gamma and a good guess of the blur. Beyond it are panels of more than 110 px, of strong perspective
 //! (the lattice is affine), and those that show no pattern, such as all On.
 
+mod bimodality;
 mod blob;
 mod error;
 mod evidence;
-mod halftone;
+mod hill_climbing;
 mod memory;
 mod patch;
-mod proof;
-mod search;
-mod starts;
+mod pose_candidates;
 mod survey;
+mod verification;
 
 pub use error::LocateError;
 pub use memory::{LocatorMemory, SearchMemory};
@@ -36,9 +36,9 @@ use crate::spots::{Canvas, Spots};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
-use proof::Proven;
-use starts::{Ground, View};
-use survey::{Candidate, Survey};
+use pose_candidates::{Ground, View};
+use survey::{Peak, Survey};
+use verification::Verified;
 
 /// Finds panels in frames.
 ///
@@ -71,8 +71,6 @@ pub struct Location {
     pub signal_to_noise: f32,
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
-    /// Whether it was found by its change from an earlier frame.
-    pub by_change: bool,
     pub(crate) spots: Spots,
 }
 
@@ -99,9 +97,9 @@ const IN_MOTION_GREY: f32 = 0.5;
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// All candidates.
+    /// All that stands out.
     Full,
-    /// The most striking candidates, and of the others one in each frame: pass a number that counts the frames.
+    /// What is most striking, and of the rest one place in each frame: pass a number that counts the frames.
     Share(u64),
 }
 
@@ -151,7 +149,7 @@ impl Locator {
     /// The panel in a single frame that stands out most.
     ///
     /// # Errors
-    /// One variant of [`LocateError`] for each way to fail, about the most striking candidate.
+    /// One variant of [`LocateError`] for each way to fail, about what is most striking.
     pub fn locate<const N: usize>(
         &self,
         frame: &Frame<'_>,
@@ -201,8 +199,7 @@ impl Locator {
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
-        let unknown =
-            |candidate: &&Candidate| known.iter().all(|corners| !near(corners, candidate.centre));
+        let unknown = |peak: &&Peak| known.iter().all(|corners| !near(corners, peak.centre));
         let mut attempt = Attempt {
             locator: self,
             canvas,
@@ -213,7 +210,7 @@ impl Locator {
         let in_motion =
             survey.noise_of_change_grey > IN_MOTION * survey.noise_grey + IN_MOTION_GREY;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
-        for candidate in survey.changed.iter().filter(unknown).take(CHANGED) {
+        for peak in survey.changed.iter().filter(unknown).take(CHANGED) {
             let mut faint = suspected;
             for before in earlier.iter().filter(same_size) {
                 let view = self.view(
@@ -222,13 +219,12 @@ impl Locator {
                     survey.noise_of_change_grey,
                     Ground::Around,
                 );
-                let Some(found) = profile.timed(Stage::Search, || attempt.at(candidate, view))
-                else {
+                let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) else {
                     continue;
                 };
                 let here = found.spots.lattice;
                 // Spots that overlap add up to anything smooth.
-                let apart = proof::apart(&found.spots);
+                let apart = verification::apart(&found.spots);
                 let enough = enough / (apart * apart);
                 let confirmed = faint.is_some_and(|other| here.is_close_to(&other));
                 if found.signal_to_noise >= enough || confirmed && !in_motion {
@@ -250,10 +246,10 @@ impl Locator {
             }
         };
         let ranked = survey.busy.iter().filter(unknown).enumerate();
-        for (_, candidate) in ranked.filter(|&(rank, _)| chosen(rank)) {
+        for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
             for ground in [Ground::Around, Ground::Within] {
                 let view = self.view(frame, None, survey.noise_grey, ground);
-                if let Some(found) = profile.timed(Stage::Search, || attempt.at(candidate, view)) {
+                if let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) {
                     return Ok(found);
                 }
             }
@@ -315,22 +311,22 @@ struct Attempt<'a, const N: usize> {
 }
 
 impl<const N: usize> Attempt<'_, N> {
-    fn at(&mut self, candidate: &Candidate, view: View<'_, '_>) -> Option<Location> {
+    fn at(&mut self, peak: &Peak, view: View<'_, '_>) -> Option<Location> {
         self.places += 1;
         if self.budget == 0 {
             return None;
         }
         let mut failure = None;
-        let mut best: Option<Proven> = None;
-        for blob in Blob::around(candidate, view.frame, view.earlier) {
-            let mut tried = heapless::Vec::<_, { starts::STARTS }>::new();
-            let hills = view.hills(&blob);
-            for start in hills.tops() {
+        let mut best: Option<Verified> = None;
+        for blob in Blob::around(peak, view.frame, view.earlier) {
+            let mut tried = heapless::Vec::<_, { pose_candidates::POSE_CANDIDATES }>::new();
+            let candidates = view.pose_candidates(&blob);
+            for candidate in candidates.maxima() {
                 if self.budget == 0 {
                     break;
                 }
                 self.budget -= 1;
-                let Some((lattice, brightness)) = view.sharpened(&blob, &start) else {
+                let Some((lattice, brightness)) = view.sharpened(&blob, &candidate) else {
                     continue;
                 };
                 if tried.iter().any(|other| lattice.is_close_to(other)) {
@@ -338,18 +334,21 @@ impl<const N: usize> Attempt<'_, N> {
                 }
                 let _full = tried.push(lattice);
                 let state = match view.earlier {
-                    Some(_) => starts::three_states(&brightness),
-                    None => starts::two_states(&brightness),
+                    Some(_) => pose_candidates::three_states(&brightness),
+                    None => pose_candidates::two_states(&brightness),
                 };
-                match proof::prove(self.canvas, &view, &self.locator.light, lattice, state) {
-                    Ok(proven) if proven.is_beyond_doubt() => return Some(proven.location(&view)),
+                match verification::verify(self.canvas, &view, &self.locator.light, lattice, state)
+                {
+                    Ok(verified) if verified.is_beyond_doubt() => {
+                        return Some(verified.location());
+                    }
                     // What passes may still be the second best of all poses.
-                    Ok(proven)
+                    Ok(verified)
                         if best
                             .as_ref()
-                            .is_none_or(|best| proven.residual_grey < best.residual_grey) =>
+                            .is_none_or(|best| verified.residual_grey < best.residual_grey) =>
                     {
-                        best = Some(proven);
+                        best = Some(verified);
                     }
                     Ok(_) => {}
                     Err(why) => {
@@ -362,6 +361,6 @@ impl<const N: usize> Attempt<'_, N> {
             }
         }
         self.failure = self.failure.or(failure);
-        best.map(|proven| proven.location(&view))
+        best.map(|verified| verified.location())
     }
 }

@@ -6,9 +6,9 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Stage {
-    /// The pass over the whole frame for candidates.
+    /// The pass over the whole frame for what stands out.
     Survey,
-    /// A candidate: its size, poses, fit and proof.
+    /// A peak of the survey: its size, pose candidates, fit and verification.
     Search,
     /// The cells of a pose.
     Cells,

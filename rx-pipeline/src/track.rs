@@ -13,16 +13,16 @@ use link::panel::LEDS;
 
 /// So many frames in a row may be missed before the panel counts as lost: at 100 frames a second 0.12 s.
 pub const PATIENCE_FRAMES: u32 = 12;
-/// How much of the light in a place the panel has to explain there.
+/// How much of the light in a place the panel has to explain there to be taken for it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Fit {
+pub(crate) struct Gate {
     /// Of what frames usually explain.
     share: f32,
     /// As long as it is not known what is usual.
     least: f32,
 }
 
-impl Fit {
+impl Gate {
     /// Where the panel is expected.
     pub const SURE: Self = Self {
         share: 0.85,
@@ -195,7 +195,7 @@ impl Track {
         scenery: Scenery<'_, '_>,
         lattice: Lattice,
         state: [f32; LEDS],
-        fit: Fit,
+        gate: Gate,
         canvas: &mut Canvas<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
@@ -204,7 +204,7 @@ impl Track {
             state,
             ..self.spots
         };
-        let needed = self.usual.map_or(fit.least, |usual| fit.share * usual);
+        let needed = self.usual.map_or(gate.least, |usual| gate.share * usual);
         let nothing = TrackError::DoesNotFit {
             explained: 0.0,
             needed,

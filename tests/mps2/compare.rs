@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use link::framing::Event;
-use rx_pipeline::board::{Answer, MethodChoice, Report, Request, Sight, Unread};
+use rx_pipeline::board::{Answer, MethodChoice, Report, Request, Unread, WireReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory};
@@ -17,7 +17,7 @@ use crate::measure::{Costs, KMEANS_STACK_MAX, STACK_MAX};
 
 /// What a report says, the message apart.
 pub struct Told {
-    pub reading: Result<Sight, Unread>,
+    pub reading: Result<WireReading, Unread>,
     message: Option<Vec<u8>>,
     ticks: u32,
     pub stage_ticks: Vec<u32>,

@@ -148,7 +148,7 @@ pub struct Memory {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report<'a> {
     /// The panel, or why there is none.
-    pub reading: Result<Sight, Unread>,
+    pub reading: Result<WireReading, Unread>,
     /// The number of the symbol that the frame shows, where it was read.
     pub symbol: Option<u32>,
     /// The message that the symbol before this frame's completed, if it did.
@@ -163,9 +163,9 @@ pub struct Report<'a> {
 /// Stages that are timed.
 pub const STAGE_COUNT: usize = STAGES.len();
 
-/// One frame's panel, read.
+/// One frame's panel, read, as it goes over the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sight {
+pub struct WireReading {
     /// The corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
     pub corners: [[f32; 2]; 4],
     /// The bits, LED 8·row + column at that bit.
@@ -178,7 +178,7 @@ pub struct Sight {
     pub mixed: bool,
 }
 
-impl Sight {
+impl WireReading {
     /// A reading, moved from a region that begins at `origin` into its frame.
     pub(super) fn new(reading: &Reading, origin: [u16; 2]) -> Self {
         let Reading { corners, detection } = reading;

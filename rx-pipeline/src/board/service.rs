@@ -4,7 +4,7 @@ use core::borrow::BorrowMut;
 
 use super::message::{
     Answer, Hello, Memory, Message, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX,
-    REGION_SIDE_MAX, Refusal, Region, Report, Request, STAGE_COUNT, Settings, Sight, Unread,
+    REGION_SIDE_MAX, Refusal, Region, Report, Request, STAGE_COUNT, Settings, Unread, WireReading,
 };
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -150,7 +150,7 @@ fn read<'a, const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>>(
     Ok(Report {
         reading: outcome
             .reading
-            .map(|reading| Sight::new(&reading, region.origin))
+            .map(|reading| WireReading::new(&reading, region.origin))
             .map_err(Unread::from),
         symbol: outcome.symbol,
         message: delivered(outcome.event),

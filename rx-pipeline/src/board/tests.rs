@@ -199,7 +199,7 @@ fn the_longest_messages_fit_their_frames() {
     let wire = request(u32::MAX, &Request::Region(region));
     assert!(said(&mut board(), &wire).is_some());
     let report = Report {
-        reading: Ok(Sight {
+        reading: Ok(WireReading {
             corners: [[0.0; 2]; 4],
             bits: u64::MAX,
             soft: [[-127; 8]; 8],

@@ -1,6 +1,6 @@
-//! How large is what stands out at a candidate's place?
+//! How large is what stands out at a peak of the survey?
 
-use super::survey::Candidate;
+use super::survey::Peak;
 use crate::frame::Frame;
 use heapless::Vec;
 
@@ -11,7 +11,7 @@ const CELL_PX: usize = 4;
 /// A cell belongs to the blob with this share of what the busiest cells have. Before clutter only a high share sets it apart; in a
 /// large panel only a low one joins its LEDs.
 const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
-/// How far from a candidate's place its busiest cell is looked for, in cells.
+/// How far from a peak its busiest cell is looked for, in cells.
 const NEAR: usize = 4;
 /// By how much light spilling over and the smoothing of cells make a blob wider, in pixels.
 const SPILL_PX: f32 = 6.0;
@@ -32,15 +32,11 @@ pub(super) struct Blob {
 type Cells = [[f32; CELLS]; CELLS];
 
 impl Blob {
-    /// The connected cells around `candidate` that have changed since `earlier`, or that are busy if there is no earlier frame, by
+    /// The connected cells around `peak` that have changed since `earlier`, or that are busy if there is no earlier frame, by
     /// rising thresholds: the largest first.
-    pub fn around(
-        candidate: &Candidate,
-        frame: &Frame<'_>,
-        earlier: Option<&Frame<'_>>,
-    ) -> Vec<Self, 4> {
+    pub fn around(peak: &Peak, frame: &Frame<'_>, earlier: Option<&Frame<'_>>) -> Vec<Self, 4> {
         let half = (CELLS * CELL_PX / 2) as i32;
-        let origin = candidate.centre.map(|c| c as i32 - half);
+        let origin = peak.centre.map(|c| c as i32 - half);
         let mut energy = [[0.0f32; CELLS]; CELLS];
         for (j, row) in energy.iter_mut().enumerate() {
             for (i, cell) in row.iter_mut().enumerate() {
@@ -57,18 +53,18 @@ impl Blob {
         let energy = smoothed(&energy);
         let noise = median(&energy);
         let near = CELLS / 2 - NEAR..CELLS / 2 + NEAR;
-        let (mut peak, mut place) = (0.0, (0, 0));
+        let (mut highest, mut place) = (0.0, (0, 0));
         for (j, row) in energy.iter().enumerate().filter(|(j, _)| near.contains(j)) {
             for (i, &value) in row.iter().enumerate().filter(|(i, _)| near.contains(i)) {
-                if value > peak {
-                    (peak, place) = (value, (i, j));
+                if value > highest {
+                    (highest, place) = (value, (i, j));
                 }
             }
         }
         let mut blobs: Vec<Self, 4> = Vec::new();
         for share in SHARES {
-            let threshold = (noise + share * (peak - noise)).max(2.0 * noise);
-            if peak <= threshold {
+            let threshold = (noise + share * (highest - noise)).max(2.0 * noise);
+            if highest <= threshold {
                 break;
             }
             let blob = Self::of(&connected(&energy, threshold, place), origin);

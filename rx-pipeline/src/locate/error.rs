@@ -1,6 +1,6 @@
 //! Why no panel was found.
 
-use super::{MAX_SATURATED_PERCENT, blob, proof};
+use super::{MAX_SATURATED_PERCENT, blob, verification};
 use crate::corners::CornersError;
 
 /// Why no panel was found.
@@ -97,7 +97,7 @@ pub enum LocateError {
     #[error(
         "the grid does not fit: its LEDs run into each other, and the logarithm of the odds that it is a panel and not something smooth is \
          {log_odds:.0}, {} is needed; the next frames may show it",
-        proof::LEAST_LOG_ODDS
+        verification::LEAST_LOG_ODDS
     )]
     Indistinct {
         /// The natural logarithm of the odds.

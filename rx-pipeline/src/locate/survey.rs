@@ -22,9 +22,9 @@ const LAG: usize = 2;
 /// What a place has beyond half of all tiles must be this share of theirs at least. The mean of a tile's 64 differences varies by a tenth.
 const STANDS_OUT: f32 = 0.25;
 
-/// A place worth looking at.
+/// A place worth looking at: a local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Candidate {
+pub(super) struct Peak {
     /// About its centre, in pixels.
     pub centre: [f32; 2],
     /// Mean difference of 2×2 pixels' means there, in grey levels.
@@ -34,9 +34,9 @@ pub(super) struct Candidate {
 /// What a pass found.
 pub(super) struct Survey<const N: usize> {
     /// Most strikingly busy places first.
-    pub busy: Vec<Candidate, N>,
+    pub busy: Vec<Peak, N>,
     /// Most strikingly changed places first; empty without an earlier frame.
-    pub changed: Vec<Candidate, N>,
+    pub changed: Vec<Peak, N>,
     /// Standard deviation of the noise of one pixel, in grey levels.
     pub noise_grey: f32,
     /// The same by the change from the earlier frame.
@@ -310,8 +310,8 @@ impl Tiles {
         floor: u32,
         tile_px: f32,
         per_sum: f32,
-    ) -> Vec<Candidate, N> {
-        let mut peaks: Vec<Candidate, N> = Vec::new();
+    ) -> Vec<Peak, N> {
+        let mut peaks: Vec<Peak, N> = Vec::new();
         let at = |x: usize, y: usize| self.0[y][x].saturating_sub(floor);
         let square = |x: usize, y: usize| {
             let (right, lower) = ((x + 1).min(columns - 1), (y + 1).min(rows - 1));
@@ -348,7 +348,7 @@ impl Tiles {
                 if peaks.is_full() {
                     peaks.pop();
                 }
-                let _full = peaks.insert(place, Candidate { centre, strength });
+                let _full = peaks.insert(place, Peak { centre, strength });
             }
         }
         peaks

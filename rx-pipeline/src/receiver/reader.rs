@@ -13,7 +13,7 @@ use crate::locate::{Location, Locator};
 use crate::profile::{Profile, Stage};
 use crate::spots::{Canvas, Scenery, Spots};
 use crate::symbols::{Symbol, SymbolClock};
-use crate::track::{Fit, Track, TrackError};
+use crate::track::{Gate, Track, TrackError};
 use link::framing::{Deframer, Event};
 
 /// The cells of a pose serve poses whose corners differ by less than this share of a pitch: noise alone
@@ -53,7 +53,7 @@ pub(crate) struct Tools<'a, const N: usize> {
 }
 
 /// A frame, and what it takes to read it.
-struct Place<'a, 'f, 't, const N: usize> {
+struct Input<'a, 'f, 't, const N: usize> {
     number: u64,
     frame: &'a Frame<'f>,
     locator: &'a Locator,
@@ -126,14 +126,14 @@ impl Reader {
             self.track = None;
             return None;
         }
-        let mut at = Place {
+        let mut input = Input {
             number,
             frame,
             locator,
             tools,
         };
         let expected = track.predicted(number);
-        let mut attempt = self.attempt(&track, expected, Fit::SURE, &mut at, profile);
+        let mut attempt = self.attempt(&track, expected, Gate::SURE, &mut input, profile);
         // As long as it is not known how the panel moves, its bits may look right a line off.
         if attempt.is_err() || !track.speed_known() {
             let near = profile.timed(Stage::Search, || {
@@ -141,11 +141,14 @@ impl Reader {
             });
             attempt = match (near, attempt) {
                 (Some(near), attempt) if !near.is_close_to(&expected) => {
-                    let elsewhere = self.attempt(&track, near, Fit::ELSEWHERE, &mut at, profile);
+                    let elsewhere =
+                        self.attempt(&track, near, Gate::ELSEWHERE, &mut input, profile);
                     better(attempt, elsewhere)
                 }
                 (_, Ok(here)) => Ok(here),
-                (Some(_), Err(_)) => self.attempt(&track, expected, Fit::STILL, &mut at, profile),
+                (Some(_), Err(_)) => {
+                    self.attempt(&track, expected, Gate::STILL, &mut input, profile)
+                }
                 (None, Err(loss)) => Err(loss),
             };
         }
@@ -203,26 +206,26 @@ impl Reader {
         &mut self,
         track: &Track,
         lattice: Lattice,
-        fit: Fit,
-        at: &mut Place<'_, '_, '_, N>,
+        gate: Gate,
+        input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
         let reading = self
-            .read(at.frame, &lattice, at.tools.map, profile)
+            .read(input.frame, &lattice, input.tools.map, profile)
             .map_err(|loss| match loss {
                 Loss::Detect(why) => TrackError::from(why).into(),
                 other => other,
             })?;
         let bits = reading.detection.bits;
-        let scenery = scenery(at.frame, at.locator);
+        let scenery = scenery(input.frame, input.locator);
         let corrected = profile.timed(Stage::Follow, || {
             track.corrected(
-                at.number,
+                input.number,
                 scenery,
                 lattice,
                 bits.shares(),
-                fit,
-                at.tools.canvas,
+                gate,
+                input.tools.canvas,
             )
         });
         let (track, explained) = corrected?;
@@ -339,7 +342,7 @@ fn corrected_by_both<const N: usize>(
     let expected = track.predicted(number);
     let corrected = mixture.lit().and_then(|lit| {
         track
-            .corrected(number, scenery, expected, lit, Fit::SURE, canvas)
+            .corrected(number, scenery, expected, lit, Gate::SURE, canvas)
             .ok()
     });
     corrected.map_or(*track, |(corrected, _)| corrected)

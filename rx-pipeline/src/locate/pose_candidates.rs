@@ -1,17 +1,17 @@
-//! Poses worth a closer look: the patch around a blob, coarsened so that no panel's LEDs are told apart in it. There the evidence is a
-//! smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
+//! Pose candidates: poses worth a closer look. In the patch around a blob, coarsened so that no panel's LEDs are told apart in it, the evidence
+//! is a smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
 
 use super::blob::Blob;
 use super::evidence::Evidence;
+use super::hill_climbing::{self, Pose};
 use super::patch::{Patch, SIDE as SAMPLES};
-use super::search::{self, Pose};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use heapless::Vec;
 use link::panel::LEDS;
 
-/// Hills climbed at most.
-pub(super) const STARTS: usize = 6;
+/// Candidates for the pose of one blob, at most.
+pub(super) const POSE_CANDIDATES: usize = 6;
 
 /// Side of a panel in the coarsened patch, in samples, at least.
 const COARSE_SIDE: f32 = 20.0;
@@ -70,21 +70,21 @@ impl View<'_, '_> {
         Evidence::new(patch, self.spot_sigma_px / step, sigma, noise, RIDGE)
     }
 
-    /// The hills around a blob.
-    pub fn hills(&self, blob: &Blob) -> Hills {
+    /// The candidates for the pose of what is in a blob.
+    pub fn pose_candidates(&self, blob: &Blob) -> PoseCandidates {
         let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
         let patch = self.patch(blob, step);
         let pitch = blob.side_px / 8.0 / step as f32;
         let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
         let evidence = self.evidence(&patch, sigma);
-        let mut feet = Ranking::default();
+        let mut seeds = Ranking::default();
         for pose in grid(patch.to_samples(blob.centre), pitch) {
-            feet.offer(evidence.of(&pose.lattice()), pose);
+            seeds.offer(evidence.of(&pose.lattice()), pose);
         }
-        Hills {
+        PoseCandidates {
             evidence,
             patch,
-            feet,
+            seeds,
         }
     }
 
@@ -118,7 +118,7 @@ impl View<'_, '_> {
             };
             best.offer(evidence.of(&pose.lattice()), pose);
         }
-        let (_, pose) = search::climb(&evidence, best.0.first()?.1, 0.3, 12)?;
+        let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, 0.3, 12)?;
         let near = patch.to_frame_lattice(&pose.lattice());
         let blob = Blob {
             centre: near.centre,
@@ -137,7 +137,7 @@ impl View<'_, '_> {
             log_pitch: start.pitch().map(|pitch| libm::logf(pitch / step as f32)),
             roll_rad: libm::atan2f(start.column[1], start.column[0]),
         };
-        let (_, pose) = search::explore(&evidence, pose, 0.12, 40)?;
+        let (_, pose) = hill_climbing::explore(&evidence, pose, 0.12, 40)?;
         let lattice = pose.lattice();
         let brightness = evidence.brightness(&lattice)?;
         Some((patch.to_frame_lattice(&lattice), brightness))
@@ -145,17 +145,17 @@ impl View<'_, '_> {
 }
 
 /// The evidence around a blob, with the poses to climb it from.
-pub(super) struct Hills {
+pub(super) struct PoseCandidates {
     evidence: Evidence,
     patch: Patch,
-    feet: Ranking,
+    seeds: Ranking,
 }
 
-impl Hills {
-    /// The hilltops as lattices in the frame's pixels, climbed one by one as they are asked for.
-    pub fn tops(&self) -> impl Iterator<Item = Lattice> + '_ {
-        self.feet.0.iter().filter_map(|(_, foot)| {
-            let (_, pose) = search::climb(&self.evidence, *foot, 0.3, 25)?;
+impl PoseCandidates {
+    /// The evidence's maxima as lattices in the frame's pixels, climbed to one by one as they are asked for.
+    pub fn maxima(&self) -> impl Iterator<Item = Lattice> + '_ {
+        self.seeds.0.iter().filter_map(|(_, seed)| {
+            let (_, pose) = hill_climbing::climb(&self.evidence, *seed, 0.3, 25)?;
             Some(self.patch.to_frame_lattice(&pose.lattice()))
         })
     }
@@ -163,7 +163,7 @@ impl Hills {
 
 /// Poses with their evidence, the best first.
 #[derive(Default)]
-struct Ranking(Vec<(f32, Pose), STARTS>);
+struct Ranking(Vec<(f32, Pose), POSE_CANDIDATES>);
 
 impl Ranking {
     fn offer(&mut self, value: Option<f32>, pose: Pose) {

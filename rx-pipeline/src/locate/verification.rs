@@ -1,10 +1,10 @@
-//! Is it a panel? A lattice fitted to the pixels has to prove that it is one, or says why it is not.
+//! Is it a panel? A lattice fitted to the pixels is verified to be one, or says why it is not.
 
-use super::halftone;
-use super::starts::View;
+use super::bimodality;
+use super::pose_candidates::View;
 use super::{LocateError, Location};
 use crate::corners::Corners;
-use crate::fit::{self, Settled};
+use crate::fit::{self, Fit};
 use crate::lattice::Lattice;
 use crate::light::Light;
 use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
@@ -55,8 +55,8 @@ const WORTH_A_MOVE: f32 = 40.0;
 /// In a single frame a lattice one line off has to leave this share of the signal more, or the frame does not tell them apart.
 const CLEARLY_WORSE: f32 = 0.01;
 
-/// A lattice that has proved to be a panel.
-pub(super) struct Proven {
+/// A lattice that is a panel.
+pub(super) struct Verified {
     pub corners: Corners,
     pub spots: Spots,
     pub residual_grey: f32,
@@ -67,33 +67,32 @@ pub(super) struct Proven {
 /// Residuals of this many times the noise leave nothing to be found.
 const BEYOND_DOUBT: f32 = 1.25;
 
-impl Proven {
+impl Verified {
     /// Whether there is next to nothing but noise left.
     pub fn is_beyond_doubt(&self) -> bool {
         self.residual_grey < BEYOND_DOUBT * self.noise_grey
     }
 
-    pub fn location(&self, view: &View<'_, '_>) -> Location {
+    pub fn location(&self) -> Location {
         Location {
             corners: self.corners,
             residual_grey: self.residual_grey,
             noise_grey: self.noise_grey,
             signal_to_noise: self.signal_to_noise,
             spot_sigma_px: self.spots.sigma,
-            by_change: view.earlier.is_some(),
             spots: self.spots,
         }
     }
 }
 
 /// Lets the lattice settle on the pixels and examines what comes out.
-pub(super) fn prove<const N: usize>(
+pub(super) fn verify<const N: usize>(
     canvas: &mut Canvas<N>,
     view: &View<'_, '_>,
     light: &Light,
     lattice: Lattice,
     state: [i8; LEDS],
-) -> Result<Proven, LocateError> {
+) -> Result<Verified, LocateError> {
     let scenery = Scenery {
         frame: view.frame,
         earlier: view.earlier,
@@ -112,25 +111,27 @@ pub(super) fn prove<const N: usize>(
     };
     let no_lattice = LocateError::NoLattice;
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
-    let mut settled = fit::settle(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
+    let mut fitted =
+        fit::levenberg_marquardt(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
     let Slope {
         squares,
         total,
         pixels,
         ..
-    } = settled.slope;
+    } = fitted.slope;
     let noise_squares = noise * pixels as f32;
     let explains_all =
         squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
     if !explains_all && (squares < 0.5 * total || !single) {
-        let wide = fit::window(&settled.spots.lattice, WIDE, size).ok_or(no_lattice)?;
-        let lines = Lines::of(canvas, scenery, wide, &settled.spots).ok_or(no_lattice)?;
+        let wide = fit::window(&fitted.spots.lattice, WIDE, size).ok_or(no_lattice)?;
+        let lines = Lines::of(canvas, scenery, wide, &fitted.spots).ok_or(no_lattice)?;
         let doubt = lines.here - lines.best_beside;
         if doubt > WORTH_A_MOVE * noise {
             let moved = lines.beside;
             let window = fit::window(&moved.lattice, rim, size).ok_or(no_lattice)?;
-            settled = fit::settle(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
+            fitted =
+                fit::levenberg_marquardt(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
         }
         // What is behind the panel, or noise, may make up for a line.
         let enough = if single {
@@ -144,45 +145,45 @@ pub(super) fn prove<const N: usize>(
             });
         }
     }
-    let window = fit::window(&settled.spots.lattice, rim, size).ok_or(no_lattice)?;
+    let window = fit::window(&fitted.spots.lattice, rim, size).ok_or(no_lattice)?;
     let slope = canvas
-        .compare(&settled.spots, scenery, window)
+        .compare(&fitted.spots, scenery, window)
         .ok_or(no_lattice)?;
-    let settled = Settled { slope, ..settled };
+    let fitted = Fit { slope, ..fitted };
     // What stands still is gone from the difference of two frames: around the panel there is noise alone.
     let around = if single {
         None
     } else {
-        canvas.noise_around(&settled.spots, window)
+        canvas.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(0.3 * noise));
-    let signal_to_noise = examine(&settled, noise, single, view.spot_sigma_px)?;
-    let lit_around = canvas.lit_around(&settled.spots, window);
+    let signal_to_noise = examine(&fitted, noise, single, view.spot_sigma_px)?;
+    let lit_around = canvas.lit_around(&fitted.spots, window);
     if lit_around > LIT_AROUND[usize::from(single)] {
         return Err(LocateError::GoesOn { lit_around });
     }
-    if single && apart(&settled.spots) < 1.0 {
-        let log_odds = halftone::log_odds(&settled.spots, &settled.slope, noise);
+    if single && apart(&fitted.spots) < 1.0 {
+        let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);
         if log_odds.is_nan() || log_odds < LEAST_LOG_ODDS {
             return Err(LocateError::Indistinct { log_odds });
         }
     }
-    Ok(Proven {
-        corners: Corners::new(settled.spots.lattice.corners())?,
-        residual_grey: settled.residual_grey(),
+    Ok(Verified {
+        corners: Corners::new(fitted.spots.lattice.corners())?,
+        residual_grey: fitted.residual_grey(),
         noise_grey: libm::sqrtf(noise),
         signal_to_noise,
-        spots: settled.spots,
+        spots: fitted.spots,
     })
 }
 
-impl Settled {
+impl Fit {
     fn residual_grey(&self) -> f32 {
         libm::sqrtf(self.slope.squares / self.slope.pixels.max(1) as f32)
     }
 }
 
-/// Neighbouring lattices that are settled: those that look best before.
+/// Neighbouring lattices that are fitted: those that look best before.
 const LIKELIEST: usize = 2;
 
 /// How a lattice fits, and how the best one counted from a neighbouring line does.
@@ -211,7 +212,7 @@ impl Lines {
             (-1, -1),
         ];
         let pair = scenery.earlier.is_some();
-        let here = fit::settle(canvas, scenery, window, *spots, 2)?;
+        let here = fit::levenberg_marquardt(canvas, scenery, window, *spots, 2)?;
         let mut lines = Self {
             here: here.slope.squares,
             total: here.slope.total,
@@ -226,7 +227,7 @@ impl Lines {
         });
         beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (_, shifted) in &beside[..LIKELIEST] {
-            if let Some(there) = fit::settle(canvas, scenery, window, *shifted, 3)
+            if let Some(there) = fit::levenberg_marquardt(canvas, scenery, window, *shifted, 3)
                 && there.slope.squares < lines.best_beside
             {
                 (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
@@ -242,13 +243,8 @@ pub(super) fn apart(spots: &Spots) -> f32 {
     (across.min(down) / (CLOSE * spots.sigma)).min(1.0)
 }
 
-fn examine(
-    settled: &Settled,
-    noise: f32,
-    single: bool,
-    spot_sigma_px: f32,
-) -> Result<f32, LocateError> {
-    let Settled { spots, slope } = settled;
+fn examine(fitted: &Fit, noise: f32, single: bool, spot_sigma_px: f32) -> Result<f32, LocateError> {
+    let Fit { spots, slope } = fitted;
     let pixels = slope.pixels as f32;
     let saturated_percent = (100.0 * (1.0 - pixels / slope.window_pixels.max(1) as f32)) as u8;
     if saturated_percent > super::MAX_SATURATED_PERCENT {
@@ -265,7 +261,7 @@ fn examine(
         + EXCUSED_SIGNAL[mode] * apart * apart * apart * apart * signal;
     if slope.squares.is_nan() || slope.squares > allowed {
         return Err(LocateError::GridDoesNotFit {
-            residual_grey: settled.residual_grey(),
+            residual_grey: fitted.residual_grey(),
             allowed_grey: libm::sqrtf(allowed / pixels.max(1.0)),
         });
     }

@@ -1,4 +1,4 @@
-//! Two brightnesses, or any?
+//! Two brightnesses, or any? A Bayesian comparison of the two models.
 //!
 //! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of any
 //! brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. With d the panel's brightnesses
@@ -91,8 +91,8 @@ mod tests {
         };
         let window = fit::window(&lattice, 0.6, (SCENE.width, SCENE.height)).unwrap();
         let mut canvas = std::boxed::Box::new(Canvas::<4096>::new());
-        let settled = fit::settle(&mut canvas, scenery, window, start, 20).unwrap();
-        log_odds(&settled.spots, &settled.slope, 4.0)
+        let fitted = fit::levenberg_marquardt(&mut canvas, scenery, window, start, 20).unwrap();
+        log_odds(&fitted.spots, &fitted.slope, 4.0)
     }
 
     #[test]
