@@ -13,7 +13,7 @@ use rx_pipeline::detect::{
 };
 use rx_pipeline::features::{Features, FeaturesError};
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
+use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
 use serde::{Deserialize, Serialize};
 
 use fearless_simd::{self as simd, dispatch};
@@ -183,7 +183,7 @@ pub struct Evaluator {
     renderer: Renderer,
     settings: Settings,
     reader: Reader,
-    experience: Experience,
+    prior: LevelPrior,
     region: Region,
     corners: Corners,
 }
@@ -233,7 +233,7 @@ impl Evaluator {
             renderer,
             settings,
             reader: Reader::Receiver(Method::default()),
-            experience: Experience::NONE,
+            prior: LevelPrior::NONE,
             region,
             corners,
         };
@@ -249,7 +249,7 @@ impl Evaluator {
         };
         let looks_at_features = matches!(evaluator.reader, Reader::Receiver(Method::Features(_)));
         if !looks_at_features {
-            evaluator.experience = evaluator.experience()?;
+            evaluator.prior = evaluator.learn_level_prior()?;
         }
         Ok(evaluator)
     }
@@ -278,8 +278,8 @@ impl Evaluator {
     }
 
     /// What maximum likelihood begins every frame with.
-    pub(crate) fn experience_at_hand(&self) -> Experience {
-        self.experience
+    pub(crate) fn level_prior(&self) -> LevelPrior {
+        self.prior
     }
 
     /// Room to work on frames in.
@@ -361,7 +361,7 @@ impl Evaluator {
     }
 
     /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
-    fn experience(&self) -> Result<Experience, EvaluateError> {
+    fn learn_level_prior(&self) -> Result<LevelPrior, EvaluateError> {
         let mut workspace = self.workspace();
         let mut likelihood =
             MaximumLikelihood::<PANEL_PIXELS>::new(camera_of(&self.renderer.view().scene));
@@ -373,7 +373,7 @@ impl Evaluator {
             // A frame that cannot be read teaches nothing.
             let _ = likelihood.detect(&picture, &reading.corners);
         }
-        Ok(likelihood.experience())
+        Ok(likelihood.level_prior())
     }
 
     /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
@@ -409,7 +409,7 @@ impl Evaluator {
                 return Ok((decided.unwrap_or_default(), None));
             }
             Reader::Receiver(Method::MaximumLikelihood) => {
-                likelihood.set_experience(self.experience);
+                likelihood.set_level_prior(self.prior);
                 likelihood.detect(&picture, &reading.corners)
             }
             Reader::Genie(table) => {

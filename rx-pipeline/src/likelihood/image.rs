@@ -162,12 +162,12 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 
     /// Whether so much of it is saturated that light is no longer linear in the bits.
-    pub fn glares(&self) -> bool {
+    pub fn is_overexposed(&self) -> bool {
         let count = self
             .pixels()
             .filter(|(seen, _)| **seen >= self.full)
             .count();
-        count as f32 > GLARE * (self.size[0] * self.size[1]) as f32
+        count as f32 > OVEREXPOSED * (self.size[0] * self.size[1]) as f32
     }
 
     pub fn is_saturated(&self, row: usize) -> bool {
@@ -240,7 +240,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 }
 
-/// The share of saturated pixels from which an image glares.
-const GLARE: f32 = 0.2;
+/// The share of saturated pixels from which an image is_overexposed.
+const OVEREXPOSED: f32 = 0.2;
 /// Just below the limit, relatively.
 const BELOW: f32 = 0.9999;

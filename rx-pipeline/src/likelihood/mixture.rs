@@ -4,11 +4,12 @@
 //! with four shares instead of two, refitting α and the levels in between. Light is added up over an exposure, so the levels are those
 //! of whole symbols.
 
-use super::experience::Experience;
-use super::search::Climb;
-use super::start::two_groups;
-use super::view::View;
-use super::{MaximumLikelihood, Solution};
+use super::ascent::Ascent;
+use super::crop::Crop;
+use super::estimate::Estimate;
+use super::least_squares::two_groups;
+use super::level_prior::LevelPrior;
+use super::model::Model;
 use crate::detect::{DetectError, Detection, Mixture, bits_where, correlation, lit, soft_panel};
 use crate::frame::Frame;
 use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
@@ -41,9 +42,9 @@ pub(super) struct TwoSymbols {
 impl TwoSymbols {
     /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
     /// `noise`; and the first is the symbol `before`.
-    pub fn explain(&self, experience: &Experience, before: &SoftPanel, noise: f32) -> bool {
+    pub fn explain(&self, prior: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
         let [least, most] = SHARE_RANGE;
-        let left = if experience.fits_surely(self.noise) {
+        let left = if prior.fits_surely(self.noise) {
             LEFT
         } else {
             NEXT_TO_NOTHING
@@ -85,7 +86,7 @@ impl Guess {
     }
 }
 
-impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
+impl<const PIXELS: usize> Model<PIXELS> {
     /// The symbol of which `before` is known, and the one after it, in a frame that shows the end of the one and the beginning of the
     /// other; none where nothing is known of it, or of the levels.
     // Not inlined: the stack of those who never call it stays as it is.
@@ -93,15 +94,15 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub(super) fn two_symbols(
         &mut self,
         frame: &Frame<'_>,
-        view: &View,
+        crop: &Crop,
         before: &SoftPanel,
+        prior: &LevelPrior,
     ) -> Result<Option<TwoSymbols>, DetectError> {
-        let experience = self.experience;
-        let levels = match experience.levels() {
+        let levels = match prior.mean_levels() {
             Some(levels) if *before != SoftPanel::ERASED => levels,
             _ => return Ok(None),
         };
-        let seen = self.least_squares(frame, view, &levels)?.shares(&levels);
+        let seen = self.least_squares(frame, crop, &levels)?.shares(&levels);
         let ended = before.hard().shares();
         let changed = core::array::from_fn(|led| (seen[led] - ended[led]).abs());
         let [_, share] = two_groups(changed);
@@ -116,34 +117,35 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }),
             share: within_range(share),
         };
-        let mut solution = Solution {
+        let mut estimate = Estimate {
             levels,
             share: guess.lit(guess.share),
-            centre: view.centre,
+            centre: crop.centre,
         };
-        self.expect_with_noise(&mut solution);
+        self.expect_with_noise(&mut estimate);
         for _ in 0..ROUNDS {
             for _ in 0..SWEEPS {
-                self.climb(&mut solution).soften_two(before, &mut guess);
+                self.ascent(&mut estimate)
+                    .cancel_interference_of_two(before, &mut guess);
             }
-            self.improve_share(&mut solution, &mut guess);
-            self.fit(&mut solution, &experience);
+            self.improve_share(&mut estimate, &mut guess);
+            self.fit(&mut estimate, prior);
         }
-        let (ending, beginning) = self.climb(&mut solution).odds_of_two(before, guess.share);
+        let (ending, beginning) = self.ascent(&mut estimate).llrs_of_two(before, guess.share);
         Ok(Some(TwoSymbols {
             ending,
             beginning,
             share: guess.share,
-            noise: solution.levels.noise,
+            noise: estimate.levels.noise,
         }))
     }
 
     /// Moves α to the lowest point of the parabola through the loss beside it.
-    fn improve_share(&mut self, solution: &mut Solution, guess: &mut Guess) {
+    fn improve_share(&mut self, estimate: &mut Estimate, guess: &mut Guess) {
         let mut loss = |share: f32| {
-            solution.share = guess.lit(share);
-            self.expect(solution);
-            self.image.loss(solution.levels.noise)
+            estimate.share = guess.lit(share);
+            self.expect(estimate);
+            self.image.loss(estimate.levels.noise)
         };
         let [left, here, right] = [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share + step));
         let bend = left + right - 2.0 * here;
@@ -151,14 +153,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             let step = 0.5 * PARABOLA * (left - right) / bend;
             guess.share = within_range(guess.share + step.clamp(-STEP_MAX, STEP_MAX));
         }
-        solution.share = guess.lit(guess.share);
-        self.expect_with_noise(solution);
+        estimate.share = guess.lit(guess.share);
+        self.expect_with_noise(estimate);
     }
 }
 
-impl<const PIXELS: usize> Climb<'_, PIXELS> {
+impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// Gives each LED the share that is to be expected of it, given those of the others and what is known of the symbol before.
-    fn soften_two(&mut self, before: &SoftPanel, guess: &mut Guess) {
+    fn cancel_interference_of_two(&mut self, before: &SoftPanel, guess: &mut Guess) {
         for (led, &prior) in before.0.iter().enumerate() {
             let [none, next, last, both] = self.gains_of_two(led, guess.share);
             let prior = nats(prior);
@@ -173,7 +175,7 @@ impl<const PIXELS: usize> Climb<'_, PIXELS> {
     }
 
     /// The log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
-    fn odds_of_two(&self, before: &SoftPanel, share: f32) -> ([f32; LEDS], [f32; LEDS]) {
+    fn llrs_of_two(&self, before: &SoftPanel, share: f32) -> ([f32; LEDS], [f32; LEDS]) {
         let (mut ending, mut beginning) = ([0.0; LEDS], [0.0; LEDS]);
         for (led, &prior) in before.0.iter().enumerate() {
             let [none, next, last, both] = self.gains_of_two(led, share);

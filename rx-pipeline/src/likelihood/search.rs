@@ -1,317 +1,127 @@
-//! The bits of greatest likelihood, climbed to by flipping LEDs alone and in groups.
+//! Bits and levels together: least squares, interference cancellation, and flips of single LEDs.
 
-use super::hard;
-use super::image::{Image, SIDE_MAX, censored_loss, root};
-use super::levels::{Levels, Pull, dot};
-use super::sphere::Way;
-use super::spots::{LANES, Spots, TAPS};
-use link::panel::{LEDS, SIDE};
+use super::crop::Crop;
+use super::estimate::{Estimate, hard};
+use super::level_prior::LevelPrior;
+use super::levels::Levels;
+use super::model::Model;
+use crate::detect::{DetectError, MIN_CONTRAST_GREY};
+use crate::frame::Frame;
 
-/// Rounds over all LEDs; a climb has always ended in far fewer.
-const ROUNDS: usize = 12;
-/// The most LEDs of a group, from couplings and pixel by pixel.
-const DEPTH: usize = 8;
-const GROWN_DEPTH: usize = 4;
-/// Smaller gains, in nats, are rounding.
-pub(super) const LEAST_GAIN: f32 = 1e-2;
+/// Rounds of interference cancellation, and sweeps over the LEDs before and in each.
+const ROUNDS: usize = 5;
+const FIRST_SWEEPS: usize = 3;
+const SWEEPS: usize = 2;
+/// Least squares shrink the contrast, and saturation does: searches begin at these multiples of it.
+const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
+/// Rounds of growing groups of neighbours: one or two do, but levels that are fitted in between may take back what flips gained, without end.
+const GROWN_ROUNDS: usize = 32;
+/// The noise assumed of a first frame.
+const FIRST_NOISE: f32 = 1e-3;
 
-/// What flips gain, alone and in pairs, in nats.
-pub(super) struct Couplings {
-    /// By how much the likelihood rises with each flip alone: what it gains, less what its pair with itself takes off.
-    pub slope: [f32; LEDS],
-    pub pair: [[f32; LEDS]; LEDS],
-}
-
-impl Couplings {
-    pub const fn new() -> Self {
-        Self {
-            slope: [0.0; LEDS],
-            pair: [[0.0; LEDS]; LEDS],
-        }
-    }
-
-    /// For each LED the group of flips with it that gains most, one bit an LED, and that gain. Groups grow by the flip that
-    /// gains most or loses least (Kernighan & Lin 1970).
-    pub fn groups(&self) -> [Way; LEDS] {
-        core::array::from_fn(|led| {
-            let mut next = self.slope;
-            let (mut group, mut total) = (0u64, 0.0);
-            let mut best = (0, f32::NEG_INFINITY);
-            let (mut other, mut value) = (led, self.slope[led]);
-            for _ in 0..DEPTH {
-                group |= 1 << other;
-                total += value;
-                if total > best.1 {
-                    best = (group, total);
-                }
-                for (next, pair) in next.iter_mut().zip(&self.pair[other]) {
-                    *next += pair;
-                }
-                (other, value) = (0, f32::NEG_INFINITY);
-                for (candidate, &rise) in next.iter().enumerate() {
-                    if rise > value && group >> candidate & 1 == 0 {
-                        (other, value) = (candidate, rise);
-                    }
-                }
+impl<const PIXELS: usize> Model<PIXELS> {
+    /// Bits and levels from scratch, or from what is known of the levels.
+    pub fn search(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        prior: &LevelPrior,
+    ) -> Result<Estimate, DetectError> {
+        let blur = self.camera.blur_sigma_px / crop.bin as f32;
+        let first = Levels {
+            background: 1.0,
+            off: 0.0,
+            contrast: 0.0,
+            // An LED is about half a pitch wide.
+            variance: blur * blur + crop.pitch * crop.pitch / 64.0 + 1.0 / 12.0,
+            shift: [0.0; 2],
+            noise: FIRST_NOISE,
+        };
+        let mut levels = prior.mean_levels().unwrap_or(first);
+        let squares = self.least_squares(frame, crop, &levels)?;
+        if !prior.is_sure() {
+            squares.split(&mut levels);
+            let range_grey = self.contrast_grey(&levels);
+            if range_grey < MIN_CONTRAST_GREY {
+                return Err(DetectError::ContrastTooLow { range_grey });
             }
-            Way {
-                flips: best.0,
-                gain: best.1,
+        }
+        let shrunk = FIRST_CONTRASTS.map(|factor| Levels {
+            contrast: factor * levels.contrast,
+            ..levels
+        });
+        let unknown = prior.mean_levels().is_none();
+        let shrunk = shrunk.into_iter().filter(|_| unknown);
+        let (mut best, mut noise) = (None::<(f32, Estimate)>, None);
+        for levels in shrunk.chain(prior.initial_levels()) {
+            let start = Estimate {
+                levels,
+                share: squares.shares(&levels),
+                centre: crop.centre,
+            };
+            let found = self.refine(frame, crop, start, prior)?;
+            // All are held against the same noise.
+            let noise = *noise.get_or_insert(found.levels.noise);
+            let loss = self.loss(&found.levels, prior, noise);
+            if best.is_none_or(|(least, _)| loss < least) {
+                best = Some((loss, found));
             }
-        })
-    }
-}
-
-/// A climb in progress: the image holds what is expected of `share` and `levels`.
-pub(super) struct Climb<'a, const PIXELS: usize> {
-    pub image: &'a mut Image<PIXELS>,
-    pub spots: &'a Spots,
-    pub levels: &'a Levels,
-    /// For which share of the exposure each LED is On: 0 or 1 but where [`Climb::soften`] is at work.
-    pub share: &'a mut [f32; LEDS],
-}
-
-impl<const PIXELS: usize> Climb<'_, PIXELS> {
-    /// Gives each LED the share that is to be expected of it, given those of the others.
-    pub fn soften(&mut self) {
-        for led in 0..LEDS {
-            let share = self.share[led];
-            let on = self.gain_of(led, (1.0 - share) * self.levels.contrast);
-            let off = self.gain_of(led, -share * self.levels.contrast);
-            self.set(led, 1.0 / (1.0 + libm::expf(off - on)));
         }
+        best.map(|(_, best)| best)
+            .ok_or(DetectError::ContrastTooLow { range_grey: 0.0 })
     }
 
-    /// Makes every LED On or Off, whichever is nearer.
-    pub fn harden(&mut self) {
-        for led in 0..LEDS {
-            self.set(led, hard(self.share[led]));
+    /// Interference cancellation, then flips of single LEDs.
+    fn refine(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        start: Estimate,
+        prior: &LevelPrior,
+    ) -> Result<Estimate, DetectError> {
+        let mut estimate = start;
+        if prior.is_sure() && self.decide_at_once(&mut estimate, prior) {
+            return Ok(estimate);
         }
-    }
-
-    /// Flips single LEDs as long as the likelihood rises.
-    pub fn settle(&mut self) {
+        estimate = start;
+        self.expect_with_noise(&mut estimate);
+        for _ in 0..FIRST_SWEEPS {
+            self.ascent(&mut estimate).cancel_interference();
+        }
         for _ in 0..ROUNDS {
-            let mut settled = true;
-            for led in 0..LEDS {
-                if self.gain(led) > LEAST_GAIN {
-                    self.flip(led);
-                    settled = false;
-                }
+            self.fit(&mut estimate, prior);
+            self.follow_noise(frame, crop, &mut estimate)?;
+            for _ in 0..SWEEPS {
+                self.ascent(&mut estimate).cancel_interference();
             }
-            if settled {
-                return;
+            if prior.fits_surely(estimate.levels.noise) && estimate.is_decided() {
+                break;
             }
         }
-    }
-
-    /// What the likelihood would lose by each LED's flip alone, in nats.
-    pub fn losses(&self) -> [f32; LEDS] {
-        core::array::from_fn(|led| (-self.gain(led)).max(0.0))
-    }
-
-    /// Flips groups of neighbours that raise the likelihood, each grown pixel by pixel from one LED; whether there was any.
-    pub fn grow(&mut self) -> bool {
-        let mut risen = false;
-        for led in 0..LEDS {
-            let mut members = [led; GROWN_DEPTH];
-            let (mut total, mut best) = (self.gain(led), (0, LEAST_GAIN));
-            self.flip(led);
-            let mut count = 1;
-            loop {
-                if total > best.1 {
-                    best = (count, total);
-                }
-                if count == GROWN_DEPTH {
-                    break;
-                }
-                let Some((other, gain)) = self.best_beside(&members[..count]) else {
-                    break;
-                };
-                self.flip(other);
-                members[count] = other;
-                count += 1;
-                total += gain;
+        self.ascent(&mut estimate).decide();
+        self.fit(&mut estimate, prior);
+        self.ascent(&mut estimate).flip_singly();
+        self.fit(&mut estimate, prior);
+        for _ in 0..GROWN_ROUNDS {
+            let flip_cost = self.ascent(&mut estimate).flip_costs();
+            if self.is_clear(&estimate, &flip_cost, prior)
+                || !self.ascent(&mut estimate).flip_groups()
+            {
+                break;
             }
-            risen |= best.0 > 0;
-            for &member in &members[best.0..count] {
-                self.flip(member);
-            }
+            self.fit(&mut estimate, prior);
+            self.ascent(&mut estimate).flip_singly();
         }
-        risen
+        Ok(estimate)
     }
 
-    /// The LED beside a group whose flip gains most, and that gain.
-    fn best_beside(&self, members: &[usize]) -> Option<(usize, f32)> {
-        (0..LEDS)
-            .filter(|led| {
-                !members.contains(led) && members.iter().any(|&m| are_neighbours(m, *led))
-            })
-            .map(|led| (led, self.gain(led)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
+    /// Makes the bits those that least squares call for, and flips single LEDs; whether that explains the frame as well as others were.
+    fn decide_at_once(&mut self, estimate: &mut Estimate, prior: &LevelPrior) -> bool {
+        estimate.share = estimate.share.map(hard);
+        self.expect(estimate);
+        self.fit(estimate, prior);
+        self.ascent(estimate).flip_singly();
+        self.fit(estimate, prior);
+        prior.fits_surely(estimate.levels.noise)
     }
-
-    /// Works out what flips gain when the levels follow them, for all pixels as if they were linear in the light: good for many
-    /// flips at once that make up for one another.
-    pub fn couple(&self, pull: &Pull, couplings: &mut Couplings) {
-        let scale = self.levels.contrast / self.levels.noise;
-        let sign = self.share.map(|share| 1.0 - 2.0 * share);
-        let mut patch = [[0.0; SIDE_MAX]; TAPS];
-        for led in 0..LEDS {
-            couplings.slope[led] = scale * sign[led] * self.weighted_spot(led, &mut patch);
-            for other in led..LEDS {
-                let through_pixels = if self.spots.touch(led, other) {
-                    let signs = sign[led] * sign[other];
-                    scale * self.levels.contrast * signs * self.product(led, other, &patch)
-                } else {
-                    0.0
-                };
-                let curvature = through_pixels - inner(&pull[led], &pull[other]);
-                couplings.pair[led][other] = -curvature;
-                couplings.pair[other][led] = -curvature;
-            }
-        }
-    }
-
-    /// The same pair by pair: good for few flips, where pixels are saturated too.
-    pub fn couple_by_flips(&mut self, pull: &Pull, couplings: &mut Couplings) {
-        let alone: [f32; LEDS] = core::array::from_fn(|led| self.gain(led));
-        couplings.slope =
-            core::array::from_fn(|led| alone[led] + 0.5 * inner(&pull[led], &pull[led]));
-        for led in 0..LEDS {
-            self.flip(led);
-            couplings.pair[led][led] = 0.0;
-            for (other, alone) in alone.iter().enumerate().skip(led + 1) {
-                let through_pixels = if self.spots.overlap(led, other) {
-                    self.gain(other) - alone
-                } else {
-                    0.0
-                };
-                let pair = through_pixels + inner(&pull[led], &pull[other]);
-                couplings.pair[led][other] = pair;
-                couplings.pair[other][led] = pair;
-            }
-            self.flip(led);
-        }
-    }
-
-    /// The spot of an LED, divided by four times the light: in `patch`, as far up and down as the spot reaches. Where a pixel is seen and
-    /// expected to be saturated, only the part of a flip counts by which it would fall below that. And the sum of what is left to
-    /// explain of the spot.
-    fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; TAPS]) -> f32 {
-        let (image, across) = (&*self.image, self.spots.across(led));
-        let [x, y] = self.spots.first[led];
-        let flip = self.levels.contrast * self.spots.peak();
-        let mut left = 0.0;
-        for ((row, &down), to) in (y..).zip(self.spots.down(led)).zip(patch) {
-            to[..image.stride].fill(0.0);
-            let start = row * image.stride + x;
-            for (at, (to, across)) in (start..).zip(to[x..].iter_mut().zip(across)) {
-                let (seen, root) = (image.seen[at].min(image.full), image.root[at]);
-                let spot = 0.5 / root * across * down;
-                let is_full = image.seen[at] >= image.full;
-                let beyond = if is_full { (root - seen).max(0.0) } else { 0.0 };
-                let counts = (1.0 - 2.0 * root * beyond / flip).max(0.0);
-                left += if beyond > 0.0 {
-                    0.0
-                } else {
-                    spot * (seen - root)
-                };
-                *to = 0.5 / root * counts * counts * spot;
-            }
-        }
-        left
-    }
-
-    /// The product of an LED's spot with another's in `patch`, of which the first row is that of `led`.
-    fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; TAPS]) -> f32 {
-        let top = self.spots.first[led][1];
-        let [x, _] = self.spots.first[other];
-        let across = self.spots.across(other);
-        let mut sum = 0.0;
-        for (row, line) in (top..).zip(&patch[..self.spots.taps[1]]) {
-            if let Some(down) = self.spots.down_at(other, row) {
-                sum += down * dot(across, &line[x..]);
-            }
-        }
-        sum
-    }
-
-    pub fn flip(&mut self, led: usize) {
-        self.set(led, 1.0 - self.share[led]);
-    }
-
-    /// Makes an LED On for a share of the exposure.
-    pub fn set(&mut self, led: usize, share: f32) {
-        let change = (share - self.share[led]) * self.levels.contrast;
-        self.share[led] = share;
-        let [x, y] = self.spots.first[led];
-        let across = self.spots.across(led);
-        for (row, &down) in (y..).zip(self.spots.down(led)) {
-            let start = row * self.image.stride + x;
-            let range = start..start + across.len();
-            let expected = &mut self.image.expected[range.clone()];
-            let roots = &mut self.image.root[range];
-            let scale = change * down;
-            for ((expected, root_light), &across) in expected.iter_mut().zip(roots).zip(across) {
-                *expected += scale * across;
-                *root_light = root(*expected);
-            }
-        }
-    }
-
-    fn gain(&self, led: usize) -> f32 {
-        self.gain_of(led, (1.0 - 2.0 * self.share[led]) * self.levels.contrast)
-    }
-
-    /// By how much the log-likelihood rises if the light of an LED changes, in nats.
-    pub fn gain_of(&self, led: usize, change: f32) -> f32 {
-        let [x, y] = self.spots.first[led];
-        let across = self.spots.across(led);
-        let full = self.image.full;
-        let per_deviation = 1.0 / libm::sqrtf(self.levels.noise);
-        let (mut closer, mut saturated) = ([0.0f32; LANES], [0.0f32; LANES]);
-        for (row, &down) in (y..).zip(self.spots.down(led)) {
-            let start = row * self.image.stride + x;
-            let range = start..start + across.len();
-            let lanes = self.image.seen[range.clone()]
-                .chunks_exact(LANES)
-                .zip(self.image.expected[range.clone()].chunks_exact(LANES))
-                .zip(self.image.root[range].chunks_exact(LANES))
-                .zip(across.chunks_exact(LANES));
-            let scale = change * down;
-            if self.image.is_saturated(row) {
-                for (((seen, expected), before), across) in lanes {
-                    for lane in 0..LANES {
-                        let (seen, before) = (seen[lane], before[lane]);
-                        let after = root(expected[lane] + scale * across[lane]);
-                        let is_full = seen >= full;
-                        let below = censored_loss((full - before) * per_deviation)
-                            - censored_loss((full - after) * per_deviation);
-                        let plain = (after - before) * (2.0 * seen - after - before);
-                        closer[lane] += if is_full { 0.0 } else { plain };
-                        saturated[lane] += if is_full { below } else { 0.0 };
-                    }
-                }
-            } else {
-                for (((seen, expected), before), across) in lanes {
-                    for lane in 0..LANES {
-                        let (seen, before) = (seen[lane], before[lane]);
-                        let after = root(expected[lane] + scale * across[lane]);
-                        closer[lane] += (after - before) * (2.0 * seen - after - before);
-                    }
-                }
-            }
-        }
-        0.5 * closer.iter().sum::<f32>() / self.levels.noise + saturated.iter().sum::<f32>()
-    }
-}
-
-fn inner(a: &[f32], b: &[f32]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Whether two LEDs stand side by side or corner to corner.
-fn are_neighbours(a: usize, b: usize) -> bool {
-    (a / SIDE).abs_diff(b / SIDE) <= 1 && (a % SIDE).abs_diff(b % SIDE) <= 1
 }

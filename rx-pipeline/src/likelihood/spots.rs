@@ -138,3 +138,14 @@ fn profile(centre: f32, variance: f32, values: &mut [f32]) {
         ratio *= shrink;
     }
 }
+
+/// Σ a·b over the length of `a`, which is a multiple of [`LANES`].
+pub(super) fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum()
+}

@@ -1,6 +1,7 @@
 use super::*;
 use crate::synthetic::Scene;
 use link::camera::Camera;
+use link::panel::PanelFrame;
 use proptest::prelude::*;
 use std::boxed::Box;
 
@@ -98,7 +99,7 @@ fn what_was_seen_before_tells_all_on_from_all_off() {
 }
 
 /// A detector that has read some panels in noise.
-fn experienced(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
+fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
     let mut detector = detector();
     for seed in 1..8u64 {
         let scene = Scene {
@@ -120,7 +121,7 @@ fn two_symbols(noise_grey: f32, share: f32, before: &SoftPanel) -> Option<Mixtur
         noise_grey,
         ..Scene::PLAIN
     };
-    experienced(noise_grey)
+    acquainted(noise_grey)
         .detect_after(before, &scene.render().frame(), &scene.corners())
         .unwrap()
         .mixed
@@ -173,7 +174,7 @@ fn the_smaller_share_is_the_more_doubtful_one() {
 }
 
 #[test]
-fn experience_can_be_handed_on() {
+fn the_prior_can_be_handed_on() {
     let (mut one, mut other) = (detector(), detector());
     for seed in 1..8u64 {
         let bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -186,13 +187,13 @@ fn experience_can_be_handed_on() {
             },
         );
     }
-    other.set_experience(one.experience());
+    other.set_level_prior(one.level_prior());
     let scene = Scene {
         noise_grey: 2.0,
         ..Scene::PLAIN
     };
     assert_eq!(read(&mut one, &scene), read(&mut other, &scene));
-    assert_eq!(one.experience(), other.experience());
+    assert_eq!(one.level_prior(), other.level_prior());
 }
 
 #[test]
@@ -262,7 +263,7 @@ proptest! {
     ) {
         let before = SoftPanel(before.try_into().unwrap());
         let scene = Scene { next: (next, share), noise_grey, light, ..Scene::PLAIN };
-        let mut detector = experienced(1.0);
+        let mut detector = acquainted(1.0);
         if let Ok(detection) = detector.detect_after(&before, &scene.render().frame(), &scene.corners()) {
             prop_assert!((0.5..=1.0).contains(&detection.confidence));
             for soft in detection.mixed.iter().flat_map(|mixture| [mixture.ending, mixture.beginning]) {
@@ -279,7 +280,7 @@ proptest! {
         let scene = Scene { bits, light: [off, off + share * (on - off)], noise_grey: 1.0, ..Scene::PLAIN };
         let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 100);
         prop_assume!(((bits ^ Scene::PLAIN.bits).count_ones()) > 20 );
-        let detection = experienced(1.0).detect_after(&before, &scene.render().frame(), &scene.corners()).unwrap();
+        let detection = acquainted(1.0).detect_after(&before, &scene.render().frame(), &scene.corners()).unwrap();
         prop_assert_eq!(detection.bits.bits(), bits);
         prop_assert!(detection.mixed.is_none_or(|mixture| mixture == Mixture::INSEPARABLE));
     }

@@ -26,7 +26,7 @@ pub(super) struct PanelMemory<const PIXELS: usize> {
 impl<const PIXELS: usize> PanelMemory<PIXELS> {
     const EMPTY: Self = Self {
         map: CellMap::empty(),
-        likelihood: MaximumLikelihood::blind(),
+        likelihood: MaximumLikelihood::empty(),
     };
 
     /// What the panel is read with.

@@ -9,7 +9,7 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
+use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
 
 use super::counts;
 use super::race::{Contender, Spread, race};
@@ -140,9 +140,8 @@ fn diagram(
                 contenders.extend([bits, soft]);
             }
             Method::MaximumLikelihood => {
-                contenders.push(
-                    panels.contender(name, Reader::pixels(&scene, evaluator.experience_at_hand())),
-                );
+                contenders
+                    .push(panels.contender(name, Reader::pixels(&scene, evaluator.level_prior())));
             }
         }
     }
@@ -272,11 +271,8 @@ impl Panels {
                     }
                 })
             }
-            Reader::Pixels {
-                likelihood,
-                experience,
-            } => {
-                likelihood.set_experience(**experience);
+            Reader::Pixels { likelihood, prior } => {
+                likelihood.set_level_prior(**prior);
                 let frame = Frame::new(pixels, self.region.width, self.region.height);
                 let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
                 detection
@@ -303,7 +299,7 @@ enum Reader {
     },
     Pixels {
         likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-        experience: Box<Experience>,
+        prior: Box<LevelPrior>,
     },
 }
 
@@ -326,10 +322,10 @@ impl Reader {
         }
     }
 
-    fn pixels(scene: &Scene, experience: Experience) -> Self {
+    fn pixels(scene: &Scene, prior: LevelPrior) -> Self {
         Self::Pixels {
             likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
-            experience: Box::new(experience),
+            prior: Box::new(prior),
         }
     }
 }
@@ -358,7 +354,7 @@ mod tests {
         )
         .unwrap();
         let of = |reader| panels.contender("", reader).point.error;
-        let ml = of(Reader::pixels(&scene, Experience::NONE));
+        let ml = of(Reader::pixels(&scene, LevelPrior::NONE));
         let [kmeans, otsu] =
             [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
         assert!(ml < kmeans / 2.0 && kmeans < otsu, "{ml} {kmeans} {otsu}");

@@ -1,8 +1,8 @@
 //! A first guess of light and levels: least squares on the light of the 64 LEDs.
 
 use super::image::Image;
-use super::levels::{Levels, dot};
-use super::spots::Spots;
+use super::levels::Levels;
+use super::spots::{Spots, dot};
 use link::panel::LEDS;
 
 /// Rounds of Gauss and Seidel's method; fewer where no LED's light changes by more than this part of the range any more.

@@ -13,7 +13,7 @@ const MARGIN_PX: f32 = 2.0;
 const PITCH_MAX_PX: f32 = 8.0;
 
 /// A panel in a frame, as the likelihood looks at it.
-pub(super) struct View {
+pub(super) struct Crop {
     pub window: Window,
     /// Frame pixels along a side of an image pixel.
     pub bin: usize,
@@ -23,7 +23,7 @@ pub(super) struct View {
     pub pitch: f32,
 }
 
-impl View {
+impl Crop {
     /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold.
     pub fn new(frame: &Frame<'_>, corners: &Corners, capacity: usize) -> Self {
         let homography = corners.homography();

@@ -5,49 +5,42 @@
 //! decide on those so far the cheapest are kept. The undecided ones count as continuous, with the mean and variance that a fair bit has, which
 //! adds the same to the cost of all bits.
 
-use super::search::Couplings;
+use super::flips::{FlipGains, FlipSet};
 use link::panel::LEDS;
 
-/// Ways kept.
+/// Sets kept.
 pub(super) const WIDTH: usize = 64;
 /// The inverse variance of a fair bit.
 const PRECISION: f32 = 4.0;
-/// Ways that cost more than the bits found so far by this much, in nats, are given up: so sure a soft value need not be.
+/// Sets that cost more than the bits found so far by this much, in nats, are given up: so sure a soft value need not be.
 const MARGIN: f32 = 24.0;
 /// LEDs whose part of a row's sum is looked up at once.
 const AT_ONCE: usize = 4;
 
-/// Which LEDs flip, one bit each, and by how much that lessens the cost.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Way {
-    pub flips: u64,
-    pub gain: f32,
-}
-
-/// The cheapest ways, best first.
-pub(super) struct Ways {
-    ways: [Way; 2 * WIDTH],
+/// The list that the decoder ends with: the cheapest sets of flips, best first.
+pub(super) struct Candidates {
+    sets: [FlipSet; 2 * WIDTH],
     count: usize,
 }
 
-impl Ways {
-    pub fn as_mut_slice(&mut self) -> &mut [Way] {
-        &mut self.ways[..self.count]
+impl Candidates {
+    pub fn as_mut_slice(&mut self) -> &mut [FlipSet] {
+        &mut self.sets[..self.count]
     }
 
-    /// The logarithm of the odds against each LED's flip: how much likelier the ways without it are together; none for LEDs on which all
-    /// ways agree.
-    pub fn odds(&self) -> [Option<f32>; LEDS] {
-        let ways = &self.ways[..self.count];
-        let best = ways
+    /// The logarithm of the odds against each LED's flip: how much likelier the sets without it are together; none for LEDs on which all
+    /// sets agree.
+    pub fn log_odds(&self) -> [Option<f32>; LEDS] {
+        let sets = &self.sets[..self.count];
+        let best = sets
             .iter()
-            .map(|way| way.gain)
+            .map(|set| set.gain)
             .fold(f32::NEG_INFINITY, f32::max);
         let (mut flipped, mut kept) = ([0.0f32; LEDS], [0.0f32; LEDS]);
-        for way in ways {
-            let weight = libm::expf(way.gain - best);
+        for set in sets {
+            let weight = libm::expf(set.gain - best);
             for (led, (flipped, kept)) in flipped.iter_mut().zip(&mut kept).enumerate() {
-                let flips = way.flips >> led & 1 == 1;
+                let flips = set.flips >> led & 1 == 1;
                 *(if flips { flipped } else { kept }) += weight;
             }
         }
@@ -57,37 +50,37 @@ impl Ways {
     }
 }
 
-/// The cheapest ways to flip; none where the form has no minimum. The couplings are used up.
-pub(super) fn search(couplings: &mut Couplings) -> Option<Ways> {
-    let target = factorise(couplings)?;
-    let rows = &couplings.pair;
+/// The cheapest sets of flips; none where the form has no minimum. The gains are used up.
+pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
+    let target = factorise(flip_gains)?;
+    let rows = &flip_gains.pair;
     let nothing: f32 = target.iter().map(|t| 0.5 * t * t).sum();
-    let mut ways = [Way::default(); 2 * WIDTH];
+    let mut sets = [FlipSet::default(); 2 * WIDTH];
     let mut count = 1;
-    ways[0].gain = nothing;
+    sets[0].gain = nothing;
     for led in (0..LEDS).rev() {
         let (row, target) = (&rows[led], target[led]);
         let sums = sums_by_part(row, led);
         for at in 0..count {
-            let way = ways[at];
-            let rest = sum_of(&sums, way.flips, led) - target;
+            let set = sets[at];
+            let rest = sum_of(&sums, set.flips, led) - target;
             let flipped = rest + row[led];
-            ways[at].gain -= 0.5 * rest * rest;
-            ways[count + at] = Way {
-                flips: way.flips | 1 << led,
-                gain: way.gain - 0.5 * flipped * flipped,
+            sets[at].gain -= 0.5 * rest * rest;
+            sets[count + at] = FlipSet {
+                flips: set.flips | 1 << led,
+                gain: set.gain - 0.5 * flipped * flipped,
             };
         }
         count *= 2;
         if count > WIDTH {
-            ways[..count].select_nth_unstable_by(WIDTH, |a, b| b.gain.total_cmp(&a.gain));
+            sets[..count].select_nth_unstable_by(WIDTH, |a, b| b.gain.total_cmp(&a.gain));
             count = WIDTH;
         }
         // Not dearer than no flips at all, by more than the margin.
         let mut kept = 0;
         for at in 0..count {
-            if ways[at].gain > -MARGIN {
-                ways[kept] = ways[at];
+            if sets[at].gain > -MARGIN {
+                sets[kept] = sets[at];
                 kept += 1;
             }
         }
@@ -96,12 +89,12 @@ pub(super) fn search(couplings: &mut Couplings) -> Option<Ways> {
             return None;
         }
     }
-    ways[..count].sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
-    Some(Ways { ways, count })
+    sets[..count].sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+    Some(Candidates { sets, count })
 }
 
-/// Makes R of the upper triangle of the couplings' pairs (Cholesky), and Rᵀ⁻¹g of the slopes.
-fn factorise(Couplings { slope, pair }: &mut Couplings) -> Option<[f32; LEDS]> {
+/// Makes R of the upper triangle of the gains' pairs (Cholesky), and Rᵀ⁻¹g of the slopes.
+fn factorise(FlipGains { slope, pair }: &mut FlipGains) -> Option<[f32; LEDS]> {
     let mut target = slope.map(|slope| slope + 0.5 * PRECISION);
     for row in 0..LEDS {
         let (above, rest) = pair.split_at_mut(row);
@@ -160,26 +153,26 @@ mod tests {
     const DOUBTFUL: usize = 10;
 
     /// A form in which the doubtful LEDs depend on one another as `mixing` says, and the others must not flip.
-    fn form(mixing: &[[f32; DOUBTFUL]; DOUBTFUL], slope: &[f32; DOUBTFUL]) -> Box<Couplings> {
-        let mut couplings = Box::new(Couplings::new());
+    fn form(mixing: &[[f32; DOUBTFUL]; DOUBTFUL], slope: &[f32; DOUBTFUL]) -> Box<FlipGains> {
+        let mut flip_gains = Box::new(FlipGains::new());
         for led in 0..LEDS {
-            couplings.slope[led] = slope.get(led).copied().unwrap_or(-100.0);
-            couplings.pair[led][led] = -1.0;
+            flip_gains.slope[led] = slope.get(led).copied().unwrap_or(-100.0);
+            flip_gains.pair[led][led] = -1.0;
         }
         for (a, one) in mixing.iter().enumerate() {
             for (b, other) in mixing.iter().enumerate() {
-                couplings.pair[a][b] -= one.iter().zip(other).map(|(x, y)| x * y).sum::<f32>();
+                flip_gains.pair[a][b] -= one.iter().zip(other).map(|(x, y)| x * y).sum::<f32>();
             }
         }
-        couplings
+        flip_gains
     }
 
-    fn gain(couplings: &Couplings, flips: u64) -> f32 {
+    fn gain(flip_gains: &FlipGains, flips: u64) -> f32 {
         let flipped = || (0..LEDS).filter(move |led| flips >> led & 1 == 1);
         flipped()
             .map(|a| {
-                let pairs: f32 = flipped().map(|b| couplings.pair[a][b]).sum();
-                couplings.slope[a] + 0.5 * pairs
+                let pairs: f32 = flipped().map(|b| flip_gains.pair[a][b]).sum();
+                flip_gains.slope[a] + 0.5 * pairs
             })
             .sum()
     }
@@ -189,11 +182,11 @@ mod tests {
         fn the_cheapest_way_of_all_is_found(
             mixing in prop::array::uniform10(prop::array::uniform10(-3.0f32..3.0)), slope in prop::array::uniform10(-10.0f32..10.0),
         ) {
-            let couplings = form(&mixing, &slope);
-            let most = (0..1 << DOUBTFUL).map(|flips| gain(&couplings, flips)).fold(f32::NEG_INFINITY, f32::max);
-            let mut ways = search(&mut form(&mixing, &slope)).unwrap();
-            let best = ways.as_mut_slice()[0];
-            prop_assert!((best.gain - gain(&couplings, best.flips)).abs() < 1e-2, "{best:?}");
+            let flip_gains = form(&mixing, &slope);
+            let most = (0..1 << DOUBTFUL).map(|flips| gain(&flip_gains, flips)).fold(f32::NEG_INFINITY, f32::max);
+            let mut sets = candidates(&mut form(&mixing, &slope)).unwrap();
+            let best = sets.as_mut_slice()[0];
+            prop_assert!((best.gain - gain(&flip_gains, best.flips)).abs() < 1e-2, "{best:?}");
             prop_assert!((best.gain - most).abs() < 1e-2, "{} of {most}", best.gain);
         }
     }

@@ -1,13 +1,13 @@
-//! What earlier frames have shown of the levels.
+//! What earlier frames tell of the levels of the next.
 
 use super::levels::{LEVELS, Levels, Matrix, Vector};
 
-/// Mean and covariance of a panel's levels over its last frames, which make the next frame's levels surer.
+/// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
 ///
 /// Blur, noise and brightness hardly change from frame to frame, and where brightness does, it changes of Off and On LEDs together. What a
 /// receiver has learnt of them can be taken out, kept and given back, to it or to another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Experience {
+pub struct LevelPrior {
     mean: [f32; LEVELS],
     covariance: [[f32; LEVELS]; LEVELS],
     /// The inverse of the covariance.
@@ -38,8 +38,8 @@ const SPREAD: f32 = 1.2;
 /// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
 const RIDGE: f32 = 1e-4;
 
-impl Experience {
-    /// None.
+impl LevelPrior {
+    /// That of one who has seen no frame.
     pub const NONE: Self = Self {
         mean: [0.0; LEVELS],
         covariance: [[0.0; LEVELS]; LEVELS],
@@ -49,7 +49,8 @@ impl Experience {
         misfits: 0,
     };
 
-    pub(super) fn levels(&self) -> Option<Levels> {
+    /// Their mean; none before the first frame.
+    pub(super) fn mean_levels(&self) -> Option<Levels> {
         (self.frames > 0).then(|| Levels::from_values(self.mean, self.noise))
     }
 
@@ -63,7 +64,7 @@ impl Experience {
     }
 
     /// Levels to begin a search with: the usual ones, and unless they are sure, usual ones of less and of more contrast.
-    pub(super) fn starts(&self) -> impl Iterator<Item = Levels> {
+    pub(super) fn initial_levels(&self) -> impl Iterator<Item = Levels> {
         let spread = libm::sqrtf(self.covariance[2][2]);
         let count = match (self.frames, self.is_sure()) {
             (0, _) => 0,
@@ -89,8 +90,9 @@ impl Experience {
         self.frames >= FRAMES_MIN && self.fits(noise)
     }
 
-    /// The inverse of the levels' covariance and its product with the mean's distance from `levels`; none before the first frame.
-    pub(super) fn prior(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
+    /// The prior's information and score at `levels`: the inverse covariance, and its product with the mean's distance from them; none
+    /// before the first frame.
+    pub(super) fn information(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
         (self.frames > 0).then(|| {
             let precision = matrix(&self.precision);
             (
@@ -102,8 +104,8 @@ impl Experience {
 
     /// What it costs that the levels are unusual, in nats.
     pub(super) fn loss(&self, levels: &Levels) -> f32 {
-        self.prior(levels).map_or(0.0, |(_, pull)| {
-            0.5 * pull.dot(&(Vector::from(self.mean) - Vector::from(levels.values())))
+        self.information(levels).map_or(0.0, |(_, score)| {
+            0.5 * score.dot(&(Vector::from(self.mean) - Vector::from(levels.values())))
         })
     }
 
@@ -111,7 +113,7 @@ impl Experience {
     ///
     /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
     /// 1977).
-    pub(super) fn learn(&mut self, levels: &Levels, unsure: &Matrix) {
+    pub(super) fn update(&mut self, levels: &Levels, unsure: &Matrix) {
         if !self.fits(levels.noise) {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {

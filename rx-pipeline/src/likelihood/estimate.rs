@@ -1,0 +1,34 @@
+//! What a search has come to.
+
+use super::levels::Levels;
+use crate::detect::bits_where;
+use link::panel::{LEDS, PanelFrame};
+
+/// Shares this close to 0 or 1 are settled.
+const HARD: f32 = 0.02;
+
+/// Bits and levels, as far as a search has come.
+#[derive(Clone, Copy)]
+pub(super) struct Estimate {
+    pub levels: Levels,
+    /// For which share of the exposure each LED is On: 0 or 1 once it is decided.
+    pub share: [f32; LEDS],
+    /// Where the corners put the LEDs, in px of the image.
+    pub centre: [[f32; 2]; LEDS],
+}
+
+impl Estimate {
+    pub fn bits(&self) -> PanelFrame {
+        bits_where(|led| self.share[led] > 0.5)
+    }
+
+    /// Whether each LED is as good as On or Off.
+    pub fn is_decided(&self) -> bool {
+        self.share.iter().all(|share| share.min(1.0 - share) < HARD)
+    }
+}
+
+/// On or Off, whichever is nearer.
+pub(super) fn hard(share: f32) -> f32 {
+    if share > 0.5 { 1.0 } else { 0.0 }
+}

@@ -1,0 +1,138 @@
+//! Flips of many LEDs at once, for what single ones leave wrong; and what each bit's flip costs in the end.
+
+use super::ascent::LEAST_GAIN;
+use super::estimate::Estimate;
+use super::flips::FlipSet;
+use super::gauss_newton::{NormalEquations, SchurFactor};
+use super::level_prior::LevelPrior;
+use super::model::Model;
+use super::sphere_decoder;
+use link::panel::{LEDS, LLR_STEP};
+
+/// Rounds of flipping groups.
+const GROUP_ROUNDS: usize = 12;
+/// Candidates tried in a round.
+const TRIES: usize = 4;
+/// If the flips of any LEDs cost more than this, in nats, none need be tried: all soft values are at their ends.
+const CLEAR: f32 = 127.0 * LLR_STEP;
+
+impl<const PIXELS: usize> Model<PIXELS> {
+    /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
+    pub fn ascend_in_groups(&mut self, estimate: &mut Estimate, prior: &LevelPrior) -> [f32; LEDS] {
+        self.expect(estimate);
+        let mut flip_cost = self.ascent(estimate).flip_costs();
+        if self.is_clear(estimate, &flip_cost, prior) {
+            return flip_cost;
+        }
+        self.fit(estimate, prior);
+        for _ in 0..GROUP_ROUNDS {
+            let Some(schur) = NormalEquations::schur_factor(
+                &self.image,
+                &self.spots,
+                &estimate.share,
+                &estimate.levels,
+                prior,
+            ) else {
+                break;
+            };
+            let risen = if self.image.is_overexposed() {
+                self.flip_best_group(estimate, &schur, prior, &mut flip_cost)
+            } else {
+                self.flip_best_candidate(estimate, &schur, prior, &mut flip_cost)
+            };
+            if !risen {
+                break;
+            }
+        }
+        flip_cost
+    }
+
+    /// Flips the group of LEDs that gains most, if any does; what each LED's flip costs where none does.
+    fn flip_best_group(
+        &mut self,
+        estimate: &mut Estimate,
+        schur: &SchurFactor,
+        prior: &LevelPrior,
+        flip_cost: &mut [f32; LEDS],
+    ) -> bool {
+        let (mut ascent, gains) = self.ascent_and_gains(estimate);
+        ascent.gains_by_flips(schur, gains);
+        let mut groups = gains.groups();
+        *flip_cost = groups.map(|group| (-group.gain).max(0.0));
+        groups.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+        self.take_best(estimate, &mut groups[..TRIES], prior)
+    }
+
+    /// The same where all pixels are linear in the bits: of the likeliest sets of any number of LEDs.
+    fn flip_best_candidate(
+        &mut self,
+        estimate: &mut Estimate,
+        schur: &SchurFactor,
+        prior: &LevelPrior,
+        flip_cost: &mut [f32; LEDS],
+    ) -> bool {
+        let (ascent, gains) = self.ascent_and_gains(estimate);
+        ascent.gains_by_slopes(schur, gains);
+        *flip_cost = ascent.flip_costs();
+        let Some(mut candidates) = sphere_decoder::candidates(gains) else {
+            return false;
+        };
+        let likeliest = candidates.as_mut_slice();
+        let tries = TRIES.min(likeliest.len());
+        let risen = self.take_best(estimate, &mut likeliest[..tries], prior);
+        for (flip_cost, found) in flip_cost.iter_mut().zip(candidates.log_odds()) {
+            *flip_cost = found.unwrap_or(*flip_cost);
+        }
+        risen
+    }
+
+    /// Flips whichever of `candidates` raises the likelihood most; false where none does. Their gains become what they really are, where they
+    /// promised any.
+    fn take_best(
+        &mut self,
+        estimate: &mut Estimate,
+        candidates: &mut [FlipSet],
+        prior: &LevelPrior,
+    ) -> bool {
+        let before = *estimate;
+        let mut best = LEAST_GAIN;
+        for candidate in candidates
+            .iter_mut()
+            .filter(|candidate| candidate.gain > LEAST_GAIN)
+        {
+            let mut tried = before;
+            self.expect(&tried);
+            candidate.gain = self.gain_of(&mut tried, candidate.flips, prior);
+            if candidate.gain > best {
+                (best, *estimate) = (candidate.gain, tried);
+            }
+        }
+        self.expect(estimate);
+        best > LEAST_GAIN
+    }
+
+    /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
+    pub fn is_clear(
+        &self,
+        estimate: &Estimate,
+        flip_cost: &[f32; LEDS],
+        prior: &LevelPrior,
+    ) -> bool {
+        let least = flip_cost.iter().copied().fold(f32::INFINITY, f32::min);
+        prior.fits_surely(estimate.levels.noise) && least * self.spots.independence() > CLEAR
+    }
+
+    /// Flips LEDs, refits the levels and flips single LEDs back or others with them; by how much the likelihood rises.
+    fn gain_of(&mut self, estimate: &mut Estimate, flips: u64, prior: &LevelPrior) -> f32 {
+        let before = *estimate;
+        let noise = before.levels.noise;
+        let loss_before = self.loss(&before.levels, prior, noise);
+        for led in (0..LEDS).filter(|led| flips >> led & 1 == 1) {
+            self.ascent(estimate).flip(led);
+        }
+        self.fit(estimate, prior);
+        self.ascent(estimate).flip_singly();
+        self.fit(estimate, prior);
+        loss_before - self.loss(&estimate.levels, prior, noise)
+    }
+}

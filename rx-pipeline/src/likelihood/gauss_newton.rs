@@ -1,0 +1,245 @@
+//! Levels fitted to a frame by Gauss and Newton's method, in root light.
+
+use super::image::{Image, SIDE_MAX};
+use super::level_prior::LevelPrior;
+use super::levels::{LEVELS, Levels, Matrix, Vector};
+use super::spots::{Spots, TAPS, dot};
+use link::panel::LEDS;
+
+/// A row of slopes for each, and one of what is to be explained.
+const ROWS: usize = LEVELS + 1;
+type Rows = [[f32; SIDE_MAX]; ROWS];
+
+/// Deviations of the spots' variance, relatively, and of the LEDs' places, in px, that are nothing unusual.
+const USUAL_VARIANCE: f32 = 0.5;
+const USUAL_SHIFT_PX: f32 = 0.2;
+/// The range of the spots' variance, in px².
+const VARIANCE_RANGE: [f32; 2] = [0.2, 9.0];
+/// The most that one step shifts the LEDs.
+const SHIFT_MAX_PX: f32 = 0.5;
+/// The darkest background.
+const BACKGROUND_MIN: f32 = 1e-4;
+/// What is added to the scaled normal matrix's diagonal: f32 can tell no less.
+const RIDGE: f32 = 1e-4;
+
+/// Levels that follow flips by more than this part of the contrast are no longer linear in them.
+const TRUSTED: f32 = 0.03;
+
+/// Gauss and Newton's normal equations about the levels of an image, scaled to ones on the diagonal.
+pub(super) struct NormalEquations {
+    normal: Matrix,
+    right: Vector,
+    scale: Vector,
+}
+
+/// How each LED's flip moves the levels: R⁻ᵀ·B, where RᵀR are the levels' normal equations and B their products with the flips. Its inner
+/// products are what the Schur complement takes off: the likelihood that refitted levels win back, in nats.
+pub(super) type SchurFactor = [[f32; LEVELS]; LEDS];
+
+impl NormalEquations {
+    /// The equations where the image holds what is expected of `share` and `levels`.
+    pub fn of<const PIXELS: usize>(
+        image: &Image<PIXELS>,
+        spots: &Spots,
+        share: &[f32; LEDS],
+        levels: &Levels,
+        prior: &LevelPrior,
+    ) -> Self {
+        Self::with_slopes(image, spots, share, levels, prior, |_, _, _| ())
+    }
+
+    /// The [`SchurFactor`] of such an image; none where the levels are not determined.
+    pub fn schur_factor<const PIXELS: usize>(
+        image: &Image<PIXELS>,
+        spots: &Spots,
+        share: &[f32; LEDS],
+        levels: &Levels,
+        prior: &LevelPrior,
+    ) -> Option<SchurFactor> {
+        let mut schur = [[0.0; LEVELS]; LEDS];
+        let equations =
+            Self::with_slopes(image, spots, share, levels, prior, |y, rows, weights| {
+                add_products(spots, y, rows, weights, &mut schur);
+            });
+        let mut normal = equations.normal;
+        for i in [1, 2] {
+            let usual = TRUSTED * levels.contrast;
+            normal[(i, i)] +=
+                levels.noise / (usual * usual) * equations.scale[i] * equations.scale[i];
+        }
+        let factor = normal.cholesky()?.l();
+        let per_deviation = levels.contrast / libm::sqrtf(levels.noise);
+        for (schur, share) in schur.iter_mut().zip(share) {
+            let change = (1.0 - 2.0 * share) * per_deviation;
+            let mut vector = Vector::from(*schur).component_mul(&equations.scale) * change;
+            factor.solve_lower_triangular_mut(&mut vector);
+            *schur = vector.into();
+        }
+        Some(schur)
+    }
+
+    fn with_slopes<const PIXELS: usize>(
+        image: &Image<PIXELS>,
+        spots: &Spots,
+        share: &[f32; LEDS],
+        levels: &Levels,
+        prior: &LevelPrior,
+        mut with_row: impl FnMut(usize, &Rows, &[f32; SIDE_MAX]),
+    ) -> Self {
+        let light = levels.light(share);
+        let [width, height] = image.size;
+        let (mut rows, mut weights) = ([[0.0; SIDE_MAX]; ROWS], [0.0; SIDE_MAX]);
+        let mut products = [[0.0f32; ROWS]; LEVELS];
+        for y in 0..height {
+            for row in &mut rows {
+                row[..image.stride].fill(0.0);
+            }
+            rows[0][..width].fill(1.0);
+            add_slopes(spots, share, &light, y, &mut rows);
+            weigh(image, y, &mut rows, &mut weights);
+            with_row(y, &rows, &weights);
+            for (i, products) in products.iter_mut().enumerate() {
+                for (j, product) in products.iter_mut().enumerate().skip(i) {
+                    *product += dot(&rows[i][..image.stride], &rows[j][..image.stride]);
+                }
+            }
+        }
+        let mut normal = Matrix::from_fn(|i, j| products[i.min(j)][i.max(j)]);
+        let mut right = Vector::from_fn(|i, _| products[i][LEVELS]);
+        if let Some((precision, score)) = prior.information(levels) {
+            normal += levels.noise * precision;
+            right += levels.noise * score;
+        } else {
+            let usual = [
+                USUAL_VARIANCE * levels.variance,
+                USUAL_SHIFT_PX,
+                USUAL_SHIFT_PX,
+            ];
+            for (i, usual) in (3..).zip(usual) {
+                normal[(i, i)] += levels.noise / (usual * usual);
+            }
+        }
+        let scale =
+            Vector::from_fn(|i, _| 1.0 / libm::sqrtf(normal[(i, i)].max(f32::MIN_POSITIVE)));
+        let normal = Matrix::from_fn(|i, j| {
+            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+        });
+        Self {
+            normal,
+            right: right.component_mul(&scale),
+            scale,
+        }
+    }
+
+    /// Moves the levels to the solution, if there is one.
+    pub fn step(self, levels: &mut Levels) {
+        let Some(factor) = self.normal.cholesky() else {
+            return;
+        };
+        let step = factor.solve(&self.right).component_mul(&self.scale);
+        if !step.iter().all(|step| step.is_finite()) {
+            return;
+        }
+        levels.background = (levels.background + step[0]).max(BACKGROUND_MIN);
+        levels.off += step[1];
+        levels.contrast += step[2];
+        let usual = USUAL_VARIANCE * levels.variance;
+        let [least, most] = VARIANCE_RANGE;
+        levels.variance = (levels.variance + step[3].clamp(-usual, usual)).clamp(least, most);
+        for (shift, step) in levels.shift.iter_mut().zip([step[4], step[5]]) {
+            *shift += step.clamp(-SHIFT_MAX_PX, SHIFT_MAX_PX);
+        }
+    }
+
+    /// The covariance that the pixels and the prior leave to the levels.
+    pub fn covariance(&self, noise: f32) -> Option<Matrix> {
+        let inverse = self.normal.cholesky()?.inverse();
+        Some(Matrix::from_fn(|i, j| {
+            inverse[(i, j)] * self.scale[i] * self.scale[j] * noise
+        }))
+    }
+}
+
+/// Divides a row of slopes of light by twice the root of light, and sets what is to be explained. What is expected beyond
+/// saturation where it was seen explains itself.
+fn weigh<const PIXELS: usize>(
+    image: &Image<PIXELS>,
+    y: usize,
+    rows: &mut Rows,
+    weights: &mut [f32; SIDE_MAX],
+) {
+    let [width, _] = image.size;
+    let start = y * image.stride;
+    let (seen, root) = (&image.seen[start..][..width], &image.root[start..][..width]);
+    for x in 0..width {
+        let is_full = seen[x] >= image.full;
+        let beyond = is_full && root[x] >= image.full;
+        let seen = if is_full { image.full } else { seen[x] };
+        weights[x] = if beyond { 0.0 } else { 0.5 / root[x] };
+        rows[LEVELS][x] = if beyond { 0.0 } else { seen - root[x] };
+    }
+    for row in &mut rows[..LEVELS] {
+        for (slope, weight) in row[..width].iter_mut().zip(&weights[..width]) {
+            *slope *= weight;
+        }
+    }
+}
+
+/// Adds the change of light in row `y` with Off light, contrast, variance and shift.
+fn add_slopes(
+    spots: &Spots,
+    share: &[f32; LEDS],
+    light: &[f32; LEDS],
+    y: usize,
+    [_, all, on, variance, x_shift, y_shift, _]: &mut Rows,
+) {
+    let precision = 1.0 / spots.variance;
+    for led in 0..LEDS {
+        let ([left, _], Some(down)) = (spots.first[led], spots.down_at(led, y)) else {
+            continue;
+        };
+        let [centre_x, centre_y] = spots.centre[led];
+        let (lit, is_on) = (down * light[led], down * share[led]);
+        let dy = (y as f32 - centre_y) * precision;
+        let around = dy * dy - 2.0 * precision;
+        let across = spots.across(led);
+        let range = left..left + across.len();
+        let (all, on) = (&mut all[range.clone()], &mut on[range.clone()]);
+        let variance = &mut variance[range.clone()];
+        let (x_shift, y_shift) = (&mut x_shift[range.clone()], &mut y_shift[range]);
+        let offset = left as f32 - centre_x;
+        for (i, &across) in across.iter().enumerate() {
+            let dx = (offset + i as i32 as f32) * precision;
+            let shaped = lit * across;
+            all[i] += down * across;
+            on[i] += is_on * across;
+            variance[i] += 0.5 * shaped * (dx * dx + around);
+            x_shift[i] += shaped * dx;
+            y_shift[i] += shaped * dy;
+        }
+    }
+}
+
+/// Adds row `y` to the inner products of each LED's spot with the slopes, both in root light.
+fn add_products(
+    spots: &Spots,
+    y: usize,
+    rows: &Rows,
+    weights: &[f32; SIDE_MAX],
+    schur: &mut SchurFactor,
+) {
+    for (led, schur) in schur.iter_mut().enumerate() {
+        let ([left, _], Some(down)) = (spots.first[led], spots.down_at(led, y)) else {
+            continue;
+        };
+        let across = spots.across(led);
+        let mut spot = [0.0; TAPS];
+        let spot = &mut spot[..across.len()];
+        for ((to, &across), &weight) in spot.iter_mut().zip(across).zip(&weights[left..]) {
+            *to = down * across * weight;
+        }
+        for (schur, row) in schur.iter_mut().zip(rows) {
+            *schur += dot(spot, &row[left..]);
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! A panel's pixels held against what is expected of its bits and levels.
+
+use super::ascent::Ascent;
+use super::crop::Crop;
+use super::estimate::Estimate;
+use super::flips::FlipGains;
+use super::gauss_newton::NormalEquations;
+use super::image::{Curve, Image};
+use super::least_squares::LeastSquares;
+use super::level_prior::LevelPrior;
+use super::levels::{LEVELS, Levels};
+use super::spots::Spots;
+use crate::detect::DetectError;
+use crate::frame::Frame;
+use link::camera::Camera;
+use link::panel::LEDS;
+
+/// What is fitted beside noise: the LEDs, and the levels.
+const FITTED: usize = LEDS + LEVELS;
+/// The offset under the root changes with the noise; by less than this, relatively, it stays.
+const OFFSET_STEP: f32 = 0.2;
+const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
+
+/// The image of a panel, and what it takes to explain it.
+pub(super) struct Model<const PIXELS: usize> {
+    pub camera: Camera,
+    curve: Curve,
+    pub image: Image<PIXELS>,
+    pub spots: Spots,
+    pub flip_gains: FlipGains,
+}
+
+impl<const PIXELS: usize> Model<PIXELS> {
+    /// One that sees black; all zeros.
+    pub const fn new() -> Self {
+        Self {
+            camera: Camera {
+                gamma: 0.0,
+                blur_sigma_px: 0.0,
+                read_noise_e: 0.0,
+            },
+            curve: Curve::DARK,
+            image: Image::new(),
+            spots: Spots::new(),
+            flip_gains: FlipGains::new(),
+        }
+    }
+
+    /// Gets ready for frames of `camera`.
+    pub fn prepare(&mut self, camera: Camera) {
+        self.camera = camera;
+        self.curve = Curve::new(camera.gamma);
+    }
+
+    /// The light of each LED by least squares, where the panel is expected.
+    pub fn least_squares(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        levels: &Levels,
+    ) -> Result<LeastSquares, DetectError> {
+        self.load(frame, crop, levels.noise)?;
+        self.spots.centre = crop.centre;
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        Ok(LeastSquares::solve(&mut self.image, &self.spots))
+    }
+
+    /// The height of an On LED above an Off one, in grey levels, about the background's grey.
+    pub fn contrast_grey(&self, levels: &Levels) -> f32 {
+        let background = levels.background.max(f32::MIN_POSITIVE);
+        levels.contrast * self.spots.peak() / background * self.curve.grey_of_one()
+    }
+
+    /// The negative log-likelihood of pixels and levels.
+    pub fn loss(&self, levels: &Levels, prior: &LevelPrior, noise: f32) -> f32 {
+        self.image.loss(noise) + prior.loss(levels)
+    }
+
+    /// An ascent from an estimate that the image holds.
+    pub fn ascent<'a>(&'a mut self, estimate: &'a mut Estimate) -> Ascent<'a, PIXELS> {
+        self.ascent_and_gains(estimate).0
+    }
+
+    /// The same, and room for what flips gain.
+    pub fn ascent_and_gains<'a>(
+        &'a mut self,
+        estimate: &'a mut Estimate,
+    ) -> (Ascent<'a, PIXELS>, &'a mut FlipGains) {
+        let ascent = Ascent {
+            image: &mut self.image,
+            spots: &self.spots,
+            levels: &estimate.levels,
+            share: &mut estimate.share,
+        };
+        (ascent, &mut self.flip_gains)
+    }
+
+    /// The equations of the levels about an estimate that the image holds.
+    pub fn equations(&self, estimate: &Estimate, prior: &LevelPrior) -> NormalEquations {
+        let Estimate { levels, share, .. } = estimate;
+        NormalEquations::of(&self.image, &self.spots, share, levels, prior)
+    }
+
+    /// One step of the fit of the levels; nothing where the pixels do not determine them.
+    pub fn fit(&mut self, estimate: &mut Estimate, prior: &LevelPrior) {
+        self.equations(estimate, prior).step(&mut estimate.levels);
+        self.expect_with_noise(estimate);
+    }
+
+    /// Makes the image hold what is expected of an estimate.
+    pub fn expect(&mut self, estimate: &Estimate) {
+        let levels = &estimate.levels;
+        let [dx, dy] = levels.shift;
+        self.spots.centre = estimate.centre.map(|[x, y]| [x + dx, y + dy]);
+        self.spots
+            .place(levels.variance, self.image.size, self.image.stride);
+        self.image.expect(
+            &self.spots,
+            levels.background,
+            &levels.light(&estimate.share),
+        );
+    }
+
+    /// The same, and what the image leaves becomes the estimate's noise.
+    pub fn expect_with_noise(&mut self, estimate: &mut Estimate) {
+        self.expect(estimate);
+        estimate.levels.noise = self.noise();
+    }
+
+    fn noise(&self) -> f32 {
+        self.image
+            .mean_square(FITTED)
+            .max(self.curve.rounding_variance())
+    }
+
+    /// Takes the panel's pixels in, in root light as befits the noise.
+    ///
+    /// # Errors
+    /// [`DetectError::OutsideMemory`] if they do not fit.
+    pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
+        let offset = self.offset(noise);
+        let fits = self
+            .image
+            .load(frame, crop.window, crop.bin, &self.curve, offset);
+        fits.then_some(()).ok_or(DetectError::OutsideMemory {
+            width: crop.window.width / crop.bin,
+            height: crop.window.height / crop.bin,
+            capacity: PIXELS,
+        })
+    }
+
+    /// Takes the pixels in anew where the noise calls for another offset under their root.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn follow_noise(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        estimate: &mut Estimate,
+    ) -> Result<(), DetectError> {
+        let offset = self.offset(estimate.levels.noise);
+        if (offset - self.image.offset).abs() > OFFSET_STEP * offset {
+            self.load(frame, crop, estimate.levels.noise)?;
+            self.expect_with_noise(estimate);
+        }
+        Ok(())
+    }
+
+    /// What is added to light under the root: 3/8 electron and the read noise's variance (Murtagh et al. 1995), at the
+    /// electrons that make the noise.
+    fn offset(&self, noise: f32) -> f32 {
+        let light_of_an_electron = 4.0 * (noise - self.curve.rounding_variance());
+        let [least, most] = OFFSET_RANGE;
+        (light_of_an_electron * (0.375 + self.camera.read_noise_e * self.camera.read_noise_e))
+            .clamp(least, most)
+    }
+}
