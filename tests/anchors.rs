@@ -9,9 +9,10 @@ use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use sim::accuracy::Level;
 use sim::scene::Scene;
+use studies::baselines::Panel;
+use studies::baselines::straightforward::render;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
-use studies::raster::straightforward::{Panel, render};
+use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::{Distinguishability, Moments};
 
 /// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.

@@ -4,8 +4,8 @@ use glam::{DMat2, DVec2};
 use sim::disc::chords::Chords;
 use sim::disc::kernel::Exact;
 use sim::disc::outline::Outline;
-use studies::raster::straightforward::{self, Panel};
-use studies::raster::supersampled;
+use studies::baselines::supersampled;
+use studies::baselines::{Panel, straightforward};
 
 const SIDE: usize = 52;
 const SIGMA_PX: f64 = 1.5;

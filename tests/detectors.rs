@@ -3,7 +3,7 @@
 use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
+use studies::monte_carlo::{Evaluator, Settings};
 
 /// The bit errors of a detector in a number of frames.
 fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {

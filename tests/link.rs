@@ -4,7 +4,7 @@ use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::receiving_method;
+use studies::monte_carlo::receiving_method;
 
 const MESSAGE: &[u8] = b"A vehicle stands behind the bend";
 

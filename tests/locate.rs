@@ -12,6 +12,7 @@ fn clutter() -> Vec<image::GrayImage> {
         env!("CARGO_MANIFEST_DIR"),
         "/../studies/photographs"
     )))
+    .expect("readable photographs")
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluation, Evaluator, Settings};
+use studies::monte_carlo::{Evaluation, Evaluator, Settings};
 
 fn evaluate(
     preset: &str,
@@ -63,11 +63,11 @@ fn a_frame_does_not_depend_on_those_before_it() {
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();
     let alone = evaluator
-        .read(40, &mut evaluator.workspace())
+        .observe(40, &mut evaluator.workspace())
         .expect("a measurable frame");
     for frame in [3, 40] {
         let after_another = evaluator
-            .read(frame, &mut workspace)
+            .observe(frame, &mut workspace)
             .expect("a measurable frame");
         assert_eq!(
             after_another.features.gri == alone.features.gri,

@@ -1,10 +1,10 @@
 //! What becomes of the claims of Do & Yoo 2020 (Sensors 20, 292, section 4.4), on small seeded runs.
 
 use sim::scene::Scene;
-use studies::reproduction::axes::{Axes, Extent};
-use studies::reproduction::claims::{self, Claim};
-use studies::reproduction::findings::Findings;
-use studies::reproduction::study::Study;
+use studies::reproduction::Findings;
+use studies::reproduction::Study;
+use studies::reproduction::{Axes, Extent};
+use studies::reproduction::{Claim, judge};
 
 const SEED: u64 = 1;
 
@@ -25,7 +25,7 @@ fn claims_of(overrides: &[&str]) -> Vec<Claim> {
         let found = study.perform(&task, &findings, &|| true).expect("a task");
         findings.keep(task, found.expect("not interrupted"));
     }
-    claims::all(&study, &findings)
+    judge(&study, &findings)
 }
 
 /// Asserts whether each claim holds.

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
-use studies::evaluate;
+use studies::monte_carlo;
 use studies::sweep::{Results, Summary};
 
 /// How a command that did its work ends.
@@ -86,7 +86,7 @@ struct Evaluated {
 /// Prints the outcome of the evaluation of one scene; `seconds` where it is known how long it took.
 pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
     let sweep = results.sweep();
-    let view = evaluate::view(&sweep.scene, sweep.random_reflectance)?;
+    let view = monte_carlo::view(&sweep.scene, sweep.random_reflectance)?;
     let report = Evaluated {
         summary: results.summary(0),
         seconds,

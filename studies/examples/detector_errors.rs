@@ -6,7 +6,7 @@
 use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
+use studies::monte_carlo::{Evaluator, Settings};
 
 /// Distance in m, interval, ISO, L2A.
 type Point = (f64, f64, f64, f64);

@@ -10,7 +10,7 @@ use sim::accuracy::Level;
 use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{EvaluateError, Evaluator, Settings};
+use studies::monte_carlo::{EvaluateError, Evaluator, Settings};
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -10,7 +10,7 @@ use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::receiving_method;
+use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -14,10 +14,10 @@ use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
+use studies::baselines::supersampled;
+use studies::baselines::{Panel, straightforward};
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
-use studies::raster::straightforward::{self, Panel};
-use studies::raster::supersampled;
+use studies::monte_carlo::{Evaluator, Settings};
 
 use link::panel::PanelFrame;
 
@@ -163,7 +163,7 @@ fn evaluator_frame(level: Level) -> impl FnMut() -> f32 {
     let mut frame = 0;
     move || {
         frame += 1;
-        let read = evaluator.read(frame, &mut workspace);
+        let read = evaluator.observe(frame, &mut workspace);
         read.expect("a measurable frame").features.gri[0]
     }
 }

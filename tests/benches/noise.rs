@@ -18,7 +18,7 @@ use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
+use studies::monte_carlo::{Evaluator, Settings};
 
 const PIXELS: usize = 1920 * 1080;
 

@@ -10,7 +10,7 @@ use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use rx_pipeline::receiver::{
     FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
 };
-use vocc_tests::sightings::{Sighting, photographs};
+use vocc_tests::sightings::{RandomScene, photographs};
 
 fn main() {
     divan::main();
@@ -22,12 +22,13 @@ const PIXELS: usize = 160 * 160;
 /// Panels before photographs: dusk at 46 m, day at 35 m, night at 49 m.
 const SEEDS: [u64; 3] = [1, 9, 19];
 
-fn sighting(seed: u64) -> Sighting {
+fn sighting(seed: u64) -> RandomScene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/photographs");
-    Sighting::draw(seed, SIZE, 3, &photographs(&folder))
+    let photographs = photographs(&folder).expect("readable photographs");
+    RandomScene::draw(seed, SIZE, 3, &photographs).expect("a scene that can be drawn")
 }
 
-fn frames(sighting: &Sighting) -> Vec<Frame<'_>> {
+fn frames(sighting: &RandomScene) -> Vec<Frame<'_>> {
     let frame = |pixels| Frame::new(pixels, sighting.width, sighting.height).expect("a frame");
     sighting
         .frames

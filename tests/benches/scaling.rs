@@ -10,7 +10,7 @@ use std::time::Instant;
 use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings, Workspace};
+use studies::monte_carlo::{Evaluator, Settings, Workspace};
 
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -106,7 +106,7 @@ impl Course {
     fn time(&mut self, frames: u64) {
         let start = Instant::now();
         for frame in 0..frames {
-            let reading = self.evaluator.read(frame, &mut self.workspace);
+            let reading = self.evaluator.observe(frame, &mut self.workspace);
             std::hint::black_box(reading.expect("a measurable frame"));
         }
         let a_frame = start.elapsed().as_secs_f64() / frames as f64;

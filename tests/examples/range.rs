@@ -21,7 +21,7 @@ fn main() {
     let size = size.unwrap_or([1920, 1080]);
     let first: u64 = argument(4).and_then(|n| n.parse().ok()).unwrap_or(0);
     let seeds = first..first + scenes;
-    let photographs = photographs(Path::new(folder));
+    let photographs = photographs(Path::new(folder)).expect("a folder of pictures");
     let Tally {
         found_at,
         wrong,

@@ -8,7 +8,7 @@ use std::time::Instant;
 use link::camera::Camera;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use vocc_tests::sightings::{Sighting, photographs};
+use vocc_tests::sightings::{RandomScene, photographs};
 
 const SIZE: [usize; 2] = [1920, 1080];
 
@@ -17,11 +17,13 @@ fn main() {
     let photographs = photographs(Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../studies/photographs"
-    )));
+    )))
+    .expect("readable photographs");
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<{ 160 * 160 }>::new());
     for seed in [0, 1, 9, 16, 19, 38] {
-        let sighting = Sighting::draw(seed, SIZE, 2, &photographs);
+        let sighting =
+            RandomScene::draw(seed, SIZE, 2, &photographs).expect("a scene that can be drawn");
         let frames: Vec<Frame> = sighting
             .frames
             .iter()

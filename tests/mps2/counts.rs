@@ -10,9 +10,8 @@ use sim::accuracy::Level;
 use sim::road::camera_of;
 use sim::scene::Scene;
 use studies::detectors::{DETECTORS, DetectorChoice};
-use studies::evaluate::{self, Evaluator};
-use studies::precision::counts::rows;
-use studies::precision::detectors::{PLACES, scene_at};
+use studies::monte_carlo::{self, Evaluator};
+use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
 use vocc_tests::firmware::say;
 
 use crate::board::{Board, instructions};
@@ -49,8 +48,8 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
             (name, each.collect())
         })
         .collect();
-    let file =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/src/precision/data/cortex-m7.csv");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../studies/src/work_precision/data/cortex-m7.csv");
     if std::env::var_os(WRITE).is_some() {
         return write(&file, &counted);
     }
@@ -100,7 +99,7 @@ fn count(image: &Path, scene: &Scene, film: &Film, choice: DetectorChoice) -> u6
 }
 
 fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
-    let settings = evaluate::Settings {
+    let settings = monte_carlo::Settings {
         frames: 1,
         seed: 1,
         random_reflectance: true,

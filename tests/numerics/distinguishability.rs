@@ -1,6 +1,6 @@
 //! B2W and Fisher's criterion where a class or its scatter is missing, and where the two features say the same.
 
-use studies::evaluate::Evaluation;
+use studies::monte_carlo::Evaluation;
 use studies::statistics::{COLLINEAR, Distinguishability, Moments};
 
 /// The definition as it stands in the paper.

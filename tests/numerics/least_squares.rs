@@ -10,7 +10,7 @@ use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::{Evaluator, Settings};
+use studies::monte_carlo::{Evaluator, Settings};
 use vocc_tests::least_squares::{Operator, brighter_half};
 
 const FRAMES: u64 = 32;

@@ -9,8 +9,8 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use studies::sightings::{FRAMES, RIGHT, WINDOW_PIXELS};
-pub use studies::sightings::{Sighting, backdrop, photographs};
+use studies::random_scenes::{FRAMES, RIGHT, WINDOW_PIXELS};
+pub use studies::random_scenes::{RandomScene, backdrop, photographs};
 
 /// What came of many searches.
 #[derive(Debug, Default)]
@@ -39,7 +39,8 @@ pub fn search_scenes(
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut tally = Tally::default();
     for seed in seeds {
-        let sighting = Sighting::draw(seed, size, FRAMES as u64, photographs);
+        let sighting = RandomScene::draw(seed, size, FRAMES as u64, photographs)
+            .expect("a scene that can be drawn");
         let frames: Vec<Frame> = sighting
             .frames
             .iter()
@@ -98,7 +99,8 @@ pub fn search_empty(
     for seed in seeds {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let shake = SHAKE_PX as usize;
-        let backdrop = backdrop(photographs, width + shake, height + shake, &mut random);
+        let backdrop = backdrop(photographs, width + shake, height + shake, &mut random)
+            .expect("a photograph");
         let noise = [0.0f32, 1.0, 4.0, 20.0][random.random_range(0..4)];
         let gain: f32 = random.random_range(0.6..1.6);
         let frames: Vec<Vec<u8>> = (0..FRAMES)

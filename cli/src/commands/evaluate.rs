@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::ensure;
 use sim::accuracy::Level;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::Settings;
+use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};

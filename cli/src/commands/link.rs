@@ -11,7 +11,7 @@ use sim::plan::Plan;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::evaluate::receiving_method;
+use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 use crate::options::{Message, Shared, until_interrupted};

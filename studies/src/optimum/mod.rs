@@ -21,11 +21,11 @@ mod search;
 pub use criterion::{CRITERIA, Criterion};
 pub use peak::{Peak, Window};
 pub(crate) use samples::at_ratio;
-pub use samples::{FIRST_ROUND, Point, Samples};
+pub use samples::{FIRST_ROUND, Sample, Samples};
 pub use search::optimum;
 
 use crate::detectors::DetectorChoice;
-use crate::evaluate::{EvaluateError, Evaluation, Settings};
+use crate::monte_carlo::{EvaluateError, Evaluation, Settings};
 use sim::accuracy::Level;
 
 /// The range of ratios that Do & Yoo 2020 search (section 3.4.2).
@@ -50,7 +50,7 @@ pub struct Search {
     pub tolerance: f64,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// Whether each frame's reflectance is drawn from [`crate::evaluate::REFLECTANCES`].
+    /// Whether each frame's reflectance is drawn from [`crate::monte_carlo::REFLECTANCES`].
     pub random_reflectance: bool,
     /// The detector whose bit errors are counted.
     pub detector: DetectorChoice,
@@ -173,7 +173,7 @@ impl Optimum {
             return None;
         };
         let share = ((l2a - low.l2a) / (high.l2a - low.l2a)).clamp(0.0, 1.0);
-        let of = |point: &Point| criterion.objective(&point.total());
+        let of = |point: &Sample| criterion.objective(&point.total());
         let (low, high) = (of(low)?, of(high)?);
         Some(low + share * (high - low))
     }

@@ -166,9 +166,9 @@ fn not_worse(resampled: &[Vec<f64>], l2a: &[f64], highest: usize) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::Point;
+    use super::super::samples::Sample;
     use super::*;
-    use crate::evaluate::Evaluation;
+    use crate::monte_carlo::Evaluation;
     use sim::random::{Purpose, normal, stream, uniform};
 
     const BEST: f64 = 2.0;
@@ -178,7 +178,7 @@ mod tests {
     /// of its own, the same at all ratios, so that it would be best elsewhere.
     fn hilly(seed: u64, frames_per_batch: usize) -> Samples {
         let ratios = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| BEST + 0.1 * step);
-        let mut points = ratios.map(|l2a| Point::of(l2a, vec![Evaluation::default(); BATCHES]));
+        let mut points = ratios.map(|l2a| Sample::of(l2a, vec![Evaluation::default(); BATCHES]));
         let mut random = stream(seed, 0, Purpose::Phase);
         for batch in 0..BATCHES {
             for _ in 0..frames_per_batch {
@@ -245,7 +245,7 @@ mod tests {
             for (frame, errors) in of_frames.into_iter().enumerate() {
                 batches[frame % BATCHES].errors.push(errors);
             }
-            Point::of(1.0 + 0.2 * f64::from(place), batches)
+            Sample::of(1.0 + 0.2 * f64::from(place), batches)
         });
         Samples(points.collect())
     }
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn without_both_classes_there_is_no_peak() {
-        let nothing = Point::of(1.0, vec![Evaluation::default()]);
+        let nothing = Sample::of(1.0, vec![Evaluation::default()]);
         let samples = Samples(vec![nothing; 5]);
         assert_eq!(
             Peak::of(&samples, Criterion::B2w, Window::All, [0.2, 4.0], 1),

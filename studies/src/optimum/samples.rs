@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rayon::prelude::*;
 
-use crate::evaluate::{EvaluateError, Evaluation, Evaluator, Settings};
+use crate::monte_carlo::{EvaluateError, Evaluation, Evaluator, Settings};
 use sim::random::{Purpose, stream};
 use sim::scene::{L2a, Scene};
 
@@ -25,13 +25,13 @@ pub fn rounds(frames: u64) -> Vec<u64> {
 
 /// One ratio and what came out at it, round by round, each in batches.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point {
+pub struct Sample {
     /// The LED-to-ambient ratio.
     pub l2a: f64,
     rounds: Vec<Vec<Evaluation>>,
 }
 
-impl Point {
+impl Sample {
     /// One round of batches at a ratio.
     #[cfg(test)]
     pub fn of(l2a: f64, batches: Vec<Evaluation>) -> Self {
@@ -64,11 +64,11 @@ fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
 
 /// Points of ascending ratios. Frame k has the same bits, phase and reflectance at all of them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples(pub(super) Vec<Point>);
+pub struct Samples(pub(super) Vec<Sample>);
 
 impl Samples {
     /// The points, by ascending ratio.
-    pub fn points(&self) -> &[Point] {
+    pub fn points(&self) -> &[Sample] {
         &self.0
     }
 
@@ -88,7 +88,7 @@ impl Samples {
             Ok(place) => place,
             Err(place) => {
                 let rounds = Vec::new();
-                self.0.insert(place, Point { l2a, rounds });
+                self.0.insert(place, Sample { l2a, rounds });
                 place
             }
         };
@@ -114,7 +114,7 @@ impl Samples {
         let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
         Self(
             wanted
-                .map(|point| Point {
+                .map(|point| Sample {
                     l2a: point.l2a,
                     rounds: point.rounds.iter().take(rounds).cloned().collect(),
                 })
@@ -125,7 +125,7 @@ impl Samples {
     /// Rounds that all the points at some ratios have.
     pub fn common_rounds(&self, l2a: &[f64]) -> usize {
         let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
-        wanted.map(Point::rounds).min().unwrap_or(0)
+        wanted.map(Sample::rounds).min().unwrap_or(0)
     }
 
     /// Several settings' frames as those of one: batch by batch, at the ratios and in the rounds that all have.
@@ -174,7 +174,7 @@ impl Samples {
                 .iter()
                 .map(|&size| (0..size).map(|_| random.random_range(0..size)).collect())
                 .collect();
-            let objective = |point: &Point| {
+            let objective = |point: &Sample| {
                 let batches = point.rounds.iter().zip(&drawn);
                 let chosen =
                     batches.flat_map(|(round, drawn)| drawn.iter().map(|&batch| &round[batch]));

@@ -7,9 +7,9 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::setting::Setting;
+use super::operating_point::OperatingPoint;
 use crate::detectors::DetectorChoice;
-use crate::evaluate::{EvaluateError, Evaluator, Settings, Workspace};
+use crate::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
 use crate::statistics::FrameErrors;
 use sim::accuracy::Level;
 use sim::scene::Scene;
@@ -80,7 +80,7 @@ pub fn count(
         level: Level::Fast,
     };
     let prepare = |&(interval, l2a): &(f64, f64)| {
-        let setting = Setting {
+        let setting = OperatingPoint {
             interval,
             distance_m,
             l2a,

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::batches::Batches;
 use super::errors::Dimming;
+use super::operating_point::OperatingPoint;
 use super::optima::BestRatio;
-use super::point::Point;
-use super::setting::Setting;
 use crate::statistics::FrameErrors;
 
 /// One piece of work.
@@ -13,7 +13,7 @@ use crate::statistics::FrameErrors;
 #[serde(rename_all = "lowercase")]
 pub enum Task {
     /// The features at a setting.
-    Point(Setting),
+    Point(OperatingPoint),
     /// The best ratio at an interval and a distance.
     Optimum {
         /// The interval.
@@ -61,7 +61,7 @@ impl std::fmt::Display for Task {
 #[serde(rename_all = "lowercase")]
 pub enum Finding {
     /// Of [`Task::Point`].
-    Point(Point),
+    Point(Batches),
     /// Of [`Task::Optimum`].
     Optimum(BestRatio),
     /// Of [`Task::Errors`].
@@ -87,7 +87,7 @@ impl Findings {
     }
 
     /// The features at a setting.
-    pub fn point(&self, setting: Setting) -> Option<&Point> {
+    pub fn point(&self, setting: OperatingPoint) -> Option<&Batches> {
         match self.of(&Task::Point(setting))? {
             Finding::Point(point) => Some(point),
             _ => None,

@@ -4,7 +4,7 @@ use link::panel::{LEDS, PanelFrame};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::DetectorChoice;
-use crate::evaluate::{EvaluateError, Evaluator, Settings};
+use crate::monte_carlo::{EvaluateError, Evaluator, Settings};
 use rand::Rng;
 use sim::accuracy::Level;
 use sim::random::{Purpose, stream};
@@ -127,7 +127,7 @@ pub fn scatter(scene: &Scene, frames: u64, seed: u64) -> Result<Vec<Feature>, Ev
     let mut workspace = evaluator.workspace();
     let mut found = Vec::with_capacity(frames as usize * LEDS);
     for frame in 0..frames {
-        let reading = evaluator.read(frame, &mut workspace)?;
+        let reading = evaluator.observe(frame, &mut workspace)?;
         found.extend((0..LEDS).map(|led| Feature {
             frame,
             led,

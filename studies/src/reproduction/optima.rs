@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::estimate::Estimate;
-use super::setting::Setting;
+use super::operating_point::OperatingPoint;
 use crate::optimum::{OptimumError, Search, optimum};
+use crate::statistics::Estimate;
 use sim::scene::Scene;
 
 /// The best ratio at an interval and a distance.
@@ -32,7 +32,7 @@ pub fn find(
     search: &Search,
     going_on: &dyn Fn() -> bool,
 ) -> Result<BestRatio, OptimumError> {
-    let setting = Setting {
+    let setting = OperatingPoint {
         interval,
         distance_m,
         l2a: 1.0,

@@ -2,14 +2,14 @@
 //! interrupted and taken up again.
 
 use super::axes::{Axes, Extent, PAPERS_DETECTOR};
+use super::batches::Batches;
 use super::errors::{self, Dimming, Limits};
 use super::findings::{Finding, Findings, Task};
 use super::interpolation::interpolated;
+use super::operating_point::OperatingPoint;
 use super::optima;
-use super::point::Point;
-use super::setting::Setting;
 use crate::detectors::DetectorChoice;
-use crate::evaluate::EvaluateError;
+use crate::monte_carlo::EvaluateError;
 use crate::optimum::{FRAMES_MIN, OptimumError, Search};
 use crate::statistics::FrameErrors;
 use sim::scene::Scene;
@@ -84,8 +84,8 @@ impl Study {
     }
 
     /// The settings of figure 14.
-    pub fn over_l2a(&self) -> Vec<Setting> {
-        let at = |&l2a: &f64| Setting {
+    pub fn over_l2a(&self) -> Vec<OperatingPoint> {
+        let at = |&l2a: &f64| OperatingPoint {
             interval: INTERVAL,
             distance_m: DISTANCE_M,
             l2a,
@@ -94,8 +94,8 @@ impl Study {
     }
 
     /// The settings of figure 17.
-    pub fn over_interval(&self) -> Vec<Setting> {
-        let at = |&interval: &f64| Setting {
+    pub fn over_interval(&self) -> Vec<OperatingPoint> {
+        let at = |&interval: &f64| OperatingPoint {
             interval,
             distance_m: DISTANCE_M,
             l2a: L2A,
@@ -104,8 +104,8 @@ impl Study {
     }
 
     /// The settings of figure 20.
-    pub fn over_distance(&self) -> Vec<Setting> {
-        let at = |&distance_m: &f64| Setting {
+    pub fn over_distance(&self) -> Vec<OperatingPoint> {
+        let at = |&distance_m: &f64| OperatingPoint {
             interval: INTERVAL,
             distance_m,
             l2a: L2A,
@@ -191,14 +191,14 @@ impl Study {
         }
     }
 
-    fn measure(&self, setting: Setting) -> Result<Point, EvaluateError> {
+    fn measure(&self, setting: OperatingPoint) -> Result<Batches, EvaluateError> {
         let figures = [self.over_l2a(), self.over_interval(), self.over_distance()];
         let holding = figures
             .iter()
             .filter(|settings| settings.contains(&setting));
         let frames = holding.map(|settings| self.share(settings.len())).max();
         let frames = frames.unwrap_or(0);
-        Point::measure(&setting.scene(&self.scene), frames, self.seed)
+        Batches::measure(&setting.scene(&self.scene), frames, self.seed)
     }
 
     fn count(

@@ -5,7 +5,7 @@
 
 use super::{Sweep, SweepError};
 use crate::detectors::DetectorChoice;
-use crate::evaluate::view;
+use crate::monte_carlo::view;
 use sim::view::View;
 
 /// Time of a frame whatever its size.
@@ -14,7 +14,7 @@ const FRAME_NS: f64 = 7_000.0;
 const PIXEL_NS: f64 = 10.0;
 
 /// The expected time of one frame of what is seen on one thread, ns.
-pub fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
+fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
     FRAME_NS + PIXEL_NS * pixels(view) + detector_ns(detector)
 }
 

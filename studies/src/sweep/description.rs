@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use crate::detectors::DetectorChoice;
-use crate::evaluate::{EvaluateError, Settings, chunks};
+use crate::monte_carlo::{EvaluateError, Settings, chunks};
 use sim::accuracy::Level;
 use sim::scene::{Scene, SceneError, parse_value};
 

@@ -2,18 +2,18 @@
 //!
 //! A [`Sweep`] says what is to be done: every combination of the grid's values and the detectors is a [`Cell`]. Each cell has frames of
 //! its own, drawn as [`crate::evaluate`] draws them, in chunks whose results are added up in a fixed order
-//! ([`crate::tally`]). An evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one
+//! ([`crate::monte_carlo::Accumulator`]). An evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one
 //! form of results ([`Results`]).
 //!
 //! # Shards
 //!
 //! All chunks of all cells, cell after cell, are a line; a [`Shard`] is a piece of it. Pieces are cut so that each is expected to
-//! take equally long: by what a frame of the cell costs ([`cost`]) and, where a run stops at a number of errors, by how
+//! take equally long: by what a frame of the cell costs (`sweep/cost.rs`) and, where a run stops at a number of errors, by how
 //! many frames a first chunk lets expect.
 //!
 //! # Stopping rules and shards
 //!
-//! A cell ends with the block (see [`crate::tally`]) in which its bit errors, counted from its first chunk on, reach a number, or with
+//! A cell ends with the block (see [`crate::monte_carlo::Accumulator`]) in which its bit errors, counted from its first chunk on, reach a number, or with
 //! its last frame. This says which chunks belong to the result, and nothing else does: not who worked on them or when.
 //! Somebody who has only a part of a cell cannot know whether earlier parts have enough already. A shard therefore
 //! works on what is its own until that alone has enough, and [`Results::merge`] followed by [`Results::finish`] forgets
@@ -39,7 +39,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod cost;
+mod cost;
 mod description;
 mod plan_file;
 mod results;

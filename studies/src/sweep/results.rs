@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{Sweep, SweepError, Work};
-use crate::evaluate::Evaluation;
-use crate::tally::{Standing, Tally, TallyError};
+use crate::monte_carlo::Evaluation;
+use crate::monte_carlo::{Accumulator, AccumulatorError, Standing};
 
 /// The version of the form.
 const FORMAT: u32 = 2;
@@ -15,7 +15,7 @@ const FORMAT: u32 = 2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Results {
     sweep: Sweep,
-    cells: BTreeMap<usize, Tally>,
+    cells: BTreeMap<usize, Accumulator>,
 }
 
 /// Why results cannot be read or added up.
@@ -69,11 +69,11 @@ pub enum ResultsError {
     },
     /// A sum that is there already, or that cannot be.
     #[error("cell {cell}: {source}")]
-    Tally {
+    Accumulator {
         /// The cell and its values.
         cell: String,
         /// What is wrong.
-        source: TallyError,
+        source: AccumulatorError,
     },
     /// Not all is there.
     #[error(
@@ -108,7 +108,7 @@ struct Written {
 #[serde(deny_unknown_fields)]
 struct WrittenCell {
     cell: usize,
-    sums: Tally,
+    sums: Accumulator,
 }
 
 impl Results {
@@ -187,14 +187,14 @@ impl Results {
         Ok(())
     }
 
-    fn merge_cell(&mut self, cell: usize, sums: &Tally) -> Result<(), ResultsError> {
+    fn merge_cell(&mut self, cell: usize, sums: &Accumulator) -> Result<(), ResultsError> {
         let (end, chunks) = (sums.end(), self.sweep.chunks());
         if end > chunks {
             let cell = self.sweep.name_of(cell);
             return Err(ResultsError::NoChunk { cell, end, chunks });
         }
         let own = self.cells.entry(cell).or_default();
-        own.merge(sums).map_err(|source| ResultsError::Tally {
+        own.merge(sums).map_err(|source| ResultsError::Accumulator {
             cell: self.sweep.name_of(cell),
             source,
         })
@@ -236,17 +236,20 @@ impl Results {
 
     /// The sum over all of a cell that is there.
     pub fn total(&self, cell: usize) -> Evaluation {
-        self.cells.get(&cell).map(Tally::total).unwrap_or_default()
+        self.cells
+            .get(&cell)
+            .map(Accumulator::total)
+            .unwrap_or_default()
     }
 
     /// The number of a cell's chunks that are there.
     pub fn chunks_of(&self, cell: usize) -> u64 {
-        self.cells.get(&cell).map_or(0, Tally::chunks)
+        self.cells.get(&cell).map_or(0, Accumulator::chunks)
     }
 
     /// Bit errors of a cell so far.
     pub fn errors_of(&self, cell: usize) -> u64 {
-        self.cells.get(&cell).map_or(0, Tally::errors)
+        self.cells.get(&cell).map_or(0, Accumulator::errors)
     }
 
     pub(super) fn contains(&self, cell: usize, chunk: u64) -> bool {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::shard::Expected;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
-use crate::evaluate::{CHUNK, Evaluation, Evaluator, Workspace};
-use crate::rare::{RareEvaluator, RareWorkspace};
-use crate::tally::Standing;
+use crate::monte_carlo::Standing;
+use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Workspace};
+use crate::splitting::{SplittingEvaluator, SplittingWorkspace};
 
 /// Chunks that are worked on for each thread before results are added up and shown.
 const CHUNKS_A_THREAD: usize = 16;
@@ -74,7 +74,7 @@ impl Sweep {
     fn worker(&self, cell: usize) -> Result<Worker, SweepError> {
         let (scene, settings) = (self.scene_of(cell)?, self.settings_of(cell));
         let worker = if self.rare_events {
-            RareEvaluator::new(&scene, settings)
+            SplittingEvaluator::new(&scene, settings)
                 .map(|evaluator| Worker::Splitting(evaluator.into()))
         } else {
             Evaluator::new(&scene, settings).map(|evaluator| Worker::Counting(evaluator.into()))
@@ -104,13 +104,13 @@ impl Sweep {
 /// Who works on a cell.
 enum Worker {
     Counting(Box<Evaluator>),
-    Splitting(Box<RareEvaluator>),
+    Splitting(Box<SplittingEvaluator>),
 }
 
 /// What a thread needs for that.
 enum Room {
     Counting(Box<Workspace>),
-    Splitting(Box<RareWorkspace>),
+    Splitting(Box<SplittingWorkspace>),
 }
 
 impl Worker {

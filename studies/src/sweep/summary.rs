@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::{Results, Sweep};
-use crate::rare::SWARM;
-use crate::tally::Standing;
+use crate::monte_carlo::Standing;
+use crate::statistics::SWARM;
 
 /// What came out for one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::tally::Standing;
+use crate::monte_carlo::Standing;
 
 /// Cells of which some have enough errors soon and some never.
 fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {

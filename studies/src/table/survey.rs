@@ -51,7 +51,7 @@ pub struct Survey {
 
 /// One combination of the four keys' values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setting {
+pub struct Condition {
     /// Ambient illuminance, lx.
     pub illuminance_lx: f64,
     /// Normalised LED interval.
@@ -62,7 +62,7 @@ pub struct Setting {
     pub yaw_deg: f64,
 }
 
-impl std::fmt::Display for Setting {
+impl std::fmt::Display for Condition {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
             illuminance_lx,
@@ -77,7 +77,7 @@ impl std::fmt::Display for Setting {
     }
 }
 
-impl Setting {
+impl Condition {
     /// The scene with its first panel so.
     fn of(self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
@@ -244,7 +244,7 @@ pub enum SurveyError {
     #[error("at {setting}: {source}")]
     Optimum {
         /// The setting.
-        setting: Setting,
+        setting: Condition,
         /// Why not.
         source: OptimumError,
     },
@@ -306,7 +306,7 @@ impl Survey {
             let pick = |values: &[f64]| values.get(k).copied().unwrap_or(values[0]);
             let [illuminance_lx, interval, distance_m, yaw_deg] =
                 keys.map(|(_, values)| pick(values));
-            let setting = Setting {
+            let setting = Condition {
                 illuminance_lx,
                 interval,
                 distance_m,
@@ -341,7 +341,7 @@ impl Survey {
         interval: f64,
         mut tell: impl FnMut(News) -> bool,
     ) -> Result<(Entry, Vec<Cell>), SurveyError> {
-        let at = |distance_m, yaw_deg| Setting {
+        let at = |distance_m, yaw_deg| Condition {
             illuminance_lx,
             interval,
             distance_m,
@@ -371,7 +371,7 @@ impl Survey {
     fn best(
         &self,
         scene: &Scene,
-        setting: Setting,
+        setting: Condition,
         carried: Option<f64>,
         tell: &mut impl FnMut(News) -> bool,
     ) -> Result<(Cell, Optimum), SurveyError> {
@@ -425,7 +425,7 @@ impl Survey {
 }
 
 impl Cell {
-    fn of(setting: Setting, optimum: &Optimum) -> Self {
+    fn of(setting: Condition, optimum: &Optimum) -> Self {
         let variances = optimum.evaluation.distinguishability();
         Self {
             illuminance_lx: setting.illuminance_lx,

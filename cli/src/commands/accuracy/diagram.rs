@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use studies::precision::{CostUnit, Diagram, Part, Point};
+use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use super::axis::{Axis, short};
 use super::labels::{Box, Labels};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
-use studies::precision::{Part, Scale};
+use studies::work_precision::{Part, Scale};
 
 use crate::pictures::write_aside;
 

@@ -1,7 +1,7 @@
 //! The legend of a figure: its curves, and what the marks mean.
 
 use plotters::prelude::*;
-use studies::precision::Part;
+use studies::work_precision::Part;
 
 use super::super::figures::chart::COLOURS;
 use super::diagram::{FRONT, Mark, TEXT_PX, mark, text};

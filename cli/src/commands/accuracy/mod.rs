@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use serde::Serialize;
-use studies::precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
+use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
 use super::figures::figure::{Figure, csv};
 use crate::options::{Shared, until_interrupted};

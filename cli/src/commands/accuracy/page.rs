@@ -1,6 +1,6 @@
 //! The page: each part's question, plot and table, and what was measured on what.
 
-use studies::precision::{CostUnit, Diagram, Part, Point};
+use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use super::super::figures::document::{Block, Document};
 use super::super::figures::figure::Figure;

@@ -3,7 +3,7 @@
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::Color;
-use studies::reproduction::estimate::Estimate;
+use studies::statistics::Estimate;
 
 use crate::plot::{FONT, Surface};
 

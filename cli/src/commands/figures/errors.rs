@@ -1,11 +1,11 @@
 //! Figure 22: bit error rates over the distance, with the best L2A and with a random one.
 
 use plotters::prelude::*;
-use studies::reproduction::axes::PAPERS_DETECTOR;
-use studies::reproduction::errors::Dimming;
-use studies::reproduction::estimate::Estimate;
-use studies::reproduction::findings::Findings;
-use studies::reproduction::study::Study;
+use studies::reproduction::Dimming;
+use studies::reproduction::Findings;
+use studies::reproduction::PAPERS_DETECTOR;
+use studies::reproduction::Study;
+use studies::statistics::Estimate;
 use studies::statistics::FrameErrors;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, draw};

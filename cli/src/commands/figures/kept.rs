@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use sim::scene::Scene;
-use studies::reproduction::findings::Findings;
+use studies::reproduction::Findings;
 
 use crate::pictures::write_aside;
 

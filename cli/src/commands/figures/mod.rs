@@ -18,11 +18,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sim::scene::Scene;
-use studies::reproduction::axes::Extent;
-use studies::reproduction::claims::{self, Claim};
-use studies::reproduction::findings::Findings;
-use studies::reproduction::reading::{READINGS, Reading};
-use studies::reproduction::study::Study;
+use studies::reproduction::Extent;
+use studies::reproduction::Findings;
+use studies::reproduction::Study;
+use studies::reproduction::{Claim, judge};
+use studies::reproduction::{INTERPRETATIONS, Interpretation};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let nothing = Findings::default();
     let of = |part: &Part| {
         let findings = kept.findings.get(part.name).unwrap_or(&nothing);
-        claims::all(&part.study, findings)
+        judge(&part.study, findings)
     };
     let (main, others) = (&parts[0], &parts[1..]);
     let claims = of(main);
@@ -134,7 +134,11 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
         study: Study::new(scene, extent, frames, shared.seed),
     };
     // A first look is at the scene alone.
-    let others: &[Reading] = if arguments.quick { &[] } else { &READINGS };
+    let others: &[Interpretation] = if arguments.quick {
+        &[]
+    } else {
+        &INTERPRETATIONS
+    };
     let others = others.iter().map(|reading| {
         let own = reading.overrides.iter().map(|text| text.to_string());
         let settings: Vec<String> = shared.set.iter().cloned().chain(own).collect();

@@ -2,10 +2,10 @@
 
 use plotters::prelude::*;
 use studies::optimum::RANGE;
-use studies::reproduction::estimate::Estimate;
-use studies::reproduction::findings::Findings;
-use studies::reproduction::optima::BestRatio;
-use studies::reproduction::study::Study;
+use studies::reproduction::BestRatio;
+use studies::reproduction::Findings;
+use studies::reproduction::Study;
+use studies::statistics::Estimate;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, TEXT_PX, draw, plane};
 use super::figure::{Figure, csv};

@@ -2,11 +2,9 @@
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use studies::reproduction::frames::{
-    DAYLIGHT, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture,
-};
-use studies::reproduction::setting::Setting;
-use studies::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::OperatingPoint;
+use studies::reproduction::{DAYLIGHT, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture};
+use studies::reproduction::{DISTANCE_M, INTERVAL, L2A, Study};
 
 use super::chart::TEXT_PX;
 use super::figure::{Figure, csv};
@@ -24,7 +22,7 @@ const LINE_PX: i32 = 20;
 
 /// Panels at L2A 0.2, 1, 2 and 4.
 pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
-    let at = |l2a| Setting {
+    let at = |l2a| OperatingPoint {
         interval: INTERVAL,
         distance_m: DISTANCE_M,
         l2a,
@@ -36,7 +34,7 @@ pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
 
 /// Panels at intervals 0.5 to 2.
 pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
-    let at = |interval| Setting {
+    let at = |interval| OperatingPoint {
         interval,
         distance_m: DISTANCE_M,
         l2a: L2A,
@@ -49,7 +47,7 @@ pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
 
 /// Panels at 30, 50 and 70 m.
 pub fn over_distance(study: &Study) -> anyhow::Result<Figure> {
-    let at = |distance_m| Setting {
+    let at = |distance_m| OperatingPoint {
         interval: INTERVAL,
         distance_m,
         l2a: L2A,
@@ -64,7 +62,7 @@ fn panels(
     name: &'static str,
     caption: &str,
     key: &str,
-    settings: &[(Setting, String, f64)],
+    settings: &[(OperatingPoint, String, f64)],
 ) -> anyhow::Result<Figure> {
     let shown = settings
         .iter()

@@ -1,9 +1,9 @@
 //! The report: each claim against its number, under the scene and under other readings of the paper.
 
-use studies::reproduction::axes::PAPERS_DETECTOR;
-use studies::reproduction::claims::Claim;
-use studies::reproduction::reading::READINGS;
-use studies::reproduction::study::{ERRORS_ENOUGH, Study};
+use studies::reproduction::Claim;
+use studies::reproduction::INTERPRETATIONS;
+use studies::reproduction::PAPERS_DETECTOR;
+use studies::reproduction::{ERRORS_ENOUGH, Study};
 
 use super::document::{Block, Document};
 use super::figure::Figure;
@@ -51,7 +51,7 @@ fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Judged]
     document.heading("The same under other readings");
     document.text("Where the paper contradicts itself or is silent, each reading is a few scene keys. \"yes\": the claim holds; \"no\": it fails; \"open\": the interval does not tell; with the number that decides. A tenth of the frames, fewer points.");
     document.push(readings_table(claims, readings));
-    let described = READINGS.iter().map(|reading| {
+    let described = INTERPRETATIONS.iter().map(|reading| {
         let settings = reading.overrides.join("`, `");
         format!("**{}**: {} (`{settings}`)", reading.name, reading.summary)
     });

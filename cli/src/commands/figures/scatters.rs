@@ -1,9 +1,9 @@
 //! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
 
 use plotters::prelude::*;
-use studies::reproduction::frames::{Feature, scatter};
-use studies::reproduction::setting::Setting;
-use studies::reproduction::study::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::OperatingPoint;
+use studies::reproduction::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::{Feature, scatter};
 
 use super::chart::{Axis, OFF, ON, legend, plane};
 use super::figure::{Figure, csv};
@@ -14,7 +14,7 @@ const FRAMES: u64 = 10;
 
 /// At low, mid and high L2A.
 pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
-    let at = |l2a| Setting {
+    let at = |l2a| OperatingPoint {
         interval: INTERVAL,
         distance_m: DISTANCE_M,
         l2a,
@@ -26,7 +26,7 @@ pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
 
 /// At intervals 0.5 to 2.
 pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
-    let at = |interval| Setting {
+    let at = |interval| OperatingPoint {
         interval,
         distance_m: DISTANCE_M,
         l2a: L2A,
@@ -38,7 +38,7 @@ pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
 
 /// At 30, 50 and 70 m.
 pub fn over_distance(study: &Study) -> anyhow::Result<Figure> {
-    let at = |distance_m| Setting {
+    let at = |distance_m| OperatingPoint {
         interval: INTERVAL,
         distance_m,
         l2a: L2A,
@@ -53,7 +53,7 @@ fn clouds(
     name: &'static str,
     caption: &str,
     key: &str,
-    settings: &[(Setting, String, f64)],
+    settings: &[(OperatingPoint, String, f64)],
 ) -> anyhow::Result<Figure> {
     let clouds = settings
         .iter()

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use super::*;
-use studies::reproduction::axes::Axes;
+use studies::reproduction::Axes;
 
 fn small() -> Study {
     let scene = Scene::load("paper", &[]).expect("a preset");
@@ -44,7 +44,7 @@ fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
         asked.get() < 3
     };
     assert!(!compute(&parts, &mut kept, &path, &going_on).expect("work"));
-    let claims = claims::all(&parts[0].study, &kept.findings[""]);
+    let claims = judge(&parts[0].study, &kept.findings[""]);
     assert!(claims.is_empty(), "no curve is finished: {claims:?}");
     let mut again = Kept::read(&path, &run(1)).expect("what was kept");
     assert_eq!(again.findings, kept.findings);
@@ -90,7 +90,7 @@ fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     let report = report::report(
         study,
         "vocc figures",
-        &claims::all(study, findings),
+        &judge(study, findings),
         &[],
         &figures,
     );

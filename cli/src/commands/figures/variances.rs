@@ -1,11 +1,11 @@
 //! Figures 14, 17 and 20: Bvar, Wvar and B2W over L2A, interval and distance.
 
 use plotters::prelude::*;
-use studies::reproduction::estimate::Estimate;
-use studies::reproduction::findings::Findings;
-use studies::reproduction::point::{Point, Sums};
-use studies::reproduction::setting::Setting;
-use studies::reproduction::study::Study;
+use studies::reproduction::Findings;
+use studies::reproduction::OperatingPoint;
+use studies::reproduction::Study;
+use studies::reproduction::{Batches, Sums};
+use studies::statistics::Estimate;
 
 use super::chart::{Axis, COLOURS, Chart, Curve, Mark, OFF, ON, Place, draw};
 use super::figure::{Figure, csv};
@@ -76,10 +76,10 @@ impl About {
     fn figure(
         &self,
         xs: &[f64],
-        settings: &[Setting],
+        settings: &[OperatingPoint],
         findings: &Findings,
     ) -> anyhow::Result<Option<Figure>> {
-        let points: Option<Vec<&Point>> = settings
+        let points: Option<Vec<&Batches>> = settings
             .iter()
             .map(|&setting| findings.point(setting))
             .collect();
@@ -137,9 +137,9 @@ impl About {
 }
 
 /// A quantity of [`QUANTITIES`] over the points.
-fn curve(xs: &[f64], points: &[&Point], index: usize, name: &str, colour: RGBColor) -> Curve {
+fn curve(xs: &[f64], points: &[&Batches], index: usize, name: &str, colour: RGBColor) -> Curve {
     let (_, quantity) = QUANTITIES[index];
-    let place = |(&x, point): (&f64, &&Point)| Place {
+    let place = |(&x, point): (&f64, &&Batches)| Place {
         x,
         y: point.estimate(quantity),
         mark: Mark::Known,
@@ -151,7 +151,7 @@ fn curve(xs: &[f64], points: &[&Point], index: usize, name: &str, colour: RGBCol
     }
 }
 
-fn numbers(key: &str, xs: &[f64], points: &[&Point]) -> String {
+fn numbers(key: &str, xs: &[f64], points: &[&Batches]) -> String {
     let mut head = vec![key.to_string(), "frames".to_string()];
     for (name, _) in QUANTITIES {
         head.extend(["", "_low", "_high"].map(|end| format!("{name}{end}")));

@@ -1,7 +1,7 @@
 //! The plot beside a sweep: bit error rates over the key that has the most numbers.
 
 use plotters::prelude::*;
-use studies::reproduction::estimate::Estimate;
+use studies::statistics::Estimate;
 use studies::sweep::{Results, Summary, Sweep};
 
 use crate::commands::figures::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, draw};

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::Context;
 use serde::Serialize;
+use studies::monte_carlo::Standing;
 use studies::sweep::{Partition, Results, Shard, Sweep, Work};
-use studies::tally::Standing;
 
 use super::{folder, report};
 use crate::output::{Answer, json, line};

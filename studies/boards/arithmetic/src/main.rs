@@ -5,9 +5,9 @@
 #![no_std]
 #![no_main]
 
-#[path = "../../../src/precision/transmitter/paths.rs"]
+#[path = "../../../src/work_precision/transmitter/paths.rs"]
 mod paths;
-#[path = "../../../src/precision/transmitter/tables.rs"]
+#[path = "../../../src/work_precision/transmitter/tables.rs"]
 mod tables;
 
 use core::hint::black_box;

@@ -2,7 +2,8 @@
 
 use super::super::findings::Findings;
 use super::super::study::Study;
-use super::{Claim, Test, Words, b2w, bvar, curve, greatest_rise, least_rise, wvar};
+use super::claim::{Claim, Test, Words};
+use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, wvar};
 
 /// The claims are about steps between these distances.
 const SHOWN_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];

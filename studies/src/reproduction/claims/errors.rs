@@ -2,10 +2,10 @@
 
 use super::super::axes::PAPERS_DETECTOR;
 use super::super::errors::Dimming;
-use super::super::estimate::Estimate;
 use super::super::findings::Findings;
 use super::super::study::Study;
-use super::{Claim, Test, Words};
+use super::claim::{Claim, Test, Words};
+use crate::statistics::Estimate;
 use crate::statistics::FrameErrors;
 
 const LOWER: Words = Words {

@@ -1,10 +1,12 @@
 //! Section 4.4.2 (a): the effect of the LED interval.
 
+use super::super::batches::Sums;
+use super::super::batches::estimate_of;
 use super::super::findings::Findings;
-use super::super::point::estimate_of;
-use super::super::setting::Setting;
+use super::super::operating_point::OperatingPoint;
 use super::super::study::Study;
-use super::{Claim, Sums, Test, Words, b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
+use super::claim::{Claim, Test, Words};
+use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
 
 /// The intervals that the paper shows; the claims are about steps between them.
 const SHOWN: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -48,7 +50,7 @@ const B2W_RISES: Words = Words {
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
-    let shown: Vec<Setting> = study
+    let shown: Vec<OperatingPoint> = study
         .over_interval()
         .into_iter()
         .filter(|setting| SHOWN.contains(&setting.interval))

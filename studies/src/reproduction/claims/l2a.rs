@@ -1,11 +1,13 @@
 //! Section 4.4.1: the effect of L2A.
 
-use super::super::estimate::Estimate;
+use super::super::batches::Sums;
+use super::super::batches::estimate_of;
 use super::super::findings::Findings;
 use super::super::interpolation::{interpolated, reaches};
-use super::super::point::estimate_of;
 use super::super::study::Study;
-use super::{Claim, Sums, Test, Words, bvar, curve, least_rise, percent, wvar};
+use super::claim::{Claim, Test, Words};
+use super::trend::{bvar, curve, least_rise, percent, wvar};
+use crate::statistics::Estimate;
 
 /// Where the paper sees Bvar level off.
 const LEVELS_OFF: f64 = 2.5;

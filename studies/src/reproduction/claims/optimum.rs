@@ -1,10 +1,10 @@
 //! Sections 4.4.1 and 4.4.3: the best L2A.
 
-use super::super::estimate::Estimate;
 use super::super::findings::Findings;
 use super::super::optima::BestRatio;
 use super::super::study::{DISTANCE_M, INTERVAL, Study};
-use super::{Claim, Test, Words};
+use super::claim::{Claim, Test, Words};
+use crate::statistics::Estimate;
 
 /// The best ratio that the paper reports at interval 1 and 50 m.
 const BEST: f64 = 2.0;

@@ -1,0 +1,46 @@
+//! Why an evaluation cannot be done.
+
+use rx_pipeline::cells::CellsError;
+use rx_pipeline::corners::CornersError;
+use rx_pipeline::detect::FisherError;
+use rx_pipeline::features::FeaturesError;
+use rx_pipeline::frame::FrameError;
+use sim::view::ViewError;
+
+use super::accumulator::AccumulatorError;
+
+/// Why an evaluation cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum EvaluateError {
+    /// The scene cannot be seen.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The panel's corners make no panel.
+    #[error("the panel cannot be measured: {0}")]
+    Corners(#[from] CornersError),
+    /// The panel has no cells.
+    #[error("the panel cannot be measured: {0}")]
+    Cells(#[from] CellsError),
+    /// The frame cannot be measured.
+    #[error("the panel cannot be measured: {0}")]
+    Features(#[from] FeaturesError),
+    /// The frame is none.
+    #[error("the panel cannot be measured: {0}")]
+    Frame(#[from] FrameError),
+    /// A chunk was counted twice.
+    #[error(transparent)]
+    Accumulator(#[from] AccumulatorError),
+    /// There is no noise.
+    #[error(
+        "this scene simulates no noise, and rare errors are looked for in noise: count them (without rare events), or set effects.noise=on"
+    )]
+    NoNoise,
+    /// The detector cannot be trained.
+    #[error("the detector cannot be trained on this scene: {0}")]
+    Training(#[from] FisherError),
+    /// A genie is no receiver.
+    #[error(
+        "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
+    )]
+    NoReceiver,
+}

@@ -1,0 +1,56 @@
+//! What the frames of an evaluation add up to.
+
+use link::panel::LEDS;
+use serde::{Deserialize, Serialize};
+
+use crate::statistics::{Distinguishability, FrameErrors, Moments, RareErrors, SWARM};
+
+/// Frames worked on by one thread before their results are folded in.
+pub const CHUNK: u64 = 256;
+
+/// How many chunks a number of frames is worked on in: the unit of shards and of what an interrupted run keeps.
+pub fn chunks(frames: u64) -> u64 {
+    frames.div_ceil(CHUNK)
+}
+
+/// What came out so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evaluation {
+    /// Features (AGR, GRI) of On LEDs.
+    pub on: Moments,
+    /// Features (AGR, GRI) of Off LEDs.
+    pub off: Moments,
+    /// Bit errors by frame.
+    pub errors: FrameErrors,
+    /// Rare bit errors, reached by splitting: see [`crate::splitting`].
+    #[serde(default, skip_serializing_if = "RareErrors::is_empty")]
+    pub rare: RareErrors,
+}
+
+impl Evaluation {
+    /// Adds another evaluation of the same setting.
+    pub fn merge(&mut self, other: &Self) {
+        self.on.merge(&other.on);
+        self.off.merge(&other.off);
+        self.errors.merge(&other.errors);
+        self.rare.merge(&other.rare);
+    }
+
+    /// Whether it may be of no more than so many frames, at most 2⁵⁰.
+    pub(crate) fn is_within(&self, frames: u64) -> bool {
+        self.errors.frames() <= frames
+            && self.on.count() + self.off.count() <= LEDS as u64 * frames
+            && self.rare.swarms() <= frames / SWARM as u64
+    }
+
+    /// Bits that were read wrongly, or reached that by splitting.
+    pub fn bit_errors(&self) -> u64 {
+        self.errors.errors() + self.rare.errors()
+    }
+
+    /// Between- and within-class variance and their ratio.
+    pub fn distinguishability(&self) -> Distinguishability {
+        Distinguishability::of(&self.on, &self.off)
+    }
+}

@@ -1,0 +1,460 @@
+//! Renders, measures and reads random frames.
+
+use fearless_simd::{self as simd, dispatch};
+use link::panel::{LEDS, PanelFrame, SoftPanel};
+use rand::Rng;
+use rayon::prelude::*;
+use rx_pipeline::cells::CellMap;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::{
+    Detector, Fisher, FisherFeatures, FisherScaling, FisherTraining, Method,
+};
+use rx_pipeline::features::Features;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
+use sim::accuracy::Level;
+use sim::random::{Purpose, stream, uniform};
+use sim::renderer::canvas::{Canvas, Region};
+use sim::renderer::{Renderer, Shown};
+use sim::road::camera_of;
+use sim::scene::Scene;
+use sim::view::{View, ViewError};
+
+use super::accumulator::Accumulator;
+use super::error::EvaluateError;
+use super::evaluation::{CHUNK, Evaluation, chunks};
+use super::observation::{Observation, PANEL_PIXELS, measure};
+use crate::detectors::DetectorChoice;
+use crate::detectors::genie::{Genie, LikelihoodTable};
+use crate::statistics::Moments;
+
+/// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
+pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
+/// Frames that a trained detector learns from.
+const TRAINING_FRAMES: u64 = 500;
+/// Frames that maximum likelihood has seen before the first, as a receiver has that follows a panel.
+const EXPERIENCE_FRAMES: u64 = 256;
+/// What turns the seed of an evaluation into that of the frames learnt from.
+const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
+
+/// What to evaluate.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Frames.
+    pub frames: u64,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// Whether each frame's reflectance is drawn from [`REFLECTANCES`].
+    pub random_reflectance: bool,
+    /// The detector.
+    pub detector: DetectorChoice,
+    /// How exactly frames are drawn.
+    pub level: Level,
+}
+
+/// The scene as an evaluation sees it: with bounds that hold for all reflectances it will draw.
+///
+/// # Errors
+/// When the scene cannot be seen.
+pub fn view(scene: &Scene, random_reflectance: bool) -> Result<View, ViewError> {
+    View::with_reflectances(scene, random_reflectance.then_some(REFLECTANCES))
+}
+
+/// How a receiver of the scene tells bits apart by the detector of that name: told the camera, or trained on frames of the scene.
+///
+/// # Errors
+/// [`EvaluateError::NoReceiver`] of a genie, and why a detector cannot be trained.
+pub fn receiving_method(
+    scene: &Scene,
+    detector: DetectorChoice,
+    seed: u64,
+    level: Level,
+) -> Result<Method, EvaluateError> {
+    match detector.untrained() {
+        Some(method) => Ok(method),
+        None => {
+            let settings = Settings {
+                frames: 0,
+                seed,
+                random_reflectance: false,
+                detector,
+                level,
+            };
+            Evaluator::new(scene, settings)?
+                .method()
+                .ok_or(EvaluateError::NoReceiver)
+        }
+    }
+}
+
+/// Renders, measures and reads random frames of one scene.
+pub struct Evaluator {
+    renderer: Renderer,
+    settings: Settings,
+    rule: DecisionRule,
+    prior: LevelPrior,
+    region: Region,
+    corners: Corners,
+}
+
+/// How bits are decided.
+enum DecisionRule {
+    Receiver(Method),
+    Genie(LikelihoodTable),
+}
+
+/// What a thread needs to work on frames; made once, reused for each.
+pub struct Workspace {
+    pub(crate) canvas: Canvas<f32>,
+    pub(crate) grey: Vec<u8>,
+    map: Box<CellMap<PANEL_PIXELS>>,
+    likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
+    pub(crate) shown: Vec<Shown>,
+}
+
+impl Workspace {
+    /// The grey levels of the frame read last.
+    pub(crate) fn grey(&self) -> &[u8] {
+        &self.grey
+    }
+}
+
+impl Evaluator {
+    /// Prepares an evaluation of `scene`'s first panel.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen or the panel not be measured.
+    pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
+        let region = renderer.cells_region(0);
+        let corners = renderer.corners_in(region)?;
+        let mut evaluator = Self {
+            renderer,
+            settings,
+            rule: DecisionRule::Receiver(Method::default()),
+            prior: LevelPrior::NONE,
+            region,
+            corners,
+        };
+        // Faults of the geometry show in the first frame.
+        evaluator.observe(0, &mut evaluator.workspace())?;
+        let choice = settings.detector;
+        evaluator.rule = match (choice.untrained(), choice.learns()) {
+            (Some(method), _) => DecisionRule::Receiver(method),
+            (_, Some(features)) => {
+                DecisionRule::Receiver(Detector::Fisher(evaluator.train(features)?).into())
+            }
+            _ => DecisionRule::Genie(LikelihoodTable::new(&evaluator.renderer)),
+        };
+        let looks_at_features =
+            matches!(evaluator.rule, DecisionRule::Receiver(Method::Features(_)));
+        if !looks_at_features {
+            evaluator.prior = evaluator.learn_level_prior()?;
+        }
+        Ok(evaluator)
+    }
+
+    /// The renderer of the frames.
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// What it evaluates by.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The part of the sensor that it draws.
+    pub fn region(&self) -> Region {
+        self.region
+    }
+
+    /// The method of reading, trained if it needs that; none where a genie reads.
+    pub fn method(&self) -> Option<Method> {
+        match self.rule {
+            DecisionRule::Receiver(method) => Some(method),
+            DecisionRule::Genie(_) => None,
+        }
+    }
+
+    /// What maximum likelihood begins every frame with.
+    pub(crate) fn level_prior(&self) -> LevelPrior {
+        self.prior
+    }
+
+    /// Room to work on frames in.
+    pub fn workspace(&self) -> Workspace {
+        Workspace {
+            canvas: Canvas::new(self.region),
+            grey: vec![0; self.region.width * self.region.height],
+            map: Box::new(CellMap::empty()),
+            likelihood: Box::new(MaximumLikelihood::new(camera_of(
+                &self.renderer.view().scene,
+            ))),
+            shown: (0..self.renderer.view().panels.len())
+                .map(|index| self.renderer.steady(index, PanelFrame::default()))
+                .collect(),
+        }
+    }
+
+    /// Evaluates all frames; `progress` is told how many are finished and may end the run by returning false.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
+        let mut sums = Accumulator::default();
+        let (chunks, batch) = (
+            chunks(self.settings.frames),
+            16 * rayon::current_num_threads() as u64,
+        );
+        for first in (0..chunks).step_by(batch as usize) {
+            let parts: Vec<_> = (first..chunks.min(first + batch))
+                .into_par_iter()
+                .map_init(
+                    || self.workspace(),
+                    |workspace, chunk| (chunk, self.chunk(chunk, workspace)),
+                )
+                .collect();
+            for (chunk, part) in parts {
+                sums.add(chunk, part?)?;
+            }
+            if !progress(sums.total().errors.frames()) {
+                break;
+            }
+        }
+        Ok(sums.total())
+    }
+
+    /// Evaluates chunk `chunk` (see [`chunks`]): [`CHUNK`] frames, fewer where the evaluation ends.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn chunk(
+        &self,
+        chunk: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluation, EvaluateError> {
+        let end = self.settings.frames.min((chunk + 1) * CHUNK);
+        self.evaluate(chunk * CHUNK..end, workspace)
+    }
+
+    /// Evaluates a range of frames.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn evaluate(
+        &self,
+        frames: std::ops::Range<u64>,
+        workspace: &mut Workspace,
+    ) -> Result<Evaluation, EvaluateError> {
+        let mut part = Evaluation::default();
+        for frame in frames {
+            let observed = self.observe(frame, workspace)?;
+            let Observation { bits, features, .. } = &observed;
+            part.on.merge(&class(features, *bits));
+            part.off
+                .merge(&class(features, PanelFrame::from_bits(!bits.bits())));
+            part.errors
+                .push(self.detect(frame, &observed, workspace)?.distance(*bits));
+        }
+        Ok(part)
+    }
+
+    /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
+    fn learn_level_prior(&self) -> Result<LevelPrior, EvaluateError> {
+        let mut workspace = self.workspace();
+        let mut likelihood =
+            MaximumLikelihood::<PANEL_PIXELS>::new(camera_of(&self.renderer.view().scene));
+        for frame in 0..EXPERIENCE_FRAMES {
+            let observed =
+                self.observe_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
+            let Region { width, height, .. } = self.region;
+            let picture = Frame::new(&workspace.grey, width, height)?;
+            // A frame that cannot be read teaches nothing.
+            let _ = likelihood.detect(&picture, &observed.corners);
+        }
+        Ok(likelihood.level_prior())
+    }
+
+    /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
+    fn detect(
+        &self,
+        frame: u64,
+        observed: &Observation,
+        workspace: &mut Workspace,
+    ) -> Result<PanelFrame, EvaluateError> {
+        let (bits, _) = self.detect_softly(frame, observed, workspace)?;
+        Ok(bits)
+    }
+
+    /// The same, and how certain they are, where the detector's decision goes by that.
+    pub(crate) fn detect_softly(
+        &self,
+        frame: u64,
+        observed: &Observation,
+        workspace: &mut Workspace,
+    ) -> Result<(PanelFrame, Option<SoftPanel>), EvaluateError> {
+        let Workspace {
+            grey,
+            likelihood,
+            shown,
+            ..
+        } = workspace;
+        let Region { width, height, .. } = self.region;
+        let picture = Frame::new(grey, width, height)?;
+        Ok(match &self.rule {
+            DecisionRule::Receiver(Method::Features(detector)) => {
+                let decided =
+                    dispatch!(simd::Level::new(), _simd => detector.decide(&observed.features));
+                return Ok((decided.unwrap_or_default(), None));
+            }
+            DecisionRule::Receiver(Method::MaximumLikelihood) => {
+                likelihood.set_level_prior(self.prior);
+                likelihood.detect(&picture, &observed.corners)
+            }
+            DecisionRule::Genie(table) => {
+                let start = likelihood
+                    .detect(&picture, &observed.corners)
+                    .map_or(observed.bits, |detection| detection.bits);
+                let moment = self.renderer.moment(frame);
+                let mut genie =
+                    Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
+                return Ok((genie.bits(&[observed.bits, start]), None));
+            }
+        }
+        .map_or((PanelFrame::default(), None), |detection| {
+            (detection.bits, Some(detection.soft))
+        }))
+    }
+
+    /// Renders and measures frame `frame`.
+    ///
+    /// # Errors
+    /// When it cannot be measured.
+    pub fn observe(
+        &self,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Observation, EvaluateError> {
+        self.observe_of(self.settings.seed, frame, workspace)
+    }
+
+    /// The same of another seed.
+    fn observe_of(
+        &self,
+        seed: u64,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Observation, EvaluateError> {
+        self.expose(seed, frame, workspace);
+        self.observe_exposed(seed, frame, workspace)
+    }
+
+    /// Draws a frame's light.
+    pub(crate) fn expose(&self, seed: u64, frame: u64, workspace: &mut Workspace) {
+        self.draw_frame(seed, frame, &mut workspace.shown);
+        let moment = self.renderer.moment(frame);
+        self.renderer
+            .draw(&moment, &workspace.shown, &mut workspace.canvas);
+    }
+
+    /// Reads out and measures what was drawn.
+    pub(crate) fn observe_exposed(
+        &self,
+        seed: u64,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Observation, EvaluateError> {
+        let Workspace { canvas, grey, .. } = workspace;
+        self.renderer.read_out(seed, frame, canvas, grey);
+        self.measure(frame, workspace)
+    }
+
+    /// Measures what was read out.
+    pub(crate) fn measure(
+        &self,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<Observation, EvaluateError> {
+        let Workspace {
+            grey, map, shown, ..
+        } = workspace;
+        let moment = self.renderer.moment(frame);
+        let shown = shown[0];
+        let [x, y] = shown.shift_px.map(|shift| shift as f32);
+        let corners = self.corners.shifted(x, y)?;
+        let features = dispatch!(
+            simd::Level::new(),
+            _simd => measure(grey, self.region, &corners, map)
+        )?;
+        Ok(Observation {
+            bits: self.renderer.truth(0, &moment, &shown),
+            features,
+            corners,
+        })
+    }
+
+    /// The grey level at the pixel nearest to the centre of each LED, in the frame that `workspace` has read last.
+    pub fn led_greys(&self, workspace: &Workspace) -> [u8; LEDS] {
+        let ellipses = &self.renderer.view().panels[0].ellipses;
+        let shift = workspace.shown[0].shift_px;
+        let Region {
+            x,
+            y,
+            width,
+            height,
+        } = self.region;
+        let place = |centre: f64, start: usize, end: usize| {
+            (centre - start as f64).round().clamp(0.0, end as f64 - 1.0) as usize
+        };
+        std::array::from_fn(|led| {
+            let centre = ellipses[led].centre;
+            let column = place(centre.x + shift[0], x, width);
+            workspace.grey[place(centre.y + shift[1], y, height) * width + column]
+        })
+    }
+
+    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
+    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
+        let mut random = stream(seed, frame, Purpose::Phase);
+        let view = self.renderer.view();
+        for (index, shown) in shown.iter_mut().enumerate() {
+            shown.symbols = std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64()));
+            if index > 0 {
+                continue;
+            }
+            shown.shift_px = [uniform(&mut random), uniform(&mut random)];
+            if self.settings.random_reflectance {
+                let [low, high] = REFLECTANCES;
+                let reflectance = low + (high - low) * uniform(&mut random);
+                let panel = &view.panels[0];
+                shown.light =
+                    view.exposure
+                        .led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+            }
+        }
+    }
+
+    /// Fisher's discriminant from frames that are not those evaluated.
+    fn train(&self, features: FisherFeatures) -> Result<Fisher, EvaluateError> {
+        let mut training = FisherTraining::new(features, FisherScaling::ByPanel);
+        let mut workspace = self.workspace();
+        let seed = self.settings.seed ^ TRAINING_SEED;
+        for frame in 0..TRAINING_FRAMES {
+            let observed = self.observe_of(seed, frame, &mut workspace)?;
+            training.add(&observed.features, observed.bits);
+        }
+        Ok(training.finish()?)
+    }
+}
+
+/// The moments of (AGR, GRI) of the cells that are On in `members`.
+fn class(features: &Features, members: PanelFrame) -> Moments {
+    let mut pairs = [[0.0; 2]; LEDS];
+    let mut count = 0;
+    for led in (0..LEDS).filter(|&led| members.led(led)) {
+        pairs[count] = [features.agr[led].into(), features.gri[led].into()];
+        count += 1;
+    }
+    Moments::of(&pairs[..count])
+}

@@ -1,0 +1,28 @@
+//! Monte Carlo at one setting: how well On and Off can be told apart, and how often they are not.
+//!
+//! Every frame has random bits, a random sub-pixel phase and, if asked for, a random reflectance, all drawn from the frame's
+//! own stream. Frames are worked on in fixed chunks whose results are added up in a fixed order, so that the outcome does not depend
+//! on threads, shards or interruptions.
+//!
+//! ```
+//! use sim::scene::Scene;
+//! use studies::detectors::DetectorChoice;
+//! use studies::monte_carlo::{Evaluator, Settings};
+//! let settings = Settings { frames: 256, seed: 1, random_reflectance: false, detector: DetectorChoice::KMeans, level: Default::default() };
+//! let evaluation = Evaluator::new(&Scene::load("paper", &[])?, settings)?.run(|_| true)?;
+//! assert_eq!(evaluation.errors.frames(), 256);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod accumulator;
+mod error;
+mod evaluation;
+mod evaluator;
+mod observation;
+
+pub use accumulator::{Accumulator, AccumulatorError, Standing};
+pub use error::EvaluateError;
+pub use evaluation::{CHUNK, Evaluation, chunks};
+pub use evaluator::{Evaluator, REFLECTANCES, Settings, Workspace, receiving_method, view};
+pub use observation::Observation;
+pub(crate) use observation::{PANEL_PIXELS, measure};

@@ -1,0 +1,188 @@
+//! The features of many frames at one setting, in batches, so that what is computed from them has an interval.
+
+use link::panel::LEDS;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::detectors::DetectorChoice;
+use crate::monte_carlo::{EvaluateError, Evaluator, Observation, Settings, Workspace};
+use crate::statistics::{BATCHES, Estimate, jackknife};
+use crate::statistics::{Distinguishability, Moments};
+use sim::accuracy::Level;
+use sim::scene::Scene;
+
+/// What the frames of a batch add up to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sums {
+    /// (AGR, GRI) of On LEDs.
+    pub on: Moments,
+    /// (AGR, GRI) of Off LEDs.
+    pub off: Moments,
+    /// (grey at the LED's centre, share of the cell's pixels at 255) of On LEDs.
+    pub on_grey: Moments,
+    /// The same of Off LEDs.
+    pub off_grey: Moments,
+}
+
+impl Sums {
+    /// Takes one frame, with the grey levels at the LEDs' centres.
+    pub fn push(&mut self, observed: &Observation, led_greys: &[u8; LEDS]) {
+        let features = &observed.features;
+        for (led, &led_grey) in led_greys.iter().enumerate() {
+            let (class, grey) = if observed.bits.led(led) {
+                (&mut self.on, &mut self.on_grey)
+            } else {
+                (&mut self.off, &mut self.off_grey)
+            };
+            class.push([features.agr[led].into(), features.gri[led].into()]);
+            let saturated = f64::from(features.saturated[led]) / f64::from(features.pixels[led]);
+            grey.push([led_grey.into(), saturated]);
+        }
+    }
+
+    /// Takes all frames of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        self.on.merge(&other.on);
+        self.off.merge(&other.off);
+        self.on_grey.merge(&other.on_grey);
+        self.off_grey.merge(&other.off_grey);
+    }
+
+    /// Between- and within-class variance of (AGR, GRI) and their ratio.
+    pub fn distinguishability(&self) -> Distinguishability {
+        Distinguishability::of(&self.on, &self.off)
+    }
+}
+
+/// The frames at one setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Batches {
+    batches: Vec<Sums>,
+}
+
+impl Batches {
+    /// Measures `frames` random frames of `scene`, rounded up to whole batches, each with its own reflectance.
+    ///
+    /// # Errors
+    /// When the scene cannot be seen or measured.
+    pub fn measure(scene: &Scene, frames: u64, seed: u64) -> Result<Self, EvaluateError> {
+        let settings = Settings {
+            frames,
+            seed,
+            random_reflectance: true,
+            detector: DetectorChoice::KMeans,
+            level: Level::Fast,
+        };
+        let evaluator = Evaluator::new(scene, settings)?;
+        let frames = frames.div_ceil(BATCHES as u64).max(1);
+        let batch = |workspace: &mut Workspace, batch: u64| {
+            let mut sums = Sums::default();
+            for frame in batch * frames..(batch + 1) * frames {
+                let observed = evaluator.observe(frame, workspace)?;
+                sums.push(&observed, &evaluator.led_greys(workspace));
+            }
+            Ok(sums)
+        };
+        let batches = (0..BATCHES as u64)
+            .into_par_iter()
+            .map_init(|| evaluator.workspace(), batch)
+            .collect::<Result<_, EvaluateError>>()?;
+        Ok(Self { batches })
+    }
+
+    /// The sums of all batches, or all but one.
+    pub fn total(&self, left_out: Option<usize>) -> Sums {
+        let mut total = Sums::default();
+        let kept = |&(batch, _): &(usize, &Sums)| Some(batch) != left_out;
+        for (_, sums) in self.batches.iter().enumerate().filter(kept) {
+            total.merge(sums);
+        }
+        total
+    }
+
+    /// Frames measured.
+    pub fn frames(&self) -> u64 {
+        let total = self.total(None);
+        (total.on.count() + total.off.count()) / LEDS as u64
+    }
+
+    /// A statistic of the sums.
+    pub fn estimate(&self, statistic: impl Fn(&Sums) -> f64) -> Estimate {
+        jackknife(|left_out| statistic(&self.total(left_out)))
+    }
+}
+
+/// A statistic of several points whose frames have the same random numbers.
+pub fn estimate_of(points: &[&Batches], statistic: impl Fn(&[Sums]) -> f64) -> Estimate {
+    jackknife(|left_out| {
+        let totals: Vec<Sums> = points.iter().map(|point| point.total(left_out)).collect();
+        statistic(&totals)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(frames: u64, seed: u64) -> Batches {
+        let scene = Scene::load("paper", &[]).unwrap();
+        Batches::measure(&scene, frames, seed).unwrap()
+    }
+
+    fn b2w(sums: &Sums) -> f64 {
+        sums.distinguishability().b2w.expect("frames that vary")
+    }
+
+    #[test]
+    fn a_point_is_what_the_evaluator_gives() {
+        let scene = Scene::load("paper", &[]).unwrap();
+        let settings = Settings {
+            frames: 320,
+            seed: 5,
+            random_reflectance: true,
+            detector: DetectorChoice::KMeans,
+            level: Level::Fast,
+        };
+        let evaluation = Evaluator::new(&scene, settings)
+            .unwrap()
+            .run(|_| true)
+            .unwrap();
+        let point = point(320, 5);
+        assert_eq!(point.frames(), 320);
+        let (a, b) = (
+            point.estimate(b2w).value,
+            evaluation.distinguishability().b2w.unwrap(),
+        );
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} against {b}");
+    }
+
+    #[test]
+    fn an_led_is_bright_at_its_centre() {
+        let total = point(320, 1).total(None);
+        let [on, off] = [total.on_grey.mean()[0], total.off_grey.mean()[0]];
+        let mean = |agr: f64| agr * 150.0;
+        assert!(on > 230.0 && off < 160.0, "{on} and {off}");
+        assert!(
+            mean(total.on.mean()[0]) < on,
+            "a cell holds darker pixels than its LED's centre"
+        );
+    }
+
+    #[test]
+    fn intervals_hold_the_value_of_many_frames_and_shrink() {
+        let exact = point(20_000, 100).estimate(b2w).value;
+        let estimates: Vec<Estimate> = (1..=20)
+            .map(|seed| point(640, seed).estimate(b2w))
+            .collect();
+        let held = estimates
+            .iter()
+            .filter(|e| (e.low..=e.high).contains(&exact))
+            .count();
+        assert!(held >= 16, "{held} of 20 hold {exact} (seeds 1 to 20)");
+        let width = |e: &Estimate| e.high - e.low;
+        let narrow = point(64 * 160, 1).estimate(b2w);
+        let ratio = estimates.iter().map(width).sum::<f64>() / 20.0 / width(&narrow);
+        assert!((2.5..6.5).contains(&ratio), "16 times the frames: {ratio}");
+    }
+}

@@ -1,0 +1,87 @@
+//! Swarms of frames that climb from level to level.
+
+use sim::random::{Purpose, stream};
+use sim::scene::Scene;
+
+use super::levels;
+use super::sampler::{Sampler, Scored, SplittingWorkspace};
+use crate::monte_carlo::{CHUNK, EvaluateError, Evaluation, Settings};
+use crate::statistics::{RareErrors, SWARM};
+
+// A swarm is a chunk of frames.
+const _: () = assert!(SWARM as u64 == CHUNK);
+
+/// Evaluates swarms.
+pub struct SplittingEvaluator {
+    sampler: Sampler,
+    /// Ascending; the last is that of a misread LED.
+    levels: Vec<f32>,
+}
+
+impl SplittingEvaluator {
+    /// Prepares an evaluation of `scene`'s first panel, and chooses the levels.
+    ///
+    /// # Errors
+    /// When the scene cannot be evaluated, or simulates no noise.
+    pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        let sampler = Sampler::new(scene, settings)?;
+        let levels = levels::choose(&sampler)?;
+        Ok(Self { sampler, levels })
+    }
+
+    /// The levels of the score, ascending; the last is that of a misread LED, infinity.
+    pub fn levels(&self) -> &[f32] {
+        &self.levels
+    }
+
+    /// Room to work on swarms in.
+    pub fn workspace(&self) -> SplittingWorkspace {
+        self.sampler.workspace()
+    }
+
+    /// Evaluates swarm `chunk`, as [`Evaluator::chunk`] does frames.
+    ///
+    /// # Errors
+    /// When a frame cannot be measured.
+    pub fn chunk(
+        &self,
+        chunk: u64,
+        workspace: &mut SplittingWorkspace,
+    ) -> Result<Evaluation, EvaluateError> {
+        let seed = self.sampler.seed();
+        let mut rare = RareErrors::default();
+        rare.push(self.swarm(seed, chunk, workspace)?);
+        Ok(Evaluation {
+            rare,
+            ..Evaluation::default()
+        })
+    }
+
+    /// What a swarm finds the rate to be.
+    fn swarm(
+        &self,
+        seed: u64,
+        number: u64,
+        workspace: &mut SplittingWorkspace,
+    ) -> Result<f64, EvaluateError> {
+        let random = &mut stream(seed, number, Purpose::Splitting);
+        let mut swarm = (0..CHUNK)
+            .map(|member| {
+                self.sampler
+                    .draw(seed, number * CHUNK + member, random, workspace)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut rate = 1.0;
+        for (place, &level) in self.levels.iter().enumerate() {
+            let above: Vec<Scored> = swarm.into_iter().filter(|(_, s)| *s >= level).collect();
+            rate *= above.len() as f64 / SWARM as f64;
+            if above.is_empty() || place + 1 == self.levels.len() {
+                break;
+            }
+            swarm = self
+                .sampler
+                .spread(&above, level, SWARM, random, workspace)?;
+        }
+        Ok(rate)
+    }
+}

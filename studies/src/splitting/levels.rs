@@ -1,0 +1,55 @@
+//! The levels of the score: found by subset simulation on frames of another seed.
+
+use rayon::prelude::*;
+
+use super::sampler::{MISREAD, Sampler, Scored, SplittingWorkspace};
+use crate::monte_carlo::EvaluateError;
+use crate::statistics::RARER;
+use sim::random::{Purpose, stream};
+
+/// Frames of each level: in parts, each with random numbers of its own.
+const PARTS: usize = 50;
+const FRAMES: usize = 20 * PARTS;
+/// The most levels: rates down to 10⁻²⁰.
+const MOST_LEVELS: usize = 30;
+/// What turns the seed of an evaluation into that of the frames looked at here.
+const LEVELS_SEED: u64 = 0x6c65_7665_6c73;
+
+/// Ascending levels, each reached by about one frame in five of those above the one before; the last is [`MISREAD`].
+pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
+    let seed = sampler.seed() ^ LEVELS_SEED;
+    let in_parts = |round: usize, above: Option<(&[Scored], f32)>| {
+        let part = |workspace: &mut SplittingWorkspace, part: usize| {
+            let mut random = stream(seed, (round * PARTS + part) as u64, Purpose::Splitting);
+            let mine = part * (FRAMES / PARTS)..(part + 1) * (FRAMES / PARTS);
+            match above {
+                Some((above, level)) => {
+                    sampler.spread(above, level, mine.len(), &mut random, workspace)
+                }
+                None => mine
+                    .map(|frame| sampler.draw(seed, frame as u64, &mut random, workspace))
+                    .collect(),
+            }
+        };
+        let parts = (0..PARTS)
+            .into_par_iter()
+            .map_init(|| sampler.workspace(), part);
+        let parts: Result<Vec<Vec<Scored>>, EvaluateError> = parts.collect();
+        parts.map(|parts| parts.into_iter().flatten().collect::<Vec<_>>())
+    };
+    let mut swarm = in_parts(0, None)?;
+    let mut levels: Vec<f32> = Vec::new();
+    while levels.len() + 1 < MOST_LEVELS {
+        swarm.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        let level = swarm[FRAMES / RARER - 1].1;
+        // Where nothing moves any more, more levels would not help.
+        if level == MISREAD || levels.last().is_some_and(|last| level <= *last) {
+            break;
+        }
+        levels.push(level);
+        let above = &swarm[..swarm.partition_point(|(_, score)| *score >= level)];
+        swarm = in_parts(levels.len(), Some((above, level)))?;
+    }
+    levels.push(MISREAD);
+    Ok(levels)
+}

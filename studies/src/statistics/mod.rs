@@ -1,0 +1,22 @@
+//! Statistics that take one value at a time, merge, and stay exact: memory does not grow with the number of frames.
+//!
+//! [`Moments`] and [`Distinguishability`] are of features, [`FrameErrors`] of bits counted frame by frame, [`RareErrors`] of bits
+//! reached by splitting. [`jackknife`] gives any function of batches an interval.
+
+mod distinguishability;
+mod frame_errors;
+mod jackknife;
+mod moments;
+mod proportion;
+mod rare_errors;
+
+pub use distinguishability::{COLLINEAR, Distinguishability};
+pub use frame_errors::FrameErrors;
+pub use jackknife::{BATCHES, Estimate, jackknife};
+pub use moments::Moments;
+pub use proportion::wilson_95;
+pub use rare_errors::RareErrors;
+pub(crate) use rare_errors::{RARER, SWARM};
+
+/// The most frames that a file may speak of: no sum of them overflows.
+const MOST_FRAMES: u64 = 1 << 48;

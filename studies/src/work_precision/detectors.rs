@@ -1,0 +1,402 @@
+//! Bits read wrongly by each detector, against the time it takes for a panel.
+
+use std::hint::black_box;
+
+use fearless_simd::{self as simd, dispatch};
+use link::panel::PanelFrame;
+use rx_pipeline::cells::CellMap;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::{Detector, Method};
+use rx_pipeline::features::Features;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
+
+use super::counts;
+use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, variant};
+use super::pareto;
+use super::quartiles::Quartiles;
+use super::scale::Scale;
+use super::timing::{Candidate, time_by_turns};
+use crate::detectors::{DETECTORS, DetectorChoice};
+use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
+use crate::statistics::FrameErrors;
+use sim::accuracy::Level;
+use sim::renderer::canvas::Region;
+use sim::road::camera_of;
+use sim::scene::{Scene, SceneError};
+
+/// Distance in m, interval, illuminance in lx (which calls for the ISO), L2A.
+pub const PLACES: [(f64, f64, f64, f64); 4] = [
+    (50.0, 1.0, 50.0, 1.0),
+    (60.0, 0.5, 1000.0, 1.0),
+    (70.0, 0.5, 1000.0, 1.0),
+    (70.0, 1.0, 50.0, 1.0),
+];
+/// Frames read, and how many of them are timed.
+const FRAMES: usize = 1000;
+const TIMED: usize = 16;
+/// Frames that the genie reads, who takes long.
+const GENIE_FRAMES: usize = 100;
+/// The detector that all times are compared with.
+const BASELINE: &str = "kmeans";
+/// What the name of a detector that works out soft values ends with.
+const SOFT: &str = ", soft";
+/// Instructions on a small processor.
+const INSTRUCTIONS: &str = include_str!("data/cortex-m7.csv");
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let mut diagrams = Vec::new();
+    let mut floors = Vec::new();
+    for place in PLACES {
+        let (diagram, floor) = diagram(place, scale)?;
+        diagrams.push(diagram);
+        floors.push(floor);
+    }
+    let instructions: Vec<_> = counts::rows(INSTRUCTIONS).collect();
+    let on_the_board: Vec<Diagram> = diagrams
+        .iter()
+        .enumerate()
+        .map(|(place, timed)| counted(timed, &instructions, place))
+        .collect();
+    diagrams.extend(on_the_board);
+    Ok(Part {
+        name: "detectors".into(),
+        title: "Telling On from Off".into(),
+        method: format!(
+            "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read wrongly, and how long a panel takes from grey levels and \
+             corners to bits: cells, features and detection, or for *ml* the pixels' likelihood. *, soft*: with log-likelihood ratios in 8 bits for the error correction; without, bits alone. \
+             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are used, in *Correcting errors*. The diagrams of the Cortex-M7 have the same errors against instructions that QEMU counts on an \
+             emulated mps2-an500, the median of frames of a followed panel at these places, whose cells are worked out anew only when it has moved (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
+        ),
+        reference: format!(
+            "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for the likeliest, errs in {} of the bits of the four \
+             places (first {GENIE_FRAMES} frames). Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong: there stands half of one.",
+            floors.join(", ")
+        ),
+        default: format!(
+            "`ml`, maximum likelihood. It errs least wherever bits are wrong at all, by factors where LEDs are close or far, and comes near the genie. That costs: these places are its hardest, where groups of \
+            LEDs are searched pixel by pixel; on clearer panels it takes some tenths of a millisecond (`cargo bench -p vocc-rx-pipeline --bench features -- read_by`). Where that is too long, Fisher's discriminant is on the front, if it \
+            can be trained, and k-means close to it, which needs no training. Soft values cost {} µs more than bits alone, and are worth it before error correction.",
+            soft_us(&diagrams)
+        ),
+        diagrams,
+    })
+}
+
+/// What soft values take beside bits, in µs.
+fn soft_us(diagrams: &[Diagram]) -> String {
+    let timed = diagrams
+        .iter()
+        .filter(|diagram| diagram.cost_unit == CostUnit::Ns);
+    range(timed.flat_map(|diagram| {
+        diagram.points.iter().filter_map(|soft| {
+            let bits = variant(diagram, soft.variant.strip_suffix(SOFT)?)?;
+            Some((soft.cost.median - bits.cost.median) / 1000.0)
+        })
+    }))
+}
+
+/// The scene at one of [`PLACES`], with more settings.
+///
+/// # Errors
+/// [`SceneError`] if a setting is not one.
+pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, SceneError> {
+    let (distance_m, interval, illuminance_lx, l2a) = place;
+    let mut settings = vec![
+        format!("pose.distance_m={distance_m}"),
+        format!("panel.interval={interval}"),
+        format!("ambient.illuminance_lx={illuminance_lx}"),
+        format!("link.l2a={l2a}"),
+        "effects.noise=on".into(),
+    ];
+    settings.extend_from_slice(more);
+    Scene::load("paper", &settings)
+}
+
+/// The detectors at a place, and the share of bits that the genie gets wrong.
+fn diagram(
+    place: (f64, f64, f64, f64),
+    scale: &Scale,
+) -> Result<(Diagram, String), PrecisionError> {
+    let (distance_m, interval, illuminance_lx, l2a) = place;
+    let scene = scene_at(place, &[])?;
+    let panels = Panels::of(&scene, scale)?;
+    let mut candidates = Vec::new();
+    for (name, choice) in DETECTORS {
+        if matches!(choice, DetectorChoice::Best | DetectorChoice::Genie) {
+            continue;
+        }
+        let evaluator = Evaluator::new(&scene, settings(choice, 1, scale))?;
+        let Some(method) = evaluator.method() else {
+            continue;
+        };
+        match method {
+            Method::Features(detector) => {
+                let mut bits = panels.candidate(name, Reader::bits(detector));
+                let soft_name = format!("{name}{SOFT}");
+                let mut soft = panels.candidate(&soft_name, Reader::soft(detector));
+                for candidate in [&mut bits, &mut soft] {
+                    candidate.point.curve = name.into();
+                }
+                candidates.extend([bits, soft]);
+            }
+            Method::MaximumLikelihood => {
+                candidates
+                    .push(panels.candidate(name, Reader::pixels(&scene, evaluator.level_prior())));
+            }
+        }
+    }
+    let points = time_by_turns(candidates, scale.turns)
+        .into_iter()
+        .map(|mut point| {
+            point.is_default = point.variant == "ml";
+            point
+        });
+    let mut points: Vec<Point> = points.collect();
+    pareto::mark_front(&mut points);
+    let genie_frames = scale.of(GENIE_FRAMES, 10) as u64;
+    let genie = Evaluator::new(&scene, settings(DetectorChoice::Genie, genie_frames, scale))?;
+    let floor = genie.run(|_| true)?.errors.rate();
+    let diagram = Diagram {
+        title: format!("{distance_m} m, interval {interval}, {illuminance_lx} lx, L2A {l2a}"),
+        error: "bit error rate".into(),
+        error_unit: String::new(),
+        cost: "one panel".into(),
+        cost_unit: CostUnit::Ns,
+        points,
+    };
+    Ok((diagram, format!("{floor:.4}")))
+}
+
+/// The same errors against counted instructions.
+fn counted(timed: &Diagram, instructions: &[(&str, Vec<f64>)], place: usize) -> Diagram {
+    let points = timed.points.iter().filter_map(|point| {
+        // The board always works out soft values.
+        let name = point.variant.strip_suffix(SOFT);
+        let name = name.or((point.variant == "ml").then_some("ml"))?;
+        let (_, counts) = instructions.iter().find(|(known, _)| *known == name)?;
+        Some(Point {
+            variant: name.into(),
+            cost: Quartiles::exactly(*counts.get(place)?),
+            is_baseline: name == BASELINE,
+            ..point.clone()
+        })
+    });
+    let mut points: Vec<Point> = points.collect();
+    let baseline = points.iter().find(|point| point.is_baseline);
+    let yardstick = baseline.map_or(1.0, |point| point.cost.median);
+    for point in &mut points {
+        point.ratio = point.cost.times(1.0 / yardstick);
+    }
+    pareto::mark_front(&mut points);
+    Diagram {
+        title: format!("{}: Cortex-M7", timed.title),
+        cost_unit: CostUnit::Instructions,
+        points,
+        ..timed.clone()
+    }
+}
+
+fn settings(detector: DetectorChoice, frames: u64, scale: &Scale) -> Settings {
+    Settings {
+        frames,
+        seed: scale.seed,
+        random_reflectance: true,
+        detector,
+        level: Level::Fast,
+    }
+}
+
+/// Frames of a panel whose place and bits are known.
+struct Panels {
+    region: Region,
+    seen: Vec<(Vec<u8>, Corners, PanelFrame)>,
+}
+
+impl Panels {
+    fn of(scene: &Scene, scale: &Scale) -> Result<Self, PrecisionError> {
+        let frames = scale.of(FRAMES, TIMED) as u64;
+        let evaluator = Evaluator::new(scene, settings(DetectorChoice::KMeans, frames, scale))?;
+        let mut workspace = evaluator.workspace();
+        let region = evaluator.renderer().cells_region(0);
+        let seen = (0..frames).map(|frame| {
+            let reading = evaluator.observe(frame, &mut workspace)?;
+            Ok((workspace.grey().to_vec(), reading.corners, reading.bits))
+        });
+        Ok(Self {
+            region,
+            seen: seen.collect::<Result<_, PrecisionError>>()?,
+        })
+    }
+
+    /// Reads all panels for the errors, and a few again and again for the time.
+    fn candidate(&self, name: &str, mut reader: Reader) -> Candidate<'_> {
+        let mut errors = FrameErrors::default();
+        for (pixels, corners, bits) in &self.seen {
+            errors.push(self.read(&mut reader, pixels, corners).distance(*bits));
+        }
+        let timed = &self.seen[..TIMED.min(self.seen.len())];
+        let at_most = errors.errors() == 0;
+        let point = Point {
+            error_95: (!at_most).then(|| errors.interval_95()),
+            at_most,
+            is_baseline: name == BASELINE,
+            ..Point::new(
+                name,
+                (errors.errors() as f64).max(NONE) / errors.bits() as f64,
+            )
+        };
+        Candidate {
+            point,
+            work: Box::new(move || {
+                for (pixels, corners, _) in timed {
+                    black_box(self.read(&mut reader, pixels, corners));
+                }
+            }),
+            units: timed.len() as f64,
+        }
+    }
+
+    /// The bits; all Off where nothing can be read.
+    fn read(&self, reader: &mut Reader, pixels: &[u8], corners: &Corners) -> PanelFrame {
+        let read = match reader {
+            Reader::Features {
+                detector,
+                map,
+                with_soft,
+            } => {
+                let (detector, with_soft) = (*detector, *with_soft);
+                dispatch!(simd::Level::new(), _simd => {
+                    match features(pixels, self.region, corners, map) {
+                        Ok(features) if with_soft => soft_bits(&detector, &features),
+                        Ok(features) => detector.decide(&features).ok(),
+                        Err(_) => None,
+                    }
+                })
+            }
+            Reader::Pixels { likelihood, prior } => {
+                likelihood.set_level_prior(**prior);
+                let frame = Frame::new(pixels, self.region.width, self.region.height);
+                let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
+                detection
+                    .and_then(Result::ok)
+                    .map(|detection| detection.bits)
+            }
+        };
+        read.unwrap_or_default()
+    }
+}
+
+/// The bits of a reading with soft values.
+fn soft_bits(detector: &Detector, features: &Features) -> Option<PanelFrame> {
+    let detection = black_box(detector.detect(features));
+    detection.ok().map(|detection| detection.bits)
+}
+
+/// A detector and what it works in.
+enum Reader {
+    Features {
+        detector: Detector,
+        map: Box<CellMap<PANEL_PIXELS>>,
+        with_soft: bool,
+    },
+    Pixels {
+        likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
+        prior: Box<LevelPrior>,
+    },
+}
+
+impl Reader {
+    fn bits(detector: Detector) -> Self {
+        let map = Box::new(CellMap::empty());
+        Self::Features {
+            detector,
+            map,
+            with_soft: false,
+        }
+    }
+
+    fn soft(detector: Detector) -> Self {
+        let map = Box::new(CellMap::empty());
+        Self::Features {
+            detector,
+            map,
+            with_soft: true,
+        }
+    }
+
+    fn pixels(scene: &Scene, prior: LevelPrior) -> Self {
+        Self::Pixels {
+            likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
+            prior: Box::new(prior),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_likeliest_bits_are_wrong_least_often() {
+        let scene = Scene::load(
+            "paper",
+            &[
+                "pose.distance_m=70".into(),
+                "panel.interval=0.5".into(),
+                "effects.noise=on".into(),
+            ],
+        )
+        .unwrap();
+        let panels = Panels::of(
+            &scene,
+            &Scale {
+                share: 0.03,
+                ..Scale::TINY
+            },
+        )
+        .unwrap();
+        let of = |reader| panels.candidate("", reader).point.error;
+        let ml = of(Reader::pixels(&scene, LevelPrior::NONE));
+        let [kmeans, otsu] =
+            [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
+        assert!(ml < kmeans / 2.0 && kmeans < otsu, "{ml} {kmeans} {otsu}");
+        assert_eq!(of(Reader::soft(Detector::KMeans)), kmeans);
+    }
+
+    #[test]
+    fn counted_instructions_replace_times() {
+        let point = |variant| Point {
+            cost: Quartiles::exactly(5.0),
+            ..Point::new(variant, 0.1)
+        };
+        let timed = Diagram {
+            title: "here".into(),
+            error: String::new(),
+            error_unit: String::new(),
+            cost: String::new(),
+            cost_unit: CostUnit::Ns,
+            points: vec![
+                point("kmeans"),
+                point("kmeans, soft"),
+                point("ml"),
+                point("uncounted, soft"),
+            ],
+        };
+        let counts = [("kmeans", vec![7.0, 100.0]), ("ml", vec![7.0, 300.0])];
+        let counted = counted(&timed, &counts, 1);
+        assert_eq!(counted.points.len(), 2);
+        assert_eq!(counted.points[1].ratio.median, 3.0);
+        assert_eq!(counted.cost_unit, CostUnit::Instructions);
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        let part = crate::work_precision::numbers::published("detectors");
+        let cost = format!("Soft values cost {} µs", soft_us(&part.diagrams));
+        assert!(part.default.contains(&cost), "{cost}");
+    }
+}

@@ -1,0 +1,249 @@
+//! Panels that are not found and corners that are off, against the time of a search, on frames made smaller.
+
+use std::borrow::Cow;
+use std::hint::black_box;
+
+use image::GrayImage;
+use link::camera::{Camera, CameraError};
+use rx_pipeline::frame::Frame;
+use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
+
+use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
+use super::error::PrecisionError;
+use super::pareto;
+use super::scale::Scale;
+use super::timing::{Candidate, time_by_turns};
+use crate::random_scenes::{FRAMES, RIGHT, RandomScene, WINDOW_PIXELS};
+use crate::statistics::wilson_95;
+
+/// The camera's frames.
+const SIZE: [usize; 2] = [1920, 1080];
+/// Panels looked for, and how many of them are timed.
+const SCENES: usize = 60;
+const TIMED: usize = 6;
+/// Pixels of the sensor along one of the frame that is searched, and whether only a share of the candidates is looked at.
+const SEARCHES: [(usize, bool); 5] = [(1, true), (2, true), (3, true), (4, true), (1, false)];
+/// What is behind two panels in three.
+const PHOTOGRAPHS: [&[u8]; 5] = [
+    include_bytes!("../../photographs/brick.png"),
+    include_bytes!("../../photographs/camera.png"),
+    include_bytes!("../../photographs/coffee.png"),
+    include_bytes!("../../photographs/gravel.png"),
+    include_bytes!("../../photographs/rocket.png"),
+];
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let photographs: Vec<GrayImage> = PHOTOGRAPHS
+        .iter()
+        .map(|png| Ok(image::load_from_memory(png)?.into_luma8()))
+        .collect::<Result<_, PrecisionError>>()?;
+    let scenes = scale.of(SCENES, 4) as u64;
+    let first = 1000 * scale.seed;
+    let panels: Vec<RandomScene> = (first..first + scenes)
+        .map(|seed| RandomScene::draw(seed, SIZE, FRAMES as u64, &photographs))
+        .collect::<Result<_, _>>()?;
+    let (mut candidates, mut corners) = (Vec::new(), Vec::new());
+    for (decimation, share) in SEARCHES {
+        let search = Search::new(decimation, share)?;
+        let (candidate, off) = search.candidate(&panels);
+        candidates.push(candidate);
+        corners.push(off);
+    }
+    let mut missed = time_by_turns(candidates, scale.turns);
+    let off = missed.iter().zip(corners);
+    let mut off: Vec<Point> = off
+        .filter_map(|(point, error)| {
+            Some(Point {
+                error: error?,
+                error_95: None,
+                at_most: false,
+                ..point.clone()
+            })
+        })
+        .collect();
+    pareto::mark_front(&mut missed);
+    pareto::mark_front(&mut off);
+    let diagram = |title: &str, error: &str, unit: &str, points| Diagram {
+        title: title.into(),
+        error: error.into(),
+        error_unit: unit.into(),
+        cost: "one search of a frame".into(),
+        cost_unit: CostUnit::Ns,
+        points,
+    };
+    Ok(Part {
+        name: "locator".into(),
+        title: "Finding the panel".into(),
+        method: format!(
+            "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 lx, with noise, two in three before a photograph. A panel \
+             is missed if it is not found within {FRAMES} successive frames to {RIGHT} of its pitch. Frames are searched as they are (1×) or made 2, 3 or 4 times smaller by taking means, which the time includes. \
+             *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
+            SIZE[0], SIZE[1]
+        ),
+        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of the corner that is furthest off.".into(),
+        default: "The whole frame with *share*. An LED at 70 m is 1.6 pixels wide: frames made smaller lose the panels that are far or have small intervals. They do not even save time: what is found ends a search, and \
+            the search for a panel that can no longer be made out goes through all candidates. *full* finds what *share* finds: what one frame leaves out, the next looks at. A receiver that has found a panel \
+            follows it and searches no more."
+            .into(),
+        diagrams: vec![
+            diagram("panels missed", "miss rate", "", missed),
+            diagram("corners of those found", "median corner error", "px", off),
+        ],
+    })
+}
+
+/// A way to search.
+struct Search {
+    decimation: usize,
+    /// Whether only a share of the candidates is looked at.
+    share: bool,
+    locator: Locator,
+    memory: Box<LocatorMemory<WINDOW_PIXELS>>,
+}
+
+impl Search {
+    fn new(decimation: usize, share: bool) -> Result<Self, CameraError> {
+        let finer = Camera::default();
+        let pixels = decimation as f32;
+        // The mean over n × n pixels blurs, too.
+        let variance = finer.blur_sigma_px.powi(2) + (pixels * pixels - 1.0) / 12.0;
+        let camera = Camera {
+            blur_sigma_px: variance.sqrt() / pixels,
+            ..finer
+        };
+        Ok(Self {
+            decimation,
+            share,
+            locator: Locator::new(camera.clamped())?,
+            memory: Box::new(LocatorMemory::new()),
+        })
+    }
+
+    /// The miss rate with the work of a search, and the median corner error of what was found.
+    fn candidate<'a>(mut self, panels: &'a [RandomScene]) -> (Candidate<'a>, Option<f64>) {
+        let mut errors: Vec<f64> = panels.iter().filter_map(|panel| self.find(panel)).collect();
+        errors.sort_by(f64::total_cmp);
+        let count = panels.len() as f64;
+        let missed = count - errors.len() as f64;
+        let at_most = missed == 0.0;
+        let name = if self.share { "share" } else { "full" };
+        let is_default = self.decimation == 1 && self.share;
+        let point = Point {
+            error_95: (!at_most).then(|| wilson_95(missed, count)),
+            at_most,
+            is_default,
+            is_baseline: is_default,
+            ..Point::new(
+                format!("{name}, {}×", self.decimation),
+                missed.max(NONE) / count,
+            )
+            .on(name)
+        };
+        let timed = &panels[..TIMED.min(panels.len())];
+        let earlier: Vec<_> = timed.iter().map(|panel| self.smaller(panel, 0)).collect();
+        let candidate = Candidate {
+            point,
+            work: Box::new(move || {
+                for (panel, earlier) in timed.iter().zip(&earlier) {
+                    let now = self.smaller(panel, 1);
+                    black_box(self.search(panel, &[&now, earlier]));
+                }
+            }),
+            units: timed.len() as f64,
+        };
+        (candidate, errors.get(errors.len() / 2).copied())
+    }
+
+    /// How far off the panel's corners are in the first frame in which it is found, or none.
+    fn find(&mut self, panel: &RandomScene) -> Option<f64> {
+        let frames: Vec<_> = (0..FRAMES)
+            .map(|frame| self.smaller(panel, frame))
+            .collect();
+        let found = (1..=FRAMES).find_map(|count| {
+            let newest_first: Vec<&[u8]> =
+                frames[..count].iter().rev().map(AsRef::as_ref).collect();
+            self.search(panel, &newest_first)
+        })?;
+        let error = panel.error_px(found);
+        (error < RIGHT * panel.pitch_px).then_some(error)
+    }
+
+    /// A frame as it is searched.
+    fn smaller<'a>(&self, panel: &'a RandomScene, frame: usize) -> Cow<'a, [u8]> {
+        let pixels = &panel.frames[frame];
+        match self.decimation {
+            1 => pixels.into(),
+            n => means(pixels, panel.width, self.size(panel), n).into(),
+        }
+    }
+
+    fn size(&self, panel: &RandomScene) -> [usize; 2] {
+        [panel.width, panel.height].map(|length| length / self.decimation)
+    }
+
+    /// The corners, on the sensor, that are found in the first of some frames, with the others, earlier ones.
+    fn search(&mut self, panel: &RandomScene, newest_first: &[&[u8]]) -> Option<[[f32; 2]; 4]> {
+        let [width, height] = self.size(panel);
+        let frames = newest_first
+            .iter()
+            .map(|pixels| Frame::new(pixels, width, height).ok());
+        let frames: Vec<Frame> = frames.collect::<Option<_>>()?;
+        let (now, earlier) = frames.split_first()?;
+        let effort = if self.share {
+            Effort::Share(earlier.len() as u64)
+        } else {
+            Effort::Full
+        };
+        let found = self
+            .locator
+            .locate_among(now, earlier, &[], effort, &mut self.memory, &mut ());
+        let scale = self.decimation as f32;
+        let corners = found.ok()?.corners.points();
+        Some(corners.map(|corner| corner.map(|at| (at + 0.5) * scale - 0.5)))
+    }
+}
+
+/// A frame made `n` times smaller, each pixel the mean of n × n.
+fn means(pixels: &[u8], width: usize, [columns, rows]: [usize; 2], n: usize) -> Vec<u8> {
+    let mut sums = vec![0u32; columns];
+    let mut smaller = Vec::with_capacity(columns * rows);
+    for band in pixels.chunks_exact(width * n).take(rows) {
+        sums.fill(0);
+        for row in band.chunks_exact(width) {
+            for (sum, few) in sums.iter_mut().zip(row.chunks_exact(n)) {
+                *sum += few.iter().map(|&grey| u32::from(grey)).sum::<u32>();
+            }
+        }
+        let area = (n * n) as u32;
+        smaller.extend(sums.iter().map(|sum| ((sum + area / 2) / area) as u8));
+    }
+    smaller
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smaller_frame_holds_the_means() {
+        let pixels: Vec<u8> = (0..5 * 4).collect();
+        assert_eq!(means(&pixels, 5, [2, 2], 2), [3, 5, 13, 15]);
+        assert_eq!(means(&pixels, 5, [5, 4], 1), pixels);
+    }
+
+    #[test]
+    fn a_panel_is_found_where_it_is_in_the_whole_frame_and_in_a_smaller_one() {
+        let panel = (0..20)
+            .map(|seed| RandomScene::draw(seed, [640, 480], FRAMES as u64, &[]).unwrap())
+            .find(|panel| panel.pitch_px > 7.0 && panel.illuminance_lx > 1000.0)
+            .expect("a large panel");
+        let error = |decimation| Search::new(decimation, false).unwrap().find(&panel);
+        let (whole, half) = (error(1).expect("found"), error(2).expect("found"));
+        assert!(
+            whole < 0.5 && half < 0.35 * panel.pitch_px,
+            "{whole} {half}: {}",
+            panel.what
+        );
+    }
+}

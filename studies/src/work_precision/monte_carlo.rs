@@ -1,0 +1,396 @@
+//! How many random frames a number is worth: the width of its interval against time, with common random numbers and without.
+
+use rand::Rng;
+
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, variant};
+use super::pareto;
+use super::quartiles::Quartiles;
+use super::scale::Scale;
+use super::timing::{Candidate, time_by_turns};
+use crate::detectors::DetectorChoice;
+use crate::monte_carlo::{Evaluator, Settings};
+use crate::optimum::{Criterion, Peak, Samples, Window, at_ratio};
+use crate::reproduction::{Batches, Sums, estimate_of};
+use crate::statistics::wilson_95;
+use sim::accuracy::Level;
+use sim::random::{Purpose, stream};
+use sim::scene::Scene;
+
+/// Frames at one setting.
+const FRAMES: [u64; 6] = [256, 1024, 4096, 16_384, 65_536, DEFAULT_FRAMES];
+/// What `vocc optimize` has at most unless told otherwise.
+const DEFAULT_FRAMES: u64 = 100_000;
+/// Runs of other seeds, whose results are held against the reference.
+const REPEATS: usize = 24;
+/// Only so few frames are worth repeating.
+const REPEATED: u64 = 4096;
+/// By how much the reference has more frames than the most that is compared.
+const REFERENCE: u64 = 4;
+/// The ratios at which the best is searched for, by a parabola.
+const GRID: [f64; 9] = [1.6, 1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.3, 2.4];
+/// Two ratios that are compared.
+const PAIR: [f64; 2] = [1.6, 2.0];
+/// Where bits are wrong often enough to be counted.
+const WRONG: [&str; 4] = [
+    "pose.distance_m=70",
+    "panel.interval=0.5",
+    "link.l2a=1",
+    "ambient.illuminance_lx=1000",
+];
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let paper = Scene::load("paper", &[])?;
+    let wrong = WRONG
+        .map(String::from)
+        .into_iter()
+        .chain(["effects.noise=on".into()]);
+    let wrong = Scene::load("paper", &wrong.collect::<Vec<_>>())?;
+    let study = Study {
+        frame_ns: [time_of_frame(&paper, scale)?, time_of_frame(&wrong, scale)?],
+        paper,
+        wrong,
+        scale: *scale,
+    };
+    let (pair, best) = (study.pair()?, study.best()?);
+    Ok(Part {
+        name: "monte-carlo".into(),
+        title: "Monte Carlo".into(),
+        method: format!(
+            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. Shown is half the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
+             batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, bootstrap of 64 batches), and of the bit error rate of k-means at \
+             70 m, interval 0.5, L2A 1, 1000 lx with noise (bootstrap of frames). *common* random numbers: all ratios see the same frames; *independent*: each has frames of its own. *true error* is what the intervals \
+             promise to bound: the deviation from the reference that 95 % of {REPEATS} runs of other seeds kept. *as if independent* takes a frame's 64 bits for 64 independent ones. Time is frames times that of one frame.",
+            GRID.len()
+        ),
+        reference: format!(
+            "A run of other random numbers with {REFERENCE} times as many frames as the longest that is compared, hence √{REFERENCE} times as narrow as that and 20 times as narrow as those that are held against it."
+        ),
+        default: format!(
+            "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. All intervals fall with the root of time, so the question is where a curve starts. Which of two \
+             ratios is better is known {} times, and the best L2A {} times more exactly when all see the same frames: independent ones would need the square of that in time. \
+             Common numbers cost nothing, for frame k of a seed is the same at any setting. The interval of the bit error rate is that of frames: the errors of a frame come together, and taking its bits for \
+             independent would be too sure.",
+            gain(&pair),
+            gain(&best)
+        ),
+        diagrams: vec![study.b2w()?, pair, best, study.errors()?],
+    })
+}
+
+fn settings(frames: u64, seed: u64) -> Settings {
+    Settings {
+        frames,
+        seed,
+        random_reflectance: true,
+        detector: DetectorChoice::KMeans,
+        level: Level::Fast,
+    }
+}
+
+/// Rendering, measuring and reading one frame.
+fn time_of_frame(scene: &Scene, scale: &Scale) -> Result<Quartiles, PrecisionError> {
+    let evaluator = Evaluator::new(scene, settings(1, scale.seed))?;
+    let mut workspace = evaluator.workspace();
+    evaluator.evaluate(0..1, &mut workspace)?;
+    let mut frame = 0;
+    let candidate = Candidate {
+        point: Point::new("one frame", 0.0),
+        work: Box::new(move || {
+            frame += 1;
+            // Its first frame could be measured, so can the others.
+            let _ = std::hint::black_box(evaluator.evaluate(frame..frame + 1, &mut workspace));
+        }),
+        units: 1.0,
+    };
+    let timed = time_by_turns(vec![candidate], scale.turns);
+    Ok(timed[0].cost)
+}
+
+/// Two scenes and what a frame of each takes.
+struct Study {
+    paper: Scene,
+    wrong: Scene,
+    frame_ns: [Quartiles; 2],
+    scale: Scale,
+}
+
+/// Which frames the settings of a comparison see.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Numbers {
+    Common,
+    Independent,
+}
+
+impl Study {
+    /// The longest run is the default's, or a share of it.
+    fn frames(&self) -> Vec<u64> {
+        let most = self.scale.of(DEFAULT_FRAMES as usize, 1024) as u64;
+        let fewer = FRAMES.into_iter().filter(|&frames| frames < most);
+        fewer.chain([most]).collect()
+    }
+
+    /// The seeds of runs that are held against the reference.
+    fn seeds(&self, frames: u64) -> std::ops::Range<u64> {
+        let repeats = self.scale.of(REPEATS, 4) as u64;
+        let first = 1000 * (1 + self.scale.seed) + frames;
+        if frames <= REPEATED {
+            first..first + repeats
+        } else {
+            first..first + 1
+        }
+    }
+
+    fn reference_frames(&self) -> u64 {
+        REFERENCE * self.frames().last().copied().unwrap_or(DEFAULT_FRAMES)
+    }
+
+    /// A curve of half widths, and the errors that they promise to bound.
+    ///
+    /// `estimate` gives a value and its half width, of so many frames of a seed.
+    fn curve(
+        &self,
+        name: &str,
+        settings: usize,
+        frame_ns: Quartiles,
+        truth: f64,
+        estimate: impl Fn(u64, u64) -> Result<(f64, f64), PrecisionError>,
+    ) -> Result<Vec<Point>, PrecisionError> {
+        let (mut widths, mut errors) = (Vec::new(), Vec::new());
+        for frames in self.frames() {
+            let runs = self.seeds(frames).map(|seed| estimate(frames, seed));
+            let runs: Vec<(f64, f64)> = runs.collect::<Result<_, _>>()?;
+            let half = Quartiles::of(runs.iter().map(|run| run.1)).median;
+            let cost = frame_ns.times(frames as f64 * settings as f64);
+            let point = |variant: String, error, curve: &str| Point {
+                cost,
+                ..Point::new(variant, error).on(curve)
+            };
+            widths.push(point(format!("{name}, {frames}"), half, name));
+            if runs.len() > 1 {
+                let mut off: Vec<f64> = runs.iter().map(|run| (run.0 - truth).abs()).collect();
+                off.sort_by(f64::total_cmp);
+                let held = runs
+                    .iter()
+                    .filter(|run| (run.0 - truth).abs() <= run.1)
+                    .count();
+                let last = widths.len() - 1;
+                widths[last].note = format!("held the reference in {held} of {} runs", runs.len());
+                let bound = off[(0.95 * off.len() as f64).ceil() as usize - 1];
+                let curve = format!("{name}, true error");
+                errors.push(point(format!("{curve}, {frames}"), bound, &curve));
+            }
+        }
+        widths.extend(errors);
+        Ok(widths)
+    }
+
+    fn b2w(&self) -> Result<Diagram, PrecisionError> {
+        let truth = Batches::measure(&self.paper, self.reference_frames(), self.scale.seed)?
+            .estimate(b2w)
+            .value;
+        let points = self.curve("one setting", 1, self.frame_ns[0], truth, |frames, seed| {
+            let estimate = Batches::measure(&self.paper, frames, seed)?.estimate(b2w);
+            Ok((estimate.value, estimate.value - estimate.low))
+        })?;
+        Ok(diagram(
+            "B2W at L2A 2",
+            "half width of the interval, over B2W",
+            "",
+            relative(points, truth),
+        ))
+    }
+
+    fn pair(&self) -> Result<Diagram, PrecisionError> {
+        let scenes = PAIR.map(|l2a| at_ratio(&self.paper, l2a));
+        let ratio = |sums: &[Sums]| b2w(&sums[0]) / b2w(&sums[1]);
+        let estimate = |frames, seed, numbers| {
+            let seeds = [seed, other_seed(seed, 1, numbers)];
+            let [one, other] = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k]));
+            let estimate = estimate_of(&[&one?, &other?], ratio);
+            Ok((estimate.value, estimate.value - estimate.low))
+        };
+        let (truth, _): (f64, f64) =
+            estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
+        self.both(
+            "B2W at L2A 1.6 over that at 2",
+            "half width of the interval",
+            "",
+            2,
+            truth,
+            estimate,
+        )
+    }
+
+    fn best(&self) -> Result<Diagram, PrecisionError> {
+        let estimate = |frames, seed, numbers| {
+            let mut samples = Samples::default();
+            for (k, &l2a) in (0..).zip(&GRID) {
+                let settings = settings(frames, other_seed(seed, k, numbers));
+                samples.extend(&self.paper, settings, l2a, usize::MAX, |_| true)?;
+            }
+            let range = [GRID[0], GRID[GRID.len() - 1]];
+            let peak = Peak::of(&samples, Criterion::B2w, Window::All, range, seed);
+            Ok(peak.map_or((f64::NAN, f64::NAN), |peak| {
+                (peak.l2a, (peak.l2a_95[1] - peak.l2a_95[0]) / 2.0)
+            }))
+        };
+        let (truth, _) = estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
+        self.both(
+            "best L2A",
+            "half width of the interval",
+            "1/sr",
+            GRID.len(),
+            truth,
+            estimate,
+        )
+    }
+
+    /// With common random numbers and with independent ones.
+    fn both(
+        &self,
+        title: &str,
+        error: &str,
+        error_unit: &str,
+        settings: usize,
+        truth: f64,
+        estimate: impl Fn(u64, u64, Numbers) -> Result<(f64, f64), PrecisionError>,
+    ) -> Result<Diagram, PrecisionError> {
+        let mut points = Vec::new();
+        for (name, numbers) in [
+            ("common", Numbers::Common),
+            ("independent", Numbers::Independent),
+        ] {
+            let estimate = |frames, seed| estimate(frames, seed, numbers);
+            points.extend(self.curve(name, settings, self.frame_ns[0], truth, estimate)?);
+        }
+        Ok(diagram(title, error, error_unit, points))
+    }
+
+    fn errors(&self) -> Result<Diagram, PrecisionError> {
+        let count = |frames, seed| -> Result<_, PrecisionError> {
+            let evaluator = Evaluator::new(&self.wrong, settings(frames, seed))?;
+            Ok(evaluator.run(|_| true)?.errors)
+        };
+        let truth = count(self.reference_frames(), self.scale.seed)?.rate();
+        let mut points =
+            self.curve("one setting", 1, self.frame_ns[1], truth, |frames, seed| {
+                let errors = count(frames, seed)?;
+                let [low, high] = errors.interval_95();
+                Ok((errors.rate(), (high - low) / 2.0))
+            })?;
+        points.extend(self.curve(
+            "as if independent",
+            1,
+            self.frame_ns[1],
+            truth,
+            |frames, seed| {
+                let errors = count(frames, seed)?;
+                let [low, high] = wilson_95(errors.errors() as f64, errors.bits() as f64);
+                Ok((errors.rate(), (high - low) / 2.0))
+            },
+        )?);
+        points.retain(|point| point.curve != "as if independent, true error");
+        let title = format!("bit error rate of {truth:.3}");
+        Ok(diagram(
+            &title,
+            "half width of the interval, over the rate",
+            "",
+            relative(points, truth),
+        ))
+    }
+}
+
+/// Errors as a part of the value.
+fn relative(points: Vec<Point>, value: f64) -> Vec<Point> {
+    let relative = |point: Point| Point {
+        error: point.error / value,
+        ..point
+    };
+    points.into_iter().map(relative).collect()
+}
+
+/// The seed of setting `k`.
+fn other_seed(seed: u64, k: u64, numbers: Numbers) -> u64 {
+    match numbers {
+        Numbers::Common => seed,
+        Numbers::Independent => stream(seed, k, Purpose::Resampling).next_u64(),
+    }
+}
+
+/// How many times narrower intervals are that see the same frames.
+fn gain(diagram: &Diagram) -> String {
+    range(diagram.points.iter().filter_map(|common| {
+        let frames = common.variant.strip_prefix("common, ")?;
+        let independent = variant(diagram, &format!("independent, {frames}"))?;
+        (common.curve == "common").then_some(independent.error / common.error)
+    }))
+}
+
+/// B2W of the frames at one setting: random bits hold both classes, and random phases and reflectance scatter them, so that the ratio is there.
+fn b2w(sums: &Sums) -> f64 {
+    sums.distinguishability().b2w.unwrap_or_default()
+}
+
+/// Costs over that of the first curve's longest run, which is the default.
+fn diagram(title: &str, error: &str, error_unit: &str, mut points: Vec<Point>) -> Diagram {
+    let first = points
+        .first()
+        .map(|point| point.curve.clone())
+        .unwrap_or_default();
+    let default = points
+        .iter()
+        .rposition(|point| point.curve == first)
+        .unwrap_or(0);
+    let yardstick = points.get(default).map_or(1.0, |point| point.cost.median);
+    for (k, point) in points.iter_mut().enumerate() {
+        point.is_default = k == default;
+        point.is_baseline = k == default;
+        point.ratio = Quartiles::exactly(point.cost.median / yardstick);
+    }
+    // Intervals compete; what they promise to bound does not.
+    let (mut intervals, errors): (Vec<_>, Vec<_>) = points.into_iter().partition(|point| {
+        !point.curve.ends_with("true error") && point.curve != "as if independent"
+    });
+    pareto::mark_front(&mut intervals);
+    intervals.extend(errors);
+    Diagram {
+        title: title.into(),
+        error: error.into(),
+        error_unit: error_unit.into(),
+        cost: "all frames".into(),
+        cost_unit: CostUnit::Ns,
+        points: intervals,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn common_random_numbers_are_surer_of_a_difference_and_more_frames_of_all() {
+        let scenes = PAIR.map(|l2a| at_ratio(&Scene::load("paper", &[]).unwrap(), l2a));
+        let width = |frames, numbers| {
+            let seeds = [7, other_seed(7, 1, numbers)];
+            let points = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k]).unwrap());
+            let estimate = estimate_of(&[&points[0], &points[1]], |sums| {
+                b2w(&sums[0]) / b2w(&sums[1])
+            });
+            estimate.high - estimate.low
+        };
+        let common = width(2048, Numbers::Common);
+        assert!(common < width(2048, Numbers::Independent) / 1.5);
+        assert!(common < width(256, Numbers::Common) / 1.5);
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        let part = crate::work_precision::numbers::published("monte-carlo");
+        let [pair, best] = [1, 2].map(|diagram| gain(&part.diagrams[diagram]));
+        let both = format!("known {pair} times, and the best L2A {best} times more exactly");
+        assert!(part.default.contains(&both), "{both}");
+    }
+}

@@ -1,0 +1,450 @@
+//! Grey levels of a rendered panel: the project's levels and their knobs, and renderers by rasters.
+
+use std::hint::black_box;
+
+use glam::DVec2;
+use link::panel::PanelFrame;
+use rand::Rng;
+
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, rounded, variant};
+use super::pareto;
+use super::scale::Scale;
+use super::timing::{Candidate, time_by_turns};
+use crate::baselines::supersampled;
+use crate::baselines::{Panel, straightforward};
+use sim::accuracy::{Accuracy, Level};
+use sim::camera::grey;
+use sim::random::{Purpose, stream, uniform};
+use sim::renderer::canvas::{Canvas, Region};
+use sim::renderer::{Renderer, Shown};
+use sim::scene::Scene;
+use sim::view::View;
+
+/// Distance in m and interval: far and near, LEDs close together and far apart.
+const PLACES: [(f64, f64); 4] = [(30.0, 0.5), (30.0, 2.0), (70.0, 0.5), (70.0, 2.0)];
+/// Frames whose pixels are compared.
+const FRAMES: usize = 6;
+/// Bounds for which all knobs are set at once, in grey levels: what `fine` and `fast` do for theirs.
+const BOUNDS: [f64; 7] = [0.001, 0.003, 0.03, 0.1, 0.5, 1.0, 3.0];
+/// One knob's values, the others being those of `fine`.
+const TOLERANCES: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
+const PHASES: [usize; 6] = [2, 4, 16, 64, 256, 1024];
+/// The curves on which a knob is turned.
+const KNOBS: [&str; 4] = ["bound", "quadrature", "truncation", "phases"];
+/// Tolerances of drawing in f64.
+const EXACT: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
+/// What `reference` is held to against values of thirty digits, as a part of an LED's light.
+const REFERENCE_BOUND: f64 = 1e-9;
+/// Cells along a pixel's side.
+const FINER: [usize; 5] = [1, 2, 4, 8, 16];
+const FINEST: &str = "supersampled 16×";
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let mut diagrams = Vec::new();
+    for (distance_m, interval) in PLACES {
+        let place = Place::new(distance_m, interval, scale)?;
+        let side = place.side();
+        let points = place.measure(scale);
+        let diagram = |what: &str, wanted: fn(&&Point) -> bool| {
+            let mut points: Vec<Point> = points.iter().filter(wanted).cloned().collect();
+            pareto::mark_front(&mut points);
+            Diagram {
+                title: format!("{what}: {distance_m} m, interval {interval} ({side} × {side} px)"),
+                error: "error of a pixel".into(),
+                error_unit: "grey levels".into(),
+                cost: "one frame".into(),
+                cost_unit: CostUnit::Ns,
+                points,
+            }
+        };
+        diagrams.push(diagram("all ways", |point| !has_a_knob(point)));
+        diagrams.push(diagram("knobs", |point| {
+            has_a_knob(point) || is_a_level(point)
+        }));
+    }
+    Ok(Part {
+        name: "renderer".into(),
+        title: "Rendering a panel".into(),
+        method: "From 64 bits to 8-bit grey levels: the panel and 11 px around it, paper's camera, L2A 2, random bits and sub-pixel phases. \
+            The dot is the greatest error of a pixel, the tick below it the root mean square, both before the grey level is rounded; rounding itself does 0.5. \
+            `reference`, `fine` and `fast` are the levels a user chooses. The curve *bound* sets all knobs for a bound in grey levels, as the levels \
+            do. *quadrature*, *truncation* and *phases* turn one knob and leave the others at `fine`. *f64* draws by the error function, without tables. \
+            *supersampled* lights cells of a raster 2 to 16 times finer, blurs them and takes their mean; with one cell a pixel that is *point-sampled*. \
+            *straightforward* takes 8 × 8 samples a pixel and blurs whole pixels."
+            .into(),
+        reference: "f64, the error function, chords and reach for 1e-13 of an LED's light. `reference` is the same, so it stands at its declared bound of \
+            1e-9 of an LED's light, which `cargo test -p vocc-tests --test numerics disc_integral` holds against values of thirty digits."
+            .into(),
+        default: why(&diagrams),
+        diagrams,
+    })
+}
+
+/// The default, and why.
+fn why(diagrams: &[Diagram]) -> String {
+    let (mut exacter, mut longer, mut saved) = (vec![], vec![], 0.0f64);
+    let (mut double, mut raster_times, mut raster_errors) = (vec![], vec![], vec![]);
+    for diagram in diagrams {
+        let [fast, fine, exact] =
+            ["fast", "fine", "bound 0.001"].map(|name| variant(diagram, name));
+        if let (Some(fast), Some(exact)) = (fast, exact) {
+            exacter.push(fast.error / exact.error);
+            longer.push(exact.ratio.median);
+        }
+        for point in &diagram.points {
+            saved = saved.max(1.0 - point.ratio.median);
+            match (point.curve.as_str(), fine) {
+                ("f64", Some(fine)) if point.error < fine.error => double.push(point.ratio.median),
+                ("supersampled", _) if point.variant == FINEST => {
+                    raster_times.push(point.ratio.median);
+                    raster_errors.push(point.error);
+                }
+                _ => {}
+            }
+        }
+    }
+    format!(
+        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). The front is a cliff there: {} times more exact than `fast` takes {} times as long, and nothing coarser saves more than {} % \
+         of its time. The levels promise little (0.25 and 0.01 grey levels) and keep it many times over, for the promise has to hold for all scenes. Beyond `fine`, f64 takes {} times the time. Rasters are beaten by \
+         orders of magnitude in both: one of 16 × 16 cells a pixel takes {} times the time of `fast` and still errs by {} grey levels.",
+        range(exacter),
+        range(longer),
+        rounded(100.0 * saved),
+        range(double),
+        range(raster_times),
+        range(raster_errors)
+    )
+}
+
+/// Whether a point is on a curve of [`KNOBS`].
+fn has_a_knob(point: &Point) -> bool {
+    KNOBS.contains(&point.curve.as_str())
+}
+
+fn is_a_level(point: &Point) -> bool {
+    ["fine", "fast"].contains(&point.variant.as_str())
+}
+
+/// One scene and its frames.
+struct Place {
+    scene: Scene,
+    reference: Renderer,
+    region: Region,
+    frames: Vec<Shown>,
+    /// Unrounded grey levels of each frame.
+    exact: Vec<Vec<f64>>,
+}
+
+impl Place {
+    fn new(distance_m: f64, interval: f64, scale: &Scale) -> Result<Self, PrecisionError> {
+        let scene = Scene::load(
+            "paper",
+            &[
+                format!("pose.distance_m={distance_m}"),
+                format!("panel.interval={interval}"),
+                "atmosphere.transmission_at_70m=1".into(),
+            ],
+        )?;
+        let reference = Renderer::new(&scene, Level::Reference)?;
+        let around = reference.surroundings(0);
+        let side = around.width.max(around.height);
+        let region = Region {
+            width: side,
+            height: side,
+            ..around
+        };
+        let mut random = stream(scale.seed, 0, Purpose::Phase);
+        let frames: Vec<Shown> = (0..scale.of(FRAMES, 2))
+            .map(|_| Shown {
+                shift_px: [uniform(&mut random), uniform(&mut random)],
+                ..reference.steady(0, PanelFrame::from_bits(random.next_u64()))
+            })
+            .collect();
+        let mut place = Self {
+            scene,
+            reference,
+            region,
+            frames,
+            exact: Vec::new(),
+        };
+        let truth = Way::Double(Renderer::new(&place.scene, Level::Reference)?);
+        place.exact = (0..place.frames.len())
+            .map(|frame| place.greys(&truth, frame))
+            .collect();
+        Ok(place)
+    }
+
+    fn side(&self) -> usize {
+        self.region.width
+    }
+
+    fn gamma(&self) -> f64 {
+        self.scene.camera.gamma
+    }
+
+    fn sigma_px(&self) -> f64 {
+        self.scene.camera.blur_sigma_px
+    }
+
+    fn view(&self) -> View {
+        self.reference.view().clone()
+    }
+
+    /// All variants with their errors and costs.
+    fn measure(&self, scale: &Scale) -> Vec<Point> {
+        let candidates = self.variants().into_iter().map(|(point, way)| {
+            let (greatest, rms) = self.errors(&way);
+            let point = if point.at_most {
+                point
+            } else {
+                Point {
+                    error: greatest,
+                    rms: Some(rms),
+                    ..point
+                }
+            };
+            Candidate {
+                point,
+                work: self.work(way),
+                units: 1.0,
+            }
+        });
+        time_by_turns(candidates.collect(), scale.turns)
+    }
+
+    fn variants(&self) -> Vec<(Point, Way)> {
+        let view = self.reference.view();
+        let (floor, excess) = (view.floor, view.peak - view.floor);
+        let within = |bound| Accuracy::within(bound, floor, excess, self.sigma_px(), self.gamma());
+        let single =
+            |accuracy| Way::Single(Renderer::with_accuracy(self.view(), Level::Fine, accuracy));
+        let fine = within(Level::Fine.error_bound_grey());
+        let bounded = Point {
+            at_most: true,
+            ..Point::new(
+                "reference",
+                grey::greatest_change(floor, excess * REFERENCE_BOUND, self.gamma()),
+            )
+        };
+        let mut variants = vec![
+            (
+                bounded,
+                Way::Double(Renderer::of(self.view(), Level::Reference)),
+            ),
+            (
+                Point::new("fine", 0.0),
+                Way::Single(Renderer::of(self.view(), Level::Fine)),
+            ),
+            (
+                Point {
+                    is_baseline: true,
+                    is_default: true,
+                    ..Point::new("fast", 0.0)
+                },
+                Way::Single(Renderer::of(self.view(), Level::Fast)),
+            ),
+            (Point::new("straightforward", 0.0), Way::Straightforward),
+        ];
+        variants.extend(BOUNDS.map(|bound| {
+            let point = Point::new(format!("bound {bound}"), 0.0).on("bound");
+            (point, single(within(bound)))
+        }));
+        variants.extend(TOLERANCES.map(|quadrature| {
+            let point = Point::new(format!("quadrature {quadrature:e}"), 0.0).on("quadrature");
+            (point, single(Accuracy { quadrature, ..fine }))
+        }));
+        variants.extend(TOLERANCES.map(|truncation| {
+            let point = Point::new(format!("truncation {truncation:e}"), 0.0).on("truncation");
+            (point, single(Accuracy { truncation, ..fine }))
+        }));
+        variants.extend(PHASES.map(|phases| {
+            let point = Point::new(format!("{phases} phases"), 0.0).on("phases");
+            (point, single(Accuracy { phases, ..fine }))
+        }));
+        variants.extend(EXACT.map(|tolerance| {
+            let accuracy = Accuracy::even(tolerance);
+            let renderer = Renderer::with_accuracy(self.view(), Level::Reference, accuracy);
+            (
+                Point::new(format!("f64 {tolerance:e}"), 0.0).on("f64"),
+                Way::Double(renderer),
+            )
+        }));
+        variants.extend(FINER.map(|finer| {
+            let name = match finer {
+                1 => "point-sampled".into(),
+                _ => format!("supersampled {finer}×"),
+            };
+            (
+                Point::new(name, 0.0).on("supersampled"),
+                Way::Supersampled(finer),
+            )
+        }));
+        variants
+    }
+
+    /// The greatest and the rms error over all frames.
+    fn errors(&self, way: &Way) -> (f64, f64) {
+        let (mut greatest, mut squares, mut count) = (0.0f64, 0.0, 0.0);
+        for (frame, exact) in self.exact.iter().enumerate() {
+            for (ours, exact) in self.greys(way, frame).into_iter().zip(exact) {
+                let error = (ours - exact).abs();
+                greatest = greatest.max(error);
+                squares += error * error;
+                count += 1.0;
+            }
+        }
+        (greatest, f64::sqrt(squares / count))
+    }
+
+    /// The unrounded grey levels of a frame.
+    fn greys(&self, way: &Way, frame: usize) -> Vec<f64> {
+        let shown = self.frames[frame];
+        let moment = self.reference.moment(0);
+        let linear: Vec<f64> = match way {
+            Way::Single(renderer) => {
+                let mut canvas = Canvas::<f32>::new(self.region);
+                renderer.draw(&moment, &[shown], &mut canvas);
+                canvas.values().iter().map(|&value| value.into()).collect()
+            }
+            Way::Double(renderer) => {
+                let mut canvas = Canvas::<f64>::new(self.region);
+                renderer.draw_exact(&moment, &[shown], &mut canvas);
+                canvas.values().to_vec()
+            }
+            Way::Straightforward => {
+                straightforward::linear(&self.panel(shown), self.sigma_px(), self.side())
+            }
+            Way::Supersampled(finer) => {
+                supersampled::linear(&self.panel(shown), self.sigma_px(), self.side(), *finer)
+            }
+        };
+        let grey = |linear| grey::unrounded(linear, self.gamma());
+        linear.into_iter().map(grey).collect()
+    }
+
+    /// Draws and reads out one frame after another.
+    fn work(&self, way: Way) -> Box<dyn FnMut() + '_> {
+        let moment = self.reference.moment(0);
+        let mut grey = vec![0; self.side() * self.side()];
+        let mut frames = self.frames.iter().copied().cycle();
+        let mut next = move || frames.next().into_iter();
+        match way {
+            Way::Single(renderer) => {
+                let mut canvas = Canvas::<f32>::new(self.region);
+                Box::new(move || {
+                    for shown in next() {
+                        renderer.draw(&moment, &[shown], &mut canvas);
+                        renderer.read_out(1, 0, &canvas, &mut grey);
+                    }
+                })
+            }
+            Way::Double(renderer) => {
+                let mut canvas = Canvas::<f64>::new(self.region);
+                Box::new(move || {
+                    for shown in next() {
+                        renderer.draw_exact(&moment, &[shown], &mut canvas);
+                        renderer.read_out_exact(1, 0, &canvas, &mut grey);
+                    }
+                })
+            }
+            Way::Straightforward => Box::new(move || {
+                for panel in next().map(|shown| self.panel(shown)) {
+                    let (sigma_px, gamma) = (self.sigma_px(), self.gamma());
+                    black_box(straightforward::render(
+                        &panel,
+                        sigma_px,
+                        gamma,
+                        self.side(),
+                    ));
+                }
+            }),
+            Way::Supersampled(finer) => Box::new(move || {
+                for panel in next().map(|shown| self.panel(shown)) {
+                    let (sigma_px, gamma, side) = (self.sigma_px(), self.gamma(), self.side());
+                    black_box(supersampled::render(&panel, sigma_px, gamma, side, finer));
+                }
+            }),
+        }
+    }
+
+    /// The panel as rasters take it.
+    fn panel(&self, shown: Shown) -> Panel {
+        let corners = self.reference.corner_leds_px(0).map(DVec2::from_array);
+        let origin = DVec2::new(self.region.x as f64, self.region.y as f64);
+        let first = corners[0] - origin + DVec2::from_array(shown.shift_px);
+        let pitch_px = corners[0].distance(corners[1]) / 7.0;
+        Panel {
+            bits: shown.symbols[0].bits(),
+            first_px: first.to_array(),
+            pitch_px,
+            radius_px: pitch_px / (2.0 * (1.0 + self.scene.panels[0].interval)),
+            off: shown.light.off,
+            on: shown.light.on,
+        }
+    }
+}
+
+/// A way to draw.
+enum Way {
+    Single(Renderer),
+    Double(Renderer),
+    Straightforward,
+    Supersampled(usize),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors alone: times are what the machine makes them.
+    #[test]
+    fn the_errors_fall_in_the_order_of_the_levels() {
+        for (distance_m, interval) in PLACES {
+            let place = Place::new(distance_m, interval, &Scale::TINY).unwrap();
+            let errors: Vec<(String, f64)> = place
+                .variants()
+                .into_iter()
+                .filter(|(point, _)| !point.variant.contains("16×"))
+                .map(|(point, way)| (point.variant, place.errors(&way).0))
+                .collect();
+            let of = |name: &str| {
+                errors
+                    .iter()
+                    .find(|(variant, _)| variant == name)
+                    .unwrap()
+                    .1
+            };
+            let descending = [
+                "point-sampled",
+                "supersampled 2×",
+                "supersampled 4×",
+                "supersampled 8×",
+                "fast",
+                "fine",
+                "f64 1e-7",
+                "f64 1e-9",
+                "reference",
+            ];
+            for pair in descending.windows(2) {
+                assert!(
+                    of(pair[0]) >= of(pair[1]),
+                    "{pair:?} at {distance_m} m, {interval}: {errors:?}"
+                );
+            }
+            for level in [Level::Fine, Level::Fast] {
+                let name = format!("{level:?}").to_lowercase();
+                assert!(of(&name) <= level.error_bound_grey());
+            }
+            assert!(of("supersampled 8×") > Level::Fast.error_bound_grey());
+        }
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        let part = crate::work_precision::numbers::published("renderer");
+        assert_eq!(why(&part.diagrams), part.default);
+    }
+}

@@ -1,0 +1,293 @@
+//! The luminance that the transmitter works out, against cycles on a small processor, in different arithmetic.
+
+mod paths;
+mod tables;
+
+use fixed::types::U32F32;
+use link::l2a_table::{Illuminance, L2aTable};
+use tx_firmware::ambient::{BAND_OCTAVES, Smoothing};
+
+use self::paths::{BEFORE_LX, INTERVAL, REFLECTANCE, Transmitter};
+use super::counts;
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::pareto;
+use super::quartiles::Quartiles;
+use super::scale::Scale;
+
+/// Cycles of the paths on an emulated RP2040.
+const CYCLES: &str = include_str!("../data/cortex-m0plus.csv");
+/// Readings whose luminance is compared.
+const READINGS: usize = 20_000;
+/// The light that is read, lx: below, the step of an illuminance, 1/4096 lx, is what errs.
+const LIGHT_LX: [f64; 2] = [1.0, 130_000.0];
+/// Readings so close to where the filter changes its pace are left out, in octaves: there any rounding decides between two paces.
+const EDGE_OCTAVES: f64 = 0.01;
+
+/// A path in the arithmetic of its own type.
+enum Path {
+    Fixed(fn(&Transmitter, Illuminance) -> U32F32),
+    Single(fn(&Transmitter, Illuminance) -> f32),
+    Double(fn(&Transmitter, Illuminance) -> f64),
+}
+
+/// Name in the table of cycles, name here, curve, path.
+const PATHS: [(&str, &str, &str, Path); 12] = [
+    (
+        "firmware",
+        "firmware, fixed point",
+        "",
+        Path::Fixed(paths::firmware),
+    ),
+    (
+        "single_libm",
+        "f32, libm",
+        "",
+        Path::Single(paths::single_libm),
+    ),
+    (
+        "single_micromath",
+        "f32, micromath",
+        "",
+        Path::Single(paths::single_micromath),
+    ),
+    (
+        "double_libm",
+        "f64, libm",
+        "",
+        Path::Double(paths::double_libm),
+    ),
+    (
+        "linear_8",
+        "8 entries, linear",
+        "linear tables",
+        Path::Fixed(paths::by_table::<8, 1>),
+    ),
+    (
+        "linear_32",
+        "32 entries, linear",
+        "linear tables",
+        Path::Fixed(paths::by_table::<32, 1>),
+    ),
+    (
+        "linear_128",
+        "128 entries, linear",
+        "linear tables",
+        Path::Fixed(paths::by_table::<128, 1>),
+    ),
+    (
+        "linear_512",
+        "512 entries, linear",
+        "linear tables",
+        Path::Fixed(paths::by_table::<512, 1>),
+    ),
+    (
+        "quadratic_8",
+        "8 entries, quadratic",
+        "quadratic tables",
+        Path::Fixed(paths::by_table::<8, 2>),
+    ),
+    (
+        "quadratic_32",
+        "32 entries, quadratic",
+        "quadratic tables",
+        Path::Fixed(paths::by_table::<32, 2>),
+    ),
+    (
+        "quadratic_128",
+        "128 entries, quadratic",
+        "quadratic tables",
+        Path::Fixed(paths::by_table::<128, 2>),
+    ),
+    (
+        "quadratic_512",
+        "512 entries, quadratic",
+        "quadratic tables",
+        Path::Fixed(paths::by_table::<512, 2>),
+    ),
+];
+
+/// Measures it.
+pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+    let points = points(scale);
+    Ok(Part {
+        name: "transmitter".into(),
+        title: "Working out the luminance".into(),
+        method: format!(
+            "From a reading of the light to the luminance of an On LED: logarithm, smoothing, power of 2, bilinear interpolation in the L2A table, product. *firmware* is what is flashed. The others do the same in f32 with \
+             libm or micromath, in f64, and in fixed point with logarithm and power of 2 from tables of 8 to 512 entries an octave, linear or quadratic between them. The error is the greatest over {READINGS} readings from {} to {} lx \
+             after {BEFORE_LX} lx. The cycles are the mean over 136 readings on an emulated RP2040 (Cortex-M0+: no floating-point unit, no 64-bit product), counted by `tests/count-cycles`; they are exact and the same on every machine.",
+            LIGHT_LX[0], LIGHT_LX[1]
+        ),
+        reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
+        default: format!(
+            "The firmware's fixed point: logarithm by repeated squaring, power of 2 by its series; {}. Tables are the front: they are some four times as quick, \
+             and the number of their entries costs flash, not cycles. The firmware goes without: a reading comes ten times a second, so that its cycles are a thousandth of an RP2040's, and a bound that needs no table holds \
+             at every input alike. Its own error is the rounding of the illuminance to 1/4096 lx and of the ratio to 1/8192, not of logarithm and power.",
+            compared(&points)
+        ),
+        diagrams: vec![Diagram {
+            title: "Cortex-M0+ of an RP2040".into(),
+            error: "greatest relative error of the luminance".into(),
+            error_unit: String::new(),
+            cost: "one reading".into(),
+            cost_unit: CostUnit::Cycles,
+            points,
+        }],
+    })
+}
+
+/// The firmware's cycles beside those of f32.
+fn compared(points: &[Point]) -> String {
+    let cycles = |name: &str| {
+        points
+            .iter()
+            .find(|point| point.variant == name)
+            .map(|point| point.cost.median)
+    };
+    match (cycles(PATHS[0].1), cycles(PATHS[1].1)) {
+        (Some(ours), Some(single)) => {
+            format!("it takes {ours:.0} cycles, f32 with libm {single:.0}")
+        }
+        _ => "its cycles are counted by `tests/count-cycles`".into(),
+    }
+}
+
+/// All paths whose cycles are counted.
+fn points(scale: &Scale) -> Vec<Point> {
+    let cycles = counts::of(CYCLES);
+    let count = |name: &str| {
+        cycles
+            .iter()
+            .find(|(known, _)| known == name)
+            .map(|(_, count)| *count)
+    };
+    let baseline = count(PATHS[0].0).unwrap_or(1.0);
+    let counted = PATHS.iter().filter_map(|(name, variant, curve, path)| {
+        let cycles = Quartiles::exactly(count(name)?);
+        let is_firmware = *name == PATHS[0].0;
+        Some(Point {
+            cost: cycles,
+            ratio: cycles.times(1.0 / baseline),
+            is_baseline: is_firmware,
+            is_default: is_firmware,
+            ..Point::new(*variant, error(path, scale)?).on(curve)
+        })
+    });
+    let mut points: Vec<Point> = counted.collect();
+    pareto::mark_front(&mut points);
+    points
+}
+
+/// The greatest relative error of a path's luminance; none if there is no transmitter.
+fn error(path: &Path, scale: &Scale) -> Option<f64> {
+    let transmitter = Transmitter::new()?;
+    let reference = Reference::new();
+    let count = scale.of(READINGS, 400);
+    let [darkest, brightest] = LIGHT_LX;
+    let errors = (0..count).filter_map(|k| {
+        let octaves = (brightest / darkest).log2() * (k as f64 + 0.5) / count as f64;
+        let lx = Illuminance::from_num(darkest * octaves.exp2());
+        let exact = reference.luminance_cd_m2(lx)?;
+        let ours = match path {
+            Path::Fixed(path) => path(&transmitter, lx).to_num(),
+            Path::Single(path) => path(&transmitter, lx).into(),
+            Path::Double(path) => path(&transmitter, lx),
+        };
+        Some((ours / exact - 1.0).abs())
+    });
+    Some(errors.fold(0.0, f64::max))
+}
+
+/// The same in f64, by other formulas.
+struct Reference {
+    table: L2aTable,
+    smoothing: Smoothing,
+}
+
+impl Reference {
+    fn new() -> Self {
+        Self {
+            table: L2aTable::shipped(),
+            smoothing: Smoothing::default(),
+        }
+    }
+
+    /// None where the filter's pace hangs on a hair.
+    fn luminance_cd_m2(&self, lx: Illuminance) -> Option<f64> {
+        let (before, lx) = (f64::from(BEFORE_LX), lx.to_num::<f64>());
+        let (distance, band) = ((lx / before).log2(), BAND_OCTAVES.to_num::<f64>());
+        if (distance.abs() - band).abs() < EDGE_OCTAVES {
+            return None;
+        }
+        let time_constant_ms = if distance < -band {
+            self.smoothing.darker_ms
+        } else if distance > band {
+            self.smoothing.brighter_ms
+        } else {
+            self.smoothing.still_ms
+        };
+        let ratio = f64::from(self.smoothing.sample_period_ms) / f64::from(time_constant_ms);
+        let share = -(-ratio).exp_m1();
+        let smoothed = before.powf(1.0 - share) * lx.powf(share);
+        Some(self.l2a(smoothed) * smoothed * REFLECTANCE)
+    }
+
+    fn l2a(&self, lx: f64) -> f64 {
+        let numbers =
+            |values: &[Illuminance]| values.iter().map(|lx| lx.to_num()).collect::<Vec<f64>>();
+        let rows = numbers(self.table.illuminances_lx());
+        let columns: Vec<f64> = self
+            .table
+            .intervals()
+            .iter()
+            .map(|interval| interval.to_num())
+            .collect();
+        let ((row, down), (column, along)) = (place(&rows, lx), place(&columns, INTERVAL.to_num()));
+        let value = |row: usize, column: usize| {
+            let (row, column) = (row.min(rows.len() - 1), column.min(columns.len() - 1));
+            self.table.values()[row * columns.len() + column].to_num::<f64>()
+        };
+        let between = |row| (1.0 - along) * value(row, column) + along * value(row, column + 1);
+        (1.0 - down) * between(row) + down * between(row + 1)
+    }
+}
+
+/// The node before a value and how far it is to the next in ratios.
+fn place(nodes: &[f64], value: f64) -> (usize, f64) {
+    let above = nodes.partition_point(|&node| node <= value);
+    match (above.checked_sub(1), nodes.get(above)) {
+        (Some(below), Some(next)) => (
+            below,
+            (value / nodes[below]).ln() / (next / nodes[below]).ln(),
+        ),
+        (below, _) => (below.unwrap_or(0), 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error_of(name: &str) -> f64 {
+        let path = PATHS.iter().find(|path| path.0 == name).unwrap();
+        error(&path.3, &Scale::TINY).unwrap()
+    }
+
+    #[test]
+    fn f64_agrees_with_the_reference_and_f32_and_the_firmware_nearly() {
+        assert!(error_of("double_libm") < 1e-12);
+        assert!(error_of("single_libm") < 1e-5);
+        assert!(error_of("firmware") < 5e-4);
+        assert!(error_of("single_micromath") > 10.0 * error_of("single_libm"));
+    }
+
+    #[test]
+    fn larger_tables_and_parabolas_err_less() {
+        let linear = ["linear_8", "linear_32", "linear_128"].map(error_of);
+        assert!(linear.is_sorted_by(|a, b| *a > 4.0 * *b), "{linear:?}");
+        // A parabola through a logarithm's table errs 9√3/8 · x/2 · 8 = 7.8 times less than a line at the octave's start, x = 1, where both err most.
+        assert!(error_of("quadratic_8") < linear[0] / 5.0);
+        assert!(error_of("quadratic_32") < 1e-5);
+    }
+}
