@@ -1,6 +1,7 @@
 //! From a pose that is about right to the one that fits the pixels best (Levenberg 1944; Marquardt 1963).
 
 use crate::lattice::{Lattice, MIDDLE};
+use crate::parameters::fitting::*;
 use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
 use link::panel::{LEDS, SIDE};
 
@@ -9,11 +10,6 @@ pub(crate) struct Fit {
     pub spots: Spots,
     pub slope: Slope,
 }
-
-/// A step that improves the sum of squares by less than this share is the last one.
-const SETTLED: f32 = 3e-3;
-/// With so much damping no step leads anywhere.
-const STUCK: f32 = 50.0;
 
 /// Fits levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
 /// nothing to settle on.
@@ -32,7 +28,7 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
         spots = spots.relevelled(&slope, pair)?;
         slope = canvas.compare(&spots, scenery, window)?;
     }
-    let mut damping = 0.05;
+    let mut damping = DAMPING;
     for _ in 0..steps {
         let mut next = spots.reshaped(&slope, damping)?.relevelled(&slope, pair)?;
         let switched = next.switch(&slope, pair);
@@ -40,12 +36,12 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
         if after.squares < slope.squares {
             let settled = switched == 0 && slope.squares - after.squares < SETTLED * slope.squares;
             (spots, slope) = (next, after);
-            damping = (damping * 0.3).max(0.01);
+            damping = (damping * EASED).max(LEAST_DAMPING);
             if settled {
                 break;
             }
         } else {
-            damping = 4.0 * damping + 0.2;
+            damping = STIFFENED.0 * damping + STIFFENED.1;
             if damping > STUCK {
                 break;
             }
@@ -53,9 +49,6 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
     }
     Some(Fit { spots, slope })
 }
-
-/// Steps in which only the levels settle, since nothing else can before.
-const LEVELLING: usize = 3;
 
 /// The same lattice counted from a neighbouring row or column.
 pub(crate) fn shifted(spots: &Spots, columns: i32, rows: i32) -> Spots {

@@ -1,6 +1,7 @@
 //! An affine lattice of 8×8 spots.
 
 use crate::corners::Corners;
+use crate::parameters::search::SAME_LATTICE;
 use link::panel::SIDE;
 
 /// Where the LEDs of a panel lie, as long as its perspective is weak.
@@ -72,9 +73,9 @@ impl Lattice {
         [self.column, self.row].map(|[x, y]| libm::hypotf(x, y))
     }
 
-    /// Whether no corner differs by as much as 0.4 pitches.
+    /// Whether no corner differs by as much as [`SAME_LATTICE`] pitches.
     pub fn is_close_to(&self, other: &Self) -> bool {
-        let limit = 0.4 * self.pitch()[0];
+        let limit = SAME_LATTICE * self.pitch()[0];
         let pairs = self.corners().into_iter().zip(other.corners());
         pairs
             .into_iter()

@@ -1,7 +1,47 @@
-//! The receiver of an optical camera link: camera frames to messages.
+//! The receiver of an optical camera link: camera frames in, text out.
 //!
-//! A panel of 8×8 LEDs shows 64 bits at a time; a camera films it. This crate reads the bits from the frames and puts the
-//! messages together again. It is `no_std`, takes no heap, and panics on no input.
+//! A panel of 8×8 LEDs shows 64 bits at a time; a camera films it. This crate finds the panel in the frames, follows it, reads its bits
+//! and puts the messages together again. It is `no_std`, takes no heap, and panics on no input.
+//!
+//! ```
+//! use link::fec::Code;
+//! use link::framing::{Event, Framer};
+//! use rx_pipeline::corners::Corners;
+//! use rx_pipeline::frame::Frame;
+//! use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
+//!
+//! // What a camera would send: 96×96 pixels of a panel, a spot of light where an LED is On.
+//! let message = b"ice ahead";
+//! let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
+//! let panel = Corners::new([[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]])?.homography();
+//! let mut film = || -> Vec<u8> {
+//!     let bits = framer.next_panel().bits();
+//!     let mut light = vec![1.0; 96 * 96];
+//!     for led in (0..64).filter(|led| bits >> led & 1 == 1) {
+//!         let [x, y] = panel.to_image([f64::from(led % 8), f64::from(led / 8)]);
+//!         for (i, light) in light.iter_mut().enumerate() {
+//!             let square = ((i % 96) as f64 - x).powi(2) + ((i / 96) as f64 - y).powi(2);
+//!             *light += 2.0 * (-square / 5.0).exp();
+//!         }
+//!     }
+//!     light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8).collect()
+//! };
+//!
+//! // Nobody tells the receiver where the panel is.
+//! let memory = Box::<ReceiverMemory<4096>>::default();
+//! let search = FrameSearch::new(Box::<SearchMemory>::default());
+//! let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search)?;
+//! let mut text = String::new();
+//! for number in 0..30 {
+//!     let pixels = film();
+//!     let outcome = receiver.frame(number, &Frame::new(&pixels, 96, 96)?);
+//!     if let Event::Delivered(delivery) = outcome.event {
+//!         text = String::from_utf8(delivery.message.to_vec())?;
+//!     }
+//! }
+//! assert_eq!(text, "ice ahead");
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
 //!
 //! # Layers
 //!
@@ -11,7 +51,6 @@
 //! |---|---|---|
 //! | [`frame`] | bytes | a view of 8-bit grey pixels |
 //! | [`locate`] | a frame, and earlier ones if there are | the panel's four corner LEDs, to a fraction of a pixel |
-//! | [`track`] | a panel that was read | where it will be in the next frame, or why it is lost |
 //! | [`corners`] | four points | a checked pose, and the homography it fixes |
 //! | [`cells`] | a pose | for each pixel its LED's cell and the direction to the LED: once for a pose |
 //! | [`features`] | a frame and the cells | AGR, GRI and NGR of each LED: for each frame |
@@ -20,38 +59,24 @@
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
-//! [`approximate`] holds the roots and losses that loops over pixels compute quickly, with their bounds.
+//! Beside them: [`parameters`] holds the numbers that locating, following and reading go by, [`profile`] tells how long each stage takes,
+//! [`board`] is what a computer and a microcontroller with a receiver say to each other, and [`approximate`] the roots and losses that
+//! loops over pixels compute quickly, with their bounds.
 //!
 //! All positions are in pixels; (0, 0) is the *centre* of the top-left pixel, x points right and y down. LED 8·row + column is
 //! bit 8·row + column, with row 0 at the top as the camera sees it.
 //!
 //! # Choosing
 //!
-//! - **From a camera to messages:** [`receiver::Receiver`], of one panel or several. Its [memory](receiver::ReceiverMemory) is sized by the largest panel
-//!   to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
-//! - **Single frames, or a panel whose place is known:** [`corners::Corners`], [`cells::CellMap`],
-//!   [`features::Features`] and [`detect::Detector`], as below.
+//! - **From a camera to messages:** [`receiver::Receiver`], of one panel or several. Its [memory](receiver::ReceiverMemory) is sized by
+//!   the largest panel to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
+//! - **A panel that may not stand out** is found by its blinking in two or three frames: give the search room for the earlier ones
+//!   ([`receiver::FrameSearch::with_history`]).
+//! - **A panel whose place is known:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if it is always known; on a
+//!   microcontroller, or wherever a part of the frame is enough, [`receiver::Receiver::region`].
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
-//! - **The locator** finds a panel that stands out in one frame, and before clutter one that blinks in two or three: give it the
-//!   earlier frames ([`receiver::FrameSearch::with_history`]). Where the place is known, [`receiver::Receiver::place`] goes without it.
-//! - **On a microcontroller, or in a part of the frame:** [`receiver::Receiver::region`] reads a panel whose place is known once; [`board`] has
-//!   the messages for asking a board to.
-//! - **How long does a stage take?** Ask with a [`profile::Profile`].
-//!
-//! ```
-//! use rx_pipeline::{cells::CellMap, corners::Corners, detect::Detector, features::Features, frame::Frame};
-//!
-//! // A frame with a spot at the first LED, and its panel's corner LEDs: top left, top right, bottom right, bottom left.
-//! let mut pixels = [118; 40 * 40];
-//! pixels[40 * 5 + 5] = 220;
-//! let corners = Corners::new([[5.0, 5.0], [33.0, 5.0], [33.0, 33.0], [5.0, 33.0]])?;
-//!
-//! let map = CellMap::<2048>::new(&corners, 40, 40)?;
-//! let features = Features::measure(&Frame::new(&pixels, 40, 40)?, &map)?;
-//! let detection = Detector::KMeans.detect(&features)?;
-//! assert_eq!(detection.bits.bits(), 1);
-//! # Ok::<(), Box<dyn core::error::Error>>(())
-//! ```
+//! - **Single frames:** [`corners::Corners`], [`cells::CellMap`], [`features::Features`] and [`detect::Detector`], as in the latter's
+//!   example.
 //!
 //! # Speed
 //!
@@ -77,11 +102,12 @@ mod lattice;
 mod light;
 pub mod likelihood;
 pub mod locate;
+pub mod parameters;
 pub mod profile;
 pub mod receiver;
 mod spots;
 pub mod symbols;
-pub mod track;
+mod track;
 
 #[cfg(test)]
 mod synthetic;

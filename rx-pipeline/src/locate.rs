@@ -2,10 +2,10 @@
 //!
 //! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame at hand, places that have changed.
 //! 2. `blob`: how large is what stands out there?
-//! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one convolution of
-//!    the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima.
-//! 4. `verification`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all four
-//!    sides where the pixels do, and show a pattern as random as a scrambled message. Else they say why not.
+//! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one
+//!    convolution of the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima.
+//! 4. `verification`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all
+//!    four sides where the pixels do, and show a pattern as random as a scrambled message. Else they say why not.
 //!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
 //! frame what is behind the panel counts as noise: there the panel must stand out.
@@ -31,6 +31,9 @@ use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::light::Light;
+use crate::parameters::pose_candidates::POSE_CANDIDATES;
+use crate::parameters::search::*;
+use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
 use crate::profile::{Profile, Stage};
 use crate::spots::{Canvas, Spots};
 use blob::Blob;
@@ -74,25 +77,8 @@ pub struct Location {
     pub(crate) spots: Spots,
 }
 
-/// The share of white pixels from which a panel is not fitted, in percent.
-pub const MAX_SATURATED_PERCENT: u8 = 60;
-
-/// Places looked at in one frame, at most: changed ones, and busy ones.
-const CHANGED: usize = 4;
-const BUSY: usize = 12;
-/// An LED's radius is at least this many pixels in the range the locator is made for; and a pixel's own variance.
-const LED_SIGMA_PX: f32 = 0.6;
+/// The variance of a place within a pixel.
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
-/// Noise below this is rounding.
-const LEAST_NOISE_GREY: f32 = 0.3;
-
-/// A change with less signal to noise than this has to show from another earlier frame too: moving things may look like a panel once.
-const FAINT: f32 = 55.0;
-/// The same where not the panel alone has changed: then the camera has moved, and edges that move may look like anything.
-const FAINT_IN_MOTION: f32 = 200.0;
-/// Half of the frame changes by more than so many times its noise, and this much, when the camera has moved.
-const IN_MOTION: f32 = 1.5;
-const IN_MOTION_GREY: f32 = 0.5;
 
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,12 +97,6 @@ impl Effort {
         }
     }
 }
-
-/// Poses tried in one frame with [`Effort::Share`], of changed and of busy places.
-const CHANGED_BUDGET: u32 = 8;
-const BUSY_BUDGET: u32 = 3;
-/// Busy places looked at in every frame with [`Effort::Share`]; and one more, another each time.
-const ALWAYS: usize = 2;
 
 impl Locator {
     /// A locator for frames of `camera`.
@@ -197,7 +177,7 @@ impl Locator {
         } = search;
         let suspected = suspect.take();
         let survey = profile.timed(Stage::Survey, || {
-            Survey::<BUSY>::of(frame, earlier.iter().find(same_size), busy, changed)
+            Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
         let unknown = |peak: &&Peak| known.iter().all(|corners| !near(corners, peak.centre));
         let mut attempt = Attempt {
@@ -207,10 +187,9 @@ impl Locator {
             places: 0,
             budget: effort.budget(CHANGED_BUDGET),
         };
-        let in_motion =
-            survey.noise_of_change_grey > IN_MOTION * survey.noise_grey + IN_MOTION_GREY;
+        let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
-        for peak in survey.changed.iter().filter(unknown).take(CHANGED) {
+        for peak in survey.changed.iter().filter(unknown).take(CHANGED_PEAKS) {
             let mut faint = suspected;
             for before in earlier.iter().filter(same_size) {
                 let view = self.view(
@@ -242,7 +221,7 @@ impl Locator {
         let chosen = |rank: usize| match effort {
             Effort::Full => true,
             Effort::Share(number) => {
-                rank < ALWAYS || rank == ALWAYS + (number % (BUSY - ALWAYS) as u64) as usize
+                rank < ALWAYS || rank == ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize
             }
         };
         let ranked = survey.busy.iter().filter(unknown).enumerate();
@@ -296,8 +275,7 @@ impl Locator {
 /// Whether a position is within a panel's outline or nearly so.
 fn near(corners: &Corners, [x, y]: [f32; 2]) -> bool {
     let [column, row] = corners.homography().to_panel([x.into(), y.into()]);
-    let within = -3.0..=10.0;
-    within.contains(&column) && within.contains(&row)
+    KNOWN.contains(&column) && KNOWN.contains(&row)
 }
 
 /// A search under way, and why it has failed so far.
@@ -319,7 +297,7 @@ impl<const N: usize> Attempt<'_, N> {
         let mut failure = None;
         let mut best: Option<Verified> = None;
         for blob in Blob::around(peak, view.frame, view.earlier) {
-            let mut tried = heapless::Vec::<_, { pose_candidates::POSE_CANDIDATES }>::new();
+            let mut tried = heapless::Vec::<_, POSE_CANDIDATES>::new();
             let candidates = view.pose_candidates(&blob);
             for candidate in candidates.maxima() {
                 if self.budget == 0 {

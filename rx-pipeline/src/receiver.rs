@@ -10,6 +10,7 @@ mod settings;
 mod tests;
 
 pub use crate::locate::SearchMemory;
+pub use crate::track::TrackError;
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, Outcome, Reading};
 pub use search::{FrameSearch, NoSearch, Search};
@@ -30,8 +31,8 @@ use search::Query;
 /// Frames to messages, of up to `PANELS` panels at a time; of one, if nothing else is said.
 ///
 /// A panel is looked for until it is found, and followed from then on: where it goes, as it grows, through short gaps. When it is lost for
-/// [`crate::track::PATIENCE_FRAMES`] frames it is given up, and looked for anew from the next frame on. A frame in which it cannot be read in its
-/// expected place gives no reading but a [`Loss`] that says why.
+/// [`PATIENCE_FRAMES`](crate::parameters::tracking::PATIENCE_FRAMES) frames it is given up, and looked for anew from the next frame on. A
+/// frame in which it cannot be read in its expected place gives no reading but a [`Loss`] that says why.
 ///
 /// | parameter | what it says |
 /// |---|---|
@@ -254,8 +255,8 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
 
     /// Takes in the region of frame `number` that begins at `origin` (column and row). All positions in the outcome are the region's own.
     ///
-    /// Numbers are as for [`Receiver::frame`]. Regions may begin elsewhere, and be of another size, from frame to frame: what is followed stays
-    /// where it is in the camera's frame.
+    /// Numbers are as for [`Receiver::frame`]. Regions may begin elsewhere, and be of another size, from frame to frame: what is followed
+    /// stays where it is in the camera's frame.
     pub fn region(
         &mut self,
         number: u64,
@@ -267,8 +268,8 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
         self.frame_timed(number, region, profile)
     }
 
-    /// Reads the panel at `corners` (in pixels of the camera's frame) from now on, until it is lost there, in regions that begin at `origin` and
-    /// are `size` (width, height) px large; whole frames begin at `[0, 0]`.
+    /// Reads the panel at `corners` (in pixels of the camera's frame) from now on, until it is lost there, in regions that begin at
+    /// `origin` and are `size` (width, height) px large; whole frames begin at `[0, 0]`.
     ///
     /// The panel is taken to be at rest: until two frames have shown how it moves, it may move by no more than 0.3 pitches a frame.
     ///

@@ -17,16 +17,8 @@
 //! that each reading narrows.
 
 use crate::detect::{Mixture, correlation};
+use crate::parameters::symbols::{CLOCK_TOLERANCE, EXPOSURE_MAX, REPEAT_CORRELATION};
 use link::panel::{Llr, SoftPanel};
-
-/// The correlation from which a reading is the last symbol again.
-pub const REPEAT_CORRELATION: f32 = 0.6;
-
-/// By how much the two clocks may disagree, relatively: two crystals of 100 ppm each.
-const CLOCK_TOLERANCE: f64 = 2e-4;
-
-/// The longest exposure, as a part of the frame period.
-pub const EXPOSURE_MAX: f64 = 0.1;
 
 /// One symbol, of all the frames that showed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,18 +1,17 @@
 //! Following a panel from frame to frame.
 //!
 //! A track predicts where the panel will be (its lattice, and how fast that changes), the bits are read there, and the frame, compared
-//! with what those bits should look like, says how far off the prediction was. So a frame costs one look at the pixels of each spot. How well
-//! the comparison fits tells whether the panel is still there.
+//! with what those bits should look like, says how far off the prediction was. So a frame costs one look at the pixels of each spot. How
+//! well the comparison fits tells whether the panel is still there.
 
 use crate::corners::{Corners, CornersError};
 use crate::detect::DetectError;
 use crate::fit;
 use crate::lattice::Lattice;
+use crate::parameters::tracking::*;
 use crate::spots::{Canvas, Scenery, Spots};
 use link::panel::LEDS;
 
-/// So many frames in a row may be missed before the panel counts as lost: at 100 frames a second 0.12 s.
-pub const PATIENCE_FRAMES: u32 = 12;
 /// How much of the light in a place the panel has to explain there to be taken for it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gate {
@@ -25,38 +24,20 @@ pub(crate) struct Gate {
 impl Gate {
     /// Where the panel is expected.
     pub const SURE: Self = Self {
-        share: 0.85,
-        least: 0.25,
+        share: GATE_SHARE,
+        least: GATE_LEAST,
     };
-    /// Where it is expected and also looks likeliest to be. A frame that straddles two symbols explains this little.
+    /// Where it is expected and also looks likeliest to be.
     pub const STILL: Self = Self {
-        share: 0.5,
-        least: 0.25,
+        share: GATE_SHARE_LIKELIEST,
+        least: GATE_LEAST,
     };
-    /// Where it is not expected: clutter explains some of itself too.
+    /// Where it is not expected.
     pub const ELSEWHERE: Self = Self {
-        share: 0.85,
-        least: 0.7,
+        share: GATE_SHARE,
+        least: GATE_LEAST_ELSEWHERE,
     };
 }
-
-/// The usual share is the mean over about this many frames.
-const MEMORY_FRAMES: f32 = 16.0;
-/// A prediction off by more than this share of a pitch may have led to wrong bits.
-const FARTHEST: f32 = 0.3;
-/// Of what a frame says the prediction was off by: so much is taken for the place, and so much for the speed.
-const PLACE_GAIN: f32 = 0.8;
-const SPEED_GAIN: f32 = 0.3;
-/// The same for the shape, which changes more slowly.
-const SHAPE_GAIN: f32 = 0.6;
-const GROWTH_GAIN: f32 = 0.12;
-/// The same for the spots' width, which hardly changes from frame to frame. A frame is asked for it with the levels as they were, and for the levels with the
-/// width as it was, so that both answer for the same light: more of it, and they would answer each other.
-const WIDTH_GAIN: f32 = 0.1;
-/// Room around the lattice in pitches.
-const RIM: f32 = 0.6;
-/// Frames further apart say nothing of each other.
-const LONGEST_GAP_FRAMES: u64 = 25;
 
 /// Where a panel is, how it moves, and how bright it is.
 #[derive(Clone, Copy, Debug)]
@@ -187,8 +168,8 @@ impl Track {
         self.spots.sigma
     }
 
-    /// Compares frame `number` with the panel on `lattice`, each LED On for its share of the exposure, and corrects the track if that fits; with the share
-    /// of the light that it explains.
+    /// Compares frame `number` with the panel on `lattice`, each LED On for its share of the exposure, and corrects the track if that
+    /// fits; with the share of the light that it explains.
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
@@ -216,7 +197,7 @@ impl Track {
             if explained >= SETTLED * self.usual.unwrap_or(1.0) {
                 break;
             }
-            let place = spots.reshaped(&slope, 0.05).ok_or(nothing)?.lattice;
+            let place = spots.reshaped(&slope, DAMPING).ok_or(nothing)?.lattice;
             let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
             spots = Spots {
                 lattice: place,
@@ -229,20 +210,20 @@ impl Track {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
         let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
-        let shaped = spots.reshaped(&slope, 0.05).ok_or(nothing)?;
+        let shaped = spots.reshaped(&slope, DAMPING).ok_or(nothing)?;
         let off = difference(&shaped.lattice, &lattice);
         let off_px = libm::hypotf(off.centre[0], off.centre[1]);
         if off_px.is_nan() || off_px > FARTHEST * lattice.pitch()[0] {
             return Err(TrackError::OffCourse { off_px });
         }
-        let seen = moved(&lattice, &off, [PLACE_GAIN, SHAPE_GAIN]);
+        let seen = moved(&lattice, &off, [PLACE_GAINS[0], SHAPE_GAINS[0]]);
         Corners::new(seen.corners())?;
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
         let speed = if self.speed_known {
             moved(
                 &self.speed,
                 &off,
-                [SPEED_GAIN / elapsed, GROWTH_GAIN / elapsed],
+                [PLACE_GAINS[1] / elapsed, SHAPE_GAINS[1] / elapsed],
             )
         } else {
             let whole = difference(&seen, &self.spots.lattice);
@@ -273,11 +254,6 @@ impl Track {
         Ok((track, explained))
     }
 }
-
-/// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`].
-const ROUNDS: usize = 3;
-/// What explains this share of what frames usually explain is settled.
-const SETTLED: f32 = 0.9;
 
 /// `lattice` moved by the shares `[place, shape]` of `by`.
 fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {

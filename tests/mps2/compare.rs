@@ -6,8 +6,8 @@ use link::framing::Event;
 use rx_pipeline::board::{Answer, MethodChoice, Report, Request, Unread, WireReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::parameters::tracking::PATIENCE_FRAMES;
 use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory};
-use rx_pipeline::track::PATIENCE_FRAMES;
 
 use vocc_tests::firmware::say;
 

@@ -101,7 +101,8 @@ pub struct Region<'a> {
     pub origin: [u16; 2],
     /// Columns and rows: 1 to [`REGION_SIDE_MAX`].
     pub size: [u16; 2],
-    /// Where the panel is, if that is known from elsewhere: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
+    /// Where the panel is, if that is known from elsewhere: the corner LEDs in pixels of the frame, top left, top right, bottom right,
+    /// bottom left.
     pub corners: Option<[[f32; 2]; 4]>,
     /// Grey levels, row by row.
     pub pixels: &'a [u8],
@@ -110,8 +111,8 @@ pub struct Region<'a> {
 /// An answer; it carries the sequence number of its request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer<'a> {
-    /// The request was not done, and nothing changed, except that after [`Refusal::Place`] no panel is followed and the window is that of the refused
-    /// region.
+    /// The request was not done, and nothing changed, except that after [`Refusal::Place`] no panel is followed and the window is that of
+    /// the refused region.
     Refused(Refusal),
     /// Who is here.
     #[serde(borrow)]

@@ -2,8 +2,9 @@
 
 use super::image::Window;
 use super::spots::LANES;
-use crate::corners::{Corners, MIN_PITCH_PX};
+use crate::corners::Corners;
 use crate::frame::Frame;
+use crate::parameters::reading::MIN_PITCH_PX;
 use link::panel::{LEDS, SIDE};
 
 /// So many pixels beyond the cells are looked at, where the frame has them: what the blur carries there tells of the outermost

@@ -1,8 +1,8 @@
 //! Two brightnesses, or any? A Bayesian comparison of the two models.
 //!
-//! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of any
-//! brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. With d the panel's brightnesses
-//! less μ, h the spots' agreement with what it leaves unexplained, G their overlaps and n what it leaves in a pixel,
+//! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of
+//! any brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. With d the panel's
+//! brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their overlaps and n what it leaves in a pixel,
 //!
 //!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 − ½·bᵀ·(G + n/A)⁻¹·b/n + ½·log det(1 + A·G/n),   b = h + G·d:
 //!

@@ -2,23 +2,8 @@
 
 use super::survey::Peak;
 use crate::frame::Frame;
+use crate::parameters::blob::*;
 use heapless::Vec;
-
-/// Cells along one side of the neighbourhood looked at.
-const CELLS: usize = 48;
-/// Side of a cell in pixels.
-const CELL_PX: usize = 4;
-/// A cell belongs to the blob with this share of what the busiest cells have. Before clutter only a high share sets it apart; in a
-/// large panel only a low one joins its LEDs.
-const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
-/// How far from a peak its busiest cell is looked for, in cells.
-const NEAR: usize = 4;
-/// By how much light spilling over and the smoothing of cells make a blob wider, in pixels.
-const SPILL_PX: f32 = 6.0;
-/// Sides of the smallest and of the largest panel looked for, in pixels.
-pub(super) const SIDE_PX: core::ops::RangeInclusive<f32> = 14.0..=110.0;
-/// A blob that is smaller by less than this factor is no other one.
-const DISTINCT: f32 = 1.25;
 
 /// A connected patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +48,7 @@ impl Blob {
         }
         let mut blobs: Vec<Self, 4> = Vec::new();
         for share in SHARES {
-            let threshold = (noise + share * (highest - noise)).max(2.0 * noise);
+            let threshold = (noise + share * (highest - noise)).max(LEAST_OVER_MEDIAN * noise);
             if highest <= threshold {
                 break;
             }
@@ -117,9 +102,6 @@ fn sum(frame: &Frame<'_>, x: i32, y: i32) -> i32 {
     let rows = (y..y + CELL_PX).filter_map(|y| frame.row(y)?.get(x..x + CELL_PX));
     rows.flatten().map(|&grey| i32::from(grey)).sum()
 }
-
-/// How far the first differences of a cell's pixels reach.
-const REACH: usize = 2;
 
 /// The lesser of the squared first differences over four pixels along both axes, of the grey levels' squares, which are about light.
 fn busy(frame: &Frame<'_>, x: i32, y: i32) -> f32 {

@@ -1,7 +1,7 @@
 //! Why no panel was found.
 
-use super::{MAX_SATURATED_PERCENT, blob, verification};
 use crate::corners::CornersError;
+use crate::parameters::{blob, verification};
 
 /// Why no panel was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -50,7 +50,8 @@ pub enum LocateError {
     },
     /// The panel is white throughout.
     #[error(
-        "saturated: {percent} % of the panel's pixels are at grey 255, at most {MAX_SATURATED_PERCENT} % may be; expose less"
+        "saturated: {percent} % of the panel's pixels are at grey 255, at most {} % may be; expose less",
+        verification::MAX_SATURATED_PERCENT
     )]
     Saturated {
         /// Share of pixels at 255, in percent.

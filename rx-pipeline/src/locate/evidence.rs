@@ -8,8 +8,9 @@
 //! b is the patch convolved with g, looked up at the lattice's places: one convolution serves all poses. On a lattice whose rows and
 //! columns are at right angles G is the Kronecker product of two 8×8 matrices; λ is shared out between them.
 
-use super::patch::{Patch, SIDE as SAMPLES};
+use super::patch::Patch;
 use crate::lattice::Lattice;
+use crate::parameters::pose_candidates::PATCH_SIDE as SAMPLES;
 use link::panel::SIDE;
 
 /// A patch made ready for the evidence of many poses.
@@ -24,7 +25,8 @@ pub(super) struct Evidence {
 type Square = [[f32; SIDE]; SIDE];
 
 impl Evidence {
-    /// Of spots of standard deviation `sigma` samples; `own_sigma` is what they have in the patch before any more blur. `noise` is the standard deviation of a sample.
+    /// Of spots of standard deviation `sigma` samples; `own_sigma` is what they have in the patch before any more blur. `noise` is the
+    /// standard deviation of a sample.
     pub fn new(patch: &Patch, own_sigma: f32, sigma: f32, noise: f32, ridge: f32) -> Self {
         let extra = (sigma * sigma - own_sigma * own_sigma).max(0.0);
         let gain = 2.0 * core::f32::consts::PI * sigma * sigma;

@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use crate::lattice::Lattice;
+use crate::parameters::hill_climbing::{LAST_STEP, LINES, MARGIN};
 
 /// A pose in five numbers.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +56,11 @@ impl Pose {
 /// Ways of moving a pose.
 const MOVES: usize = 8;
 
-/// Climbs from `start` in steps that shrink from `step` (in pitches) to a sixteenth of it.
+/// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in so many rounds at most.
 pub(super) fn climb(
     evidence: &Evidence,
     start: Pose,
-    step: f32,
-    rounds: usize,
+    (step, rounds): (f32, usize),
 ) -> Option<(f32, Pose)> {
     let mut best = (evidence.of(&start.lattice())?, start);
     let mut step = step;
@@ -81,7 +81,7 @@ pub(super) fn climb(
         }
         if !improved {
             step *= 0.5;
-            if step < 0.02 {
+            if step < LAST_STEP {
                 break;
             }
         }
@@ -93,11 +93,10 @@ pub(super) fn climb(
 pub(super) fn explore(
     evidence: &Evidence,
     start: Pose,
-    step: f32,
-    rounds: usize,
+    steps: (f32, usize),
 ) -> Option<(f32, Pose)> {
-    let mut best = climb(evidence, start, step, rounds)?;
-    for _ in 0..4 {
+    let mut best = climb(evidence, start, steps)?;
+    for _ in 0..LINES {
         let mut highest: Option<(f32, Pose)> = None;
         for pose in neighbours(&best.1) {
             if let Some(value) = evidence.of(&pose.lattice())
@@ -106,7 +105,7 @@ pub(super) fn explore(
                 highest = Some((value, pose));
             }
         }
-        let next = climb(evidence, highest?.1, step, rounds)?;
+        let next = climb(evidence, highest?.1, steps)?;
         if next.0 <= best.0 + MARGIN {
             break;
         }
@@ -114,9 +113,6 @@ pub(super) fn explore(
     }
     Some(best)
 }
-
-/// Evidence that counts as more.
-const MARGIN: f32 = 1.0;
 
 /// The poses with one side or two sides a line further out or in.
 fn neighbours(pose: &Pose) -> impl Iterator<Item = Pose> {

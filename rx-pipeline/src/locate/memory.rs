@@ -32,7 +32,8 @@ impl Default for SearchMemory {
     }
 }
 
-/// What a [`Locator`](super::Locator) by itself needs, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a pixel.
+/// What a [`Locator`](super::Locator) by itself needs, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a
+/// pixel.
 pub struct LocatorMemory<const PIXELS: usize> {
     pub(super) canvas: Canvas<PIXELS>,
     pub(super) search: SearchMemory,

@@ -2,9 +2,7 @@
 
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-
-/// Samples along one side.
-pub(super) const SIDE: usize = 64;
+use crate::parameters::pose_candidates::{BLUR_REACH, DARKEST_ONE_IN, PATCH_SIDE as SIDE, RIM};
 
 /// A square of samples, each a mean of `step`×`step` pixels.
 #[derive(Clone)]
@@ -102,7 +100,7 @@ impl Patch {
             count += span.len();
         }
         let level = *middle[..count]
-            .select_nth_unstable_by(count / 5, f32::total_cmp)
+            .select_nth_unstable_by(count / DARKEST_ONE_IN, f32::total_cmp)
             .1;
         self.sample
             .iter_mut()
@@ -123,8 +121,8 @@ impl Patch {
 
     /// Convolved with a Gaussian of that standard deviation in samples, its integral `gain`; beyond the patch is nothing.
     pub fn blurred(&self, sigma: f32, gain: f32) -> [[f32; SIDE]; SIDE] {
-        let reach = (libm::ceilf(3.0 * sigma) as usize).min(REACH);
-        let mut kernel: [f32; REACH + 1] =
+        let reach = (libm::ceilf(3.0 * sigma) as usize).min(BLUR_REACH);
+        let mut kernel: [f32; BLUR_REACH + 1] =
             core::array::from_fn(|i| libm::expf(-0.5 * (i * i) as f32 / (sigma * sigma)));
         let sum = kernel[0] + 2.0 * kernel[1..=reach].iter().sum::<f32>();
         let scale = libm::sqrtf(gain) / sum;
@@ -132,14 +130,14 @@ impl Patch {
         let kernel = &kernel[..=reach];
         let mut across = [[0.0; SIDE]; SIDE];
         for (to, from) in across.iter_mut().zip(&self.sample) {
-            let mut padded = [0.0; SIDE + 2 * REACH];
-            padded[REACH..REACH + SIDE].copy_from_slice(from);
+            let mut padded = [0.0; SIDE + 2 * BLUR_REACH];
+            padded[BLUR_REACH..BLUR_REACH + SIDE].copy_from_slice(from);
             for (offset, &weight) in kernel.iter().enumerate() {
                 for i in 0..SIDE {
                     to[i] += if offset == 0 {
-                        weight * padded[REACH + i]
+                        weight * padded[BLUR_REACH + i]
                     } else {
-                        weight * (padded[REACH + i - offset] + padded[REACH + i + offset])
+                        weight * (padded[BLUR_REACH + i - offset] + padded[BLUR_REACH + i + offset])
                     };
                 }
             }
@@ -163,11 +161,6 @@ impl Patch {
         both
     }
 }
-
-/// How far the rim is from the patch's end: what is brought in from beyond the frame should not decide.
-const RIM: usize = 2;
-/// The widest reach of a blur in samples.
-const REACH: usize = 12;
 
 fn add_row(frame: &Frame<'_>, y: i32, x: i32, step: usize, sign: i32, sums: &mut [i32; SIDE]) {
     let (width, height) = (frame.width() as i32, frame.height() as i32);

@@ -1,32 +1,16 @@
-//! Pose candidates: poses worth a closer look. In the patch around a blob, coarsened so that no panel's LEDs are told apart in it, the evidence
-//! is a smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
+//! Pose candidates: poses worth a closer look. In the patch around a blob, coarsened so that no panel's LEDs are told apart in it, the
+//! evidence is a smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
 
 use super::blob::Blob;
 use super::evidence::Evidence;
 use super::hill_climbing::{self, Pose};
-use super::patch::{Patch, SIDE as SAMPLES};
+use super::patch::Patch;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
+use crate::parameters::hill_climbing::{FINE, FROM_SEED, NEAR};
+use crate::parameters::pose_candidates::{PATCH_SIDE as SAMPLES, *};
 use heapless::Vec;
 use link::panel::LEDS;
-
-/// Candidates for the pose of one blob, at most.
-pub(super) const POSE_CANDIDATES: usize = 6;
-
-/// Side of a panel in the coarsened patch, in samples, at least.
-const COARSE_SIDE: f32 = 20.0;
-/// The spots of the coarsened patch are blurred to at least this, in pitches: LEDs run into each other.
-const COARSE_SIGMA: f32 = 0.55;
-/// Room around a panel in the fine patch.
-const FINE_ROOM: f32 = 1.3;
-/// Room around a panel where it is looked for again, and steps of 0.6 pitches to either side there.
-const NEAR_ROOM: f32 = 2.6;
-const NEAR_STEPS: i32 = 10;
-/// λ of [`Evidence`] over a spot's energy, as its square root.
-const RIDGE: f32 = 0.1;
-/// What the evidence counts as noise beside the camera's: the share of the patch's contrast that spots of equal width on an even ground cannot
-/// explain.
-const MISMATCH: f32 = 0.1;
 
 /// A view of a place in one frame, or in the difference of two.
 #[derive(Clone, Copy)]
@@ -111,14 +95,14 @@ impl View<'_, '_> {
         for (x, y) in
             (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y)))
         {
-            let moved = [x, y].map(|c| c as f32 * 0.6 * pitch);
+            let moved = [x, y].map(|c| c as f32 * NEAR_STEP * pitch);
             let pose = Pose {
                 centre: [pose.centre[0] + moved[0], pose.centre[1] + moved[1]],
                 ..pose
             };
             best.offer(evidence.of(&pose.lattice()), pose);
         }
-        let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, 0.3, 12)?;
+        let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, NEAR)?;
         let near = patch.to_frame_lattice(&pose.lattice());
         let blob = Blob {
             centre: near.centre,
@@ -137,7 +121,7 @@ impl View<'_, '_> {
             log_pitch: start.pitch().map(|pitch| libm::logf(pitch / step as f32)),
             roll_rad: libm::atan2f(start.column[1], start.column[0]),
         };
-        let (_, pose) = hill_climbing::explore(&evidence, pose, 0.12, 40)?;
+        let (_, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
         let lattice = pose.lattice();
         let brightness = evidence.brightness(&lattice)?;
         Some((patch.to_frame_lattice(&lattice), brightness))
@@ -155,7 +139,7 @@ impl PoseCandidates {
     /// The evidence's maxima as lattices in the frame's pixels, climbed to one by one as they are asked for.
     pub fn maxima(&self) -> impl Iterator<Item = Lattice> + '_ {
         self.seeds.0.iter().filter_map(|(_, seed)| {
-            let (_, pose) = hill_climbing::climb(&self.evidence, *seed, 0.3, 25)?;
+            let (_, pose) = hill_climbing::climb(&self.evidence, *seed, FROM_SEED)?;
             Some(self.patch.to_frame_lattice(&pose.lattice()))
         })
     }
@@ -183,11 +167,6 @@ impl Ranking {
 
 /// Poses around a centre: sizes to 15 %, turns to 16° and centres to 0.6 pitches, each as far apart as a hill is wide.
 fn grid(centre: [f32; 2], pitch: f32) -> impl Iterator<Item = Pose> {
-    const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
-    const ROLLS_RAD: [f32; 4] = [-0.21, -0.07, 0.07, 0.21];
-    const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
-    /// Halfway to how a panel looks from 30° aside.
-    const FORESHORTENING: f32 = 0.06;
     let log_pitch = libm::logf(pitch);
     SCALES.into_iter().flat_map(move |scale| {
         ROLLS_RAD.into_iter().flat_map(move |roll_rad| {

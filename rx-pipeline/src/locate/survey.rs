@@ -6,21 +6,13 @@
 //! - the differences from an earlier frame, where there is one: before what stands still, only a panel's LEDs change.
 
 use crate::frame::Frame;
+use crate::parameters::survey::*;
 use heapless::Vec;
 
-/// Tiles along one side of the frame, at most.
-const TILES: usize = 128;
-/// Side of a tile in frames of up to 2048 px.
-const TILE_PX: usize = 16;
 /// Sums of 2×2 pixels along a tile's side.
 const TILE_SUMS: usize = TILE_PX / 2;
 /// Sums of 2×2 pixels worked on together: four rows of them stay in the processor's nearest memory.
 const SEGMENT: usize = 256;
-/// Reach of the second difference in sums of 2×2 pixels.
-const LAG: usize = 2;
-
-/// What a place has beyond half of all tiles must be this share of theirs at least. The mean of a tile's 64 differences varies by a tenth.
-const STANDS_OUT: f32 = 0.25;
 
 /// A place worth looking at: a local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,53 +7,9 @@ use crate::corners::Corners;
 use crate::fit::{self, Fit};
 use crate::lattice::Lattice;
 use crate::light::Light;
+use crate::parameters::verification::*;
 use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
-use core::ops::RangeInclusive;
 use link::panel::LEDS;
-
-/// What is left unexplained may be this much noise over the camera's own, beside a share of the signal: of the change between two frames, and
-/// of a single frame, where what stands behind the panel counts too but the noise is better known.
-const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
-const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
-/// Spots nearer to each other than this, in standard deviations, overlap by so much that the excuse is cut down.
-const CLOSE: f32 = 2.2;
-/// Rounding and what else no camera is free of, in grey levels squared.
-const ROUNDING: f32 = 0.1;
-/// The squares explained, over a pixel's noise: LEDs seen this clearly are no accident. A single frame, which holds all the clutter, has to be
-/// clearer.
-const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
-/// The same for the dimmest outer line of LEDs: below, the lattice may as well be a line off.
-const LEAST_EDGE: f32 = 25.0;
-/// LEDs that are On, or have changed.
-const LIT: RangeInclusive<u32> = 8..=56;
-/// Neighbours in rows and columns that differ. In random bits 56 ± 5 of 112 do; in pictures, which are smooth, far fewer.
-const DIFFERENT: RangeInclusive<u32> = 40..=84;
-/// Places next to the lattice that look like LEDs: more belong to something that goes on.
-const LIT_AROUND: [u32; 2] = [2, 3];
-/// Off LEDs darker than the ground by more than this share of what On LEDs are brighter are none.
-const DARKEST_OFF: f32 = -0.3;
-/// The natural logarithm of how much likelier a panel has to be in a single frame, where its spots overlap, than spots of any brightness:
-/// places without a panel are some 20 000 times as common.
-pub(super) const LEAST_LOG_ODDS: f32 = 10.0;
-/// Ratio of the pitches: seen from up to 40° aside.
-const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
-/// LEDs closer together than this run into each other under any blur that this locator is made for, and any smooth patch looks like them.
-const LEAST_PITCH_PX: f32 = 2.0;
-/// Cosine between rows and columns.
-const MOST_SHEAR: f32 = 0.15;
-/// Turned by no more than this: 23°.
-const MOST_ROLL_RAD: f32 = 0.4;
-/// A spot's standard deviation over that of the narrowest and widest LED under the blur of the settings.
-const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
-/// Room around the lattice in pitches: enough for two lines more, or for no more than the cells.
-const WIDE: f32 = 1.8;
-const NARROW: f32 = 0.6;
-/// A fit that leaves no more than noise is trusted where the signal is this many times the noise.
-const CLEAR: f32 = 8.0;
-/// A lattice one line off has to leave this much less, in the noise of a pixel, to be taken for the right one; and as much more to be ruled out.
-const WORTH_A_MOVE: f32 = 40.0;
-/// In a single frame a lattice one line off has to leave this share of the signal more, or the frame does not tell them apart.
-const CLEARLY_WORSE: f32 = 0.01;
 
 /// A lattice that is a panel.
 pub(super) struct Verified {
@@ -63,9 +19,6 @@ pub(super) struct Verified {
     pub noise_grey: f32,
     pub signal_to_noise: f32,
 }
-
-/// Residuals of this many times the noise leave nothing to be found.
-const BEYOND_DOUBT: f32 = 1.25;
 
 impl Verified {
     /// Whether there is next to nothing but noise left.
@@ -112,7 +65,7 @@ pub(super) fn verify<const N: usize>(
     let no_lattice = LocateError::NoLattice;
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
     let mut fitted =
-        fit::levenberg_marquardt(canvas, scenery, window, start, 20).ok_or(no_lattice)?;
+        fit::levenberg_marquardt(canvas, scenery, window, start, STEPS).ok_or(no_lattice)?;
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
     let Slope {
         squares,
@@ -123,15 +76,15 @@ pub(super) fn verify<const N: usize>(
     let noise_squares = noise * pixels as f32;
     let explains_all =
         squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
-    if !explains_all && (squares < 0.5 * total || !single) {
+    if !explains_all && (squares < HALF_EXPLAINED * total || !single) {
         let wide = fit::window(&fitted.spots.lattice, WIDE, size).ok_or(no_lattice)?;
         let lines = Lines::of(canvas, scenery, wide, &fitted.spots).ok_or(no_lattice)?;
         let doubt = lines.here - lines.best_beside;
         if doubt > WORTH_A_MOVE * noise {
             let moved = lines.beside;
             let window = fit::window(&moved.lattice, rim, size).ok_or(no_lattice)?;
-            fitted =
-                fit::levenberg_marquardt(canvas, scenery, window, moved, 12).ok_or(no_lattice)?;
+            fitted = fit::levenberg_marquardt(canvas, scenery, window, moved, STEPS_MOVED)
+                .ok_or(no_lattice)?;
         }
         // What is behind the panel, or noise, may make up for a line.
         let enough = if single {
@@ -156,7 +109,7 @@ pub(super) fn verify<const N: usize>(
     } else {
         canvas.noise_around(&fitted.spots, window)
     };
-    let noise = around.map_or(noise, |around| around.max(0.3 * noise));
+    let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
     let signal_to_noise = examine(&fitted, noise, single, view.spot_sigma_px)?;
     let lit_around = canvas.lit_around(&fitted.spots, window);
     if lit_around > LIT_AROUND[usize::from(single)] {
@@ -182,9 +135,6 @@ impl Fit {
         libm::sqrtf(self.slope.squares / self.slope.pixels.max(1) as f32)
     }
 }
-
-/// Neighbouring lattices that are fitted: those that look best before.
-const LIKELIEST: usize = 2;
 
 /// How a lattice fits, and how the best one counted from a neighbouring line does.
 struct Lines {
@@ -212,7 +162,7 @@ impl Lines {
             (-1, -1),
         ];
         let pair = scenery.earlier.is_some();
-        let here = fit::levenberg_marquardt(canvas, scenery, window, *spots, 2)?;
+        let here = fit::levenberg_marquardt(canvas, scenery, window, *spots, STEPS_COMPARED[0])?;
         let mut lines = Self {
             here: here.slope.squares,
             total: here.slope.total,
@@ -227,7 +177,8 @@ impl Lines {
         });
         beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (_, shifted) in &beside[..LIKELIEST] {
-            if let Some(there) = fit::levenberg_marquardt(canvas, scenery, window, *shifted, 3)
+            if let Some(there) =
+                fit::levenberg_marquardt(canvas, scenery, window, *shifted, STEPS_COMPARED[1])
                 && there.slope.squares < lines.best_beside
             {
                 (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
@@ -247,7 +198,7 @@ fn examine(fitted: &Fit, noise: f32, single: bool, spot_sigma_px: f32) -> Result
     let Fit { spots, slope } = fitted;
     let pixels = slope.pixels as f32;
     let saturated_percent = (100.0 * (1.0 - pixels / slope.window_pixels.max(1) as f32)) as u8;
-    if saturated_percent > super::MAX_SATURATED_PERCENT {
+    if saturated_percent > MAX_SATURATED_PERCENT {
         return Err(LocateError::Saturated {
             percent: saturated_percent,
         });
@@ -296,8 +247,8 @@ fn examine(fitted: &Fit, noise: f32, single: bool, spot_sigma_px: f32) -> Result
     let shear =
         (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
     let roll = libm::atan2f(lattice.column[1], lattice.column[0]);
-    // The widest LEDs fill two thirds of their pitch; a disc's variance along an axis is a sixteenth of its diameter's square.
-    let disc = across.max(down) / 1.5 / 4.0;
+    // A disc's variance along an axis is a sixteenth of its diameter's square.
+    let disc = across.max(down) / PITCH_OVER_LED / 4.0;
     let narrowest = SPOT_RATIO.0 * spot_sigma_px;
     let widest = SPOT_RATIO.1 * libm::sqrtf(spot_sigma_px * spot_sigma_px + disc * disc);
     let possible =

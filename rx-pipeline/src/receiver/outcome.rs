@@ -39,7 +39,7 @@ pub enum Loss {
     /// The panel that was followed is not seen; it is looked for where it should be.
     #[error(
         "coasting, frame {missed} of {} without the panel: {why}",
-        crate::track::PATIENCE_FRAMES
+        crate::parameters::tracking::PATIENCE_FRAMES
     )]
     Coasting {
         /// Frames missed in a row, from 1.

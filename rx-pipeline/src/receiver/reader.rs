@@ -10,15 +10,12 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
+use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, SAME_CELLS};
 use crate::profile::{Profile, Stage};
 use crate::spots::{Canvas, Scenery, Spots};
 use crate::symbols::{Symbol, SymbolClock};
 use crate::track::{Gate, Track, TrackError};
 use link::framing::{Deframer, Event};
-
-/// The cells of a pose serve poses whose corners differ by less than this share of a pitch: noise alone
-/// moves them by less, and a cell's mean hardly notices.
-const SAME_CELLS: f32 = 0.03;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -39,11 +36,6 @@ fn better(
         (here, _) => here,
     }
 }
-
-/// By so much more of the light a place has to explain to be taken for the panel's instead of the expected one; or it leaves but this share of
-/// what is left there.
-const CLEARLY: f32 = 0.05;
-const CLEARLY_LEFT: f32 = 0.6;
 
 /// The large parts that it takes to read a panel.
 pub(crate) struct Tools<'a, const N: usize> {

@@ -53,8 +53,8 @@ impl<const PIXELS: usize> Search<PIXELS> for NoSearch {
 
 /// Looks through whole frames, as long as fewer panels are followed than there may be.
 ///
-/// `L` is where its [memory](SearchMemory) is: `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` keeps the last frames, so that
-/// a panel that does not stand out is found by its blinking: anything that lends a slice of bytes.
+/// `L` is where its [memory](SearchMemory) is: `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` keeps the last frames,
+/// so that a panel that does not stand out is found by its blinking: anything that lends a slice of bytes.
 pub struct FrameSearch<L, H = [u8; 0]> {
     memory: L,
     history: History<H>,
@@ -68,8 +68,8 @@ impl<L: BorrowMut<SearchMemory>> FrameSearch<L> {
 }
 
 impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
-    /// A search that finds panels by their blinking too, in frames of up to half as many pixels as `history` has bytes; with less certainty in
-    /// frames of up to as many.
+    /// A search that finds panels by their blinking too, in frames of up to half as many pixels as `history` has bytes; with less
+    /// certainty in frames of up to as many.
     pub fn with_history(memory: L, history: H) -> Self {
         Self {
             memory,

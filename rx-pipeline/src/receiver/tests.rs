@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::locate::LocateError;
+use crate::parameters::tracking::PATIENCE_FRAMES;
 use crate::synthetic::Scene;
-use crate::track::PATIENCE_FRAMES;
 use link::camera::Camera;
 use link::fec::Code;
 use link::framing::Framer;

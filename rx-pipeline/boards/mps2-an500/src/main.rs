@@ -59,7 +59,8 @@ fn main() -> ! {
     }
 }
 
-/// The service, made in its place: handed on, it would pass through the stack. Not inlined: what is taken of that is free again before the first region comes.
+/// The service, made in its place: handed on, it would pass through the stack. Not inlined: what is taken of that is free again before
+/// the first region comes.
 #[inline(never)]
 fn service() -> &'static mut Result<Board, ReceiverError> {
     let memory = MEMORY.take();

@@ -1,0 +1,332 @@
+//! Every number by which the receiver locates, follows and reads that somebody chose: with its unit, its effect, and
+//! the recommended value.
+//!
+//! They are constants, so that they cost nothing where pixels are reckoned with; who needs another value changes it
+//! here and builds. The values are those that `docs/receiver.md` states the results of. What a camera is like is no
+//! parameter but a setting ([`link::camera::Camera`]); what memory there is, is a type's `PIXELS`. The detectors have
+//! theirs in their own modules.
+//!
+//! | stage | parameters |
+//! |---|---|
+//! | where something stands out in the frame | [`survey`] |
+//! | how large it is | [`blob`] |
+//! | which poses it may have | [`pose_candidates`], [`hill_climbing`] |
+//! | the pose that fits best | [`fitting`] |
+//! | whether that is a panel | [`verification`] |
+//! | which of the panels found is believed, and how much is tried | [`search`] |
+//! | where the panel is in the next frame | [`tracking`] |
+//! | which of two readings is right | [`reading`] |
+//! | which readings are of one symbol | [`symbols`] |
+//!
+//! A *pitch* is the distance from one LED to the next; *grey* is a grey level of 256; an *amplitude ratio* is a
+//! signal's over the standard deviation of a pixel's noise, and an *energy ratio* its square.
+
+/// Where something stands out: one pass over the frame.
+pub mod survey {
+    /// Side of a tile in frames of up to [`TILES`] of them (px). Larger: faster, and small panels drown in what is
+    /// around them.
+    pub const TILE_PX: usize = 16;
+    /// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser
+    /// tiles in large frames.
+    pub const TILES: usize = 128;
+    /// Reach of the second difference (sums of 2×2 px). Longer: tuned to larger LEDs.
+    pub const LAG: usize = 2;
+    /// What a peak has beyond half of all tiles, at least (share of what those have). Higher: faint panels are passed
+    /// over; lower: noise makes peaks. The mean of a tile's 64 differences varies by a tenth.
+    pub const STANDS_OUT: f32 = 0.25;
+    /// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
+    pub const CHANGED_PEAKS: usize = 4;
+    /// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
+    pub const BUSY_PEAKS: usize = 12;
+}
+
+/// How large what stands out is.
+pub mod blob {
+    use core::ops::RangeInclusive;
+
+    /// Cells along one side of the neighbourhood looked at, at most 64 (count). More: larger panels, and more time for
+    /// each peak.
+    pub const CELLS: usize = 48;
+    /// Side of a cell (px). Larger: larger panels, and the size of small ones less sure.
+    pub const CELL_PX: usize = 4;
+    /// What a cell of the blob has, at least (share of what the busiest cell has beyond the noise): each is tried.
+    /// Before clutter only a high share sets a panel apart; in a large panel only a low one joins its LEDs.
+    pub const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
+    /// What a cell of the blob has, at least (multiple of the median cell). Higher: faint panels are lost; lower: noise
+    /// belongs to the blob.
+    pub const LEAST_OVER_MEDIAN: f32 = 2.0;
+    /// How far from a peak its busiest cell is looked for (cells). Farther: a brighter neighbour may be taken for it.
+    pub const NEAR: usize = 4;
+    /// Reach of the first difference that makes a cell busy (px). Longer: tuned to larger LEDs.
+    pub const REACH: usize = 2;
+    /// By how much light spilling over and the smoothing of cells make a blob wider (px). More: smaller panels are
+    /// supposed.
+    pub const SPILL_PX: f32 = 6.0;
+    /// Sides of the smallest and of the largest panel looked for (px). Wider: more that is no panel is tried.
+    pub const SIDE_PX: RangeInclusive<f32> = 14.0..=110.0;
+    /// A blob smaller than another by less is no other one (ratio of sides). Higher: fewer sizes are tried.
+    pub const DISTINCT: f32 = 1.25;
+}
+
+/// Which poses what stands out may have.
+pub mod pose_candidates {
+    /// Samples along one side of the patch looked at (count). More: finer, and slower by their square.
+    pub const PATCH_SIDE: usize = 64;
+    /// How far within the patch's end its rim is, whose median is the ground (samples). Nearer the end: what lies
+    /// beyond the frame decides.
+    pub const RIM: usize = 2;
+    /// The part of a blob that is darker than its own ground (share, as one in so many). Higher: a lower ground, and
+    /// clutter stands out.
+    pub const DARKEST_ONE_IN: usize = 5;
+    /// The widest reach of a blur (samples). Longer: slower; shorter: wide spots are cut off.
+    pub const BLUR_REACH: usize = 12;
+    /// Candidates for the pose of one blob, at most (count). More: slower, and a panel's pose is seldom missed.
+    pub const POSE_CANDIDATES: usize = 6;
+    /// Side of a panel in the coarsened patch, at least (samples). More: hills are narrower, and may be missed between
+    /// the seeds.
+    pub const COARSE_SIDE: f32 = 20.0;
+    /// The blur of the coarsened patch's spots, at least (pitches, standard deviation): LEDs run into each other. More:
+    /// hills are wider, and lines are told apart less.
+    pub const COARSE_SIGMA: f32 = 0.55;
+    /// The size of the fine patch (multiple of the blob's side). More: coarser samples; less: lattices a line off leave
+    /// it.
+    pub const FINE_ROOM: f32 = 1.3;
+    /// The size of the patch in which a followed panel is looked for again (multiple of the panel's side). More:
+    /// farther, and coarser.
+    pub const NEAR_ROOM: f32 = 2.6;
+    /// Seeds to either side in there (count). More: farther and slower.
+    pub const NEAR_STEPS: i32 = 10;
+    /// From one of these seeds to the next (pitches). Longer: farther, and hills may be missed between them.
+    pub const NEAR_STEP: f32 = 0.6;
+    /// √λ of the evidence: how faint LEDs are supposed to be beside the noise (share of a spot's energy). Higher:
+    /// overlapping spots share less of each other's light.
+    pub const RIDGE: f32 = 0.1;
+    /// What counts as noise beside the camera's: spots of equal width on an even ground do not explain it (share of the
+    /// patch's contrast). Higher: hills are flatter, and the best pose less sure.
+    pub const MISMATCH: f32 = 0.1;
+    /// Sizes of the seeds (logarithm of the ratio to the blob's). More of them, and of the next two: slower, and fewer
+    /// hills are missed.
+    pub const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
+    /// Turns of the seeds (rad).
+    pub const ROLLS_RAD: [f32; 4] = [-0.21, -0.07, 0.07, 0.21];
+    /// Centres of the seeds along either axis (pitches).
+    pub const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
+    /// By how much narrower than high the seeds are (logarithm of the ratio): halfway to how a panel looks from 30°
+    /// aside.
+    pub const FORESHORTENING: f32 = 0.06;
+}
+
+/// From a seed to the maximum of the evidence near it. A climb has a first step (pitches) and a most of rounds (count):
+/// longer steps leave the hill they are on, shorter ones and fewer rounds do not reach its top.
+pub mod hill_climbing {
+    /// First step and rounds from a seed.
+    pub const FROM_SEED: (f32, usize) = (0.3, 25);
+    /// First step and rounds where a followed panel is looked for again.
+    pub const NEAR: (f32, usize) = (0.3, 12);
+    /// First step and rounds at the frame's own resolution.
+    pub const FINE: (f32, usize) = (0.12, 40);
+    /// A climb ends when its step is shorter (pitches). Shorter: more rounds, and a pose nearer to the top.
+    pub const LAST_STEP: f32 = 0.02;
+    /// Climbs from one lattice to that of a line more, less or further on, at most (count). More: slower, and worse
+    /// starts are mended.
+    pub const LINES: usize = 4;
+    /// Evidence that counts as more for such a lattice (natural logarithm). Higher: lattices a line off stay.
+    pub const MARGIN: f32 = 1.0;
+}
+
+/// The Levenberg-Marquardt fit of 64 spots to the pixels.
+pub mod fitting {
+    /// A step that improves the sum of squares by less is the last one (share). Lower: more steps, and a pose nearer to
+    /// the best.
+    pub const SETTLED: f32 = 3e-3;
+    /// The damping of the first step (share of the curvature). Higher: shorter steps.
+    pub const DAMPING: f32 = 0.05;
+    /// The least damping (share of the curvature).
+    pub const LEAST_DAMPING: f32 = 0.01;
+    /// What a step that improves multiplies the damping by (factor).
+    pub const EASED: f32 = 0.3;
+    /// What a step that does not improve makes of the damping: a multiple (factor), and this more (share of the
+    /// curvature).
+    pub const STIFFENED: (f32, f32) = (4.0, 0.2);
+    /// With so much damping no step leads anywhere (share of the curvature). Higher: more steps before giving up.
+    pub const STUCK: f32 = 50.0;
+    /// Steps in which only the levels settle, since nothing else can before (count).
+    pub const LEVELLING: usize = 3;
+}
+
+/// Whether a lattice fitted to the pixels is a panel. Where there are two values, the first is for the change between
+/// two frames, the second for a single frame, which holds all the clutter.
+pub mod verification {
+    use core::ops::RangeInclusive;
+
+    /// Steps of the first fit, at most (count). This and the next three, higher: slower, and worse starts are mended.
+    pub const STEPS: usize = 20;
+    /// Steps of the fit of a lattice that has moved by a line, at most (count).
+    pub const STEPS_MOVED: usize = 12;
+    /// Steps of the fits that are compared: of the lattice itself, and of one a line beside it (count).
+    pub const STEPS_COMPARED: [usize; 2] = [2, 3];
+    /// Lattices a line beside that are fitted: those that look best before (count).
+    pub const LIKELIEST: usize = 2;
+    /// Room around the lattice where two lines more could lie, and where none (pitches). More: clutter around the panel
+    /// counts.
+    pub const WIDE: f32 = 1.8;
+    /// The same for no more than the cells (pitches).
+    pub const NARROW: f32 = 0.6;
+    /// Pixels at grey 255, at most (percent of the panel's). Higher: panels are fitted of which little is known.
+    pub const MAX_SATURATED_PERCENT: u8 = 60;
+    /// Rounding, and what else no camera is free of (variance, grey²). Higher: noiseless frames are judged more mildly.
+    pub const ROUNDING: f32 = 0.1;
+    /// What may be left unexplained (multiple of the camera's noise): what stands behind the panel counts too in a
+    /// single frame, but its noise is better known. Higher: more that is no panel passes.
+    pub const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
+    /// What may be left unexplained beside (share of the signal's energy). Higher: more that is no panel passes; lower:
+    /// panels seen askew do not.
+    pub const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
+    /// Spots nearer to each other overlap by so much that the excuse is cut down (standard deviations of a spot).
+    pub const CLOSE: f32 = 2.2;
+    /// What the spots explain, at least (energy ratio): LEDs seen this clearly are no accident. Higher: faint panels
+    /// wait for other frames.
+    pub const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
+    /// The same for the dimmest outer line of LEDs (energy ratio): below, the lattice may as well be a line off.
+    pub const LEAST_EDGE: f32 = 25.0;
+    /// LEDs that are On, or have changed (count). Scrambled bits have 32 ± 4.
+    pub const LIT: RangeInclusive<u32> = 8..=56;
+    /// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
+    /// smooth, far fewer.
+    pub const DIFFERENT: RangeInclusive<u32> = 40..=84;
+    /// Places next to the lattice that look like LEDs, at most (count): more belong to something that goes on.
+    pub const LIT_AROUND: [u32; 2] = [2, 3];
+    /// Off LEDs darker than the ground by more are none (share of the step from Off to On).
+    pub const DARKEST_OFF: f32 = -0.3;
+    /// How much likelier a panel has to be in a single frame, where its spots overlap, than spots of any brightness
+    /// (natural logarithm of the odds). Places without a panel are some 20 000 times as common.
+    pub const LEAST_LOG_ODDS: f32 = 10.0;
+    /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
+    pub const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
+    /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
+    /// patch looks like them.
+    pub const LEAST_PITCH_PX: f32 = 2.0;
+    /// Rows and columns are no further from right angles (cosine).
+    pub const MOST_SHEAR: f32 = 0.15;
+    /// Rows are turned by no more (rad): 23°.
+    pub const MOST_ROLL_RAD: f32 = 0.4;
+    /// A spot's width over that of the narrowest and of the widest LED under the camera's blur (ratio). Wider: the blur
+    /// may be known worse, and more that is no panel passes.
+    pub const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
+    /// The pitch over the diameter of the widest LEDs (ratio): they fill two thirds of it.
+    pub const PITCH_OVER_LED: f32 = 1.5;
+    /// A fit that leaves no more than noise is trusted at once where the signal is greater (energy ratio, per pixel).
+    pub const CLEAR: f32 = 8.0;
+    /// A single frame of which a fit leaves more is not compared with lattices a line beside (share of the signal).
+    pub const HALF_EXPLAINED: f32 = 0.5;
+    /// A lattice one line off leaves this much less when it is taken for the right one, and as much more when it is
+    /// ruled out (energy ratio).
+    pub const WORTH_A_MOVE: f32 = 40.0;
+    /// In a single frame a lattice one line off has to leave more, or the frame does not tell them apart (share of the
+    /// signal).
+    pub const CLEARLY_WORSE: f32 = 0.01;
+    /// What is left is next to nothing but noise (amplitude ratio): no other pose is tried. Higher: faster, and the
+    /// second best pose may stay.
+    pub const BEYOND_DOUBT: f32 = 1.25;
+    /// The noise around the panel counts as no less (share of the variance of the whole frame's).
+    pub const LEAST_NOISE_AROUND: f32 = 0.3;
+}
+
+/// Which of the panels found is believed, and how much is tried in a frame.
+pub mod search {
+    use core::ops::RangeInclusive;
+
+    /// An LED's own extent before anything is known of it (px, standard deviation).
+    pub const LED_SIGMA_PX: f32 = 0.6;
+    /// Noise below is rounding (grey).
+    pub const LEAST_NOISE_GREY: f32 = 0.3;
+    /// Columns and rows around a known panel in which no other is looked for (pitches, from the first LED on).
+    pub const KNOWN: RangeInclusive<f64> = -3.0..=10.0;
+    /// A change fainter than this has to show from another earlier frame too (amplitude ratio): moving things may look
+    /// like a panel once.
+    pub const FAINT: f32 = 55.0;
+    /// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
+    /// look like anything.
+    pub const FAINT_IN_MOTION: f32 = 200.0;
+    /// The camera has moved when half of the frame changes by more: this many times its noise (factor), and this
+    /// (grey).
+    pub const IN_MOTION: (f32, f32) = (1.5, 0.5);
+    /// Poses of changed places tried in a frame (count). More, as of the next two: panels are found sooner, and each
+    /// frame takes longer.
+    pub const CHANGED_BUDGET: u32 = 8;
+    /// Poses of busy places tried in a frame (count).
+    pub const BUSY_BUDGET: u32 = 3;
+    /// Busy places looked at in every frame (count); and one more, another each time.
+    pub const ALWAYS: usize = 2;
+    /// Lattices are the same if no corner differs by more (pitches).
+    pub const SAME_LATTICE: f32 = 0.4;
+}
+
+/// Where the panel is in the next frame: an α-β tracker of place, shape and brightness.
+pub mod tracking {
+    /// Frames in a row that may be missed before the panel counts as lost (frames): at 100 a second 0.12 s. More:
+    /// longer gaps are bridged, and a panel that has gone is looked for later.
+    pub const PATIENCE_FRAMES: u32 = 12;
+    /// Frames further apart say nothing of each other (frames).
+    pub const LONGEST_GAP_FRAMES: u64 = 25;
+    /// α and β of the place: what is taken of a frame's correction for the place itself, and for its speed (share).
+    /// Higher: follows turns sooner, and noise too.
+    pub const PLACE_GAINS: [f32; 2] = [0.8, 0.3];
+    /// α and β of the shape, which changes more slowly (share).
+    pub const SHAPE_GAINS: [f32; 2] = [0.6, 0.12];
+    /// α of the spots' width, which hardly changes from frame to frame (share). A frame is asked for it with the levels
+    /// as they were, and for the levels with the width as it was, so that both answer for the same light: more of it,
+    /// and they would answer each other.
+    pub const WIDTH_GAIN: f32 = 0.1;
+    /// A prediction off by more may have led to wrong bits (pitches). Higher: jumps are followed, one in them by a line
+    /// too far.
+    pub const FARTHEST: f32 = 0.3;
+    /// Room around the lattice (pitches).
+    pub const RIM: f32 = 0.6;
+    /// Of what frames usually explain, a panel where it is expected explains this much, at least (share of the light
+    /// there).
+    pub const GATE_SHARE: f32 = 0.85;
+    /// The same where it also looks likeliest to be: a frame that straddles two symbols explains this little.
+    pub const GATE_SHARE_LIKELIEST: f32 = 0.5;
+    /// What it explains as long as it is not known what is usual, at least (share of the light there).
+    pub const GATE_LEAST: f32 = 0.25;
+    /// The same where the panel is not expected: clutter explains some of itself too.
+    pub const GATE_LEAST_ELSEWHERE: f32 = 0.7;
+    /// What frames usually explain is the mean over about so many (frames).
+    pub const MEMORY_FRAMES: f32 = 16.0;
+    /// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
+    pub const ROUNDS: usize = 3;
+    /// What explains more is settled (share of what frames usually explain).
+    pub const SETTLED: f32 = 0.9;
+    /// The damping of the steps (share of the curvature).
+    pub const DAMPING: f32 = 0.05;
+}
+
+/// Which of two readings is right, and when cells are made anew.
+pub mod reading {
+    /// The least pitch that is read (px).
+    ///
+    /// A square cell holds a pixel centre wherever it lies and however it is turned once its inscribed circle has the
+    /// radius √2/2, that is, from a side of √2 px on. 1.5 px keeps a little distance from that.
+    pub const MIN_PITCH_PX: f32 = 1.5;
+    /// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
+    /// hardly notices. Higher: faster, and cells that are off.
+    pub const SAME_CELLS: f32 = 0.03;
+    /// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
+    /// there).
+    pub const CLEARLY: f32 = 0.05;
+    /// Or what it leaves of what is left at the expected one (share).
+    pub const CLEARLY_LEFT: f32 = 0.6;
+}
+
+/// Which readings are of one symbol.
+pub mod symbols {
+    /// The correlation from which a reading is the last symbol again (1 for the same, 0 for another). Higher: symbols
+    /// are taken for two; lower: two are taken for one. [`crate::symbols`] computes both.
+    pub const REPEAT_CORRELATION: f32 = 0.6;
+    /// By how much the two clocks may disagree (share): two crystals of 100 ppm each. Higher: gaps are counted less
+    /// surely.
+    pub const CLOCK_TOLERANCE: f64 = 2e-4;
+    /// The longest exposure (share of the frame period).
+    pub const EXPOSURE_MAX: f64 = 0.1;
+}
