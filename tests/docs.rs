@@ -1,0 +1,226 @@
+//! What the documentation points to is there: links, headings, files, packages and their tests, examples and benches.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use vocc_tests::programs::{output, root};
+
+/// In characters; tables, links and what `vocc accuracy` writes may be wider.
+const WIDEST: usize = 140;
+const WRITTEN_BY_VOCC: &str = "docs/accuracy.md";
+
+struct Document {
+    /// From the root of the repository.
+    path: PathBuf,
+    text: String,
+}
+
+impl Document {
+    fn events(&self) -> impl Iterator<Item = Event<'_>> {
+        Parser::new_ext(&self.text, Options::ENABLE_TABLES)
+    }
+
+    /// Where links and pictures lead, as they are written.
+    fn destinations(&self) -> Vec<String> {
+        let links = self.events().filter_map(|event| match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                Some(dest_url.into_string())
+            }
+            _ => None,
+        });
+        links
+            .filter(|to| !to.contains("://") && !to.starts_with("mailto:"))
+            .collect()
+    }
+
+    /// What stands between backticks and in blocks of code.
+    fn code(&self) -> Vec<String> {
+        let mut inside = false;
+        let mut code = Vec::new();
+        for event in self.events() {
+            match event {
+                Event::Start(Tag::CodeBlock(_)) => inside = true,
+                Event::End(TagEnd::CodeBlock) => inside = false,
+                Event::Text(text) if inside => code.extend(text.lines().map(str::to_owned)),
+                Event::Code(text) => code.push(text.into_string()),
+                _ => {}
+            }
+        }
+        code
+    }
+
+    /// Its headings, as links name them.
+    fn anchors(&self) -> BTreeSet<String> {
+        let mut anchors = BTreeSet::new();
+        let mut heading: Option<String> = None;
+        for event in self.events() {
+            match event {
+                Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+                Event::End(TagEnd::Heading(_)) => {
+                    anchors.extend(heading.take().as_deref().map(anchor))
+                }
+                Event::Text(text) | Event::Code(text) => {
+                    if let Some(heading) = &mut heading {
+                        *heading += &text;
+                    }
+                }
+                _ => {}
+            }
+        }
+        anchors
+    }
+}
+
+/// As forges make it: lower case, spaces to hyphens, no other punctuation.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter_map(|letter| match letter {
+        ' ' => Some('-'),
+        '-' | '_' => Some(letter),
+        _ => letter.is_alphanumeric().then_some(letter),
+    });
+    kept.collect::<String>().to_lowercase()
+}
+
+/// All documents of the repository, in the order of their paths.
+fn documents() -> Vec<Document> {
+    let mut documents = Vec::new();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(root().join(&folder)).expect("a folder") {
+            let name = entry.expect("an entry").file_name();
+            let path = folder.join(&name);
+            let hidden = name.as_encoded_bytes().starts_with(b".");
+            if root().join(&path).is_dir() {
+                if !hidden && name != "target" && name != "node_modules" {
+                    folders.push(path);
+                }
+            } else if path.extension() == Some(OsStr::new("md")) {
+                let text = std::fs::read_to_string(root().join(&path)).expect("a document");
+                documents.push(Document { path, text });
+            }
+        }
+    }
+    assert!(documents.len() > 10, "only {} documents", documents.len());
+    documents.sort_by(|one, other| one.path.cmp(&other.path));
+    documents
+}
+
+/// What Cargo knows of each package: the kind and name of each of its targets.
+fn targets() -> BTreeMap<String, BTreeSet<(String, String)>> {
+    let metadata = output(Command::new(env!("CARGO")).args([
+        "metadata",
+        "--no-deps",
+        "--offline",
+        "--format-version=1",
+    ]))
+    .expect("Cargo describes the workspace");
+    let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
+    let list = |value: &serde_json::Value| value.as_array().cloned().unwrap_or_default();
+    let word = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+    let packages = list(&metadata["packages"]).into_iter().map(|package| {
+        let targets = list(&package["targets"]).into_iter();
+        let named = targets.map(|target| (word(&target["kind"][0]), word(&target["name"])));
+        (word(&package["name"]), named.collect())
+    });
+    packages.collect()
+}
+
+/// The word after `option` in a command.
+fn after<'a>(command: &'a str, option: &str) -> Option<&'a str> {
+    let mut words = command.split_whitespace();
+    words.find(|word| *word == option)?;
+    words.next()
+}
+
+#[test]
+fn links_lead_to_files_and_headings_that_are_there() {
+    let mut dead = Vec::new();
+    for document in documents() {
+        let folder = document.path.parent().expect("a folder");
+        for to in document.destinations() {
+            let (path, heading) = to.split_once('#').unwrap_or((&to, ""));
+            let target = match path {
+                "" => root().join(&document.path),
+                path => root().join(folder).join(path),
+            };
+            let alive = target.exists()
+                && (heading.is_empty() || {
+                    let text = std::fs::read_to_string(&target).unwrap_or_default();
+                    let target = Document { path: target, text };
+                    target.anchors().contains(heading)
+                });
+            if !alive {
+                dead.push(format!("{}: {to}", document.path.display()));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "dead links:\n{}", dead.join("\n"));
+}
+
+#[test]
+fn files_that_are_named_are_there() {
+    let mut missing = Vec::new();
+    for document in documents() {
+        for code in document.code() {
+            let is_path = code.contains('/') && !code.contains([' ', '*', '<', '$']);
+            let first = code.split('/').next().unwrap_or_default();
+            let is_ours = !first.is_empty() && !first.contains('.') && root().join(first).is_dir();
+            if is_path && is_ours && first != "target" && !root().join(&code).exists() {
+                missing.push(format!("{}: {code}", document.path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "no such files:\n{}", missing.join("\n"));
+}
+
+#[test]
+fn commands_name_packages_tests_examples_and_benches_that_are_there() {
+    let targets = targets();
+    let mut wrong = Vec::new();
+    let mut commands = 0;
+    for document in documents() {
+        for command in document.code() {
+            let Some(package) = after(&command, "-p").filter(|_| command.contains("cargo ")) else {
+                continue;
+            };
+            commands += 1;
+            let known = targets.get(package).is_some_and(|targets| {
+                ["test", "example", "bench"].iter().all(|kind| {
+                    after(&command, &format!("--{kind}"))
+                        .is_none_or(|name| targets.contains(&((*kind).to_owned(), name.to_owned())))
+                })
+            });
+            if !known {
+                wrong.push(format!("{}: {command}", document.path.display()));
+            }
+        }
+    }
+    assert!(commands > 20, "only {commands} commands were found");
+    assert!(
+        wrong.is_empty(),
+        "no such package or target:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn lines_of_prose_are_no_longer_than_140_characters() {
+    let mut long = Vec::new();
+    for document in documents() {
+        if document.path == Path::new(WRITTEN_BY_VOCC) {
+            continue;
+        }
+        let mut fenced = false;
+        for (number, line) in document.text.lines().enumerate() {
+            fenced ^= line.starts_with("```");
+            let prose = !fenced && !line.starts_with('|') && !line.starts_with("    ");
+            if prose && !line.contains("](") && line.chars().count() > WIDEST {
+                long.push(format!("{}:{}", document.path.display(), number + 1));
+            }
+        }
+    }
+    assert!(long.is_empty(), "lines to break:\n{}", long.join("\n"));
+}
