@@ -146,7 +146,7 @@ proptest! {
             let modes = |mode| deterministic().into_iter().map(move |other| (other, if other == name { mode } else { rest }));
             let with = scene(&settings, modes("on"));
             let renderer = Renderer::new(&with, Level::Reference).expect("a visible scene");
-            let bound = renderer.plan().0.iter().find(|d| d.effect == name).expect("a decision on each").bound_grey;
+            let bound = renderer.plan().decisions.iter().find(|d| d.effect == name).expect("a decision on each").bound_grey;
             let difference = greatest_difference(&draw(&with, &renderer, frame), &draw(&scene(&settings, modes("off")), &renderer, frame));
             prop_assert!(difference <= bound + 1e-9, "{name} with the others {rest}: {difference} > {bound}");
         }
@@ -159,7 +159,7 @@ proptest! {
         auto.effects.tolerance_grey = tolerance;
         let renderer = Renderer::new(&all, Level::Reference).expect("a visible scene");
         let planned = Renderer::new(&auto, Level::Reference).expect("a visible scene");
-        let left_out: f64 = planned.plan().0.iter().filter(|d| !d.included && d.effect != "noise").map(|d| d.bound_grey).sum();
+        let left_out: f64 = planned.plan().decisions.iter().filter(|d| !d.included && d.effect != "noise").map(|d| d.bound_grey).sum();
         let difference = greatest_difference(&draw(&all, &renderer, frame), &draw(&auto, &renderer, frame));
         prop_assert!(difference <= left_out + 1e-9, "{difference} > {left_out}");
     }

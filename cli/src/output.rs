@@ -60,7 +60,7 @@ pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
 /// Prints a plan as a table.
 pub fn plan(plan: &Plan) -> anyhow::Result<()> {
     line("effect           bound (grey)  simulated  why")?;
-    for decision in &plan.0 {
+    for decision in &plan.decisions {
         let simulated = if decision.included { "yes" } else { "no" };
         line(&format!(
             "{:<16} {:>12.4}  {simulated:<9}  {}",

@@ -3,17 +3,17 @@
 //! # Layers
 //!
 //! ```text
-//! scene ── view ── plan ── recipe ─┐        what there is · worked out · which effects · what they ask for
-//!                  effects ────────┘
-//!                                  renderer ── canvas ── camera          layouts of LEDs drawn · read out as grey levels, with noise
-//!                                           └─ backdrop                  what no panel lights, worked out once
-//! accuracy ── disc ──────── stamp, polyphase ── layout ─┘   the image of one LED, tabulated or pixel by pixel
-//!
-//! road                              the transmitter's code, the frames, the receiver's code
+//! scene ── view ── effects ── plan ── formation    what there is · worked out · what matters · how it becomes an image
+//!                                         │
+//! accuracy ── disc ──────────────────── renderer   how exactly · the image of one LED · all of it drawn
+//!                                         │
+//! camera, air ──────────────────────────┘ │        exposure, projection, noise
+//!                                        road      the transmitter's code, the frames, the receiver's code
 //! ```
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, the range of linear values.
-//! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter.
+//! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter, and each
+//!   writes its part of the image [`formation`].
 //! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
 //! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to.
 //!
@@ -44,7 +44,9 @@ pub mod air;
 pub mod camera;
 pub mod disc;
 pub mod effects;
+pub mod formation;
 pub mod l2a;
+mod load;
 pub mod plan;
 pub mod random;
 pub mod renderer;

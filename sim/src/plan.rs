@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::effects::{self, Effect};
-use crate::renderer::recipe::Recipe;
+use crate::formation::Formation;
 use crate::scene::Mode;
-use crate::view::View;
+use crate::view::{LinearRange, View};
 
 /// The decision on one effect.
 #[derive(Clone, Debug, Serialize)]
@@ -26,14 +26,20 @@ pub struct Decision {
     pub model: &'static str,
     /// The scene keys it reads.
     pub keys: &'static [&'static str],
-    /// What including it costs.
+    /// What including it takes, in words.
     pub cost: &'static str,
 }
 
 /// The decisions on all effects, in the order in which light meets them.
 #[derive(Clone, Debug, Serialize)]
 #[serde(transparent)]
-pub struct Plan(pub Vec<Decision>);
+pub struct Plan {
+    /// The decisions.
+    pub decisions: Vec<Decision>,
+    /// The linear values that pixels can take, whatever is decided; its blur is what was decided.
+    #[serde(skip)]
+    pub range: LinearRange,
+}
 
 impl Plan {
     /// The plan for a scene.
@@ -47,12 +53,15 @@ impl Plan {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn of(view: &View) -> Self {
-        Self(
-            effects::ALL
-                .iter()
-                .map(|&effect| decide(effect, view))
-                .collect(),
-        )
+        let mut range = effects::linear_range(view);
+        if !decide(effects::LENS_BLUR, view, &range).included {
+            range.sigma_px = 0.0;
+        }
+        let decide = |effect| decide(effect, view, &range);
+        Self {
+            decisions: effects::ALL.into_iter().map(decide).collect(),
+            range,
+        }
     }
 
     /// Whether the effect of that name is simulated.
@@ -62,52 +71,56 @@ impl Plan {
 
     /// The names of the effects that are simulated.
     pub fn included(&self) -> impl Iterator<Item = &'static str> {
-        let included = self.0.iter().filter(|decision| decision.included);
+        let included = self.decisions.iter().filter(|decision| decision.included);
         included.map(|decision| decision.effect)
     }
 
     /// The sum of the bounds of what is left out: no unrounded grey level is farther than this from the image with all
     /// effects.
     pub fn left_out_grey(&self) -> f64 {
-        self.0
+        self.decisions
             .iter()
             .filter(|decision| !decision.included)
             .map(|decision| decision.bound_grey)
             .sum()
     }
 
-    /// What the included effects ask of the renderer.
-    pub fn recipe(&self, view: &View) -> Recipe {
-        let mut recipe = Recipe::plain(view.panels.len());
+    /// The image formation that the included effects make.
+    pub fn formation(&self, view: &View) -> Formation {
+        let mut formation = Formation::plain(view.panels.len());
         for effect in effects::ALL
             .iter()
             .filter(|effect| self.includes(effect.name()))
         {
-            effect.include(view, &mut recipe);
+            effect.include(view, &mut formation);
         }
-        recipe
+        formation
     }
 }
 
-fn decide(effect: &dyn Effect, view: &View) -> Decision {
+fn decide(effect: &dyn Effect, view: &View, range: &LinearRange) -> Decision {
     let tolerance_grey = view.scene.effects.tolerance_grey;
-    let bound_grey = effect.bound_grey(view);
+    let bound_grey = effect.bound_grey(view, range);
     let mode = view.scene.effects.mode(effect.name());
-    let why = match mode {
-        Mode::On => "the scene says on".to_string(),
-        Mode::Off => "the scene says off".to_string(),
-        Mode::Auto if bound_grey == 0.0 => "nothing in the scene calls for it".to_string(),
-        Mode::Auto if bound_grey > tolerance_grey => {
-            format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}")
-        }
-        Mode::Auto => format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}"),
+    let (included, why) = match mode {
+        Mode::On => (true, "the scene says on".to_string()),
+        Mode::Off => (false, "the scene says off".to_string()),
+        Mode::Auto if bound_grey > tolerance_grey => (
+            true,
+            format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}"),
+        ),
+        Mode::Auto if bound_grey == 0.0 => (false, "nothing in the scene calls for it".to_string()),
+        Mode::Auto => (
+            false,
+            format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}"),
+        ),
     };
     Decision {
         effect: effect.name(),
         bound_grey,
         tolerance_grey,
         mode,
-        included: effects::is_included(effect, view),
+        included,
         why,
         model: effect.model(),
         keys: effect.keys(),

@@ -27,7 +27,6 @@ use crate::camera::clock::{Moment, WINDOW};
 use crate::l2a::{self, L2aError};
 use crate::random::{Purpose, stream};
 use crate::renderer::canvas::Canvas;
-use crate::renderer::layout::pose_after;
 use crate::renderer::{Renderer, Shown};
 use crate::scene::Scene;
 use crate::view::ViewError;
@@ -243,9 +242,9 @@ impl Road {
         }
         let after_s = frame as f64 / self.scene.camera.frame_rate_hz;
         let mut scene = self.scene.clone();
-        scene.pose = pose_after(&scene.pose, after_s);
+        scene.pose = scene.pose.after(after_s);
         for panel in &mut scene.panels {
-            panel.pose = panel.pose.as_ref().map(|pose| pose_after(pose, after_s));
+            panel.pose = panel.pose.as_ref().map(|pose| pose.after(after_s));
         }
         self.renderer = self.renderer.rebuilt_for(&scene)?;
         self.canvas = Canvas::new(self.renderer.lit_region());

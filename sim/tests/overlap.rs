@@ -4,7 +4,7 @@ use link::panel::PanelFrame;
 use sim::accuracy::Level;
 use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
-use sim::renderer::layout::pose_after;
+
 use sim::scene::{Panel, Pose, Scene};
 
 const ALL_ON: u64 = u64::MAX;
@@ -86,10 +86,10 @@ fn no_pixel_is_brighter_than_the_brightest_led() {
         let scene = one_behind_the_other(settings);
         let renderer = Renderer::new(&scene, Level::Reference).expect("a visible scene");
         let canvas = draw(&scene, &renderer, &[ALL_ON, ALL_ON]);
-        let view = renderer.view();
+        let range = renderer.plan().range;
         for &value in canvas.values() {
             assert!(
-                value < view.peak + 1e-9 && value > view.floor - 1e-9,
+                value < range.peak + 1e-9 && value > range.floor - 1e-9,
                 "{value}"
             );
         }
@@ -119,7 +119,7 @@ fn a_moving_panel_is_the_mean_of_its_moments_with_its_board() {
         still.ambient = scene.ambient.clone();
         still.pose = Pose {
             velocity_m_s: [0.0; 3],
-            ..pose_after(&scene.pose, after_s)
+            ..scene.pose.after(after_s)
         };
         let image = draw(&still, &renderer, &[0x0f0f_3333_5555_8001]);
         for (mean, value) in mean.iter_mut().zip(image.values()) {

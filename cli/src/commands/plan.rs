@@ -18,7 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let plan = Plan::of(&View::new(&shared.scene(&arguments.scene)?)?);
     if shared.json {
-        plan.0.iter().try_for_each(output::json)?;
+        plan.decisions.iter().try_for_each(output::json)?;
     } else {
         output::plan(&plan)?;
     }

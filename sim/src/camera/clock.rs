@@ -1,10 +1,10 @@
 //! When frames are exposed and symbols change: two clocks that nobody synchronises.
 
 use crate::camera::exposure::Exposure;
-use crate::scene::Scene;
+use crate::scene::{Link, Scene};
 
 /// The symbols that one exposure may see.
-pub const WINDOW: usize = 4;
+pub const WINDOW: usize = Link::WINDOW;
 
 /// When a frame's exposure begins, in the transmitter's symbols.
 #[derive(Clone, Copy, Debug, PartialEq)]

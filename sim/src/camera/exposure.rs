@@ -72,6 +72,11 @@ impl Exposure {
         luminance_cd_m2 * self.per_cd_m2
     }
 
+    /// Linear value of a dull surface of that `reflectance` in the scene's ambient light.
+    pub fn reflected(&self, scene: &Scene, reflectance: f64) -> f64 {
+        self.linear(scene.ambient.illuminance_lx * reflectance / PI)
+    }
+
     /// The LEDs of `panel` with the surface `reflectance`, driven to the ratio `l2a` as far as the panel's luminance
     /// limits let it. LEDs that reflect nothing have no such ratio, and are dark.
     pub fn led_light(&self, scene: &Scene, panel: &Panel, reflectance: f64, l2a: f64) -> LedLight {

@@ -132,6 +132,18 @@ impl Projection {
     }
 }
 
+/// The local affine image of an ellipse under radial distortion ρ → ρ·(1 + k₁·ρ²).
+pub fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
+    let principal = DVec2::from_array(camera.principal_px());
+    let p = (ellipse.centre - principal) / camera.focal_px();
+    let gain = 1.0 + k1 * p.length_squared();
+    let outer = DMat2::from_cols(p * p.x, p * p.y);
+    Ellipse {
+        centre: principal + p * gain * camera.focal_px(),
+        shape: (DMat2::from_diagonal(DVec2::splat(gain)) + outer * (2.0 * k1)) * ellipse.shape,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,8 +1,8 @@
 //! Light scattered into the line of sight by the air before panels and background (see [`crate::air`]).
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct Airlight;
@@ -28,15 +28,15 @@ impl Effect for Airlight {
         "none"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let panels = view.air.iter().map(|air| air.veil);
-        view.change(panels.fold(view.background_air.veil, f64::max))
+        range.change(panels.fold(view.background_air.veil, f64::max))
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        for (air, seen) in recipe.air.iter_mut().zip(&view.air) {
+    fn include(&self, view: &View, formation: &mut Formation) {
+        for (air, seen) in formation.air.iter_mut().zip(&view.air) {
             air.veil = seen.veil;
         }
-        recipe.background_air.veil = view.background_air.veil;
+        formation.background_air.veil = view.background_air.veil;
     }
 }

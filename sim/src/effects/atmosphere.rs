@@ -1,8 +1,8 @@
 //! Attenuation by the air between camera and panels, and in lit air before the background (see [`crate::air`]).
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct Attenuation;
@@ -24,15 +24,15 @@ impl Effect for Attenuation {
         "none"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let panels = view.air.iter().map(|air| air.transmission);
-        view.change_by_factor(panels.fold(view.background_air.transmission, f64::min))
+        range.change_by_factor(panels.fold(view.background_air.transmission, f64::min))
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        for (air, seen) in recipe.air.iter_mut().zip(&view.air) {
+    fn include(&self, view: &View, formation: &mut Formation) {
+        for (air, seen) in formation.air.iter_mut().zip(&view.air) {
             air.transmission = seen.transmission;
         }
-        recipe.background_air.transmission = view.background_air.transmission;
+        formation.background_air.transmission = view.background_air.transmission;
     }
 }

@@ -1,8 +1,8 @@
 //! The lens blur: a Gaussian, convolved exactly with disc and pixel (see [`crate::disc::chords`]).
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct LensBlur;
@@ -26,13 +26,13 @@ impl Effect for LensBlur {
 
     /// A Gaussian moves light by σ·√(2/π) on average along each axis; the mean over a pixel's width of an edge moves
     /// by no more than its displacement.
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let displacement =
             2.0 * view.scene.camera.blur_sigma_px * (2.0 / std::f64::consts::PI).sqrt();
-        view.change_by_layers(displacement)
+        range.change_by_layers(displacement)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.sigma_px = view.scene.camera.blur_sigma_px;
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.sigma_px = view.scene.camera.blur_sigma_px;
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Effect;
 use crate::air::Air;
-use crate::renderer::recipe::Recipe;
-use crate::view::{PanelView, View};
+use crate::formation::Formation;
+use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
 pub struct Board;
@@ -27,15 +27,15 @@ impl Effect for Board {
 
     /// Against the plain background, whether the air dims both, veils both or does not. A photograph or another panel can
     /// differ by the whole range.
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let difference = |(panel, air): (&PanelView, &Air)| {
             let Some(reflectance) = panel.panel.board_reflectance else {
                 return 0.0;
             };
-            if view.photograph.is_some() || view.layers > 1 {
-                return view.peak - view.floor;
+            if view.photograph.is_some() || range.layers > 1 {
+                return range.peak - range.floor;
             }
-            let board = linear(view, reflectance);
+            let board = view.exposure.reflected(&view.scene, reflectance);
             let [before, behind] = [*air, view.background_air];
             let without_veil = |air: Air| Air { veil: 0.0, ..air };
             let without_loss = |air: Air| Air {
@@ -53,16 +53,27 @@ impl Effect for Board {
             .fold(0.0, |most: f64, difference| most.max(difference.abs()))
         };
         let panels = view.panels.iter().zip(&view.air);
-        view.change(panels.map(difference).fold(0.0, f64::max))
+        range.change(panels.map(difference).fold(0.0, f64::max))
     }
 
-    fn include(&self, _view: &View, recipe: &mut Recipe) {
-        recipe.boards = true;
+    fn widen(&self, view: &View, range: &mut LinearRange) {
+        for (light, air) in lights(view).zip(&view.air) {
+            if let Some(light) = light {
+                range.widen(light, *air);
+            }
+        }
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.boards = lights(view).collect();
     }
 }
 
-/// The linear value of a board of that reflectance.
-pub fn linear(view: &View, reflectance: f64) -> f64 {
-    let luminance = view.scene.ambient.illuminance_lx * reflectance / std::f64::consts::PI;
-    view.exposure.linear(luminance)
+/// The linear value of each panel's board, where it has one.
+fn lights(view: &View) -> impl Iterator<Item = Option<f64>> {
+    let reflectances = view
+        .panels
+        .iter()
+        .map(|panel| panel.panel.board_reflectance);
+    reflectances.map(|board| Some(view.exposure.reflected(&view.scene, board?)))
 }

@@ -1,18 +1,15 @@
 //! Radial distortion of the lens: each LED is drawn where it goes, as its local affine image.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
-
-/// The effect's name.
-pub const NAME: &str = "distortion";
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct Distortion;
 
 impl Effect for Distortion {
     fn name(&self) -> &'static str {
-        NAME
+        "distortion"
     }
 
     fn model(&self) -> &'static str {
@@ -28,7 +25,7 @@ impl Effect for Distortion {
     }
 
     /// How far it moves LEDs, by k₁·ρ³, and their rims against their centres: ρ·(1 + k₁·ρ²) has the slope 1 + 3·k₁·ρ².
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let camera = &view.scene.camera;
         let principal = glam::DVec2::from_array(camera.principal_px());
         let leds = view.panels.iter().flat_map(|panel| panel.ellipses.iter());
@@ -43,10 +40,10 @@ impl Effect for Distortion {
             shift = shift.max(stretch * radius);
             rim = rim.max(3.0 * stretch * extent);
         }
-        view.change_by_geometry(shift, rim)
+        range.change_by_geometry(shift, rim)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.distortion_k1 = view.scene.camera.distortion_k1;
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.distortion_k1 = view.scene.camera.distortion_k1;
     }
 }

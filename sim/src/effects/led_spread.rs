@@ -1,9 +1,9 @@
 //! Brightness that differs from LED to LED.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
+use crate::formation::Formation;
 use crate::scene::Panel;
-use crate::view::View;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct LedSpread;
@@ -25,25 +25,25 @@ impl Effect for LedSpread {
         "one multiplication an LED"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let largest = (0..view.panels.len())
             .flat_map(|p| gains(&view.panels[p].panel, p))
             .map(|gain| (gain - 1.0).abs())
             .fold(0.0, f64::max);
-        view.change((view.peak - view.floor) * largest)
+        range.change((range.peak - range.floor) * largest)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
+    fn gain(&self, view: &View, panel: usize) -> f64 {
+        let gains = gains(&view.panels[panel].panel, panel);
+        gains.into_iter().fold(1.0, f64::max)
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
         let panels = (0..view.panels.len())
             .map(|panel| gains(&view.panels[panel].panel, panel))
             .collect();
-        recipe.led_stages.push(Box::new(Gains { panels }));
+        formation.led_stages.push(Box::new(Gains { panels }));
     }
-}
-
-/// The greatest factor of panel `index`'s LEDs, at least 1.
-pub fn greatest_gain(panel: &Panel, index: usize) -> f64 {
-    gains(panel, index).into_iter().fold(1.0, f64::max)
 }
 
 /// The factors of one panel's LEDs: the same for the same panel index, whatever the seed of a run.
@@ -60,7 +60,7 @@ struct Gains {
     panels: Vec<[f64; link::panel::LEDS]>,
 }
 
-impl crate::renderer::recipe::LedStage for Gains {
+impl crate::formation::LedStage for Gains {
     fn apply(
         &self,
         panel: usize,

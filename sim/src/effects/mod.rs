@@ -1,48 +1,63 @@
 //! What a road does to an image, one effect a file.
 //!
-//! Each effect states its model and source, the scene keys it reads, its cost, and **a bound, in unrounded grey levels,
-//! on what leaving it out would change** in a given scene whichever other effects are present. An effect is included
-//! when the bound exceeds the scene's tolerance, or when the scene says so. Then it writes its part into the
-//! [`Recipe`]; an effect left out is never called again.
+//! The file of an effect holds all that is its own: its name in a scene's `[effects]`, its model and source, the scene keys it
+//! reads, **a bound, in unrounded grey levels, on what leaving it out would change** in a given scene whichever other effects are
+//! present, how it may widen the range of light, and its part of the image formation. What including it costs is measured: see
+//! [`crate::cost`].
 //!
-//! To add one: write its file, and name it in [`ALL`].
+//! An effect is included when its bound exceeds the scene's tolerance, or when the scene says so: see [`crate::plan`]. Then it
+//! writes its part into the [`Formation`]; an effect left out is never called again.
+//!
+//! To add one: write its file, named as it is in a scene, and put it on the list [`ALL`] below. The `[effects]` table of a scene,
+//! the plan, its cost, `vocc plan` and the test of its bound follow from there. It touches more only where it brings more: a
+//! scene key that no other reads goes into [`crate::scene`], and work of a kind that none of [`Formation`]'s parts does, be they
+//! stages of LEDs, stages of rows or numbers, into those and the renderer.
 
-pub mod airlight;
-pub mod atmosphere;
-pub mod blur;
-pub mod board;
-pub mod distortion;
-pub mod led_spread;
-pub mod motion;
-pub mod noise;
-pub mod panels;
-pub mod perspective;
-pub mod photograph;
-pub mod pwm;
-pub mod rolling_shutter;
-pub mod scanning;
-pub mod symbol_change;
-pub mod vignetting;
+mod airlight;
+mod atmosphere;
+mod blur;
+mod board;
+mod distortion;
+mod led_spread;
+mod motion;
+mod noise;
+mod panels;
+mod perspective;
+mod photograph;
+mod pwm;
+mod rolling_shutter;
+mod scanning;
+mod symbol_change;
+mod vignetting;
 
-use crate::renderer::recipe::Recipe;
-use crate::scene::Mode;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::scene::{EffectSettings, RangeError};
+use crate::view::{LinearRange, View};
 
 /// One effect.
 pub trait Effect: Sync {
-    /// Its name in a scene's `[effects]`.
+    /// Its name in a scene's `[effects]`, and its file's.
     fn name(&self) -> &'static str;
     /// The model and where it comes from.
     fn model(&self) -> &'static str;
     /// The scene keys it reads.
     fn keys(&self) -> &'static [&'static str];
-    /// What including it costs.
+    /// What including it takes, in words.
     fn cost(&self) -> &'static str;
     /// The most that leaving it out could change a pixel of this scene, in unrounded grey levels.
-    fn bound_grey(&self, view: &View) -> f64;
-    /// Writes its part into the recipe.
-    fn include(&self, view: &View, recipe: &mut Recipe);
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64;
+    /// How many times as bright it may make the own light of panel `panel`'s LEDs.
+    fn gain(&self, _view: &View, _panel: usize) -> f64 {
+        1.0
+    }
+    /// Makes room in the range for what is neither background nor LED. Called in the order of [`ALL`].
+    fn widen(&self, _view: &View, _range: &mut LinearRange) {}
+    /// Writes its part of the image formation.
+    fn include(&self, view: &View, formation: &mut Formation);
 }
+
+/// The effect that all bounds of geometry depend on: a blurred image changes less where something moves.
+pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 
 /// All effects, in the order in which light meets them.
 pub const ALL: [&dyn Effect; 16] = [
@@ -59,26 +74,102 @@ pub const ALL: [&dyn Effect; 16] = [
     &perspective::Perspective,
     &distortion::Distortion,
     &motion::Motion,
-    &blur::LensBlur,
+    LENS_BLUR,
     &vignetting::Vignetting,
     &noise::SensorNoise,
 ];
-
-/// The effect of that name.
-pub fn by_name(name: &str) -> Option<&'static dyn Effect> {
-    ALL.into_iter().find(|effect| effect.name() == name)
-}
 
 /// The names of all effects.
 pub fn names() -> [&'static str; ALL.len()] {
     ALL.map(|effect| effect.name())
 }
 
-/// Whether the scene calls for the effect.
-pub fn is_included(effect: &dyn Effect, view: &View) -> bool {
-    match view.scene.effects.mode(effect.name()) {
-        Mode::On => true,
-        Mode::Off => false,
-        Mode::Auto => effect.bound_grey(view) > view.scene.effects.tolerance_grey,
+/// The range of a view's linear values, whichever effects are simulated.
+pub fn linear_range(view: &View) -> LinearRange {
+    let gain = |panel| ALL.iter().map(|effect| effect.gain(view, panel)).product();
+    let mut range = LinearRange::of(view, gain);
+    for effect in ALL {
+        effect.widen(view, &mut range);
+    }
+    range
+}
+
+/// That a scene's `[effects]` names nothing but effects.
+///
+/// # Errors
+/// The first name that is none.
+pub fn check_names(settings: &EffectSettings) -> Result<(), RangeError> {
+    let unknown = |name: &&String| !names().contains(&name.as_str());
+    match settings.modes.keys().find(unknown) {
+        None => Ok(()),
+        Some(name) => Err(RangeError {
+            key: format!("effects.{name}"),
+            value: "set".into(),
+            allowed: format!("one of the effects {}", names().join(", ")),
+            way_out: "`vocc plan` lists them".into(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Mode, Scene};
+
+    #[test]
+    fn every_file_of_this_folder_is_on_the_list_under_its_name() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/effects");
+        let files = std::fs::read_dir(folder).unwrap();
+        let mut files: Vec<String> = files
+            .map(|file| file.unwrap().file_name().into_string().unwrap())
+            .filter(|file| file != "mod.rs")
+            .collect();
+        let mut listed = names().map(|name| format!("{name}.rs"));
+        files.sort_unstable();
+        listed.sort_unstable();
+        assert_eq!(files, listed);
+    }
+
+    #[test]
+    fn a_scene_s_effects_are_those_of_the_list() {
+        for name in names() {
+            for (word, mode) in [("auto", Mode::Auto), ("on", Mode::On), ("off", Mode::Off)] {
+                let scene = Scene::load("paper", &[format!("effects.{name}={word}")]).unwrap();
+                assert_eq!(scene.effects.mode(name), mode, "{name}");
+            }
+        }
+        let fault = Scene::load("paper", &["effects.glare=on".into()]).unwrap_err();
+        for name in names() {
+            assert!(fault.to_string().contains(name), "{name}: {fault}");
+        }
+    }
+
+    #[test]
+    fn every_effect_s_keys_are_keys_of_a_scene() {
+        for effect in ALL {
+            for key in effect.keys() {
+                // A table is no value of any key, so a key that exists complains of that.
+                let key = if *key == "[[panel]]" {
+                    "panel.pose"
+                } else {
+                    key
+                };
+                let Err(fault) = Scene::load("paper", &[format!("{key}={{ nothing = 1 }}")]) else {
+                    panic!("{}: {key} takes a table", effect.name());
+                };
+                let fault = fault.to_string();
+                let last = key.rsplit('.').next().unwrap();
+                assert!(
+                    !fault.contains(&format!("unknown field `{last}`")),
+                    "{}: {key}: {fault}",
+                    effect.name()
+                );
+            }
+        }
+        let fault = Scene::load("paper", &["camera.glare={ nothing = 1 }".into()]).unwrap_err();
+        assert!(
+            fault.to_string().contains("unknown field `glare`"),
+            "{fault}"
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! Motion during the exposure.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// The most moments of one exposure: beyond 64 px of way, steps grow.
 const MOST_MOMENTS: f64 = 256.0;
@@ -27,12 +27,12 @@ impl Effect for Motion {
         "LEDs are drawn once for each quarter pixel"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         // Against the image at the middle of the exposure light is moved by at most half the way.
-        view.change_by_geometry(way_px(view) / 2.0, 0.0)
+        range.change_by_geometry(way_px(view) / 2.0, 0.0)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
+    fn include(&self, view: &View, formation: &mut Formation) {
         // One moment for each quarter pixel keeps the steps far below the blur.
         let count = (way_px(view) * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
         let moment = |k: usize| {
@@ -41,7 +41,7 @@ impl Effect for Motion {
                 1.0 / count,
             )
         };
-        recipe.moments = (0..count as usize).map(moment).collect();
+        formation.moments = (0..count as usize).map(moment).collect();
     }
 }
 

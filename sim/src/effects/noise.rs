@@ -2,8 +2,8 @@
 
 use super::Effect;
 use crate::camera::grey;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct SensorNoise;
@@ -31,11 +31,11 @@ impl Effect for SensorNoise {
     }
 
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let noise = crate::camera::noise::Noise::new(&view.scene, &view.exposure);
         let gamma = view.scene.camera.gamma;
         let [darkest, brightest] =
-            [view.floor, view.peak].map(|linear| grey::unrounded(linear, gamma));
+            [range.floor, range.peak].map(|linear| grey::unrounded(linear, gamma));
         let level = |k: i32| {
             grey::linear(
                 darkest + (brightest - darkest) * f64::from(k) / 200.0,
@@ -47,8 +47,8 @@ impl Effect for SensorNoise {
             .fold(0.0, f64::max)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.noise = Some(crate::camera::noise::Noise::new(
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.noise = Some(crate::camera::noise::Noise::new(
             &view.scene,
             &view.exposure,
         ));

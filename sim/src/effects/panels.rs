@@ -1,8 +1,8 @@
 //! Several panels in one frame.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct OtherPanels;
@@ -24,15 +24,15 @@ impl Effect for OtherPanels {
         "as the first panel, for each"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if view.panels.len() > 1 {
-            view.range_grey()
+            range.range_grey()
         } else {
             0.0
         }
     }
 
-    fn include(&self, _view: &View, recipe: &mut Recipe) {
-        recipe.neighbours = true;
+    fn include(&self, _view: &View, formation: &mut Formation) {
+        formation.other_panels = true;
     }
 }

@@ -5,8 +5,8 @@ use link::panel::SIDE;
 
 use super::Effect;
 use crate::camera::projection::Ellipse;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct Perspective;
@@ -34,7 +34,7 @@ impl Effect for Perspective {
     }
 
     /// How far the affine image puts an LED and its rim from their places.
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let moved = view.panels.iter().flat_map(|panel| {
             let centre = panel.projection.pixel(DVec2::ZERO);
             let jacobian = panel.projection.jacobian(DVec2::ZERO);
@@ -55,11 +55,11 @@ impl Effect for Perspective {
         let (shift, rim) = moved.fold((0.0, 0.0), |(shift, rim): (f64, f64), (s, r)| {
             (shift.max(s), rim.max(r))
         });
-        view.change_by_geometry(shift, rim)
+        range.change_by_geometry(shift, rim)
     }
 
-    fn include(&self, _view: &View, recipe: &mut Recipe) {
-        recipe.exact_perspective = true;
+    fn include(&self, _view: &View, formation: &mut Formation) {
+        formation.exact_perspective = true;
     }
 }
 

@@ -1,8 +1,8 @@
 //! A photograph as background.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::{Photograph as Picture, View};
+use crate::formation::Formation;
+use crate::view::{LinearRange, Photograph as Picture, View};
 
 /// See the [module](self).
 pub struct Photograph;
@@ -24,13 +24,19 @@ impl Effect for Photograph {
         "one copy a pixel"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
-        let range = view.photograph.iter().flat_map(Picture::range);
-        let change = range.map(|relative| (relative - 1.0).abs() * view.background);
-        view.change(change.fold(0.0, f64::max)).min(255.0)
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
+        let values = view.photograph.iter().flat_map(Picture::range);
+        let change = values.map(|relative| (relative - 1.0).abs() * view.background);
+        range.change(change.fold(0.0, f64::max)).min(255.0)
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.photograph = view.photograph.is_some();
+    fn widen(&self, view: &View, range: &mut LinearRange) {
+        for relative in view.photograph.iter().flat_map(Picture::range) {
+            range.widen(relative * view.background, view.background_air);
+        }
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.photograph = view.photograph.is_some();
     }
 }

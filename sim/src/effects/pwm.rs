@@ -4,11 +4,10 @@
 
 use super::Effect;
 use crate::camera::clock::Moment;
-use crate::camera::exposure::Exposure;
+use crate::formation::Formation;
 use crate::l2a;
-use crate::renderer::recipe::Recipe;
 use crate::scene::Scene;
-use crate::view::{PanelView, View};
+use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
 pub struct Pwm;
@@ -34,18 +33,22 @@ impl Effect for Pwm {
         "one multiplication an LED"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
-        view.change_by_strays(|panel| stray(&view.scene, &view.exposure, panel))
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
+        range.change_by_strays(view.panels.iter().map(|panel| stray(view, panel)))
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
+    fn gain(&self, view: &View, panel: usize) -> f64 {
+        1.0 + stray(view, &view.panels[panel])
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
         let panels = view.panels.iter().map(|panel| {
             (panel.panel.scan_rows < 2).then(|| Pulses {
                 hz: panel.panel.pwm_hz,
                 duty: duty(&view.scene, panel),
             })
         });
-        recipe.led_stages.push(Box::new(Drive {
+        formation.led_stages.push(Box::new(Drive {
             panels: panels.collect(),
         }));
     }
@@ -53,12 +56,12 @@ impl Effect for Pwm {
 
 /// How far the light of an exposure can stray from its mean, relatively: by (1 − duty) of a period, or duty of one, whichever is
 /// less, over duty·exposure.
-pub fn stray(scene: &Scene, exposure: &Exposure, panel: &PanelView) -> f64 {
+fn stray(view: &View, panel: &PanelView) -> f64 {
     if panel.panel.pwm_hz == 0.0 || panel.panel.scan_rows > 1 {
         return 0.0;
     }
-    let duty = duty(scene, panel);
-    (duty.min(1.0 - duty) / (panel.panel.pwm_hz * exposure.time_s * duty)).min(1.0 / duty)
+    let duty = duty(&view.scene, panel);
+    (duty.min(1.0 - duty) / (panel.panel.pwm_hz * view.exposure.time_s * duty)).min(1.0 / duty)
 }
 
 fn duty(scene: &Scene, panel: &PanelView) -> f64 {
@@ -104,7 +107,7 @@ struct Drive {
     panels: Vec<Option<Pulses>>,
 }
 
-impl crate::renderer::recipe::LedStage for Drive {
+impl crate::formation::LedStage for Drive {
     fn apply(
         &self,
         panel: usize,

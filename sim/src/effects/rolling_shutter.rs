@@ -1,8 +1,8 @@
 //! A rolling shutter: rows are exposed one after another, so that an LED is seen later the lower it is, in symbol and in place.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct RollingShutter;
@@ -28,7 +28,7 @@ impl Effect for RollingShutter {
         "one addition an LED"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let readout_s = view.scene.camera.readout_s;
         if readout_s == 0.0 {
             return 0.0;
@@ -37,16 +37,17 @@ impl Effect for RollingShutter {
             let speed = glam::DVec3::from_array(panel.pose.velocity_m_s).length();
             speed * readout_s * view.scene.camera.focal_px() / panel.pose.distance_m * 2.0
         });
-        let by_motion = view.change_by_geometry(moved.fold(0.0, f64::max), 0.0);
+        let by_motion = range.change_by_geometry(moved.fold(0.0, f64::max), 0.0);
         // Rows may see another symbol than the first does unless the change stays outside all exposures.
-        if super::symbol_change::SymbolChange.bound_grey(view) > 0.0 {
-            view.range_grey()
+        if super::symbol_change::straddles(view) {
+            range.range_grey()
         } else {
             by_motion
         }
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
-        recipe.row_delay_s = view.scene.camera.readout_s / (view.scene.camera.height_px - 1) as f64;
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.row_delay_s =
+            view.scene.camera.readout_s / (view.scene.camera.height_px - 1) as f64;
     }
 }

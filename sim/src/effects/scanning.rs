@@ -1,9 +1,8 @@
 //! A row-scanned panel, which never shows all rows at once. `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
 
 use super::Effect;
-use crate::camera::exposure::Exposure;
-use crate::renderer::recipe::Recipe;
-use crate::view::{PanelView, View};
+use crate::formation::Formation;
+use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
 pub struct Scanning;
@@ -25,34 +24,38 @@ impl Effect for Scanning {
         "one multiplication an LED"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
-        view.change_by_strays(|panel| stray(&view.exposure, panel))
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
+        range.change_by_strays(view.panels.iter().map(|panel| stray(view, panel)))
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
+    fn gain(&self, view: &View, panel: usize) -> f64 {
+        1.0 + stray(view, &view.panels[panel])
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
         let panels = view
             .panels
             .iter()
             .map(|panel| (panel.panel.scan_rows, panel.panel.pwm_hz))
             .collect();
-        recipe.led_stages.push(Box::new(Scan { panels }));
+        formation.led_stages.push(Box::new(Scan { panels }));
     }
 }
 
 /// How far the light of an exposure can stray from its mean, relatively: by what a slot that is missed or met once more holds.
-pub fn stray(exposure: &Exposure, panel: &PanelView) -> f64 {
+fn stray(view: &View, panel: &PanelView) -> f64 {
     if panel.panel.scan_rows < 2 || panel.panel.pwm_hz == 0.0 {
         return 0.0;
     }
     let rows = f64::from(panel.panel.scan_rows);
-    ((1.0 - 1.0 / rows) / (panel.panel.pwm_hz * exposure.time_s)).min(rows)
+    ((1.0 - 1.0 / rows) / (panel.panel.pwm_hz * view.exposure.time_s)).min(rows)
 }
 
 struct Scan {
     panels: Vec<(u32, f64)>,
 }
 
-impl crate::renderer::recipe::LedStage for Scan {
+impl crate::formation::LedStage for Scan {
     fn apply(
         &self,
         panel: usize,

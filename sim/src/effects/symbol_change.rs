@@ -1,8 +1,8 @@
 //! A change of symbol inside the exposure, where the clocks are not synchronised.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct SymbolChange;
@@ -30,21 +30,21 @@ impl Effect for SymbolChange {
     }
 
     /// The whole range where some frame's exposure can hold a change, else nothing.
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if straddles(view) {
-            view.range_grey()
+            range.range_grey()
         } else {
             0.0
         }
     }
 
-    fn include(&self, _view: &View, recipe: &mut Recipe) {
-        recipe.mix_symbols = true;
+    fn include(&self, _view: &View, formation: &mut Formation) {
+        formation.mix_symbols = true;
     }
 }
 
 /// Whether any frame's exposure can hold a symbol change.
-fn straddles(view: &View) -> bool {
+pub(super) fn straddles(view: &View) -> bool {
     let scene = &view.scene;
     let ratio = scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6)
         / scene.camera.frame_rate_hz;

@@ -1,8 +1,8 @@
 //! Darkening towards the corners.
 
 use super::Effect;
-use crate::renderer::recipe::Recipe;
-use crate::view::View;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
 
 /// See the [module](self).
 pub struct Vignetting;
@@ -24,18 +24,24 @@ impl Effect for Vignetting {
         "one multiplication a pixel"
     }
 
-    fn bound_grey(&self, view: &View) -> f64 {
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if view.scene.camera.vignetting {
-            view.change_by_factor(corner_gain(&view.scene))
+            range.change_by_factor(corner_gain(&view.scene))
         } else {
             0.0
         }
     }
 
-    fn include(&self, view: &View, recipe: &mut Recipe) {
+    fn widen(&self, view: &View, range: &mut LinearRange) {
+        if view.scene.camera.vignetting {
+            range.floor *= corner_gain(&view.scene);
+        }
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
         if view.scene.camera.vignetting {
             let camera = &view.scene.camera;
-            recipe.row_stages.push(Box::new(Cos4 {
+            formation.row_stages.push(Box::new(Cos4 {
                 principal_px: camera.principal_px(),
                 per_px: 1.0 / camera.focal_px(),
             }));
@@ -44,7 +50,7 @@ impl Effect for Vignetting {
 }
 
 /// The gain at the sensor's corner.
-pub fn corner_gain(scene: &crate::scene::Scene) -> f64 {
+fn corner_gain(scene: &crate::scene::Scene) -> f64 {
     let [x, y] = scene.camera.principal_px();
     let tangent = x.hypot(y) / scene.camera.focal_px();
     (1.0 + tangent * tangent).powi(-2)
@@ -66,7 +72,7 @@ impl Cos4 {
     }
 }
 
-impl crate::renderer::recipe::RowStage for Cos4 {
+impl crate::formation::RowStage for Cos4 {
     fn apply(&self, x: usize, y: usize, row: &mut [f32]) {
         for (i, value) in row.iter_mut().enumerate() {
             *value *= self.gain(x + i, y) as f32;

@@ -9,10 +9,9 @@ use crate::camera::clock::Moment;
 use crate::disc::chords::Chords;
 use crate::disc::kernel::{Kernel, Real};
 use crate::disc::outline::Outline;
-use crate::effects;
+use crate::formation::Formation;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{self, Images, Layout, image_of};
-use crate::renderer::recipe::Recipe;
 use crate::renderer::stamp::Chorded;
 use crate::scene::Camera;
 use crate::view::{BOARD_CORNERS, PanelView, Photograph};
@@ -37,7 +36,7 @@ impl Renderer {
                 for (led, &light) in light.iter().enumerate() {
                     canvas.add_outline(
                         image_of(outlines, led),
-                        self.recipe.sigma_px,
+                        self.formation.sigma_px,
                         self.margin_px,
                         layout.centre(led) + shift,
                         light,
@@ -118,7 +117,7 @@ impl Renderer {
             }
             None => canvas.add_outline(
                 &board.outline,
-                self.recipe.sigma_px,
+                self.formation.sigma_px,
                 self.margin_px,
                 centre,
                 light,
@@ -129,7 +128,7 @@ impl Renderer {
     /// The photograph, where it is drawn.
     pub(super) fn photograph(&self) -> Option<&Photograph> {
         let photograph = self.view.photograph.as_ref();
-        photograph.filter(|_| self.recipe.photograph)
+        photograph.filter(|_| self.formation.photograph)
     }
 
     pub(super) fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
@@ -138,7 +137,7 @@ impl Renderer {
             return;
         };
         let Region { x, y, width, .. } = canvas.region();
-        let air = self.recipe.background_air;
+        let air = self.formation.background_air;
         let source = photograph.relative();
         let source = source.chunks_exact(self.sensor().width).skip(y);
         for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(source) {
@@ -150,18 +149,14 @@ impl Renderer {
 
     /// The linear value of panel `index`'s board through the air, where it is drawn.
     pub(super) fn board_light(&self, index: usize) -> Option<f64> {
-        let air = self.recipe.air[index];
-        let reflectance = self.view.panels[index]
-            .panel
-            .board_reflectance
-            .filter(|_| self.recipe.boards)?;
-        Some(air.through(effects::board::linear(&self.view, reflectance)))
+        let air = self.formation.air[index];
+        Some(air.through(self.formation.boards[index]?))
     }
 
     /// The linear value of each LED of a panel through the air.
     fn led_light(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
-        let mut own: [f64; LEDS] = if self.recipe.mix_symbols {
+        let mut own: [f64; LEDS] = if self.formation.mix_symbols {
             std::array::from_fn(|led| {
                 let shares = moment.shares(delay_s[led]);
                 let seen = shown.symbols.iter().zip(shares);
@@ -172,10 +167,10 @@ impl Renderer {
             let truth = self.truth(index, moment, shown);
             std::array::from_fn(|led| f64::from(u8::from(truth.led(led))))
         };
-        for stage in &self.recipe.led_stages {
+        for stage in &self.formation.led_stages {
             stage.apply(index, moment, &delay_s, &mut own);
         }
-        let air = self.recipe.air[index];
+        let air = self.formation.air[index];
         std::array::from_fn(|led| {
             air.through(shown.light.off + own[led] * (shown.light.on - shown.light.off))
         })
@@ -183,7 +178,7 @@ impl Renderer {
 
     /// The linear value of a background without photograph.
     pub(super) fn plain_background(&self) -> f64 {
-        self.recipe.background_air.through(self.view.background)
+        self.formation.background_air.through(self.view.background)
     }
 }
 
@@ -200,17 +195,17 @@ impl Board {
     pub(super) fn new(
         camera: &Camera,
         panel: &PanelView,
-        recipe: &Recipe,
+        formation: &Formation,
         accuracy: &Accuracy,
         after_s: f64,
     ) -> Self {
-        let corners = board_corners(camera, panel, recipe, after_s);
+        let corners = board_corners(camera, panel, formation, after_s);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
             centre,
             outline,
-            chords: Chords::within(&outline, recipe.sigma_px, accuracy.quadrature),
+            chords: Chords::within(&outline, formation.sigma_px, accuracy.quadrature),
         }
     }
 }
@@ -219,12 +214,12 @@ impl Board {
 pub(super) fn board_corners(
     camera: &Camera,
     panel: &PanelView,
-    recipe: &Recipe,
+    formation: &Formation,
     after_s: f64,
 ) -> [DVec2; 4] {
     BOARD_CORNERS.map(|(row, column)| {
         let at = panel.projection.led_m(row, column);
-        let delay_s = recipe.row_delay_s * panel.projection.pixel(at).y;
-        layout::place(camera, panel, recipe, after_s + delay_s, at)
+        let delay_s = formation.row_delay_s * panel.projection.pixel(at).y;
+        layout::place(camera, panel, formation, after_s + delay_s, at)
     })
 }

@@ -4,15 +4,15 @@ use glam::{DMat2, DVec2, DVec3};
 use link::panel::{LEDS, SIDE};
 
 use crate::accuracy::Accuracy;
-use crate::camera::projection::{Ellipse, Projection};
+use crate::camera::projection::{Ellipse, Projection, distorted};
 use crate::disc::chords::Chords;
 use crate::disc::kernel::Exact;
 use crate::disc::outline::Outline;
+use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
 use crate::renderer::polyphase::Polyphase;
-use crate::renderer::recipe::Recipe;
 use crate::renderer::stamp::Stamp;
-use crate::scene::{Camera, Pose};
+use crate::scene::Camera;
 use crate::view::PanelView;
 
 /// The LEDs of one panel at one moment of the exposure.
@@ -57,14 +57,14 @@ impl Layout {
     pub fn new(
         camera: &Camera,
         panel: &PanelView,
-        recipe: &Recipe,
+        formation: &Formation,
         accuracy: &Accuracy,
         after_s: f64,
     ) -> Self {
-        let ellipses = ellipses(camera, panel, recipe, after_s);
+        let ellipses = ellipses(camera, panel, formation, after_s);
         let places = places(&ellipses);
         Self {
-            images: images(&ellipses, recipe, accuracy),
+            images: images(&ellipses, formation, accuracy),
             places,
         }
     }
@@ -110,7 +110,7 @@ pub fn image_of<T>(images: &[T], led: usize) -> &T {
 }
 
 /// The images of LEDs that appear as `ellipses`.
-fn images(ellipses: &[Ellipse; LEDS], recipe: &Recipe, accuracy: &Accuracy) -> Images {
+fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy) -> Images {
     // Rounding apart, which is some 1e-13 px.
     let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
     let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
@@ -120,15 +120,16 @@ fn images(ellipses: &[Ellipse; LEDS], recipe: &Recipe, accuracy: &Accuracy) -> I
         .iter()
         .max_by(|a, b| extent(a).total_cmp(&extent(b)));
     let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
-    let Some(Chords(most)) = Chords::within(&largest, recipe.sigma_px, accuracy.quadrature) else {
+    let Some(Chords(most)) = Chords::within(&largest, formation.sigma_px, accuracy.quadrature)
+    else {
         return Images::Outlines(shapes.map(Outline::Ellipse).collect());
     };
     let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
     let table = match shapes.as_slice() {
         [one] if accuracy.phases > 0 => Polyphase::new(
-            &Exact::new(recipe.sigma_px),
+            &Exact::new(formation.sigma_px),
             one,
-            accuracy.margin_px(recipe.sigma_px),
+            accuracy.margin_px(formation.sigma_px),
             accuracy.phases,
         ),
         _ => None,
@@ -162,15 +163,20 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
         })
 }
 
-/// The images of the 64 LEDs as the recipe asks for them.
-fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -> [Ellipse; LEDS] {
+/// The images of the 64 LEDs as the formation asks for them.
+fn ellipses(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    after_s: f64,
+) -> [Ellipse; LEDS] {
     std::array::from_fn(|led| {
         let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
         // A row of the sensor is exposed later the lower it is; the LED has moved on by then.
-        let delay_s = recipe.row_delay_s * panel.ellipses[led].centre.y;
+        let delay_s = formation.row_delay_s * panel.ellipses[led].centre.y;
         let projection = moved(camera, panel, after_s + delay_s);
         let at = projection.led_m(row, column);
-        let ellipse = if recipe.exact_perspective {
+        let ellipse = if formation.exact_perspective {
             projection.ellipse(at)
         } else {
             let jacobian = projection.jacobian(DVec2::ZERO);
@@ -179,10 +185,10 @@ fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -
                 shape: jacobian * (panel.panel.led_diameter_m / 2.0),
             }
         };
-        if recipe.distortion_k1 == 0.0 {
+        if formation.distortion_k1 == 0.0 {
             ellipse
         } else {
-            distorted(camera, recipe.distortion_k1, ellipse)
+            distorted(camera, formation.distortion_k1, ellipse)
         }
     })
 }
@@ -191,20 +197,20 @@ fn ellipses(camera: &Camera, panel: &PanelView, recipe: &Recipe, after_s: f64) -
 pub fn place(
     camera: &Camera,
     panel: &PanelView,
-    recipe: &Recipe,
+    formation: &Formation,
     after_s: f64,
     at: DVec2,
 ) -> DVec2 {
     let projection = moved(camera, panel, after_s);
     let centre = projection.pixel(DVec2::ZERO);
-    let point = if recipe.exact_perspective {
+    let point = if formation.exact_perspective {
         projection.pixel(at)
     } else {
         centre + projection.jacobian(DVec2::ZERO) * at
     };
     distorted(
         camera,
-        recipe.distortion_k1,
+        formation.distortion_k1,
         Ellipse {
             centre: point,
             shape: DMat2::IDENTITY,
@@ -219,28 +225,5 @@ fn moved(camera: &Camera, panel: &PanelView, after_s: f64) -> Projection {
     if velocity == DVec3::ZERO || after_s == 0.0 {
         return panel.projection;
     }
-    Projection::new(camera, &panel.panel, &pose_after(&panel.pose, after_s))
-}
-
-/// The pose after `after_s` seconds of its velocity.
-pub fn pose_after(pose: &Pose, after_s: f64) -> Pose {
-    let [x, y, z] = pose.velocity_m_s.map(|v| v * after_s);
-    Pose {
-        x_m: pose.x_m + x,
-        y_m: pose.y_m + y,
-        distance_m: pose.distance_m + z,
-        ..pose.clone()
-    }
-}
-
-/// The local affine image of an ellipse under radial distortion ρ → ρ·(1 + k₁·ρ²).
-fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
-    let principal = DVec2::from_array(camera.principal_px());
-    let p = (ellipse.centre - principal) / camera.focal_px();
-    let gain = 1.0 + k1 * p.length_squared();
-    let outer = DMat2::from_cols(p * p.x, p * p.y);
-    Ellipse {
-        centre: principal + p * gain * camera.focal_px(),
-        shape: (DMat2::from_diagonal(DVec2::splat(gain)) + outer * (2.0 * k1)) * ellipse.shape,
-    }
+    Projection::new(camera, &panel.panel, &panel.pose.after(after_s))
 }

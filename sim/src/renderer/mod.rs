@@ -5,7 +5,6 @@ pub mod canvas;
 mod compose;
 pub mod layout;
 pub mod polyphase;
-pub mod recipe;
 pub mod stamp;
 
 use std::sync::{Arc, OnceLock};
@@ -24,12 +23,13 @@ use crate::camera::exposure::LedLight;
 use crate::camera::grey::{self, Encoder};
 use crate::camera::noise::{FlatNoise, PixelNoise};
 use crate::disc::kernel::{Exact, Tabulated};
+use crate::effects;
+use crate::formation::Formation;
 use crate::plan::Plan;
 use crate::random::{Purpose, stream};
 use crate::renderer::backdrop::Backdrop;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout};
-use crate::renderer::recipe::Recipe;
 use crate::scene::Scene;
 use crate::view::{Photograph, View, ViewError};
 
@@ -51,7 +51,7 @@ const SHARPEST_PX: f64 = 1e-3;
 pub struct Renderer {
     view: View,
     plan: Plan,
-    recipe: Recipe,
+    formation: Formation,
     level: Level,
     exact: Exact,
     table: Tabulated,
@@ -77,60 +77,67 @@ impl Renderer {
     /// # Errors
     /// When the scene cannot be seen: see [`ViewError`].
     pub fn new(scene: &Scene, level: Level) -> Result<Self, ViewError> {
+        effects::check_names(&scene.effects).map_err(Box::new)?;
         Ok(Self::of(View::new(scene)?, level))
     }
 
     /// A renderer for a scene worked out.
     pub fn of(view: View, level: Level) -> Self {
         let plan = Plan::of(&view);
-        let recipe = plan.recipe(&view);
+        let (formation, range) = (plan.formation(&view), plan.range);
         let accuracy = Accuracy::new(
             level,
-            view.floor,
-            view.peak - view.floor,
-            recipe.sigma_px,
+            range.floor,
+            range.peak - range.floor,
+            formation.sigma_px,
             view.scene.camera.gamma,
         );
-        Self::with(view, plan, recipe, level, accuracy)
+        Self::with(view, plan, formation, level, accuracy)
     }
 
     /// A renderer with the knobs set by hand; the bound of `level` is then the caller's to keep.
     pub fn with_accuracy(view: View, level: Level, accuracy: Accuracy) -> Self {
         let plan = Plan::of(&view);
-        let recipe = plan.recipe(&view);
-        Self::with(view, plan, recipe, level, accuracy)
+        let formation = plan.formation(&view);
+        Self::with(view, plan, formation, level, accuracy)
     }
 
-    fn with(view: View, plan: Plan, recipe: Recipe, level: Level, accuracy: Accuracy) -> Self {
+    fn with(
+        view: View,
+        plan: Plan,
+        formation: Formation,
+        level: Level,
+        accuracy: Accuracy,
+    ) -> Self {
         let scene = &view.scene;
-        let margin_px = accuracy.margin_px(recipe.sigma_px);
-        let drawn = if recipe.neighbours {
+        let margin_px = accuracy.margin_px(formation.sigma_px);
+        let drawn = if formation.other_panels {
             view.panels.len()
         } else {
             1
         };
         let at_moments = |panel| {
-            recipe
+            formation
                 .moments
                 .iter()
                 .map(|&(after_s, weight)| {
                     (
                         weight,
-                        Layout::new(&scene.camera, panel, &recipe, &accuracy, after_s),
+                        Layout::new(&scene.camera, panel, &formation, &accuracy, after_s),
                     )
                 })
                 .collect()
         };
         let layouts: Vec<Vec<_>> = view.panels[..drawn].iter().map(at_moments).collect();
-        let boards = view.panels[..drawn].iter().map(|panel| {
-            let board = panel.panel.board_reflectance.filter(|_| recipe.boards);
-            let images = recipe.moments.iter().filter(|_| board.is_some());
+        let boards = view.panels[..drawn].iter().zip(&formation.boards);
+        let boards = boards.map(|(panel, board)| {
+            let images = formation.moments.iter().filter(|_| board.is_some());
             images
                 .map(|&(after_s, weight)| {
                     let camera = &scene.camera;
                     (
                         weight,
-                        Board::new(camera, panel, &recipe, &accuracy, after_s),
+                        Board::new(camera, panel, &formation, &accuracy, after_s),
                     )
                 })
                 .collect()
@@ -143,8 +150,8 @@ impl Renderer {
         });
         let per_px = accuracy.phases.max(1);
         let mut renderer = Self {
-            exact: Exact::new(recipe.sigma_px),
-            table: Tabulated::new(recipe.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
+            exact: Exact::new(formation.sigma_px),
+            table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(scene.camera.gamma),
             margin_px,
             layouts,
@@ -155,7 +162,7 @@ impl Renderer {
             far_to_near,
             view,
             plan,
-            recipe,
+            formation,
             level,
         };
         renderer.on_even_ground = (0..drawn)
@@ -171,7 +178,7 @@ impl Renderer {
     /// When the scene cannot be seen: see [`ViewError`].
     pub fn rebuilt_for(&self, scene: &Scene) -> Result<Self, ViewError> {
         let mut rebuilt = Self::of(self.view.rebuilt_for(scene)?, self.level);
-        if rebuilt.recipe.noise == self.recipe.noise {
+        if rebuilt.formation.noise == self.formation.noise {
             rebuilt.pixel_noise = self.pixel_noise.clone();
             if rebuilt.has_the_backdrop_of(self) {
                 rebuilt.backdrop = self.backdrop.clone();
@@ -187,7 +194,7 @@ impl Renderer {
         mine.scene.camera == theirs.scene.camera
             && self.plan.included().eq(other.plan.included())
             && self.plain_background() == other.plain_background()
-            && self.recipe.background_air == other.recipe.background_air
+            && self.formation.background_air == other.formation.background_air
             && match photographs {
                 [Some(mine), Some(theirs)] => std::ptr::eq(mine, theirs),
                 [mine, theirs] => mine.is_none() && theirs.is_none(),
@@ -242,9 +249,9 @@ impl Renderer {
     fn around(&self, index: usize, margin_px: f64) -> Region {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
-        let moments = self.recipe.moments.iter();
-        let corners =
-            moments.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.recipe, after_s));
+        let moments = self.formation.moments.iter();
+        let corners = moments
+            .flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, after_s));
         let centres = self
             .layouts
             .get(index)
@@ -321,7 +328,7 @@ impl Renderer {
             },
         );
         let Region { x, y, width, .. } = canvas.region();
-        for stage in &self.recipe.row_stages {
+        for stage in &self.formation.row_stages {
             for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
                 stage.apply_exact(x, y + j, row);
             }
@@ -346,7 +353,7 @@ impl Renderer {
 
     /// The noise of the pixels that are drawn, where noise is simulated.
     pub fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
-        let noise = self.recipe.noise.as_ref()?;
+        let noise = self.formation.noise.as_ref()?;
         Some(
             self.pixel_noise
                 .get_or_init(|| Arc::new(PixelNoise::new(noise))),
@@ -355,9 +362,9 @@ impl Renderer {
 
     /// The sensor without panels.
     fn backdrop(&self) -> Backdrop {
-        if self.photograph().is_none() && self.recipe.row_stages.is_empty() {
+        if self.photograph().is_none() && self.formation.row_stages.is_empty() {
             let plain = self.plain_background();
-            return match &self.recipe.noise {
+            return match &self.formation.noise {
                 None => Backdrop::Even(self.encoded(&[plain as f32])[0]),
                 Some(noise) => Backdrop::EvenNoisy(Box::new(FlatNoise::new(noise, plain))),
             };
@@ -380,7 +387,7 @@ impl Renderer {
 
     fn change_rows(&self, canvas: &mut Canvas<f32>) {
         let Region { x, y, width, .. } = canvas.region();
-        for stage in &self.recipe.row_stages {
+        for stage in &self.formation.row_stages {
             for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {
                 stage.apply(x, y + j, row);
             }
@@ -389,7 +396,7 @@ impl Renderer {
 
     /// The same of a canvas in double precision, by the formula itself.
     pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
-        if self.recipe.noise.is_none() {
+        if self.formation.noise.is_none() {
             for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
                 *grey = grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8;
             }
@@ -484,7 +491,7 @@ impl Renderer {
 
     /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
     pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
-        if self.recipe.row_delay_s == 0.0 {
+        if self.formation.row_delay_s == 0.0 {
             return shown.symbols[moment.middle_symbol(0.0)];
         }
         let delay_s = self.delays_s(index);
@@ -509,7 +516,7 @@ impl Renderer {
     /// How much later than the sensor's first row each LED of a panel is exposed.
     fn delays_s(&self, index: usize) -> [f64; LEDS] {
         let ellipses = &self.view.panels[index].ellipses;
-        std::array::from_fn(|led| self.recipe.row_delay_s * ellipses[led].centre.y)
+        std::array::from_fn(|led| self.formation.row_delay_s * ellipses[led].centre.y)
     }
 }
 

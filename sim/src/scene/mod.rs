@@ -3,7 +3,8 @@
 //! A scene comes from a TOML text or a preset, single keys can be overruled, and it is checked whole before anything
 //! runs: see [`Scene::load`]. Every key carries its unit in its name; angles are in degrees here and nowhere inside.
 
-mod load;
+mod error;
+mod overrides;
 mod presets;
 mod validate;
 
@@ -11,8 +12,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-pub use load::SceneError;
-pub use load::parse_value;
+pub use error::SceneError;
+pub(crate) use overrides::overrule;
+pub use overrides::parse_value;
 pub use presets::{PRESETS, Preset, preset_toml};
 pub use validate::RangeError;
 
@@ -215,6 +217,19 @@ impl Default for Pose {
     }
 }
 
+impl Pose {
+    /// The pose after `after_s` seconds of its velocity.
+    pub fn after(&self, after_s: f64) -> Self {
+        let [x, y, z] = self.velocity_m_s.map(|v| v * after_s);
+        Self {
+            x_m: self.x_m + x,
+            y_m: self.y_m + y,
+            distance_m: self.distance_m + z,
+            ..self.clone()
+        }
+    }
+}
+
 /// The ambient light and the background.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -324,6 +339,11 @@ pub struct Link {
     pub clock_ppm: f64,
 }
 
+impl Link {
+    /// The symbols that one exposure may see: the one at its start and those after it.
+    pub const WINDOW: usize = 4;
+}
+
 impl Default for Link {
     fn default() -> Self {
         Self {
@@ -384,5 +404,12 @@ impl Scene {
             .get(index)
             .and_then(|panel| panel.pose.as_ref())
             .unwrap_or(&self.pose)
+    }
+    /// The lens's distortion k₁: 0 where the scene leaves it out.
+    pub fn distortion_k1(&self) -> f64 {
+        match self.effects.mode("distortion") {
+            Mode::Off => 0.0,
+            Mode::Auto | Mode::On => self.camera.distortion_k1,
+        }
     }
 }

@@ -3,22 +3,21 @@
 mod error;
 mod panel;
 mod photograph;
+mod range;
 
-pub use error::ViewError;
-pub use panel::{BOARD_CORNERS, DEPTH_MIN_M, PITCH_MIN_PX, PanelView};
+pub use error::{DEPTH_MIN_M, PITCH_MIN_PX, ViewError};
+pub use panel::{BOARD_CORNERS, PanelView};
 pub use photograph::Photograph;
+pub use range::LinearRange;
 
 use glam::DVec2;
 use image::GrayImage;
 
 use crate::air::Air;
 use crate::camera::exposure::{self, Exposure};
-use crate::camera::grey;
-use crate::camera::projection::Ellipse;
-use crate::effects;
 use crate::scene::Scene;
 
-/// A scene worked out: exposure, panels, and the range of linear values that its pixels can take.
+/// A scene worked out: its exposure, panels, air and background.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The scene.
@@ -35,12 +34,8 @@ pub struct View {
     pub background: f64,
     /// The photograph behind the panels; none: a plain background.
     pub photograph: Option<Photograph>,
-    /// No pixel is darker than this linear value, noise apart.
-    pub floor: f64,
-    /// No pixel is brighter than this linear value, noise apart. It may be above what is encoded as 255.
-    pub peak: f64,
-    /// The blur that the image has: 0 where the lens blur is left out.
-    pub sigma_px: f64,
+    /// What the first panel's reflectance may come to be besides its own: the ends of a range.
+    pub reflectances: Option<[f64; 2]>,
     /// How many panels may lie one behind the other in a pixel.
     pub layers: usize,
 }
@@ -58,8 +53,11 @@ impl View {
     ///
     /// # Errors
     /// As [`View::new`].
-    pub fn with_reflectances(scene: &Scene, range: Option<[f64; 2]>) -> Result<Self, ViewError> {
-        Self::with_photograph(scene, range, Photograph::of(scene)?)
+    pub fn with_reflectances(
+        scene: &Scene,
+        reflectances: Option<[f64; 2]>,
+    ) -> Result<Self, ViewError> {
+        Self::with_photograph(scene, reflectances, Photograph::of(scene)?)
     }
 
     /// The same before a picture in memory in place of the background that the scene names.
@@ -86,7 +84,7 @@ impl View {
 
     fn with_photograph(
         scene: &Scene,
-        range: Option<[f64; 2]>,
+        reflectances: Option<[f64; 2]>,
         photograph: Option<Photograph>,
     ) -> Result<Self, ViewError> {
         scene.validate().map_err(Box::new)?;
@@ -104,99 +102,12 @@ impl View {
             background,
             panels,
             photograph,
-            floor: 0.0,
-            peak: 0.0,
-            sigma_px: scene.camera.blur_sigma_px,
+            reflectances,
             layers: 1,
         };
         view.layers = layers(&view);
-        (view.floor, view.peak) = linear_range(&view, range);
-        if !effects::is_included(&effects::blur::LensBlur, &view) {
-            view.sigma_px = 0.0;
-        }
         Ok(view)
     }
-
-    /// The most, in unrounded grey, that moving LEDs by `shift_px` and their rims by another `rim_px` can change.
-    ///
-    /// An image between floor and peak that has been blurred changes by at most their difference over σ·√(2π) a pixel of
-    /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
-    /// it larger, by at most (1 + rim/a)². Panels one behind the other each do so, as far as they are not hidden.
-    pub fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
-        let slope = (1.0 / (self.sigma_px * (2.0 * std::f64::consts::PI).sqrt()))
-            .min(std::f64::consts::SQRT_2);
-        let larger = (1.0 + rim_px / self.smallest_radius_px()).powi(2) - 1.0;
-        self.change_by_layers(slope * (shift_px + rim_px) + larger)
-    }
-
-    /// The most, in unrounded grey, that can change where the image of a lone panel changes by at most `part` of the whole range.
-    pub fn change_by_layers(&self, part: f64) -> f64 {
-        self.change((self.peak - self.floor) * (part * self.layers as f64).min(1.0))
-    }
-
-    /// The most, in unrounded grey, that can change where the light of each panel's LEDs strays by a part of itself.
-    pub fn change_by_strays(&self, stray: impl Fn(&PanelView) -> f64) -> f64 {
-        let strays = self.panels.iter().map(stray);
-        self.change((self.peak - self.floor) * strays.fold(0.0, f64::max))
-    }
-
-    /// The smallest half-diameter of any LED's image.
-    fn smallest_radius_px(&self) -> f64 {
-        let radii = self
-            .panels
-            .iter()
-            .flat_map(|panel| &panel.ellipses)
-            .map(Ellipse::smaller_half_diameter);
-        radii.fold(f64::INFINITY, f64::min)
-    }
-
-    /// The most that a change of `linear_change` can move an unrounded grey level of this scene.
-    pub fn change(&self, linear_change: f64) -> f64 {
-        grey::greatest_change(self.floor, linear_change, self.scene.camera.gamma)
-    }
-
-    /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
-    pub fn change_by_factor(&self, factor: f64) -> f64 {
-        grey::unrounded(self.peak, self.scene.camera.gamma)
-            * (1.0 - factor.max(0.0).powf(1.0 / self.scene.camera.gamma))
-    }
-
-    /// The whole range of unrounded grey levels.
-    pub fn range_grey(&self) -> f64 {
-        self.change(self.peak - self.floor)
-    }
-}
-
-/// The darkest and the brightest linear value of any pixel, whichever effects are simulated.
-fn linear_range(view: &View, reflectances: Option<[f64; 2]>) -> (f64, f64) {
-    let (scene, exposure) = (&view.scene, &view.exposure);
-    let (mut floor, mut peak) = (f64::INFINITY, 0.0f64);
-    let mut seen = |light: f64, air: Air| {
-        floor = floor.min(light * air.transmission);
-        peak = peak.max(light + air.veil);
-    };
-    seen(view.background, view.background_air);
-    for relative in view.photograph.iter().flat_map(Photograph::range) {
-        seen(relative * view.background, view.background_air);
-    }
-    for (index, (panel, &air)) in view.panels.iter().zip(&view.air).enumerate() {
-        let stray = effects::pwm::stray(scene, exposure, panel)
-            .max(effects::scanning::stray(exposure, panel));
-        let gain = (1.0 + stray) * effects::led_spread::greatest_gain(&panel.panel, index);
-        let range = reflectances.filter(|_| index == 0).into_iter().flatten();
-        for reflectance in range.chain([panel.panel.reflectance]) {
-            let light = exposure.led_light(scene, &panel.panel, reflectance, panel.l2a);
-            seen(light.off, air);
-            seen(light.off + (light.on - light.off) * gain, air);
-        }
-        if let Some(reflectance) = panel.panel.board_reflectance {
-            seen(effects::board::linear(view, reflectance), air);
-        }
-    }
-    if scene.camera.vignetting {
-        floor *= effects::vignetting::corner_gain(scene);
-    }
-    (floor, peak)
 }
 
 /// All panels where any two may meet in the image, else one: their boxes are widened by their own size, and by the blur.
@@ -204,7 +115,7 @@ fn layers(view: &View) -> usize {
     let boxes: Vec<_> = view
         .panels
         .iter()
-        .map(|panel| wide_box(panel, 6.0 * view.sigma_px))
+        .map(|panel| wide_box(panel, 6.0 * view.scene.camera.blur_sigma_px))
         .collect();
     let meet =
         |(a, b): (&[DVec2; 2], &[DVec2; 2])| a[0].cmplt(b[1]).all() && b[0].cmplt(a[1]).all();

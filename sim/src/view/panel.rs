@@ -1,24 +1,16 @@
 //! One panel as the camera sees it, and whether it does.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 use link::panel::{LEDS, SIDE};
 
-use super::ViewError;
+use super::error::{DEPTH_MIN_M, PITCH_MIN_PX, ViewError};
 use crate::camera::exposure::{Exposure, LedLight};
-use crate::camera::projection::{Ellipse, Projection};
-use crate::effects;
+use crate::camera::projection::{Ellipse, Projection, distorted};
 use crate::l2a;
-use crate::renderer::layout;
-use crate::renderer::recipe::Recipe;
-use crate::scene::{Mode, Panel, Pose, Scene};
+use crate::scene::{Panel, Pose, Scene};
 
 /// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.
 pub const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
-
-/// The least depth of any part of a panel.
-pub const DEPTH_MIN_M: f64 = 0.1;
-/// The least distance of neighbouring LEDs in the image.
-pub const PITCH_MIN_PX: f64 = 1.0;
 
 /// One panel as the camera sees it.
 #[derive(Clone, Debug)]
@@ -74,19 +66,11 @@ impl PanelView {
 /// That the panel is whole on the sensor and large enough, as the lens images it.
 fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), ViewError> {
     let camera = &scene.camera;
-    let mut lens = Recipe::plain(scene.panels.len());
-    lens.exact_perspective = true;
-    if scene.effects.mode(effects::distortion::NAME) != Mode::Off {
-        lens.distortion_k1 = camera.distortion_k1;
-    }
+    let k1 = scene.distortion_k1();
     let place = |(row, column)| {
-        layout::place(
-            camera,
-            panel,
-            &lens,
-            0.0,
-            panel.projection.led_m(row, column),
-        )
+        let centre = panel.projection.pixel(panel.projection.led_m(row, column));
+        let shape = DMat2::IDENTITY;
+        distorted(camera, k1, Ellipse { centre, shape }).centre
     };
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for at in rim() {
@@ -94,12 +78,12 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
         let radius = (radius - DVec2::from_array(camera.principal_px())).length();
         let radius = radius / camera.focal_px();
         // Where ρ·(1 + k₁·ρ²) no longer rises, the formula folds the image over: no lens does.
-        if 1.0 + 3.0 * lens.distortion_k1 * radius * radius <= 0.0 {
+        if 1.0 + 3.0 * k1 * radius * radius <= 0.0 {
             return Err(ViewError::Folded {
                 panel: index,
                 radius,
-                k1: lens.distortion_k1,
-                most: (-3.0 * lens.distortion_k1).sqrt().recip(),
+                k1,
+                most: (-3.0 * k1).sqrt().recip(),
             });
         }
         let pixel = place(at);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use image::GrayImage;
 use image::imageops::{FilterType, resize};
 
-use super::ViewError;
+use super::error::ViewError;
 use crate::camera::grey;
 use crate::scene::Scene;
 

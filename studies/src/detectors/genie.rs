@@ -43,7 +43,7 @@ impl LikelihoodTable {
             .plan()
             .includes("noise")
             .then(|| Noise::new(&view.scene, &view.exposure));
-        let brightest = (2.0 * view.peak).max(grey::linear(255.0, gamma));
+        let brightest = (2.0 * renderer.plan().range.peak).max(grey::linear(255.0, gamma));
         let steps_per_root = (STEPS - 1) as f64 / brightest.sqrt();
         let mut log = vec![vec![0.0; STEPS]; 256];
         let electrons =

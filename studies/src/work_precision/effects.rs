@@ -105,7 +105,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
         let renderer = Renderer::new(&drive.scene(tolerance)?, Level::Fast)?;
         let left_out: Vec<&str> = renderer
             .plan()
-            .0
+            .decisions
             .iter()
             .filter(|decision| {
                 !decision.included && decision.bound_grey > 0.0 && decision.effect != "noise"
@@ -161,7 +161,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
 fn bound_grey(renderer: &Renderer) -> f64 {
     let left_out = renderer
         .plan()
-        .0
+        .decisions
         .iter()
         .filter(|decision| !decision.included && decision.effect != "noise");
     left_out.map(|decision| decision.bound_grey).sum()

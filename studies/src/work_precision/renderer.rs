@@ -216,8 +216,8 @@ impl Place {
     }
 
     fn variants(&self) -> Vec<(Point, Way)> {
-        let view = self.reference.view();
-        let (floor, excess) = (view.floor, view.peak - view.floor);
+        let range = self.reference.plan().range;
+        let (floor, excess) = (range.floor, range.peak - range.floor);
         let within = |bound| Accuracy::within(bound, floor, excess, self.sigma_px(), self.gamma());
         let single =
             |accuracy| Way::Single(Renderer::with_accuracy(self.view(), Level::Fine, accuracy));

@@ -2,47 +2,10 @@
 
 use std::path::Path;
 
-use toml::{Table, Value};
+use toml::Table;
 
-use super::{Panel, RangeError, Scene, preset_toml};
-
-/// Why a scene cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum SceneError {
-    /// Neither a preset nor a file.
-    #[error("no scene {name:?}: give a TOML file or one of the presets {}", super::PRESETS.map(|p| p.name).join(", "))]
-    NotFound {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("cannot read scene {path:?}: {source}")]
-    Read {
-        /// The file.
-        path: String,
-        /// Why not.
-        source: std::io::Error,
-    },
-    /// Not TOML, a key that does not exist, or a value of the wrong type.
-    #[error("scene {name:?}: {source}")]
-    Parse {
-        /// The preset, the file or `--set`.
-        name: String,
-        /// Where and what.
-        source: Box<toml::de::Error>,
-    },
-    /// An override that is not `KEY=VALUE` with a key of the scene.
-    #[error("override {text:?}: {why}; write TABLE.KEY=VALUE, such as pose.distance_m=70")]
-    Override {
-        /// The override as given.
-        text: String,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// A value out of its range.
-    #[error(transparent)]
-    Range(#[from] RangeError),
-}
+use crate::effects;
+use crate::scene::{Panel, Scene, SceneError, overrule, preset_toml};
 
 impl Scene {
     /// The scene `name` (a preset, else a TOML file) with `overrides` of the form `TABLE.KEY=VALUE` applied in order.
@@ -81,7 +44,7 @@ impl Scene {
         } else {
             let mut table: Table = toml::from_str(text).map_err(parse_error)?;
             for text in overrides {
-                apply(&mut table, text)?;
+                overrule(&mut table, text)?;
             }
             table.try_into().map_err(|source| SceneError::Parse {
                 name: "--set".into(),
@@ -102,7 +65,7 @@ impl Scene {
         };
         let mut table = Table::try_from(self).map_err(|error| fault(error.to_string()))?;
         for text in overrides {
-            apply(&mut table, text)?;
+            overrule(&mut table, text)?;
         }
         let scene: Self = table.try_into().map_err(|fault| SceneError::Parse {
             name: source.into(),
@@ -117,53 +80,8 @@ impl Scene {
             self.panels.push(Panel::default());
         }
         self.validate()?;
+        effects::check_names(&self.effects)?;
         Ok(self)
-    }
-}
-
-/// Puts one `TABLE.KEY=VALUE` into the scene's table.
-fn apply(table: &mut Table, text: &str) -> Result<(), SceneError> {
-    let fault = |why: &str| SceneError::Override {
-        text: text.into(),
-        why: why.into(),
-    };
-    let (path, value) = text
-        .split_once('=')
-        .ok_or_else(|| fault("there is no '='"))?;
-    let keys: Vec<&str> = path.trim().split('.').collect();
-    let (last, tables) = keys
-        .split_last()
-        .filter(|(_, tables)| !tables.is_empty())
-        .ok_or_else(|| fault("the key names no table"))?;
-    let mut place = table;
-    for key in tables {
-        let empty = if *key == "panel" {
-            Value::Array(vec![Value::Table(Table::new())])
-        } else {
-            Value::Table(Table::new())
-        };
-        place = match place.entry(*key).or_insert(empty) {
-            Value::Table(inner) => inner,
-            Value::Array(panels) => panels
-                .first_mut()
-                .and_then(Value::as_table_mut)
-                .ok_or_else(|| fault("there is no first panel"))?,
-            _ => return Err(fault("a value stands where a table should")),
-        };
-    }
-    place.insert((*last).to_string(), parse_value(value.trim()));
-    Ok(())
-}
-
-/// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
-pub fn parse_value(text: &str) -> Value {
-    let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
-        .ok()
-        .and_then(|mut t| t.remove("value"));
-    match as_toml {
-        Some(Value::Integer(n)) if n.unsigned_abs() > 1 << 53 => Value::Float(n as f64),
-        Some(value) => value,
-        None => Value::String(text.to_string()),
     }
 }
 

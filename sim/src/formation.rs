@@ -1,4 +1,4 @@
-//! What effects hand to the renderer.
+//! The image formation that a plan asks for: what included effects hand to the renderer.
 //!
 //! Every effect that is included writes its part here once, before the first frame. An effect that is left out writes
 //! nothing, and nothing is done for it.
@@ -31,8 +31,8 @@ pub trait RowStage: Send + Sync {
     fn apply_exact(&self, x: usize, y: usize, row: &mut [f64]);
 }
 
-/// The sum of what the included effects ask for.
-pub struct Recipe {
+/// How light becomes an image: the sum of what the included effects ask for.
+pub struct Formation {
     /// Lens blur in px; 0: none.
     pub sigma_px: f64,
     /// Whether each LED is projected by itself; else the whole panel is one affine image.
@@ -43,12 +43,12 @@ pub struct Recipe {
     pub air: Vec<Air>,
     /// The air before the background, likewise.
     pub background_air: Air,
-    /// Whether the boards are drawn.
-    pub boards: bool,
+    /// The linear value of each panel's board, without the air before it; none: no board is drawn.
+    pub boards: Vec<Option<f64>>,
     /// Whether the photograph is drawn.
     pub photograph: bool,
     /// Whether panels other than the first are drawn.
-    pub neighbours: bool,
+    pub other_panels: bool,
     /// Moments of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
     /// weight). A single one without motion.
     pub moments: Vec<(f64, f64)>,
@@ -64,8 +64,8 @@ pub struct Recipe {
     pub noise: Option<Noise>,
 }
 
-impl Recipe {
-    /// A recipe without any effect, for a number of panels.
+impl Formation {
+    /// The formation without any effect, for a number of panels.
     pub fn plain(panels: usize) -> Self {
         Self {
             sigma_px: 0.0,
@@ -73,9 +73,9 @@ impl Recipe {
             distortion_k1: 0.0,
             air: vec![Air::NONE; panels],
             background_air: Air::NONE,
-            boards: false,
+            boards: vec![None; panels],
             photograph: false,
-            neighbours: false,
+            other_panels: false,
             moments: vec![(0.0, 1.0)],
             row_delay_s: 0.0,
             mix_symbols: false,

@@ -1,0 +1,42 @@
+//! Why a scene cannot be used.
+
+use super::presets::PRESETS;
+use super::validate::RangeError;
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// Neither a preset nor a file.
+    #[error("no scene {name:?}: give a TOML file or one of the presets {}", PRESETS.map(|p| p.name).join(", "))]
+    NotFound {
+        /// What was asked for.
+        name: String,
+    },
+    /// The file cannot be read.
+    #[error("cannot read scene {path:?}: {source}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// Not TOML, a key that does not exist, or a value of the wrong type.
+    #[error("scene {name:?}: {source}")]
+    Parse {
+        /// The preset, the file or `--set`.
+        name: String,
+        /// Where and what.
+        source: Box<toml::de::Error>,
+    },
+    /// An override that is not `KEY=VALUE` with a key of the scene.
+    #[error("override {text:?}: {why}; write TABLE.KEY=VALUE, such as pose.distance_m=70")]
+    Override {
+        /// The override as given.
+        text: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A value out of its range.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+}

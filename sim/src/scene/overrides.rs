@@ -1,0 +1,51 @@
+//! Single keys of a scene overruled: `TABLE.KEY=VALUE`.
+
+use toml::{Table, Value};
+
+use super::error::SceneError;
+
+/// Puts one `TABLE.KEY=VALUE` into the scene's table.
+pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> {
+    let fault = |why: &str| SceneError::Override {
+        text: text.into(),
+        why: why.into(),
+    };
+    let (path, value) = text
+        .split_once('=')
+        .ok_or_else(|| fault("there is no '='"))?;
+    let keys: Vec<&str> = path.trim().split('.').collect();
+    let (last, tables) = keys
+        .split_last()
+        .filter(|(_, tables)| !tables.is_empty())
+        .ok_or_else(|| fault("the key names no table"))?;
+    let mut place = table;
+    for key in tables {
+        let empty = if *key == "panel" {
+            Value::Array(vec![Value::Table(Table::new())])
+        } else {
+            Value::Table(Table::new())
+        };
+        place = match place.entry(*key).or_insert(empty) {
+            Value::Table(inner) => inner,
+            Value::Array(panels) => panels
+                .first_mut()
+                .and_then(Value::as_table_mut)
+                .ok_or_else(|| fault("there is no first panel"))?,
+            _ => return Err(fault("a value stands where a table should")),
+        };
+    }
+    place.insert((*last).to_string(), parse_value(value.trim()));
+    Ok(())
+}
+
+/// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
+pub fn parse_value(text: &str) -> Value {
+    let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
+        .ok()
+        .and_then(|mut t| t.remove("value"));
+    match as_toml {
+        Some(Value::Integer(n)) if n.unsigned_abs() > 1 << 53 => Value::Float(n as f64),
+        Some(value) => value,
+        None => Value::String(text.to_string()),
+    }
+}

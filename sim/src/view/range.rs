@@ -1,0 +1,99 @@
+//! The linear values that pixels can take, and how far changes of light move grey levels among them.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use super::View;
+use crate::air::Air;
+use crate::camera::grey;
+use crate::camera::projection::Ellipse;
+
+/// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
+///
+/// Whoever knows the effects begins with [`LinearRange::of`] and has each of them widen it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearRange {
+    /// No pixel is darker than this linear value, noise apart.
+    pub floor: f64,
+    /// No pixel is brighter than this linear value, noise apart. It may be above what is encoded as 255.
+    pub peak: f64,
+    /// The blur that the image has: 0 where the lens blur is left out.
+    pub sigma_px: f64,
+    /// How many panels may lie one behind the other in a pixel.
+    pub layers: usize,
+    gamma: f64,
+    smallest_radius_px: f64,
+}
+
+impl LinearRange {
+    /// The range that the plain background and LEDs span; the own light of panel k's LEDs is `gain(k)` times as bright at most.
+    pub fn of(view: &View, gain: impl Fn(usize) -> f64) -> Self {
+        let radii = view
+            .panels
+            .iter()
+            .flat_map(|panel| &panel.ellipses)
+            .map(Ellipse::smaller_half_diameter);
+        let mut range = Self {
+            floor: f64::INFINITY,
+            peak: 0.0,
+            sigma_px: view.scene.camera.blur_sigma_px,
+            layers: view.layers,
+            gamma: view.scene.camera.gamma,
+            smallest_radius_px: radii.fold(f64::INFINITY, f64::min),
+        };
+        range.widen(view.background, view.background_air);
+        for (index, (panel, &air)) in view.panels.iter().zip(&view.air).enumerate() {
+            let gain = gain(index);
+            let first = view.reflectances.filter(|_| index == 0);
+            for reflectance in first.into_iter().flatten().chain([panel.panel.reflectance]) {
+                let light =
+                    view.exposure
+                        .led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+                range.widen(light.off, air);
+                range.widen(light.off + (light.on - light.off) * gain, air);
+            }
+        }
+        range
+    }
+
+    /// Makes room for something of the linear value `light`, with or without the air before it.
+    pub fn widen(&mut self, light: f64, air: Air) {
+        self.floor = self.floor.min(light * air.transmission);
+        self.peak = self.peak.max(light + air.veil);
+    }
+
+    /// The most, in unrounded grey, that moving LEDs by `shift_px` and their rims by another `rim_px` can change.
+    ///
+    /// An image between floor and peak that has been blurred changes by at most their difference over σ·√(2π) a pixel of
+    /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
+    /// it larger, by at most (1 + rim/a)². Panels one behind the other each do so, as far as they are not hidden.
+    pub fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
+        let slope = (1.0 / (self.sigma_px * (2.0 * PI).sqrt())).min(SQRT_2);
+        let larger = (1.0 + rim_px / self.smallest_radius_px).powi(2) - 1.0;
+        self.change_by_layers(slope * (shift_px + rim_px) + larger)
+    }
+
+    /// The most, in unrounded grey, that can change where the image of a lone panel changes by at most `part` of the whole range.
+    pub fn change_by_layers(&self, part: f64) -> f64 {
+        self.change((self.peak - self.floor) * (part * self.layers as f64).min(1.0))
+    }
+
+    /// The most, in unrounded grey, that can change where LEDs' own light strays by at most the greatest of some parts of itself.
+    pub fn change_by_strays(&self, strays: impl Iterator<Item = f64>) -> f64 {
+        self.change((self.peak - self.floor) * strays.fold(0.0, f64::max))
+    }
+
+    /// The most that a change of `linear_change` can move an unrounded grey level.
+    pub fn change(&self, linear_change: f64) -> f64 {
+        grey::greatest_change(self.floor, linear_change, self.gamma)
+    }
+
+    /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
+    pub fn change_by_factor(&self, factor: f64) -> f64 {
+        grey::unrounded(self.peak, self.gamma) * (1.0 - factor.max(0.0).powf(1.0 / self.gamma))
+    }
+
+    /// The whole range of unrounded grey levels.
+    pub fn range_grey(&self) -> f64 {
+        self.change(self.peak - self.floor)
+    }
+}
