@@ -177,6 +177,31 @@ fn files_that_are_named_are_there() {
 }
 
 #[test]
+fn modules_that_are_named_are_there() {
+    let mut missing = Vec::new();
+    for document in documents() {
+        for code in document.code() {
+            let mut path = code.split("::");
+            let (Some(library), Some(module)) = (path.next(), path.next()) else {
+                continue;
+            };
+            let sources = root().join(library.replace('_', "-")).join("src");
+            let is_ours = !library.is_empty() && !code.contains(' ') && sources.is_dir();
+            let there =
+                sources.join(module).is_dir() || sources.join(format!("{module}.rs")).exists();
+            if is_ours && !there {
+                missing.push(format!("{}: {code}", document.path.display()));
+            }
+        }
+    }
+    assert!(
+        missing.is_empty(),
+        "no such modules:\n{}",
+        missing.join("\n")
+    );
+}
+
+#[test]
 fn commands_name_packages_tests_examples_and_benches_that_are_there() {
     let targets = targets();
     let mut wrong = Vec::new();
