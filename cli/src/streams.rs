@@ -1,4 +1,7 @@
 //! Frames on standard input: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it.
+//!
+//! The crate y4m (0.8) takes a stream that is cut inside a frame for its end, and multiplies the sides in the header unchecked;
+//! to guard it against both takes more lines than the format.
 
 use std::io::{BufRead, Read};
 
@@ -8,6 +11,8 @@ use anyhow::{Context, bail, ensure};
 pub const SIDE_MAX: usize = 8192;
 /// What a y4m stream begins with.
 const Y4M: &[u8] = b"YUV4MPEG2";
+/// What each of its frames begins with.
+const FRAME: &[u8] = b"FRAME";
 /// The longest line of a y4m header.
 const LINE_MAX: u64 = 1024;
 
@@ -28,7 +33,7 @@ impl<R: BufRead> Stream<R> {
             None => {
                 let header = line(&mut input)?.unwrap_or_default();
                 ensure!(
-                    header.starts_with(Y4M),
+                    begins_with(&header, Y4M),
                     "frames on standard input have no size: give it with --raw WIDTHxHEIGHT, or pipe y4m, such as from \
                      `ffmpeg -i VIDEO -f yuv4mpegpipe -`"
                 );
@@ -55,7 +60,7 @@ impl<R: BufRead> Stream<R> {
             match line(&mut self.input)? {
                 None => return Ok(None),
                 Some(start) => ensure!(
-                    start.starts_with(b"FRAME"),
+                    begins_with(&start, FRAME),
                     "the y4m stream has something else where a frame should begin"
                 ),
             }
@@ -107,10 +112,21 @@ fn line(input: &mut impl BufRead) -> anyhow::Result<Option<Vec<u8>>> {
         .take(LINE_MAX)
         .read_until(b'\n', &mut line)
         .context("cannot read standard input")?;
-    if line.last() == Some(&b'\n') {
-        line.pop();
+    if line.is_empty() {
+        return Ok(None);
     }
-    Ok((!line.is_empty()).then_some(line))
+    ensure!(
+        line.pop() == Some(b'\n'),
+        "standard input has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their \
+         size with --raw WIDTHxHEIGHT"
+    );
+    Ok(Some(line))
+}
+
+/// Whether the first word of a header is this one.
+fn begins_with(header: &[u8], word: &[u8]) -> bool {
+    let rest = header.strip_prefix(word);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(b" "))
 }
 
 /// The size of the frames, and the bytes of colour in each.
@@ -177,13 +193,26 @@ mod tests {
             b"YUV4MPEG2 W3\n",
             b"YUV4MPEG2 W0 H2\n",
             b"YUV4MPEG2 W3 H2 C420p10\n",
+            b"YUV4MPEG29 W3 H2\n",
+            b"YUV4MPEG2W3 H2\n",
+            b"YUV4MPEG2 W3 H2",
+            b"YUV4MPEG2 W18446744073709551615 H2\n",
         ] {
             assert!(open(bytes).is_err(), "{bytes:?}");
         }
         let cut = b"YUV4MPEG2 W2 H1 Cmono\nFRAME\n\x01";
         assert!(open(cut).unwrap().next_frame().is_err());
-        let strange = b"YUV4MPEG2 W2 H1 Cmono\nFRAM\n\x01\x02";
-        assert!(open(strange).unwrap().next_frame().is_err());
+        for strange in [
+            &b"FRAM\n\x01\x02"[..],
+            b"FRAMEX\n\x01\x02",
+            b"\n",
+            b"\nFRAME\n\x01\x02",
+            b"FRAME",
+        ] {
+            let bytes = [b"YUV4MPEG2 W2 H1 Cmono\n", strange].concat();
+            let mut stream = Stream::open(bytes.as_slice(), None).unwrap();
+            assert!(stream.next_frame().is_err(), "{strange:?}");
+        }
         let mut raw = Stream::open(&[1, 2, 3][..], Some((2, 1))).unwrap();
         assert_eq!(raw.next_frame().unwrap(), Some(&[1, 2][..]));
         assert!(raw.next_frame().is_err());

@@ -90,6 +90,16 @@ fn y4m_is_received() {
     let cut = receive(&file, &[]);
     assert_eq!(cut.status.code(), Some(2));
     assert!(text(&cut.stdout).contains(MESSAGE) && text(&cut.stderr).contains("colours"));
+    // An empty line where a frame should begin is no end.
+    stream.push(b'\n');
+    std::fs::write(&file, &stream).expect("a file");
+    let damaged = receive(&file, &[]);
+    assert_eq!(damaged.status.code(), Some(2));
+    assert!(
+        text(&damaged.stdout).contains(MESSAGE) && text(&damaged.stderr).contains("should begin"),
+        "{}",
+        text(&damaged.stderr)
+    );
 }
 
 #[test]
