@@ -10,6 +10,7 @@ mod options;
 mod output;
 mod pictures;
 mod plot;
+mod report;
 mod results;
 mod show;
 mod streams;

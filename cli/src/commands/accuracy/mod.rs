@@ -1,10 +1,7 @@
 //! `vocc accuracy`: what accuracy costs in time, as work-precision diagrams.
 
-mod axis;
 mod diagram;
 mod kept;
-mod labels;
-mod legend;
 mod page;
 #[cfg(test)]
 mod tests;
@@ -15,11 +12,11 @@ use anyhow::{Context, ensure};
 use serde::Serialize;
 use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
-use super::figures::figure::{Figure, csv};
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
 use crate::pictures::write_aside;
 use crate::plot;
+use crate::report::figure::{Figure, csv};
 use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
@@ -156,7 +153,7 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
                 .map_or("part", |known| known.name),
             caption: part.title.clone(),
             svg: diagram::figure(part)?,
-            csv: numbers(part),
+            csv: numbers(part)?,
         };
         figure.save(folder)?;
         figures.push(figure);
@@ -171,7 +168,7 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
 }
 
 /// All points of a part.
-fn numbers(part: &Part) -> String {
+fn numbers(part: &Part) -> anyhow::Result<String> {
     let head = [
         "diagram",
         "variant",
@@ -194,15 +191,14 @@ fn numbers(part: &Part) -> String {
         "on_front",
         "note",
     ];
-    let plain = |text: &str| text.replace(',', ";");
     let rows = part.diagrams.iter().flat_map(|diagram| {
         diagram.points.iter().map(move |point| {
             let [low, high] = point.error_95.unwrap_or([point.error; 2]);
             let cost = [point.cost.median, point.cost.low, point.cost.high];
             let ratio = [point.ratio.median, point.ratio.low, point.ratio.high];
             let mut row = vec![
-                plain(&diagram.title),
-                plain(&point.variant),
+                diagram.title.clone(),
+                point.variant.clone(),
                 point.curve.clone(),
                 point.error.to_string(),
                 diagram.error_unit.clone(),
@@ -216,7 +212,7 @@ fn numbers(part: &Part) -> String {
             row.extend(
                 [point.is_baseline, point.is_default, point.on_front].map(|is| is.to_string()),
             );
-            row.push(plain(&point.note));
+            row.push(point.note.clone());
             row
         })
     });

@@ -2,12 +2,12 @@
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
-use super::super::figures::document::{Block, Document};
-use super::super::figures::figure::Figure;
 use super::FOLDER;
-use super::axis::short;
 use super::diagram::time;
 use super::kept::Kept;
+use crate::plot::short;
+use crate::report::document::{Block, Document};
+use crate::report::figure::Figure;
 
 /// The page of what was measured.
 pub fn page(kept: &Kept, quick: bool, figures: &[Figure]) -> Document {

@@ -1,9 +1,6 @@
 //! `vocc figures`: the figures of Do & Yoo 2020 and what becomes of their claims.
 
-pub(super) mod chart;
-pub(super) mod document;
 mod errors;
-pub(super) mod figure;
 mod kept;
 mod optima;
 mod panels;
@@ -27,7 +24,7 @@ use studies::reproduction::{INTERPRETATIONS, Interpretation};
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, Progress, line};
 use crate::pictures::write_aside;
-use figure::Figure;
+use crate::report::figure::Figure;
 use kept::{Kept, Run};
 use report::{Judged, number};
 

@@ -1,15 +1,16 @@
 //! Figure 21: the best L2A over interval and distance, and its range over the distances.
 
-use plotters::prelude::*;
 use studies::optimum::RANGE;
 use studies::reproduction::BestRatio;
 use studies::reproduction::Findings;
 use studies::reproduction::Study;
 use studies::statistics::Estimate;
 
-use super::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, TEXT_PX, draw, plane};
-use super::figure::{Figure, csv};
-use crate::plot::{self, FONT, Surface};
+use crate::plot::{Axis, COLOURS, Chart, Line, Mark, Page, Point, Series};
+use crate::report::figure::{Figure, csv};
+
+/// The charts' upper end, above the range that is searched: room for the legend.
+const TOP: f64 = RANGE[1] + 1.6;
 
 /// Draws it, if all best ratios are known.
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
@@ -24,11 +25,10 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     let Some(rows) = rows else {
         return Ok(None);
     };
-    let svg = plot::svg((900, 400), |surface| {
-        let (left, right) = surface.split_horizontally(500);
-        draw(&left, &over_distance(intervals, distances, &rows))?;
-        ranges(&right, intervals, &rows)
-    })?;
+    let charts = vec![
+        over_distance(intervals, distances, &rows),
+        ranges(intervals, &rows),
+    ];
     let numbers = intervals.iter().zip(&rows).flat_map(|(interval, row)| {
         distances.iter().zip(row).map(move |(distance, best)| {
             let Estimate { value, low, high } = best.l2a;
@@ -50,69 +50,66 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     Ok(Some(Figure {
         name: "figure-21",
         caption: "The L2A of the greatest B2W: over the distance for each interval (a), and its range over the distances with their mean, which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond.".into(),
-        csv: csv(&head, numbers),
-        svg,
+        csv: csv(&head, numbers)?,
+        svg: Page::new(charts, 2, (460, 400)).svg()?,
     }))
 }
 
 fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
-    let curve = |((interval, row), colour): ((&f64, &Vec<&BestRatio>), &RGBColor)| Curve {
-        name: format!("interval {interval}"),
-        colour: *colour,
-        places: distances
-            .iter()
-            .zip(row)
-            .map(|(&x, best)| Place {
-                x,
-                y: best.l2a,
-                mark: if best.at_border {
-                    Mark::End
-                } else {
-                    Mark::Known
-                },
-            })
-            .collect(),
+    let point = |(&x, best): (&f64, &&BestRatio)| Point {
+        x,
+        y: best.l2a.value,
+        y_range: Some([best.l2a.low, best.l2a.high]),
+        mark: if best.at_border {
+            Mark::Ring
+        } else {
+            Mark::Dot
+        },
+        ..Point::default()
     };
-    let ends = [distances[0] - 2.0, distances[distances.len() - 1] + 2.0];
+    let series = intervals.iter().zip(rows).zip(COLOURS);
+    let series = series.map(|((interval, row), colour)| Series {
+        name: format!("interval {interval}"),
+        colour,
+        line: Line::Band,
+        points: distances.iter().zip(row).map(point).collect(),
+    });
     Chart {
         title: "(a) best L2A".into(),
-        x: Axis::linear("distance (m)", ends),
-        y: Axis::linear("best L2A", [0.0, RANGE[1] + 1.6]),
-        curves: intervals
-            .iter()
-            .zip(rows)
-            .zip(&COLOURS)
-            .map(curve)
-            .collect(),
-        legend: SeriesLabelPosition::UpperMiddle,
+        x: Axis::around("distance (m)", distances.iter().copied()),
+        y: Axis::linear("best L2A", [0.0, TOP]),
+        series: series.collect(),
     }
 }
 
-fn ranges(surface: &Surface, intervals: &[f64], rows: &[Vec<&BestRatio>]) -> anyhow::Result<()> {
-    let x = Axis::linear(
-        "interval (gap / diameter)",
-        [intervals[0] - 0.3, intervals[intervals.len() - 1] + 0.3],
-    );
-    let y = Axis::linear("best L2A, all distances", [0.0, RANGE[1] + 1.6]);
-    let mut plane = plane(surface, "(b) range over the distances", &x, &y)?;
-    for ((&interval, row), colour) in intervals.iter().zip(rows).zip(COLOURS) {
+fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
+    let point = |x: f64, row: &[&BestRatio]| {
         let values = || row.iter().map(|best| best.l2a.value);
-        let (low, high) = (
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        );
         let mean = values().sum::<f64>() / row.len() as f64;
-        let bar = [(interval - 0.1, low), (interval + 0.1, high)];
-        plane.draw_series([
-            Rectangle::new(bar, colour.mix(0.35).filled()),
-            Rectangle::new(bar, colour.stroke_width(1)),
-        ])?;
-        plane.draw_series([PathElement::new(
-            vec![(interval - 0.1, mean), (interval + 0.1, mean)],
-            colour.stroke_width(3),
-        )])?;
-        plane.draw_series([EmptyElement::at((interval, high))
-            + Text::new(format!("{mean:.2}"), (-14, -22), (FONT, TEXT_PX))])?;
+        Point {
+            x,
+            y: mean,
+            y_range: Some([
+                values().fold(f64::INFINITY, f64::min),
+                values().fold(f64::NEG_INFINITY, f64::max),
+            ]),
+            mark: Mark::Box,
+            name: Some(format!("{mean:.2}")),
+            ..Point::default()
+        }
+    };
+    let series = intervals.iter().zip(rows).zip(COLOURS);
+    let series = series.map(|((&interval, row), colour)| Series {
+        name: String::new(),
+        colour,
+        line: Line::None,
+        points: vec![point(interval, row)],
+    });
+    let ends = [intervals[0] - 0.3, intervals[intervals.len() - 1] + 0.3];
+    Chart {
+        title: "(b) range over the distances".into(),
+        x: Axis::linear("interval (gap / diameter)", ends),
+        y: Axis::linear("best L2A, all distances", [0.0, TOP]),
+        series: series.collect(),
     }
-    Ok(())
 }

@@ -1,14 +1,12 @@
 //! Figures 8, 12, 15 and 18: rows of pictures.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use studies::reproduction::OperatingPoint;
-use studies::reproduction::{DAYLIGHT, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture};
-use studies::reproduction::{DISTANCE_M, INTERVAL, L2A, Study};
+use studies::reproduction::{
+    DAYLIGHT, DISTANCE_M, INTERVAL, L2A, OperatingPoint, PAIR_LUMINANCE_CD_M2, Picture, Study,
+    pair_picture, panel_picture,
+};
 
-use super::chart::TEXT_PX;
-use super::figure::{Figure, csv};
-use crate::plot::{self, FONT, Surface};
+use crate::plot;
+use crate::report::figure::{Figure, csv};
 
 /// A picture with what is written under it, and what tells it from the others in the numbers.
 struct Shown {
@@ -16,9 +14,6 @@ struct Shown {
     words: Vec<String>,
     key: f64,
 }
-
-const GAP_PX: i32 = 16;
-const LINE_PX: i32 = 20;
 
 /// Panels at L2A 0.2, 1, 2 and 4.
 pub fn over_l2a(study: &Study) -> anyhow::Result<Figure> {
@@ -113,35 +108,12 @@ fn row(
     shown: &[Shown],
     width_px: i32,
 ) -> anyhow::Result<Figure> {
-    let scale = |picture: &Picture| f64::from(width_px) / picture.width.max(1) as f64;
-    let height_px = shown
-        .iter()
-        .map(|s| (s.picture.height as f64 * scale(&s.picture)).round() as i32)
-        .max()
-        .unwrap_or(0);
-    let lines = shown.iter().map(|s| s.words.len()).max().unwrap_or(0) as i32;
-    let count = shown.len() as i32;
-    let size = (
-        (count * (width_px + GAP_PX) + GAP_PX) as u32,
-        (height_px + 2 * GAP_PX + lines * LINE_PX) as u32,
-    );
-    let svg = plot::svg(size, |surface| {
-        for (k, shown) in (0..).zip(shown) {
-            let corner = (GAP_PX + k * (width_px + GAP_PX), GAP_PX);
-            draw(surface, &shown.picture, corner, scale(&shown.picture))?;
-            let centred = (FONT, TEXT_PX)
-                .into_text_style(surface)
-                .pos(Pos::new(HPos::Center, VPos::Top));
-            for (line, words) in (0..).zip(&shown.words) {
-                let place = (
-                    corner.0 + width_px / 2,
-                    corner.1 + height_px + 6 + line * LINE_PX,
-                );
-                surface.draw(&Text::new(words.as_str(), place, centred.clone()))?;
-            }
-        }
-        Ok(())
-    })?;
+    let pictures = shown.iter().map(|shown| plot::Picture {
+        grey: &shown.picture.grey,
+        width: shown.picture.width,
+        words: shown.words.clone(),
+    });
+    let svg = plot::row(&pictures.collect::<Vec<_>>(), width_px)?;
     let rows = shown.iter().flat_map(|shown| {
         let width = shown.picture.width.max(1);
         let pixel = move |(k, grey): (usize, &u8)| {
@@ -159,40 +131,7 @@ fn row(
     Ok(Figure {
         name,
         caption: caption.into(),
-        csv: csv(&[key, "row", "column", "grey"], rows),
+        csv: csv(&[key, "row", "column", "grey"], rows)?,
         svg,
     })
-}
-
-/// Draws a picture pixel by pixel, equal neighbours in a row together. Edges lie on whole units, so that no seams show.
-fn draw(
-    surface: &Surface,
-    picture: &Picture,
-    corner: (i32, i32),
-    scale: f64,
-) -> anyhow::Result<()> {
-    let edge = |k: usize| (k as f64 * scale).round() as i32;
-    for (y, row) in picture.grey.chunks_exact(picture.width.max(1)).enumerate() {
-        let mut x = 0;
-        for run in row.chunk_by(|a, b| a == b) {
-            let end = x + run.len();
-            let corners = [
-                (corner.0 + edge(x), corner.1 + edge(y)),
-                (corner.0 + edge(end), corner.1 + edge(y + 1)),
-            ];
-            let grey = run[0];
-            surface.draw(&Rectangle::new(
-                corners,
-                RGBColor(grey, grey, grey).filled(),
-            ))?;
-            x = end;
-        }
-    }
-    // White pictures need an edge on white paper.
-    let far = (
-        corner.0 + edge(picture.width),
-        corner.1 + edge(picture.height),
-    );
-    surface.draw(&Rectangle::new([corner, far], BLACK.mix(0.4)))?;
-    Ok(())
 }

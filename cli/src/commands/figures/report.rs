@@ -5,8 +5,8 @@ use studies::reproduction::INTERPRETATIONS;
 use studies::reproduction::PAPERS_DETECTOR;
 use studies::reproduction::{ERRORS_ENOUGH, Study};
 
-use super::document::{Block, Document};
-use super::figure::Figure;
+use crate::report::document::{Block, Document};
+use crate::report::figure::Figure;
 
 /// The claims under one reading, and the name of that reading.
 pub struct Judged {

@@ -1,13 +1,10 @@
 //! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
 
-use plotters::prelude::*;
-use studies::reproduction::OperatingPoint;
-use studies::reproduction::{DISTANCE_M, INTERVAL, L2A, Study};
-use studies::reproduction::{Feature, scatter};
+use plotters::style::RGBColor;
+use studies::reproduction::{DISTANCE_M, Feature, INTERVAL, L2A, OperatingPoint, Study, scatter};
 
-use super::chart::{Axis, OFF, ON, legend, plane};
-use super::figure::{Figure, csv};
-use crate::plot;
+use crate::plot::{Axis, Chart, Line, Mark, OFF, ON, Page, Point, Series};
+use crate::report::figure::{Figure, csv};
 
 /// Frames of a cloud, as in the paper.
 const FRAMES: u64 = 10;
@@ -60,37 +57,20 @@ fn clouds(
         .map(|(setting, ..)| Ok(scatter(&setting.scene(&study.scene), FRAMES, study.seed)?))
         .collect::<anyhow::Result<Vec<_>>>()?;
     let all = || clouds.iter().flatten();
-    let x = axis("AGR", all().map(|f| f64::from(f.agr)));
-    let y = axis("GRI (grey levels)", all().map(|f| f64::from(f.gri)));
-    let columns = settings.len().min(if settings.len() == 4 { 2 } else { 3 });
-    let rows = settings.len().div_ceil(columns);
-    let size = (340 * columns as u32, 330 * rows as u32);
-    let svg = plot::svg(size, |surface| {
-        let parts = surface.split_evenly((rows, columns));
-        for ((part, cloud), (_, title, _)) in parts.iter().zip(&clouds).zip(settings) {
-            let mut plane = plane(part, title, &x, &y)?;
-            for (on, colour, name) in [(false, OFF, "Off"), (true, ON, "On")] {
-                let dots = cloud
-                    .iter()
-                    .filter(|feature| feature.on == on)
-                    .map(|feature| {
-                        Circle::new(
-                            (f64::from(feature.agr), f64::from(feature.gri)),
-                            2,
-                            colour.mix(0.5).filled(),
-                        )
-                    });
-                plane
-                    .draw_series(dots)?
-                    .label(name)
-                    .legend(move |(left, middle)| {
-                        Circle::new((left + 10, middle), 4, colour.filled())
-                    });
-            }
-            legend(&mut plane, SeriesLabelPosition::UpperLeft)?;
-        }
-        Ok(())
-    })?;
+    let x = Axis::around("AGR", all().map(|f| f64::from(f.agr)));
+    let y = Axis::around("GRI (grey levels)", all().map(|f| f64::from(f.gri)));
+    let charts = settings.iter().zip(&clouds);
+    let charts = charts.map(|((_, title, _), cloud)| Chart {
+        title: title.clone(),
+        x: x.clone(),
+        y: y.clone(),
+        series: vec![
+            specks("Off", OFF, cloud.iter().filter(|feature| !feature.on)),
+            specks("On", ON, cloud.iter().filter(|feature| feature.on)),
+        ],
+    });
+    let columns = if settings.len() == 4 { 2 } else { 3 };
+    let svg = Page::new(charts.collect(), columns, (340, 330)).svg()?;
     let rows = settings
         .iter()
         .zip(&clouds)
@@ -109,16 +89,22 @@ fn clouds(
     Ok(Figure {
         name,
         caption: caption.into(),
-        csv: csv(&[key, "frame", "led", "on", "agr", "gri"], rows),
+        csv: csv(&[key, "frame", "led", "on", "agr", "gri"], rows)?,
         svg,
     })
 }
 
-/// An axis that holds all values with a little room.
-fn axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
-    let room = 0.05 * (high - low).max(1e-3);
-    Axis::linear(label, [low - room, high + room])
+fn specks<'a>(name: &str, colour: RGBColor, features: impl Iterator<Item = &'a Feature>) -> Series {
+    let point = |feature: &Feature| Point {
+        x: f64::from(feature.agr),
+        y: f64::from(feature.gri),
+        mark: Mark::Speck,
+        ..Point::default()
+    };
+    Series {
+        name: name.into(),
+        colour,
+        line: Line::None,
+        points: features.map(point).collect(),
+    }
 }

@@ -1,21 +1,17 @@
 //! Figures 14, 17 and 20: Bvar, Wvar and B2W over L2A, interval and distance.
 
-use plotters::prelude::*;
-use studies::reproduction::Findings;
-use studies::reproduction::OperatingPoint;
-use studies::reproduction::Study;
-use studies::reproduction::{Batches, Sums};
+use plotters::style::RGBColor;
+use studies::reproduction::{Batches, Findings, OperatingPoint, Study, Sums};
 use studies::statistics::Estimate;
 
-use super::chart::{Axis, COLOURS, Chart, Curve, Mark, OFF, ON, Place, draw};
-use super::figure::{Figure, csv};
-use crate::plot;
+use crate::plot::{Axis, COLOURS, Chart, Line, OFF, ON, Page, Point, Series};
+use crate::report::figure::{Figure, csv};
 
 /// Over L2A, with the grey levels that explain it.
 pub fn over_l2a(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let about = About {
         name: "figure-14",
-        caption: "Variances over L2A (interval 1, 50 m), and why Bvar levels off: one On LED after another comes to stand at 255.",
+        caption: "Variances over L2A (interval 1, 50 m), and the grey levels at the centres of On and Off LEDs.",
         label: "L2A",
         key: "l2a",
         with_greys: true,
@@ -86,7 +82,7 @@ impl About {
         let Some(points) = points else {
             return Ok(None);
         };
-        let of = |index: usize, name: &str, colour| curve(xs, &points, index, name, colour);
+        let of = |index: usize, name: &str, colour| series(xs, &points, index, name, colour);
         let mut charts = vec![
             self.chart(
                 xs,
@@ -107,51 +103,49 @@ impl About {
             charts.push(self.chart(xs, "at the centres of LEDs", "grey level", greys));
         }
         let columns = if self.with_greys { 2 } else { 3 };
-        let rows = charts.len().div_ceil(columns);
-        let svg = plot::svg((370 * columns as u32, 320 * rows as u32), |surface| {
-            let parts = surface.split_evenly((rows, columns));
-            parts
-                .iter()
-                .zip(&charts)
-                .try_for_each(|(part, chart)| draw(part, chart))
-        })?;
         Ok(Some(Figure {
             name: self.name,
             caption: self.caption.into(),
-            csv: numbers(self.key, xs, &points),
-            svg,
+            csv: numbers(self.key, xs, &points)?,
+            svg: Page::new(charts, columns, (370, 320)).svg()?,
         }))
     }
 
-    fn chart(&self, xs: &[f64], title: &str, y: &str, curves: Vec<Curve>) -> Chart {
-        let end = |x: Option<&f64>| x.copied().unwrap_or(0.0);
-        let highest = curves.iter().flat_map(|c| &c.places).map(|p| p.y.high);
+    fn chart(&self, xs: &[f64], title: &str, y: &str, series: Vec<Series>) -> Chart {
+        let points = series.iter().flat_map(|series| &series.points);
+        let highest = points
+            .filter_map(|point| point.y_range)
+            .map(|[_, high]| high);
         Chart {
             title: title.into(),
-            x: Axis::linear(self.label, [end(xs.first()), end(xs.last())]),
+            x: Axis::around(self.label, xs.iter().copied()),
             y: Axis::from_zero(y, highest),
-            curves,
-            legend: SeriesLabelPosition::LowerRight,
+            series,
         }
     }
 }
 
 /// A quantity of [`QUANTITIES`] over the points.
-fn curve(xs: &[f64], points: &[&Batches], index: usize, name: &str, colour: RGBColor) -> Curve {
+fn series(xs: &[f64], points: &[&Batches], index: usize, name: &str, colour: RGBColor) -> Series {
     let (_, quantity) = QUANTITIES[index];
-    let place = |(&x, point): (&f64, &&Batches)| Place {
-        x,
-        y: point.estimate(quantity),
-        mark: Mark::Known,
+    let point = |(&x, point): (&f64, &&Batches)| {
+        let Estimate { value, low, high } = point.estimate(quantity);
+        Point {
+            x,
+            y: value,
+            y_range: Some([low, high]),
+            ..Point::default()
+        }
     };
-    Curve {
+    Series {
         name: name.into(),
         colour,
-        places: xs.iter().zip(points).map(place).collect(),
+        line: Line::Band,
+        points: xs.iter().zip(points).map(point).collect(),
     }
 }
 
-fn numbers(key: &str, xs: &[f64], points: &[&Batches]) -> String {
+fn numbers(key: &str, xs: &[f64], points: &[&Batches]) -> anyhow::Result<String> {
     let mut head = vec![key.to_string(), "frames".to_string()];
     for (name, _) in QUANTITIES {
         head.extend(["", "_low", "_high"].map(|end| format!("{name}{end}")));

@@ -1,14 +1,11 @@
 //! The plot beside a sweep: bit error rates over the key that has the most numbers.
 
-use plotters::prelude::*;
-use studies::statistics::Estimate;
 use studies::sweep::{Results, Summary, Sweep};
 
-use crate::commands::figures::chart::{Axis, COLOURS, Chart, Curve, Mark, Place, draw};
-use crate::plot::svg as draw_svg;
+use crate::plot::{Axis, COLOURS, Chart, Line, Page, Point, Series};
 
 /// Pixels of one chart across and down.
-const SIZE: (u32, u32) = (560, 420);
+const SIZE_PX: (i32, i32) = (560, 420);
 /// The most charts and the most curves in each; the table has all cells.
 const MOST_CHARTS: usize = 4;
 const MOST_CURVES: usize = 7;
@@ -33,26 +30,17 @@ pub fn svg(results: &Results) -> anyhow::Result<Option<String>> {
         .fold(1e-1, f64::min);
     let rate = Axis::logarithmic("bit error rate", [10f64.powf(least.log10().floor()), 1.0]);
     let detectors = &sweep.detectors[..sweep.detectors.len().min(MOST_CHARTS)];
-    let across = (SIZE.0 * detectors.len() as u32, SIZE.1);
-    let document = draw_svg(across, |surface| {
-        let parts = surface.split_evenly((1, detectors.len()));
-        for (part, detector) in parts.iter().zip(detectors) {
-            let cells = cells.iter().filter(|cell| cell.detector == detector.name());
-            let chart = Chart {
-                title: detector.name().into(),
-                x: Axis::linear(&sweep.grid[key].key, ends(&places)),
-                y: Axis {
-                    label: rate.label.clone(),
-                    ..rate
-                },
-                curves: curves(sweep, key, &places, cells.collect()),
-                legend: SeriesLabelPosition::LowerRight,
-            };
-            draw(part, &chart)?;
+    let charts = detectors.iter().map(|detector| {
+        let cells = cells.iter().filter(|cell| cell.detector == detector.name());
+        Chart {
+            title: detector.name().into(),
+            x: Axis::around(&sweep.grid[key].key, places.iter().copied()),
+            y: rate.clone(),
+            series: series(sweep, key, &places, cells.collect()),
         }
-        Ok(())
-    })?;
-    Ok(Some(document))
+    });
+    let page = Page::new(charts.collect(), detectors.len(), SIZE_PX);
+    page.svg().map(Some)
 }
 
 /// The axis with the most values that are all numbers, and these.
@@ -66,13 +54,6 @@ fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
         .max_by_key(|(place, values)| (values.len(), std::cmp::Reverse(*place)))
 }
 
-fn ends(places: &[f64]) -> [f64; 2] {
-    let low = places.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let room = 0.04 * (high - low).max(0.1 * high.abs()).max(1e-9);
-    [low - room, high + room]
-}
-
 /// The lowest rate that a cell is drawn at.
 fn lowest(cell: &Summary) -> f64 {
     if cell.bit_errors == 0 {
@@ -82,32 +63,32 @@ fn lowest(cell: &Summary) -> f64 {
     }
 }
 
-fn curves(sweep: &Sweep, key: usize, places: &[f64], cells: Vec<&Summary>) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
+fn series(sweep: &Sweep, key: usize, places: &[f64], cells: Vec<&Summary>) -> Vec<Series> {
+    let mut series: Vec<Series> = Vec::new();
     for cell in cells {
         let name = name(sweep, key, cell);
-        let number = curves.iter().position(|curve| curve.name == name);
+        let number = series.iter().position(|series| series.name == name);
         let number = number.unwrap_or_else(|| {
-            curves.push(Curve {
+            series.push(Series {
                 name,
-                colour: COLOURS[curves.len() % COLOURS.len()],
-                places: Vec::new(),
+                colour: COLOURS[series.len() % COLOURS.len()],
+                line: Line::Band,
+                points: Vec::new(),
             });
-            curves.len() - 1
+            series.len() - 1
         });
-        let at = sweep.grid[key]
-            .values
-            .iter()
-            .position(|value| *value == cell.values[key]);
+        let values = &sweep.grid[key].values;
+        let at = values.iter().position(|value| *value == cell.values[key]);
         if let (Some(at), true) = (at, cell.frames > 0) {
-            curves[number].places.push(place(places[at], cell));
+            let point = Point::rate(places[at], cell.ber, cell.ber_95, cell.bit_errors);
+            series[number].points.push(point);
         }
     }
-    curves.truncate(MOST_CURVES);
-    for curve in &mut curves {
-        curve.places.sort_by(|a, b| a.x.total_cmp(&b.x));
+    series.truncate(MOST_CURVES);
+    for series in &mut series {
+        series.points.sort_by(|a, b| a.x.total_cmp(&b.x));
     }
-    curves
+    series
 }
 
 /// A curve's settings: the other keys that vary.
@@ -119,21 +100,4 @@ fn name(sweep: &Sweep, key: usize, cell: &Summary) -> String {
         format!("{word} {value}")
     });
     names.collect::<Vec<_>>().join(", ")
-}
-
-fn place(x: f64, cell: &Summary) -> Place {
-    let [low, high] = cell.ber_95;
-    Place {
-        x,
-        y: Estimate {
-            value: cell.ber,
-            low,
-            high,
-        },
-        mark: if cell.bit_errors == 0 {
-            Mark::Bound
-        } else {
-            Mark::Known
-        },
-    }
 }

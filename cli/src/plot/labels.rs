@@ -1,7 +1,10 @@
 //! Where names can stand beside their points without covering each other.
 
-/// A rectangle in pixels: left, top, right, bottom.
-pub type Box = [i32; 4];
+use super::paper::width_px;
+use super::{Box, meet};
+
+/// The size of labels.
+pub const LABEL_PX: i32 = 11;
 
 /// Places for labels on a surface.
 pub struct Labels {
@@ -17,8 +20,7 @@ pub struct Placed {
     pub leader: Option<(i32, i32)>,
 }
 
-/// The width of a letter and the height of a line, at the size of labels.
-const LETTER_PX: f64 = 6.1;
+/// The height of a line.
 const LINE_PX: i32 = 13;
 /// How far from its mark a label stands.
 const APART_PX: i32 = 3;
@@ -32,7 +34,7 @@ impl Labels {
     /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
     pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<Placed> {
         let apart = reach + APART_PX;
-        let width = (text.chars().count() as f64 * LETTER_PX) as i32;
+        let width = width_px(text, LABEL_PX);
         let (x, y) = at;
         let middle = y - LINE_PX / 2;
         let (right, left) = (x + apart, x - apart - width);
@@ -76,10 +78,6 @@ impl Labels {
     }
 }
 
-fn meet(one: Box, other: Box) -> bool {
-    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,12 +85,14 @@ mod tests {
     #[test]
     fn labels_cover_neither_each_other_nor_points_nor_the_edge() {
         let point = [45, 45, 55, 55];
+        let width = width_px("name", LABEL_PX);
+        assert!((15..45).contains(&width), "{width}");
         let mut labels = Labels::new([0, 0, 200, 100], vec![point]);
         let (mut placed, mut far) = (Vec::new(), 0);
         while let Some(Placed { corner, leader }) = labels.place("name", (50, 50), 4) {
             let (left, top) = corner;
             far += usize::from(leader.is_some());
-            placed.push([left, top, left + 24, top + LINE_PX]);
+            placed.push([left, top, left + width, top + LINE_PX]);
         }
         assert!(placed.len() >= 4 && far < placed.len(), "{placed:?}");
         for (k, &label) in placed.iter().enumerate() {

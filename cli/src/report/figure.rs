@@ -28,11 +28,14 @@ impl Figure {
     }
 }
 
-/// A table as CSV. Cells hold numbers and plain words.
-pub fn csv(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
-    let lines = rows.map(|row| row.join(","));
-    std::iter::once(head.join(","))
-        .chain(lines)
-        .map(|line| line + "\n")
-        .collect()
+/// A table as comma-separated values; cells that hold a comma are quoted.
+///
+/// # Errors
+/// When a row has not as many cells as the head.
+pub fn csv(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<String> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(head)?;
+    rows.into_iter()
+        .try_for_each(|row| table.write_record(row))?;
+    Ok(String::from_utf8(table.into_inner()?)?)
 }

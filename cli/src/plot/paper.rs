@@ -1,4 +1,4 @@
-//! Plots: drawn once as SVG, written as SVG and as PNG.
+//! What is drawn on: an SVG document, which is kept as SVG and as PNG.
 //!
 //! Text is set in DejaVu Sans, which is part of the program: plots look the same where no fonts are installed.
 
@@ -6,15 +6,17 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, anyhow};
-use plotters::prelude::{DrawingArea, IntoDrawingArea, SVGBackend, WHITE};
-use plotters::style::{FontStyle, register_font};
+use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, Text};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, FontTransform, TextStyle, register_font};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
+use super::palette::{BLACK, WHITE};
 use crate::pictures::write_aside;
 
 /// The font of all text.
-pub const FONT: &str = "DejaVu Sans";
+const FONT: &str = "DejaVu Sans";
 
 /// What plots are drawn on: white, in pixels from the top left.
 pub type Surface<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -30,10 +32,7 @@ pub fn svg(
     size_px: (u32, u32),
     draw: impl FnOnce(&Surface) -> anyhow::Result<()>,
 ) -> anyhow::Result<String> {
-    // Without its own font plotters cannot tell how wide a word is.
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .and_then(|()| register_font(FONT, FontStyle::Bold, dejavu::sans::bold()))
-        .map_err(|_| anyhow!("the font {FONT} is damaged"))?;
+    know_font()?;
     let mut document = String::new();
     {
         let surface = SVGBackend::with_string(&mut document, size_px).into_drawing_area();
@@ -42,6 +41,72 @@ pub fn svg(
         surface.present()?;
     }
     Ok(document)
+}
+
+/// Without its own font plotters cannot tell how wide a word is.
+fn know_font() -> anyhow::Result<()> {
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .map_err(|_| anyhow!("the font {FONT} is damaged"))
+}
+
+/// Where words stand against their place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stand {
+    /// To its right and below it.
+    Corner,
+    /// Below it, in the middle.
+    Below,
+    /// To its left.
+    Left,
+    /// To its right.
+    Right,
+    /// To its right, upright, read from below.
+    Upright,
+}
+
+/// Words of a size, in black.
+pub fn words(
+    surface: &Surface,
+    words: &str,
+    at: (i32, i32),
+    size_px: i32,
+    stand: Stand,
+) -> anyhow::Result<()> {
+    coloured(surface, words, at, size_px, stand, BLACK)
+}
+
+/// Words of a size, in a colour.
+pub fn coloured(
+    surface: &Surface,
+    words: &str,
+    at: (i32, i32),
+    size_px: i32,
+    stand: Stand,
+    colour: RGBColor,
+) -> anyhow::Result<()> {
+    let mut font = (FONT, size_px).into_font();
+    if stand == Stand::Upright {
+        font = font.transform(FontTransform::Rotate270);
+    }
+    let anchor = match stand {
+        Stand::Corner => Pos::new(HPos::Left, VPos::Top),
+        Stand::Below | Stand::Upright => Pos::new(HPos::Center, VPos::Top),
+        Stand::Left => Pos::new(HPos::Right, VPos::Center),
+        Stand::Right => Pos::new(HPos::Left, VPos::Center),
+    };
+    let style: TextStyle = font.color(&colour).pos(anchor);
+    Ok(surface.draw(&Text::new(words.to_string(), at, style))?)
+}
+
+/// The width of words of a size.
+pub fn width_px(words: &str, size_px: i32) -> i32 {
+    let size = know_font()
+        .ok()
+        .and_then(|()| (FONT, size_px).into_font().box_size(words).ok());
+    // DejaVu's letters are somewhat wider than half of their size.
+    size.map_or(words.chars().count() as i32 * size_px * 5 / 9, |size| {
+        size.0 as i32
+    })
 }
 
 /// An SVG document as a PNG image, twice as large, in [`FONT`] whatever the document asks for.
@@ -82,7 +147,6 @@ fn fonts() -> &'static Arc<fontdb::Database> {
     FONTS.get_or_init(|| {
         let mut fonts = fontdb::Database::new();
         fonts.load_font_data(dejavu::sans::regular().to_vec());
-        fonts.load_font_data(dejavu::sans::bold().to_vec());
         fonts.set_sans_serif_family(FONT);
         Arc::new(fonts)
     })
@@ -91,16 +155,10 @@ fn fonts() -> &'static Arc<fontdb::Database> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plotters::prelude::*;
 
     fn page(text: &str) -> String {
         svg((200, 60), |surface| {
-            surface.draw(&Text::new(
-                text.to_string(),
-                (10, 20),
-                (FONT, 20).into_font(),
-            ))?;
-            Ok(())
+            words(surface, text, (10, 20), 20, Stand::Corner)
         })
         .expect("a drawing")
     }

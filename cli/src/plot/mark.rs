@@ -1,0 +1,81 @@
+//! What stands at a point.
+
+use plotters::prelude::{Circle, Color, PathElement, RGBColor, Rectangle};
+
+use super::palette::WHITE;
+use super::paper::Surface;
+
+/// The mark of a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mark {
+    /// A full dot.
+    #[default]
+    Dot,
+    /// An empty one.
+    Ring,
+    /// A small one that others shine through, for clouds.
+    Speck,
+    /// An arrow down: the value is at most this.
+    AtMost,
+    /// A box over the point's range, and a line across it at its value.
+    Box,
+}
+
+/// Half of a box's width.
+const BOX_PX: i32 = 18;
+/// What sets arrows apart that would cover each other.
+pub const ARROW_PX: i32 = 9;
+
+impl Mark {
+    /// How far it reaches from its point, with a ring around it or without.
+    pub fn reach_px(self, is_ringed: bool) -> i32 {
+        match self {
+            _ if is_ringed => 9,
+            Self::Box => BOX_PX,
+            Self::Speck => 2,
+            Self::Dot | Self::Ring | Self::AtMost => 4,
+        }
+    }
+
+    /// Draws it at a pixel; `range` is that of a box, from its lower to its upper pixel.
+    pub fn draw(
+        self,
+        surface: &Surface,
+        at: (i32, i32),
+        range: [i32; 2],
+        colour: RGBColor,
+    ) -> anyhow::Result<()> {
+        let (x, y) = at;
+        match self {
+            Self::Dot => surface.draw(&Circle::new(at, 4, colour.filled()))?,
+            Self::Speck => surface.draw(&Circle::new(at, 2, colour.mix(0.5).filled()))?,
+            Self::Ring => {
+                surface.draw(&Circle::new(at, 3, WHITE.filled()))?;
+                surface.draw(&Circle::new(at, 3, colour.stroke_width(1)))?;
+            }
+            Self::AtMost => {
+                let (tip, style) = ((x, y + 10), colour.stroke_width(2));
+                for line in [
+                    vec![(x - 4, y), (x + 4, y)],
+                    vec![at, tip],
+                    vec![(x - 3, tip.1 - 4), tip, (x + 3, tip.1 - 4)],
+                ] {
+                    surface.draw(&PathElement::new(line, style))?;
+                }
+            }
+            Self::Box => {
+                let ends = [(x - BOX_PX, range[1]), (x + BOX_PX, range[0])];
+                surface.draw(&Rectangle::new(ends, colour.mix(0.35).filled()))?;
+                surface.draw(&Rectangle::new(ends, colour.stroke_width(1)))?;
+                let line = vec![(x - BOX_PX, y), (x + BOX_PX, y)];
+                surface.draw(&PathElement::new(line, colour.stroke_width(3)))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Draws the ring that sets a point apart.
+pub fn ring(surface: &Surface, at: (i32, i32), colour: RGBColor) -> anyhow::Result<()> {
+    Ok(surface.draw(&Circle::new(at, 8, colour.stroke_width(2)))?)
+}

@@ -1,0 +1,31 @@
+//! Charts and rows of pictures: commands say what is drawn, this module how.
+//!
+//! A [`Page`] holds [`Chart`]s, a chart two [`Axis`]es and [`Series`] of [`Point`]s. A legend stands where it covers least, a point's name where
+//! there is room for it. A page is drawn once as SVG, and kept as SVG and as PNG by [`save`].
+
+mod axis;
+mod chart;
+mod labels;
+mod legend;
+mod mark;
+mod page;
+mod palette;
+mod paper;
+mod pictures;
+
+pub use axis::{Axis, short};
+pub use chart::{Chart, Line, Point, Series};
+pub use legend::Entry;
+pub use mark::Mark;
+pub use page::Page;
+pub use palette::{BLACK, COLOURS, FRONT, OFF, ON};
+pub use paper::save;
+pub use pictures::{Picture, row};
+
+/// A rectangle in pixels: left, top, right, bottom.
+type Box = [i32; 4];
+
+/// Whether two rectangles have pixels in common.
+fn meet(one: Box, other: Box) -> bool {
+    one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
+}
