@@ -99,7 +99,6 @@ pub mod features;
 mod fit;
 pub mod frame;
 mod lattice;
-mod light;
 pub mod likelihood;
 pub mod locate;
 pub mod parameters;

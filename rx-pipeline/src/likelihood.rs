@@ -57,7 +57,6 @@ mod mixture;
 mod model;
 mod search;
 mod sphere_decoder;
-mod spots;
 
 pub use level_prior::LevelPrior;
 

@@ -30,12 +30,11 @@ pub use memory::{LocatorMemory, SearchMemory};
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::light::Light;
 use crate::parameters::pose_candidates::POSE_CANDIDATES;
 use crate::parameters::search::*;
 use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
 use crate::profile::{Profile, Stage};
-use crate::spots::{Canvas, Spots};
+use crate::spots::{Canvas, GreyMetric, Spots};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
@@ -57,7 +56,7 @@ use verification::Verified;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Locator {
-    light: Light,
+    metric: GreyMetric,
     blur_sigma_px: f32,
 }
 
@@ -110,7 +109,7 @@ impl Locator {
             ..
         } = camera.checked()?;
         Ok(Self {
-            light: Light::new(gamma),
+            metric: GreyMetric::new(gamma),
             blur_sigma_px,
         })
     }
@@ -122,8 +121,8 @@ impl Locator {
         )
     }
 
-    pub(crate) fn light(&self) -> &Light {
-        &self.light
+    pub(crate) fn metric(&self) -> &GreyMetric {
+        &self.metric
     }
 
     /// The panel in a single frame that stands out most.
@@ -315,7 +314,7 @@ impl<const N: usize> Attempt<'_, N> {
                     Some(_) => pose_candidates::three_states(&brightness),
                     None => pose_candidates::two_states(&brightness),
                 };
-                match verification::verify(self.canvas, &view, &self.locator.light, lattice, state)
+                match verification::verify(self.canvas, &view, &self.locator.metric, lattice, state)
                 {
                     Ok(verified) if verified.is_beyond_doubt() => {
                         return Some(verified.location());

@@ -5,7 +5,7 @@ use super::flips::FlipGains;
 use super::gauss_newton::SchurFactor;
 use super::image::{Image, SIDE_MAX, censored_loss, root};
 use super::levels::Levels;
-use super::spots::{LANES, Spots, TAPS, dot};
+use crate::spots::{LANES, SPOT_PX, SpotTable, dot};
 use link::panel::{LEDS, SIDE};
 
 /// Rounds over all LEDs; an ascent has always ended in far fewer.
@@ -18,7 +18,7 @@ pub(super) const LEAST_GAIN: f32 = 1e-2;
 /// An ascent in progress: the image holds what is expected of `share` and `levels`.
 pub(super) struct Ascent<'a, const PIXELS: usize> {
     pub image: &'a mut Image<PIXELS>,
-    pub spots: &'a Spots,
+    pub spots: &'a SpotTable,
     pub levels: &'a Levels,
     /// For which share of the exposure each LED is On: 0 or 1 but where [`Ascent::cancel_interference`] is at work.
     pub share: &'a mut [f32; LEDS],
@@ -109,7 +109,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     pub fn gains_by_slopes(&self, schur: &SchurFactor, gains: &mut FlipGains) {
         let scale = self.levels.contrast / self.levels.noise;
         let sign = self.share.map(|share| 1.0 - 2.0 * share);
-        let mut patch = [[0.0; SIDE_MAX]; TAPS];
+        let mut patch = [[0.0; SIDE_MAX]; SPOT_PX];
         for led in 0..LEDS {
             gains.slope[led] = scale * sign[led] * self.weighted_spot(led, &mut patch);
             for other in led..LEDS {
@@ -151,7 +151,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// The spot of an LED, divided by four times the light: in `patch`, as far up and down as the spot reaches. Where a pixel is seen and
     /// expected to be saturated, only the part of a flip counts by which it would fall below that. And the sum of what is left to
     /// explain of the spot.
-    fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; TAPS]) -> f32 {
+    fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let (image, across) = (&*self.image, self.spots.across(led));
         let [x, y] = self.spots.first[led];
         let flip = self.levels.contrast * self.spots.peak();
@@ -177,7 +177,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     }
 
     /// The product of an LED's spot with another's in `patch`, of which the first row is that of `led`.
-    fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; TAPS]) -> f32 {
+    fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let top = self.spots.first[led][1];
         let [x, _] = self.spots.first[other];
         let across = self.spots.across(other);

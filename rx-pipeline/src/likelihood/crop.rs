@@ -1,10 +1,9 @@
 //! Which pixels of a frame tell of the panel, and where its LEDs are among them.
 
-use super::image::Window;
-use super::spots::LANES;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::parameters::reading::MIN_PITCH_PX;
+use crate::spots::{LANES, Window};
 use link::panel::{LEDS, SIDE};
 
 /// So many pixels beyond the cells are looked at, where the frame has them: what the blur carries there tells of the outermost

@@ -3,7 +3,7 @@
 use super::image::{Image, SIDE_MAX};
 use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
-use super::spots::{Spots, TAPS, dot};
+use crate::spots::{SPOT_PX, SpotTable, dot};
 use link::panel::LEDS;
 
 /// A row of slopes for each, and one of what is to be explained.
@@ -40,7 +40,7 @@ impl NormalEquations {
     /// The equations where the image holds what is expected of `share` and `levels`.
     pub fn of<const PIXELS: usize>(
         image: &Image<PIXELS>,
-        spots: &Spots,
+        spots: &SpotTable,
         share: &[f32; LEDS],
         levels: &Levels,
         prior: &LevelPrior,
@@ -51,7 +51,7 @@ impl NormalEquations {
     /// The [`SchurFactor`] of such an image; none where the levels are not determined.
     pub fn schur_factor<const PIXELS: usize>(
         image: &Image<PIXELS>,
-        spots: &Spots,
+        spots: &SpotTable,
         share: &[f32; LEDS],
         levels: &Levels,
         prior: &LevelPrior,
@@ -80,7 +80,7 @@ impl NormalEquations {
 
     fn with_slopes<const PIXELS: usize>(
         image: &Image<PIXELS>,
-        spots: &Spots,
+        spots: &SpotTable,
         share: &[f32; LEDS],
         levels: &Levels,
         prior: &LevelPrior,
@@ -187,7 +187,7 @@ fn weigh<const PIXELS: usize>(
 
 /// Adds the change of light in row `y` with Off light, contrast, variance and shift.
 fn add_slopes(
-    spots: &Spots,
+    spots: &SpotTable,
     share: &[f32; LEDS],
     light: &[f32; LEDS],
     y: usize,
@@ -222,7 +222,7 @@ fn add_slopes(
 
 /// Adds row `y` to the inner products of each LED's spot with the slopes, both in root light.
 fn add_products(
-    spots: &Spots,
+    spots: &SpotTable,
     y: usize,
     rows: &Rows,
     weights: &[f32; SIDE_MAX],
@@ -233,7 +233,7 @@ fn add_products(
             continue;
         };
         let across = spots.across(led);
-        let mut spot = [0.0; TAPS];
+        let mut spot = [0.0; SPOT_PX];
         let spot = &mut spot[..across.len()];
         for ((to, &across), &weight) in spot.iter_mut().zip(across).zip(&weights[left..]) {
             *to = down * across * weight;

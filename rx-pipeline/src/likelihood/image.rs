@@ -1,69 +1,17 @@
 //! The panel's pixels as they were seen, and as the model expects them.
 //!
-//! Light is linear, 1 at grey 118. A pixel of light x caught x·k electrons, of which shot and read noise make
-//! x ± √((x + c)/k): with root light y = √(x + c) the deviation is 1/(2·√k) throughout (Anscombe 1948; with read noise Murtagh,
-//! Starck & Bijaoui 1995). So all pixels weigh the same, and one variance says how noisy the frame is. What rounding to
-//! grey levels adds is nearly constant there too, since the gamma curve is nearly a root.
+//! Both are in root light ([`RootMetric`]), in which all pixels weigh the same.
 
-use super::spots::{LANES, Spots};
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
-use link::camera::MIDDLE_GREY;
+use crate::spots::{LANES, RootMetric, SpotTable, Window};
 use link::panel::LEDS;
 
 /// The longest side of an image.
 pub(super) const SIDE_MAX: usize = 128;
 
-/// The light of a grey level by the gamma curve x = (g/118)^γ, and the least light that is read as 255.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Curve {
-    linear: [f32; 256],
-    full: f32,
-    gamma: f32,
-}
-
-impl Curve {
-    /// No light at all.
-    pub const DARK: Self = Self {
-        linear: [0.0; 256],
-        full: 0.0,
-        gamma: 0.0,
-    };
-
-    pub fn new(gamma: f32) -> Self {
-        let linear = |grey: f32| libm::powf(grey / MIDDLE_GREY, gamma);
-        Self {
-            linear: core::array::from_fn(|grey| linear(grey as f32)),
-            full: linear(254.5),
-            gamma,
-        }
-    }
-
-    /// Grey levels by which light 1 brighter by a small part of itself is more, over that part: 118/γ.
-    pub fn grey_of_one(&self) -> f32 {
-        MIDDLE_GREY / self.gamma
-    }
-
-    /// The variance of root light that rounding to whole grey levels adds: 1/12·(dy/dg)², at middle grey.
-    pub fn rounding_variance(&self) -> f32 {
-        let slope = self.gamma / (2.0 * MIDDLE_GREY);
-        slope * slope / 12.0
-    }
-}
-
-/// Part of a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Window {
-    pub x: usize,
-    pub y: usize,
-    pub width: usize,
-    pub height: usize,
-}
-
+/// A panel's pixels.
 pub(super) struct Image<const PIXELS: usize> {
-    pub window: Window,
-    /// Frame pixels along a side of an image pixel.
-    pub bin: usize,
     /// Pixels of the image.
     pub size: [usize; 2],
     pub stride: usize,
@@ -84,13 +32,6 @@ pub(super) struct Image<const PIXELS: usize> {
 impl<const PIXELS: usize> Image<PIXELS> {
     pub const fn new() -> Self {
         Self {
-            window: Window {
-                x: 0,
-                y: 0,
-                width: 0,
-                height: 0,
-            },
-            bin: 0,
             size: [0; 2],
             stride: 0,
             offset: 0.0,
@@ -108,7 +49,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         frame: &Frame<'_>,
         window: Window,
         bin: usize,
-        curve: &Curve,
+        metric: &RootMetric,
         offset: f32,
     ) -> bool {
         let [width, height] = [window.width / bin, window.height / bin];
@@ -121,8 +62,8 @@ impl<const PIXELS: usize> Image<PIXELS> {
         {
             return false;
         }
-        (self.window, self.bin, self.size, self.stride) = (window, bin, [width, height], stride);
-        (self.offset, self.full) = (offset, root(curve.full + offset));
+        (self.size, self.stride) = ([width, height], stride);
+        (self.offset, self.full) = (offset, root(metric.full() + offset));
         self.saturated_rows = 0;
         let per_pixel = 1.0 / (bin * bin) as f32;
         for row in 0..height {
@@ -142,7 +83,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
                     .zip(from.chunks_exact(bin))
                 {
                     for &grey in from {
-                        *to += curve.linear[usize::from(grey)];
+                        *to += metric.light(grey);
                         *saturated |= grey == u8::MAX;
                     }
                 }
@@ -175,7 +116,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 
     /// Fills in what the model expects: `background` and each LED's light.
-    pub fn expect(&mut self, spots: &Spots, background: f32, light: &[f32; LEDS]) {
+    pub fn expect(&mut self, spots: &SpotTable, background: f32, light: &[f32; LEDS]) {
         let used = self.stride * self.size[1];
         self.expected[..used].fill(background + self.offset);
         for (led, &light) in light.iter().enumerate() {
@@ -185,7 +126,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 
     /// Adds light to an LED; roots follow with [`Image::take_roots`].
-    pub fn add(&mut self, spots: &Spots, led: usize, light: f32) {
+    pub fn add(&mut self, spots: &SpotTable, led: usize, light: f32) {
         let [x, y] = spots.first[led];
         for (row, &down) in (y..).zip(spots.down(led)) {
             let scale = light * down;

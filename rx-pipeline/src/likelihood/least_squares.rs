@@ -2,7 +2,7 @@
 
 use super::image::Image;
 use super::levels::Levels;
-use super::spots::{Spots, dot};
+use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
 
 /// Rounds of Gauss and Seidel's method; fewer where no LED's light changes by more than this part of the range any more.
@@ -20,7 +20,7 @@ pub(super) struct LeastSquares {
 
 impl LeastSquares {
     /// Solves for the light in `image`, in whose roots it keeps what is left of the light.
-    pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &Spots) -> Self {
+    pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &SpotTable) -> Self {
         let [width, height] = image.size;
         let used = image.stride * height;
         for (rest, seen) in image.root[..used].iter_mut().zip(&image.seen[..used]) {
@@ -59,7 +59,7 @@ impl LeastSquares {
     fn improve<const PIXELS: usize>(
         &mut self,
         image: &mut Image<PIXELS>,
-        spots: &Spots,
+        spots: &SpotTable,
         led: usize,
         weight: f32,
     ) -> f32 {

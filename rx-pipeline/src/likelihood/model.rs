@@ -5,13 +5,13 @@ use super::crop::Crop;
 use super::estimate::Estimate;
 use super::flips::FlipGains;
 use super::gauss_newton::NormalEquations;
-use super::image::{Curve, Image};
+use super::image::Image;
 use super::least_squares::LeastSquares;
 use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels};
-use super::spots::Spots;
 use crate::detect::DetectError;
 use crate::frame::Frame;
+use crate::spots::{RootMetric, SpotTable};
 use link::camera::Camera;
 use link::panel::LEDS;
 
@@ -19,14 +19,14 @@ use link::panel::LEDS;
 const FITTED: usize = LEDS + LEVELS;
 /// The offset under the root changes with the noise; by less than this, relatively, it stays.
 const OFFSET_STEP: f32 = 0.2;
-const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
 
 /// The image of a panel, and what it takes to explain it.
 pub(super) struct Model<const PIXELS: usize> {
-    pub camera: Camera,
-    curve: Curve,
+    /// The blur that a search begins with.
+    pub blur_sigma_px: f32,
+    metric: RootMetric,
     pub image: Image<PIXELS>,
-    pub spots: Spots,
+    pub spots: SpotTable,
     pub flip_gains: FlipGains,
 }
 
@@ -34,22 +34,18 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// One that sees black; all zeros.
     pub const fn new() -> Self {
         Self {
-            camera: Camera {
-                gamma: 0.0,
-                blur_sigma_px: 0.0,
-                read_noise_e: 0.0,
-            },
-            curve: Curve::DARK,
+            blur_sigma_px: 0.0,
+            metric: RootMetric::DARK,
             image: Image::new(),
-            spots: Spots::new(),
+            spots: SpotTable::new(),
             flip_gains: FlipGains::new(),
         }
     }
 
     /// Gets ready for frames of `camera`.
     pub fn prepare(&mut self, camera: Camera) {
-        self.camera = camera;
-        self.curve = Curve::new(camera.gamma);
+        self.blur_sigma_px = camera.blur_sigma_px;
+        self.metric = RootMetric::new(&camera);
     }
 
     /// The light of each LED by least squares, where the panel is expected.
@@ -69,7 +65,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// The height of an On LED above an Off one, in grey levels, about the background's grey.
     pub fn contrast_grey(&self, levels: &Levels) -> f32 {
         let background = levels.background.max(f32::MIN_POSITIVE);
-        levels.contrast * self.spots.peak() / background * self.curve.grey_of_one()
+        levels.contrast * self.spots.peak() / background * self.metric.grey_of_one()
     }
 
     /// The negative log-likelihood of pixels and levels.
@@ -131,7 +127,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     fn noise(&self) -> f32 {
         self.image
             .mean_square(FITTED)
-            .max(self.curve.rounding_variance())
+            .max(self.metric.rounding_variance())
     }
 
     /// Takes the panel's pixels in, in root light as befits the noise.
@@ -139,10 +135,10 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// # Errors
     /// [`DetectError::OutsideMemory`] if they do not fit.
     pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
-        let offset = self.offset(noise);
+        let offset = self.metric.offset(noise);
         let fits = self
             .image
-            .load(frame, crop.window, crop.bin, &self.curve, offset);
+            .load(frame, crop.window, crop.bin, &self.metric, offset);
         fits.then_some(()).ok_or(DetectError::OutsideMemory {
             width: crop.window.width / crop.bin,
             height: crop.window.height / crop.bin,
@@ -160,20 +156,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
         crop: &Crop,
         estimate: &mut Estimate,
     ) -> Result<(), DetectError> {
-        let offset = self.offset(estimate.levels.noise);
+        let offset = self.metric.offset(estimate.levels.noise);
         if (offset - self.image.offset).abs() > OFFSET_STEP * offset {
             self.load(frame, crop, estimate.levels.noise)?;
             self.expect_with_noise(estimate);
         }
         Ok(())
-    }
-
-    /// What is added to light under the root: 3/8 electron and the read noise's variance (Murtagh et al. 1995), at the
-    /// electrons that make the noise.
-    fn offset(&self, noise: f32) -> f32 {
-        let light_of_an_electron = 4.0 * (noise - self.curve.rounding_variance());
-        let [least, most] = OFFSET_RANGE;
-        (light_of_an_electron * (0.375 + self.camera.read_noise_e * self.camera.read_noise_e))
-            .clamp(least, most)
     }
 }

@@ -27,7 +27,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         crop: &Crop,
         prior: &LevelPrior,
     ) -> Result<Estimate, DetectError> {
-        let blur = self.camera.blur_sigma_px / crop.bin as f32;
+        let blur = self.blur_sigma_px / crop.bin as f32;
         let first = Levels {
             background: 1.0,
             off: 0.0,

@@ -62,8 +62,7 @@ mod tests {
     use crate::fit;
     use crate::frame::Frame;
     use crate::lattice::Lattice;
-    use crate::light::Light;
-    use crate::spots::{Canvas, Scenery};
+    use crate::spots::{Canvas, GreyMetric, Scenery};
     use crate::synthetic::Scene;
 
     const SCENE: Scene = Scene {
@@ -74,11 +73,11 @@ mod tests {
 
     fn odds_of(pixels: &[u8]) -> f32 {
         let frame = Frame::new(pixels, SCENE.width, SCENE.height).unwrap();
-        let light = Light::new(2.2);
+        let metric = GreyMetric::new(2.2);
         let scenery = Scenery {
             frame: &frame,
             earlier: None,
-            light: &light,
+            metric: &metric,
         };
         let lattice = Lattice::through(&SCENE.corners());
         let start = Spots {

@@ -6,9 +6,8 @@ use super::{LocateError, Location};
 use crate::corners::Corners;
 use crate::fit::{self, Fit};
 use crate::lattice::Lattice;
-use crate::light::Light;
 use crate::parameters::verification::*;
-use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
+use crate::spots::{Canvas, GreyMetric, Scenery, Slope, Spots, Window};
 use link::panel::LEDS;
 
 /// A lattice that is a panel.
@@ -42,14 +41,14 @@ impl Verified {
 pub(super) fn verify<const N: usize>(
     canvas: &mut Canvas<N>,
     view: &View<'_, '_>,
-    light: &Light,
+    metric: &GreyMetric,
     lattice: Lattice,
     state: [i8; LEDS],
 ) -> Result<Verified, LocateError> {
     let scenery = Scenery {
         frame: view.frame,
         earlier: view.earlier,
-        light,
+        metric,
     };
     let size = (view.frame.width(), view.frame.height());
     let single = view.earlier.is_none();
@@ -57,7 +56,11 @@ pub(super) fn verify<const N: usize>(
     let start = Spots {
         lattice,
         sigma: view.spot_sigma_px,
-        background: if single { light.of(u8::MAX / 2) } else { 0.0 },
+        background: if single {
+            metric.light(u8::MAX / 2)
+        } else {
+            0.0
+        },
         off: 0.0,
         step: 0.0,
         state: state.map(f32::from),

@@ -344,7 +344,7 @@ fn scenery<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Scenery<'a, 'f
     Scenery {
         frame,
         earlier: None,
-        light: locator.light(),
+        metric: locator.metric(),
     }
 }
 

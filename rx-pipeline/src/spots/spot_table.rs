@@ -1,16 +1,13 @@
-//! The image of each LED: a Gaussian spot, in one factor for the columns and one for the rows.
+//! The spots of 64 LEDs of one width, wherever they are: in one factor for the columns and one for the rows.
 
+use super::window::{LANES, SPOT_PX, gaussian, whole};
 use link::panel::{LEDS, SIDE};
 
-/// The most pixels of a spot in a row or column; a multiple of [`LANES`].
-pub(super) const TAPS: usize = 20;
-/// Rows are worked on in groups of so many pixels.
-pub(super) const LANES: usize = 4;
-/// Spots reach so many standard deviations to either side, as far as [`TAPS`] allows.
+/// Spots reach so many standard deviations to either side, as far as [`SPOT_PX`] allows.
 const REACH: f32 = 3.3;
 
 /// The images of 64 LEDs of light 1.
-pub(super) struct Spots {
+pub(crate) struct SpotTable {
     /// The variance of a spot in either direction, in px²: lens blur, LED and pixel together.
     pub variance: f32,
     /// Where the LEDs are, in px of the image.
@@ -19,19 +16,19 @@ pub(super) struct Spots {
     pub first: [[usize; 2]; LEDS],
     /// Columns and rows of each spot: the columns a multiple of [`LANES`].
     pub taps: [usize; 2],
-    across: [[f32; TAPS]; LEDS],
-    down: [[f32; TAPS]; LEDS],
+    across: [[f32; SPOT_PX]; LEDS],
+    down: [[f32; SPOT_PX]; LEDS],
 }
 
-impl Spots {
+impl SpotTable {
     pub const fn new() -> Self {
         Self {
             variance: 0.0,
             centre: [[0.0; 2]; LEDS],
             first: [[0; 2]; LEDS],
             taps: [0; 2],
-            across: [[0.0; TAPS]; LEDS],
-            down: [[0.0; TAPS]; LEDS],
+            across: [[0.0; SPOT_PX]; LEDS],
+            down: [[0.0; SPOT_PX]; LEDS],
         }
     }
 
@@ -39,26 +36,24 @@ impl Spots {
     /// `stride`, a multiple of [`LANES`] and at least that.
     pub fn place(&mut self, variance: f32, [width, height]: [usize; 2], stride: usize) {
         self.variance = variance;
-        let reach = libm::ceilf(REACH * libm::sqrtf(variance)).min(TAPS as f32) as usize;
-        let wanted = (2 * reach).next_multiple_of(LANES).min(TAPS);
+        let reach = libm::ceilf(REACH * libm::sqrtf(variance)).min(SPOT_PX as f32) as usize;
+        let wanted = (2 * reach).next_multiple_of(LANES).min(SPOT_PX);
         self.taps = [wanted.min(stride), wanted.min(height)];
+        let half = 0.5 / variance;
+        let area = libm::sqrtf(2.0 * core::f32::consts::PI * variance);
+        let density = |offset: f32| libm::expf(-offset * offset * half) / area;
         for led in 0..LEDS {
             let [x, y] = self.centre[led];
-            self.first[led] = [
-                first(x, self.taps[0], stride),
-                first(y, self.taps[1], height),
-            ];
-            let [left, top] = self.first[led];
-            profile(
-                x - left as f32,
-                variance,
-                &mut self.across[led][..self.taps[0]],
+            let (left, top) = (
+                whole(x, self.taps[0], stride),
+                whole(y, self.taps[1], height),
             );
-            profile(
-                y - top as f32,
-                variance,
-                &mut self.down[led][..self.taps[1]],
-            );
+            self.first[led] = [left, top];
+            let across = &mut self.across[led][..self.taps[0]];
+            let down = &mut self.down[led][..self.taps[1]];
+            let (dx, dy) = (left as f32 - x, top as f32 - y);
+            gaussian(across, density(dx), dx, variance);
+            gaussian(down, density(dy), dy, variance);
             // Columns that only fill the row up have no pixel.
             self.across[led][..self.taps[0]]
                 .iter_mut()
@@ -117,35 +112,3 @@ impl Spots {
 
 /// Spots overlap up to a squared distance of so many variances: there the product of two has fallen to exp(−5) = 0.7 %.
 const OVERLAP: f32 = 20.0;
-
-/// The first of `taps` pixels around `centre`, all within 0..`end`.
-fn first(centre: f32, taps: usize, end: usize) -> usize {
-    let first = libm::roundf(centre - (taps as f32 - 1.0) / 2.0);
-    // A cast of what is negative is 0.
-    (first as usize).min(end - taps)
-}
-
-/// A Gaussian density about `centre` at 0, 1, 2…, by recurrence: the ratio of neighbours shrinks by a constant factor.
-fn profile(centre: f32, variance: f32, values: &mut [f32]) {
-    let half = 0.5 / variance;
-    let mut value =
-        libm::expf(-centre * centre * half) / libm::sqrtf(2.0 * core::f32::consts::PI * variance);
-    let mut ratio = libm::expf((2.0 * centre - 1.0) * half);
-    let shrink = libm::expf(-2.0 * half);
-    for to in values {
-        *to = value;
-        value *= ratio;
-        ratio *= shrink;
-    }
-}
-
-/// Σ a·b over the length of `a`, which is a multiple of [`LANES`].
-pub(super) fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum()
-}

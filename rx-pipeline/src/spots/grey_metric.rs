@@ -1,11 +1,11 @@
-//! Grey levels as light, and how much of it a grey level leaves unknown.
+//! Differences of light, weighed by the grey levels that they make: for noise of as many grey levels in all pixels.
 
-use link::camera::MIDDLE_GREY;
+use super::gamma_table::GammaTable;
 
-/// The light of each grey level, and how much a difference of light counts there.
+/// How much a difference of light counts at each grey level.
 #[derive(Clone, Debug)]
-pub(crate) struct Light {
-    light: [f32; 256],
+pub(crate) struct GreyMetric {
+    light: GammaTable,
     /// The square of the light that one grey level more makes.
     slope_squared: [f32; 256],
     weight: [f32; 256],
@@ -15,33 +15,33 @@ pub(crate) struct Light {
 /// noise says how sure the light is.
 const DARKEST: usize = 48;
 
-impl Light {
-    /// Light is 1 at grey 118, the level of a grey card.
+impl GreyMetric {
     pub fn new(gamma: f32) -> Self {
-        let light_of = |grey: f32| libm::powf(grey / MIDDLE_GREY, gamma);
+        let light = GammaTable::new(gamma);
         let slope_squared = core::array::from_fn(|grey| {
             let grey = grey.max(DARKEST) as f32;
-            let slope = light_of(grey + 0.5) - light_of(grey - 0.5);
+            let slope = light.between(grey + 0.5) - light.between(grey - 0.5);
             slope * slope
         });
         Self {
-            light: core::array::from_fn(|grey| light_of(grey as f32)),
+            light,
             weight: slope_squared.map(|square: f32| 1.0 / square),
             slope_squared,
         }
     }
 
-    pub fn of(&self, grey: u8) -> f32 {
-        self.light[usize::from(grey)]
+    /// The light of a grey level, 1 at grey 118.
+    pub fn light(&self, grey: u8) -> f32 {
+        self.light.of(grey)
     }
 
     /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is at least
     /// as bright as that: where the model is too, it has no weight.
     #[inline]
     pub fn single<const L: usize>(&self, grey: &[u8; L], model: &[f32; L]) -> [[f32; L]; 2] {
-        let light = grey.map(|grey| self.of(grey));
+        let light = grey.map(|grey| self.light.of(grey));
         let weight = grey.map(|grey| self.weight[usize::from(grey)]);
-        let white = self.of(u8::MAX);
+        let white = self.light.of(u8::MAX);
         let weight = core::array::from_fn(|i| {
             let agrees = light[i] >= white && model[i] >= light[i];
             if agrees { 0.0 } else { weight[i] }
@@ -57,10 +57,10 @@ impl Light {
         earlier: &[u8; L],
         model: &[f32; L],
     ) -> [[f32; L]; 2] {
-        let [now, then] = [grey, earlier].map(|grey| grey.map(|grey| self.of(grey)));
+        let [now, then] = [grey, earlier].map(|grey| grey.map(|grey| self.light.of(grey)));
         let [slope_now, slope_then] =
             [grey, earlier].map(|grey| grey.map(|grey| self.slope_squared[usize::from(grey)]));
-        let white = self.of(u8::MAX);
+        let white = self.light.of(u8::MAX);
         let light: [f32; L] = core::array::from_fn(|i| now[i] - then[i]);
         let weight = core::array::from_fn(|i| {
             let (white_now, white_then) = (now[i] >= white, then[i] >= white);
@@ -79,25 +79,25 @@ mod tests {
 
     #[test]
     fn weights_turn_light_into_grey_levels() {
-        let light = Light::new(2.2);
-        assert_eq!(light.of(118), 1.0);
-        let [[level], [weight]] = light.single(&[200], &[0.0]);
-        let step = light.of(201) - level;
+        let metric = GreyMetric::new(2.2);
+        assert_eq!(metric.light(118), 1.0);
+        let [[level], [weight]] = metric.single(&[200], &[0.0]);
+        let step = metric.light(201) - level;
         approx::assert_abs_diff_eq!(step * step * weight, 1.0, epsilon = 0.02);
-        assert!((0..=255).all(|grey| light.single(&[grey], &[0.0])[1][0].is_finite()));
+        assert!((0..=255).all(|grey| metric.single(&[grey], &[0.0])[1][0].is_finite()));
     }
 
     #[test]
     fn white_pixels_count_only_where_the_model_is_darker() {
-        let light = Light::new(2.2);
-        let weights = light.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
+        let metric = GreyMetric::new(2.2);
+        let weights = metric.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
         assert_eq!(weights.map(|weight| weight > 0.0), [false, true, true]);
         // White now, then, both and neither, and each time a model that changes by more, and by less.
         let (now, then) = (
             [255, 255, 9, 9, 255, 255, 9, 9],
             [9, 9, 255, 255, 255, 255, 9, 9],
         );
-        let weights = light.pair(&now, &then, &[9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0, -9.0])[1];
+        let weights = metric.pair(&now, &then, &[9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0, -9.0])[1];
         let counted = [false, true, true, false, false, false, true, true];
         assert_eq!(weights.map(|weight| weight > 0.0), counted);
     }

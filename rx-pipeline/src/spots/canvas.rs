@@ -1,0 +1,230 @@
+//! A model held against the pixels of a window.
+
+use super::grey_metric::GreyMetric;
+use super::lattice_model::Spots;
+use super::profile::{Moments, Profile};
+use super::window::{LANES, Window};
+use crate::frame::Frame;
+use link::panel::{LEDS, SIDE};
+
+/// Columns and rows within which an LED's light is felt.
+const NEAR_LATTICE: core::ops::RangeInclusive<f32> = -1.1..=8.1;
+/// Pixels that make a mean square worth having.
+const ENOUGH_PIXELS: u32 = 60;
+
+/// What the frame shows.
+#[derive(Clone, Copy)]
+pub(crate) struct Scenery<'a, 'f> {
+    pub frame: &'a Frame<'f>,
+    pub earlier: Option<&'a Frame<'f>>,
+    pub metric: &'a GreyMetric,
+}
+
+/// Memory for a window of up to `N` pixels.
+pub(crate) struct Canvas<const N: usize> {
+    residual: [f32; N],
+    weight: [f32; N],
+}
+
+/// How well the model fits, and which way is down.
+pub(crate) struct Slope {
+    pub squares: f32,
+    pub total: f32,
+    /// Pixels that say how bright they are.
+    pub pixels: u32,
+    /// Pixels in all.
+    pub window_pixels: u32,
+    pub(super) background: [f32; 2],
+    pub(super) led: [Moments; LEDS],
+}
+
+impl Slope {
+    /// Σ w·g² of an LED's spot g over the pixels' weights w.
+    pub fn led_weight(&self, led: usize) -> f32 {
+        self.led[led].weight
+    }
+
+    /// Σ w·g·r of an LED's spot g and the residuals r.
+    pub fn led_agreement(&self, led: usize) -> f32 {
+        self.led[led].height
+    }
+
+    /// The share of the variance around the background that the model explains.
+    pub fn explained(&self) -> f32 {
+        1.0 - self.squares / self.total.max(f32::MIN_POSITIVE)
+    }
+}
+
+/// Sums over pixels, lane by lane.
+#[derive(Default)]
+struct Sums {
+    squares: [f32; LANES],
+    total: [f32; LANES],
+    pixels: [u32; LANES],
+    background: [[f32; LANES]; 2],
+}
+
+impl Sums {
+    /// Adds pixels of which `residual` holds the model; leaves their weighted residuals and their weights.
+    #[inline]
+    fn add<const L: usize>(
+        &mut self,
+        [light, weights]: [[f32; L]; 2],
+        background: f32,
+        residual: &mut [f32; L],
+        weight: &mut [f32; L],
+    ) {
+        const { assert!(L <= LANES) }
+        for i in 0..L {
+            let difference = light[i] - residual[i];
+            let weighted = weights[i] * difference;
+            let step = light[i] - background;
+            self.squares[i] += weighted * difference;
+            self.total[i] += weights[i] * step * step;
+            self.pixels[i] += u32::from(weights[i] > 0.0);
+            self.background[0][i] += weighted;
+            self.background[1][i] += weights[i];
+            residual[i] = weighted;
+        }
+        *weight = weights;
+    }
+
+    /// Adds a row of such pixels.
+    fn add_row<const L: usize>(
+        &mut self,
+        metric: &GreyMetric,
+        (now, earlier): (&[[u8; L]], Option<&[[u8; L]]>),
+        background: f32,
+        residual: &mut [[f32; L]],
+        weight: &mut [[f32; L]],
+    ) {
+        let pixels = residual.iter_mut().zip(weight).zip(now);
+        match earlier {
+            None => {
+                for ((residual, weight), now) in pixels {
+                    let seen = metric.single(now, residual);
+                    self.add(seen, background, residual, weight);
+                }
+            }
+            Some(earlier) => {
+                for (((residual, weight), now), earlier) in pixels.zip(earlier) {
+                    let seen = metric.pair(now, earlier, residual);
+                    self.add(seen, background, residual, weight);
+                }
+            }
+        }
+    }
+}
+
+impl<const N: usize> Canvas<N> {
+    pub const fn new() -> Self {
+        Self {
+            residual: [0.0; N],
+            weight: [0.0; N],
+        }
+    }
+
+    /// Holds the model against the scenery.
+    pub fn compare(
+        &mut self,
+        spots: &Spots,
+        scenery: Scenery<'_, '_>,
+        window: Window,
+    ) -> Option<Slope> {
+        let area = window.width * window.height;
+        let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
+        residual.fill(spots.background);
+        let origin = [window.x as f32, window.y as f32];
+        let mut profiles = [Profile::NONE; LEDS];
+        for (led, profile) in profiles.iter_mut().enumerate() {
+            let [x, y] = spots
+                .lattice
+                .position((led % SIDE) as f32, (led / SIDE) as f32);
+            profile.place([x - origin[0], y - origin[1]], spots.sigma, window);
+            let height = spots.amplitude(led);
+            if height != 0.0 {
+                profile.add_to(residual, window.width, height);
+            }
+        }
+        let mut sums = Sums::default();
+        let columns = window.x..window.x + window.width;
+        let rows = residual
+            .chunks_exact_mut(window.width.max(1))
+            .zip(weight.chunks_exact_mut(window.width.max(1)));
+        for (y, (residual, weight)) in (window.y..).zip(rows) {
+            let now = scenery.frame.row(y)?.get(columns.clone())?;
+            let earlier = match scenery.earlier {
+                Some(earlier) => Some(earlier.row(y)?.get(columns.clone())?),
+                None => None,
+            };
+            let (now, earlier) = (now.as_chunks(), earlier.map(|row| row.as_chunks()));
+            let (residual, weight) = (residual.as_chunks_mut(), weight.as_chunks_mut());
+            let (metric, background) = (scenery.metric, spots.background);
+            let most = (now.0, earlier.map(|row| row.0));
+            sums.add_row::<LANES>(metric, most, background, residual.0, weight.0);
+            let rest = (now.1.as_chunks().0, earlier.map(|row| row.1.as_chunks().0));
+            let (residual, weight) = (residual.1.as_chunks_mut(), weight.1.as_chunks_mut());
+            sums.add_row::<1>(metric, rest, background, residual.0, weight.0);
+        }
+        let sum = |lanes: [f32; LANES]| lanes.iter().sum::<f32>();
+        Some(Slope {
+            squares: sum(sums.squares),
+            total: sum(sums.total),
+            pixels: sums.pixels.iter().sum(),
+            window_pixels: area as u32,
+            background: sums.background.map(sum),
+            led: core::array::from_fn(|led| profiles[led].moments(residual, weight, window.width)),
+        })
+    }
+
+    /// After [`Canvas::compare`]: the mean square that is left unexplained further than a pitch outside the lattice, in grey levels
+    /// squared; `None` where there is next to nothing to see.
+    pub fn noise_around(&self, spots: &Spots, window: Window) -> Option<f32> {
+        let area = window.width * window.height;
+        let (residual, weight) = (self.residual.get(..area)?, self.weight.get(..area)?);
+        let (mut squares, mut pixels) = (0.0, 0u32);
+        for (i, (&residual, &weight)) in residual.iter().zip(weight).enumerate() {
+            let at = [
+                (window.x + i % window.width) as f32,
+                (window.y + i / window.width) as f32,
+            ];
+            let outside = spots
+                .lattice
+                .coordinates(at)?
+                .into_iter()
+                .any(|c| !NEAR_LATTICE.contains(&c));
+            if outside && weight > 0.0 {
+                squares += residual * residual / weight;
+                pixels += 1;
+            }
+        }
+        (pixels >= ENOUGH_PIXELS).then(|| squares / pixels as f32)
+    }
+
+    /// After [`Canvas::compare`]: how many of the 36 places around the lattice hold half an LED's light or more.
+    pub fn lit_around(&self, spots: &Spots, window: Window) -> u32 {
+        let area = window.width * window.height;
+        let (Some(residual), Some(weight)) = (self.residual.get(..area), self.weight.get(..area))
+        else {
+            return 0;
+        };
+        let mut lit = 0;
+        for row in -1..=SIDE as i32 {
+            for column in -1..=SIDE as i32 {
+                let inside = 0..SIDE as i32;
+                if inside.contains(&row) && inside.contains(&column) {
+                    continue;
+                }
+                let [x, y] = spots.lattice.position(column as f32, row as f32);
+                let mut profile = Profile::NONE;
+                let at = [x - window.x as f32, y - window.y as f32];
+                profile.place(at, spots.sigma, window);
+                let sums = profile.moments(residual, weight, window.width);
+                lit += u32::from(
+                    sums.height.abs() > 0.5 * spots.step.abs() * sums.weight && sums.weight > 0.0,
+                );
+            }
+        }
+        lit
+    }
+}

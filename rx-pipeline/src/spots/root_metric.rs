@@ -1,0 +1,68 @@
+//! Differences of root light: for the noise of electrons and of read-out.
+//!
+//! A pixel of light x caught x·k electrons, of which shot and read noise make x ± √((x + c)/k): with root light y = √(x + c) the
+//! deviation is 1/(2·√k) throughout (Anscombe 1948; with read noise Murtagh, Starck & Bijaoui 1995). So all pixels weigh the same, and
+//! one variance says how noisy the frame is. What rounding to grey levels adds is nearly constant there too, since the gamma curve
+//! is nearly a root.
+
+use super::gamma_table::GammaTable;
+use link::camera::{Camera, MIDDLE_GREY};
+
+/// What of a camera decides on root light and its noise.
+#[derive(Clone, Debug)]
+pub(crate) struct RootMetric {
+    light: GammaTable,
+    full: f32,
+    read_noise_e: f32,
+}
+
+/// The range of what is added to light under the root.
+const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
+
+impl RootMetric {
+    /// That of a camera that sees no light; all zeros.
+    pub const DARK: Self = Self {
+        light: GammaTable::DARK,
+        full: 0.0,
+        read_noise_e: 0.0,
+    };
+
+    pub fn new(camera: &Camera) -> Self {
+        let light = GammaTable::new(camera.gamma);
+        Self {
+            full: light.between(254.5),
+            light,
+            read_noise_e: camera.read_noise_e,
+        }
+    }
+
+    /// The light of a grey level, 1 at grey 118.
+    #[inline]
+    pub fn light(&self, grey: u8) -> f32 {
+        self.light.of(grey)
+    }
+
+    /// The least light that is read as 255.
+    pub fn full(&self) -> f32 {
+        self.full
+    }
+
+    /// Grey levels by which light 1 brighter by a small part of itself is more, over that part: 118/γ.
+    pub fn grey_of_one(&self) -> f32 {
+        MIDDLE_GREY / self.light.gamma()
+    }
+
+    /// The variance of root light that rounding to whole grey levels adds: 1/12·(dy/dg)², at middle grey.
+    pub fn rounding_variance(&self) -> f32 {
+        let slope = self.light.gamma() / (2.0 * MIDDLE_GREY);
+        slope * slope / 12.0
+    }
+
+    /// What is added to light under the root where root light has the variance `noise`: 3/8 electron and the read noise's variance
+    /// (Murtagh et al. 1995), at the electrons that make the noise.
+    pub fn offset(&self, noise: f32) -> f32 {
+        let light_of_an_electron = 4.0 * (noise - self.rounding_variance());
+        let [least, most] = OFFSET_RANGE;
+        (light_of_an_electron * (0.375 + self.read_noise_e * self.read_noise_e)).clamp(least, most)
+    }
+}
