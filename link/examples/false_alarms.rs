@@ -30,7 +30,8 @@ fn main() -> Result<(), std::num::ParseIntError> {
         }
     }
     println!(
-        "{panels} random panels: {syncs} rejected (sync panels without header), {versions} headers of other versions, {headers} headers, {beacons} beacons, {messages} messages"
+        "{panels} random panels: {syncs} rejected (sync panels without header), {versions} headers of other versions, \
+         {headers} headers, {beacons} beacons, {messages} messages"
     );
     Ok(())
 }

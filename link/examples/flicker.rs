@@ -19,7 +19,8 @@ fn longest_run(panels: &[PanelFrame], led: usize) -> usize {
 
 fn main() -> Result<(), FramingError> {
     println!(
-        "| bytes | code | panels a repeat | mean On | spread a panel (standard deviation) | LEDs On, least to most | longest run of one LED, panels |"
+        "| bytes | code | panels a repeat | mean On | spread a panel (standard deviation) \
+         | LEDs On, least to most | longest run of one LED, panels |"
     );
     println!("|---|---|---|---|---|---|---|");
     for length in [8, 16, 32, 128, 1024] {

@@ -38,8 +38,9 @@ pub const MAX_ITERATIONS: usize = 100;
 
 const BITS_MAX: usize = CODEWORD_PANELS_MAX * LEDS;
 const LARGEST: LDPCCode = LDPCCode::TM1536;
-/// The surest that a received bit counts as, in steps of [`LLR_STEP`](crate::panel::LLR_STEP): half of what the decoder's messages hold. A message is a saturating sum less one of its
-/// terms; with bits as sure as the greatest sum that difference is 0, and nothing is told any more.
+/// The surest that a received bit counts as, in steps of [`LLR_STEP`](crate::panel::LLR_STEP): half of what the decoder's
+/// messages hold. A message is a saturating sum less one of its terms; with bits as sure as the greatest sum that
+/// difference is 0, and nothing is told any more.
 pub const SUREST: Llr = 63;
 /// What is known for certain to be 0: in the decoder's sign, which is opposite to [`Llr`]'s.
 const CERTAIN_ZERO: i8 = i8::MAX;

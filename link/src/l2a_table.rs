@@ -153,7 +153,8 @@ pub enum TableError {
     },
     /// An axis does not ascend.
     #[error(
-        "{quantity} number {index} (from 0) of the table is {value}, it must be at least 0.14 % above the {previous} before it: sort the axis and drop duplicates"
+        "{quantity} number {index} (from 0) of the table is {value}, it must be at least 0.14 % above the {previous} before it: \
+         sort the axis and drop duplicates"
     )]
     NotAscending {
         /// The axis.
@@ -538,7 +539,10 @@ mod tests {
         }
 
         #[test]
-        fn it_rises_where_the_table_rises(steps in prop::collection::vec(0.0_f32..0.3, 12), one in any_illuminance(), other in any_illuminance(), i in any_interval()) {
+        fn it_rises_where_the_table_rises(
+            steps in prop::collection::vec(0.0_f32..0.3, 12),
+            one in any_illuminance(), other in any_illuminance(), i in any_interval(),
+        ) {
             let mut value = 0.2;
             let values: std::vec::Vec<f32> = steps.iter().map(|step| { value += step; value }).collect();
             let table = L2aTable::new(&[10.0, 100.0, 200.0, 5000.0], &[0.5, 1.0, 2.0], &values).unwrap();

@@ -26,11 +26,17 @@ pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::li
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum CalibrationError {
     /// The luminance at full duty is outside [`LUMINANCE_CD_M2`].
-    #[error("full luminance {0} cd/m² is outside {min} to {max}: measure an On LED at full duty with ambient light shut out", min = LUMINANCE_CD_M2.start(), max = LUMINANCE_CD_M2.end())]
+    #[error(
+        "full luminance {0} cd/m² is outside {min} to {max}: \
+         measure an On LED at full duty with ambient light shut out",
+        min = LUMINANCE_CD_M2.start(),
+        max = LUMINANCE_CD_M2.end()
+    )]
     LuminanceFull(U32F32),
     /// The shortest pulse is longer than the PWM period.
     #[error(
-        "a shortest pulse of {pulse_ns} ns does not fit into the PWM period, 0 to {period_ns} ns: lower the PWM frequency or use a faster LED driver"
+        "a shortest pulse of {pulse_ns} ns does not fit into the PWM period, 0 to {period_ns} ns: \
+         lower the PWM frequency or use a faster LED driver"
     )]
     ShortestPulse {
         /// The shortest pulse given, ns.
@@ -39,19 +45,44 @@ pub enum CalibrationError {
         period_ns: u32,
     },
     /// The PWM period is outside [`PWM_PERIOD_NS`].
-    #[error("a PWM period of {0} ns is outside {min} to {max} ns: choose one that the shortest exposure holds at least 20 times", min = PWM_PERIOD_NS.start(), max = PWM_PERIOD_NS.end())]
+    #[error(
+        "a PWM period of {0} ns is outside {min} to {max} ns: \
+         choose one that the shortest exposure holds at least 20 times",
+        min = PWM_PERIOD_NS.start(),
+        max = PWM_PERIOD_NS.end()
+    )]
     PwmPeriod(u32),
     /// The reflectance is outside [`REFLECTANCE`].
-    #[error("reflectance {0} is outside {min} to {max}: compare an Off LED with a grey card (0.18) in the same light", min = REFLECTANCE.start(), max = REFLECTANCE.end())]
+    #[error(
+        "reflectance {0} is outside {min} to {max}: \
+         compare an Off LED with a grey card (0.18) in the same light",
+        min = REFLECTANCE.start(),
+        max = REFLECTANCE.end()
+    )]
     Reflectance(U1F31),
     /// The LED interval is outside [`INTERVAL`].
-    #[error("LED interval {0} is outside {min} to {max}: give the gap between LEDs over their diameter", min = INTERVAL.start(), max = INTERVAL.end())]
+    #[error(
+        "LED interval {0} is outside {min} to {max}: \
+         give the gap between LEDs over their diameter",
+        min = INTERVAL.start(),
+        max = INTERVAL.end()
+    )]
     Interval(Interval),
     /// The sensor's gain is outside [`SENSOR_GAIN`].
-    #[error("sensor gain {0} is outside {min} to {max}: give the lux of a meter beside the panel over the lux that the sensor reads", min = SENSOR_GAIN.start(), max = SENSOR_GAIN.end())]
+    #[error(
+        "sensor gain {0} is outside {min} to {max}: \
+         give the lux of a meter beside the panel over the lux that the sensor reads",
+        min = SENSOR_GAIN.start(),
+        max = SENSOR_GAIN.end()
+    )]
     SensorGain(U12F20),
     /// The light at the low current is outside [`LOW_CURRENT_SHARE`].
-    #[error("low-current share {0} is outside {min} to {max}: give an On LED's light at the low current over that at the full one, or 1 where it cannot be switched", min = LOW_CURRENT_SHARE.start(), max = LOW_CURRENT_SHARE.end())]
+    #[error(
+        "low-current share {0} is outside {min} to {max}: \
+         give an On LED's light at the low current over that at the full one, or 1 where it cannot be switched",
+        min = LOW_CURRENT_SHARE.start(),
+        max = LOW_CURRENT_SHARE.end()
+    )]
     LowCurrentShare(U1F31),
 }
 

@@ -104,7 +104,8 @@
 //! Each type holds the whole range of its quantity (E: 0.01 to 130 000 lx, luminance: to 10⁶
 //! cd/m²), so nothing overflows; the errors against the same formulas in `f64` are constants of
 //! their modules, held to by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
-//! [`power::EXP2_ERROR`], [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`], [`drive::FIDELITY_PPM`]. Nothing panics on any input.
+//! [`power::EXP2_ERROR`], [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`], [`drive::FIDELITY_PPM`].
+//! Nothing panics on any input.
 
 #![no_std]
 

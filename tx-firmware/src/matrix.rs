@@ -51,7 +51,8 @@ use crate::dimming::Duty;
 ///     }
 /// }
 /// # use embedded_hal_mock::eh1::pwm::{Mock, Transaction};
-/// # let mut brightness = Mock::new(&[Transaction::set_duty_cycle(0), Transaction::max_duty_cycle(1000), Transaction::set_duty_cycle(500)]);
+/// # let duties = [Transaction::set_duty_cycle(0), Transaction::max_duty_cycle(1000), Transaction::set_duty_cycle(500)];
+/// # let mut brightness = Mock::new(&duties);
 /// # let mut port = [9, 9];
 /// # let mut panel = PortPanel::new(&mut port, brightness.clone()).unwrap();
 /// # panel.set_duty(Duty::lit("0.5")).unwrap();

@@ -61,7 +61,10 @@ pub struct Max7219Error<S>(pub S);
 /// ```
 /// use embedded_hal_mock::eh1::spi::{Mock, Transaction};
 /// use tx_firmware::{dimming::Duty, matrix::LedMatrix, max7219::Max7219Panel};
-/// # let write = |register, value| [Transaction::transaction_start(), Transaction::write_vec(vec![register, value]), Transaction::transaction_end()];
+/// # let write = |register, value| {
+/// #     let word = Transaction::write_vec(vec![register, value]);
+/// #     [Transaction::transaction_start(), word, Transaction::transaction_end()]
+/// # };
 /// # let dark = [[0xc, 0], [0xf, 0], [0x9, 0], [0xb, 7], [0xa, 0]];
 /// # let rows = (1..=8).map(|row| [row, 0]);
 /// # let lit = [[0xa, 7], [0xc, 1]];

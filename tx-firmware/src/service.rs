@@ -114,7 +114,8 @@ struct Staging {
 /// # mod flash { include!("../tests/flash/mod.rs"); }
 /// # use fixed::types::{U1F31, U12F20, U32F32};
 /// # use link::l2a_table::{Interval, L2aTable};
-/// # use tx_firmware::{ambient::Smoothing, calibration::{Calibration, Measured}, matrix::RecordingMatrix, store::Store, transmitter::Transmitter};
+/// # use tx_firmware::{ambient::Smoothing, calibration::{Calibration, Measured}, matrix::RecordingMatrix};
+/// # use tx_firmware::{store::Store, transmitter::Transmitter};
 /// use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
 /// use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 /// # let calibration = Calibration::new(Measured {

@@ -171,7 +171,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn bytes_are_refused_or_are_the_image_of_the_table_they_give(place in 0..IMAGE_MAX, byte: u8, rows in 0_u8..20, columns in 0_u8..12) {
+        fn bytes_are_refused_or_are_the_image_of_the_table_they_give(
+            place in 0..IMAGE_MAX, byte: u8, rows in 0_u8..20, columns in 0_u8..12,
+        ) {
             let mut bytes = largest().image().to_vec();
             bytes[place] = byte;
             if let Ok(table) = L2aTable::from_image(&bytes) {
