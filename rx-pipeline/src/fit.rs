@@ -11,6 +11,13 @@ pub(crate) struct Fit {
     pub slope: Slope,
 }
 
+impl Fit {
+    /// Root mean square of what is left, in grey levels.
+    pub fn residual_grey(&self) -> f32 {
+        libm::sqrtf(self.slope.squares / self.slope.pixels.max(1) as f32)
+    }
+}
+
 /// Fits levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
 /// nothing to settle on.
 pub(crate) fn levenberg_marquardt<const N: usize>(

@@ -9,7 +9,7 @@ use crate::detect::DetectError;
 use crate::fit;
 use crate::lattice::Lattice;
 use crate::parameters::tracking::*;
-use crate::spots::{Canvas, Scenery, Spots};
+use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
 use link::panel::LEDS;
 
 /// How much of the light in a place the panel has to explain there to be taken for it.
@@ -180,7 +180,7 @@ impl Track {
         canvas: &mut Canvas<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
-        let mut spots = Spots {
+        let spots = Spots {
             lattice,
             state,
             ..self.spots
@@ -190,22 +190,10 @@ impl Track {
             explained: 0.0,
             needed,
         };
-        let mut slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
-        // Where brightness has changed, or the panel moves otherwise than before, levels and place have to settle first.
-        let mut explained = slope.explained();
-        for _ in 0..ROUNDS {
-            if explained >= SETTLED * self.usual.unwrap_or(1.0) {
-                break;
-            }
-            let place = spots.reshaped(&slope, DAMPING).ok_or(nothing)?.lattice;
-            let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
-            spots = Spots {
-                lattice: place,
-                ..levels
-            };
-            slope = canvas.compare(&spots, scenery, window).ok_or(nothing)?;
-            explained = slope.explained();
-        }
+        let (spots, slope) = self
+            .settled(spots, scenery, window, canvas)
+            .ok_or(nothing)?;
+        let explained = slope.explained();
         if explained.is_nan() || explained < needed {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
@@ -219,20 +207,7 @@ impl Track {
         let seen = moved(&lattice, &off, [PLACE_GAINS[0], SHAPE_GAINS[0]]);
         Corners::new(seen.corners())?;
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
-        let speed = if self.speed_known {
-            moved(
-                &self.speed,
-                &off,
-                [PLACE_GAINS[1] / elapsed, SHAPE_GAINS[1] / elapsed],
-            )
-        } else {
-            let whole = difference(&seen, &self.spots.lattice);
-            Lattice {
-                centre: whole.centre.map(|c| c / elapsed),
-                column: [0.0; 2],
-                row: [0.0; 2],
-            }
-        };
+        let speed = self.corrected_speed(&seen, &off, elapsed);
         let usual = self.usual.map_or(explained, |usual| {
             usual + (explained - usual) / MEMORY_FRAMES
         });
@@ -252,6 +227,45 @@ impl Track {
             ..*self
         };
         Ok((track, explained))
+    }
+
+    /// The spots, and how they differ from the frame, once levels and place have settled where brightness has changed, or the panel moves
+    /// otherwise than before.
+    fn settled<const N: usize>(
+        &self,
+        mut spots: Spots,
+        scenery: Scenery<'_, '_>,
+        window: Window,
+        canvas: &mut Canvas<N>,
+    ) -> Option<(Spots, Slope)> {
+        let mut slope = canvas.compare(&spots, scenery, window)?;
+        for _ in 0..ROUNDS {
+            if slope.explained() >= SETTLED * self.usual.unwrap_or(1.0) {
+                break;
+            }
+            let place = spots.reshaped(&slope, DAMPING)?.lattice;
+            let levels = spots.relevelled(&slope, false)?;
+            spots = Spots {
+                lattice: place,
+                ..levels
+            };
+            slope = canvas.compare(&spots, scenery, window)?;
+        }
+        Some((spots, slope))
+    }
+
+    /// The change of the lattice in a frame, where the panel is `seen` now, `off` the prediction over `elapsed` frames.
+    fn corrected_speed(&self, seen: &Lattice, off: &Lattice, elapsed: f32) -> Lattice {
+        if self.speed_known {
+            let gains = [PLACE_GAINS[1] / elapsed, SHAPE_GAINS[1] / elapsed];
+            return moved(&self.speed, off, gains);
+        }
+        let whole = difference(seen, &self.spots.lattice);
+        Lattice {
+            centre: whole.centre.map(|c| c / elapsed),
+            column: [0.0; 2],
+            row: [0.0; 2],
+        }
     }
 }
 

@@ -113,7 +113,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
     ) -> Option<Result<Reading, Loss>> {
-        let mut track = self.track?;
+        let track = self.track?;
         if !track.reaches(number, (frame.width(), frame.height())) {
             self.track = None;
             return None;
@@ -124,27 +124,8 @@ impl Reader {
             locator,
             tools,
         };
-        let expected = track.predicted(number);
-        let mut attempt = self.attempt(&track, expected, Gate::SURE, &mut input, profile);
-        // As long as it is not known how the panel moves, its bits may look right a line off.
-        if attempt.is_err() || !track.speed_known() {
-            let near = profile.timed(Stage::Search, || {
-                locator.locate_near(frame, &expected, track.spot_sigma_px())
-            });
-            attempt = match (near, attempt) {
-                (Some(near), attempt) if !near.is_close_to(&expected) => {
-                    let elsewhere =
-                        self.attempt(&track, near, Gate::ELSEWHERE, &mut input, profile);
-                    better(attempt, elsewhere)
-                }
-                (_, Ok(here)) => Ok(here),
-                (Some(_), Err(_)) => {
-                    self.attempt(&track, expected, Gate::STILL, &mut input, profile)
-                }
-                (None, Err(loss)) => Err(loss),
-            };
-        }
-        let read = attempt.and_then(|(track, reading, _)| {
+        let followed = self.correct(&track, &mut input, profile);
+        let read = followed.and_then(|(track, reading, _)| {
             let reading =
                 self.read_well(number, frame, track.lattice(), reading, tools, profile)?;
             Ok((track, reading))
@@ -161,19 +142,50 @@ impl Reader {
                 (self.track, self.seen) = (Some(track), Some(reading.corners));
                 Ok(reading)
             }
-            Err(loss) => {
-                let going_on = track.miss();
-                self.track = going_on.then_some(track);
-                Err(match loss {
-                    Loss::Coasting { why, .. } if going_on => Loss::Coasting {
-                        missed: track.missed(),
-                        why,
-                    },
-                    Loss::Coasting { why, .. } => Loss::Lost(why),
-                    other => other,
-                })
-            }
+            Err(loss) => Err(self.miss(track, loss)),
         })
+    }
+
+    /// Reads the panel where it is expected, or where it looks likeliest to be, and corrects the track by what the frame shows there.
+    fn correct<const N: usize>(
+        &mut self,
+        track: &Track,
+        input: &mut Input<'_, '_, '_, N>,
+        profile: &mut impl Profile,
+    ) -> Result<Followed, Loss> {
+        let expected = track.predicted(input.number);
+        let here = self.attempt(track, expected, Gate::SURE, input, profile);
+        // As long as it is not known how the panel moves, its bits may look right a line off.
+        if here.is_ok() && track.speed_known() {
+            return here;
+        }
+        let near = profile.timed(Stage::Search, || {
+            let sigma_px = track.spot_sigma_px();
+            input.locator.locate_near(input.frame, &expected, sigma_px)
+        });
+        match (near, here) {
+            (Some(near), here) if !near.is_close_to(&expected) => {
+                let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
+                better(here, elsewhere)
+            }
+            (_, Ok(here)) => Ok(here),
+            (Some(_), Err(_)) => self.attempt(track, expected, Gate::STILL, input, profile),
+            (None, Err(loss)) => Err(loss),
+        }
+    }
+
+    /// Counts a frame in which the panel was not seen; says so, or that it is given up.
+    fn miss(&mut self, mut track: Track, loss: Loss) -> Loss {
+        let going_on = track.miss();
+        self.track = going_on.then_some(track);
+        match loss {
+            Loss::Coasting { why, .. } if going_on => Loss::Coasting {
+                missed: track.missed(),
+                why,
+            },
+            Loss::Coasting { why, .. } => Loss::Lost(why),
+            other => other,
+        }
     }
 
     /// Reads a panel just found, and follows it.

@@ -307,6 +307,40 @@ fn settings_out_of_range_are_refused() {
 }
 
 #[test]
+fn of_a_panel_given_up_a_frame_tells_once() {
+    let memory = Box::<ReceiverMemory<4096, 2>>::default();
+    let search = FrameSearch::new(Box::<SearchMemory>::default());
+    let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).unwrap();
+    let scene = Scene::PLAIN.render();
+    let plain = [118; 96 * 96];
+    let mut told = |number: u64, pixels: &[u8]| {
+        let frame = Frame::new(pixels, 96, 96).unwrap();
+        let mut told = Vec::new();
+        receiver.frame_each(number, &frame, &mut (), |panel, outcome| {
+            told.push((panel, outcome.reading));
+        });
+        told
+    };
+    assert!(matches!(told(0, &scene.pixels)[..], [(0, Ok(_))]));
+    let given_up = u64::from(PATIENCE_FRAMES) + 1;
+    for number in 1..given_up {
+        let told = told(number, &plain);
+        assert!(
+            matches!(told[..], [(0, Err(Loss::Coasting { .. }))]),
+            "{told:?}"
+        );
+    }
+    let last = told(given_up, &plain);
+    assert!(matches!(last[..], [(0, Err(Loss::Lost(_)))]), "{last:?}");
+    let nothing = Loss::Locate(LocateError::NothingStandsOut);
+    assert_eq!(told(given_up + 1, &plain), [(0, Err(nothing))]);
+    assert!(matches!(
+        told(given_up + 2, &scene.pixels)[..],
+        [(0, Ok(_))]
+    ));
+}
+
+#[test]
 fn two_panels_deliver_their_own_messages() {
     let messages: [&[u8]; 2] = [b"left lane closed", b"ambulance behind"];
     let mut framers = messages.map(|m| Framer::new(m, Code::for_length(m.len()), false).unwrap());

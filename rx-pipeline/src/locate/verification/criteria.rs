@@ -1,0 +1,149 @@
+//! What a fitted lattice has to be like to be a panel, one criterion a function.
+
+use super::apart;
+use crate::fit::Fit;
+use crate::lattice::Lattice;
+use crate::locate::LocateError;
+use crate::parameters::verification::*;
+use crate::spots::{Slope, Spots};
+
+/// All that needs nothing but the fit, with `noise` the variance of a pixel; gives the signal-to-noise ratio.
+pub(super) fn examine(
+    fitted: &Fit,
+    noise: f32,
+    single: bool,
+    spot_sigma_px: f32,
+) -> Result<f32, LocateError> {
+    let Fit { spots, slope } = fitted;
+    unsaturated(slope)?;
+    explained_down_to_noise(fitted, noise, single)?;
+    let signal_to_noise = clear(slope, noise, single)?;
+    random(spots)?;
+    all_edges_seen(spots, slope, noise)?;
+    if single && spots.off < DARKEST_OFF * spots.step {
+        return Err(LocateError::NoLattice);
+    }
+    seen_from_before(&spots.lattice)?;
+    as_wide_as_leds(spots, spot_sigma_px)?;
+    Ok(signal_to_noise)
+}
+
+fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
+    let share = slope.pixels as f32 / slope.window_pixels.max(1) as f32;
+    let percent = (100.0 * (1.0 - share)) as u8;
+    if percent > MAX_SATURATED_PERCENT {
+        return Err(LocateError::Saturated { percent });
+    }
+    Ok(())
+}
+
+fn explained_down_to_noise(fitted: &Fit, noise: f32, single: bool) -> Result<(), LocateError> {
+    let Fit { spots, slope } = fitted;
+    let pixels = slope.pixels as f32;
+    let signal = (slope.total - noise * pixels).max(0.0);
+    let mode = usize::from(single);
+    // Spots that overlap can stand in for each other: the closer they are the less may be left.
+    let apart = apart(spots);
+    let allowed = EXCUSED_NOISE[mode] * noise * pixels
+        + EXCUSED_SIGNAL[mode] * apart * apart * apart * apart * signal;
+    if slope.squares.is_nan() || slope.squares > allowed {
+        return Err(LocateError::GridDoesNotFit {
+            residual_grey: fitted.residual_grey(),
+            allowed_grey: libm::sqrtf(allowed / pixels.max(1.0)),
+        });
+    }
+    Ok(())
+}
+
+/// The signal-to-noise ratio, in amplitude.
+fn clear(slope: &Slope, noise: f32, single: bool) -> Result<f32, LocateError> {
+    let explained = (slope.total - slope.squares) / noise;
+    let needed = LEAST_EXPLAINED[usize::from(single)];
+    if explained < needed {
+        return Err(LocateError::ContrastTooLow {
+            signal_to_noise: libm::sqrtf(explained.max(0.0)),
+            needed: libm::sqrtf(needed),
+        });
+    }
+    Ok(libm::sqrtf(explained))
+}
+
+fn random(spots: &Spots) -> Result<(), LocateError> {
+    let states = spots.state.iter().enumerate();
+    let pattern = states.fold(0u64, |bits, (led, &state)| {
+        bits | u64::from(state != 0.0) << led
+    });
+    let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
+    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) {
+        return Err(LocateError::NotRandom { lit, different });
+    }
+    Ok(())
+}
+
+fn all_edges_seen(spots: &Spots, slope: &Slope, noise: f32) -> Result<(), LocateError> {
+    let edge = spots.dimmest_edge(slope) / noise;
+    if edge < LEAST_EDGE {
+        return Err(LocateError::EdgeUnseen {
+            signal_to_noise: libm::sqrtf(edge.max(0.0)),
+        });
+    }
+    Ok(())
+}
+
+/// Whether the lattice is that of a panel that is read from before it, and not from too far.
+fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
+    let [across, down] = lattice.pitch();
+    let pitch_px = across.min(down);
+    if pitch_px < LEAST_PITCH_PX {
+        return Err(LocateError::TooSmall { pitch_px });
+    }
+    let aspect = across / down;
+    let shear =
+        (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
+    let roll = libm::atan2f(lattice.column[1], lattice.column[0]);
+    if !(ASPECT.contains(&aspect) && shear.abs() < MOST_SHEAR && roll.abs() < MOST_ROLL_RAD) {
+        return Err(LocateError::ImpossiblePose {
+            aspect,
+            roll_deg: roll.to_degrees(),
+        });
+    }
+    Ok(())
+}
+
+fn as_wide_as_leds(spots: &Spots, spot_sigma_px: f32) -> Result<(), LocateError> {
+    let [across, down] = spots.lattice.pitch();
+    // A disc's variance along an axis is a sixteenth of its diameter's square.
+    let disc = across.max(down) / PITCH_OVER_LED / 4.0;
+    let narrowest_px = SPOT_RATIO.0 * spot_sigma_px;
+    let widest_px = SPOT_RATIO.1 * libm::sqrtf(spot_sigma_px * spot_sigma_px + disc * disc);
+    if !(narrowest_px..=widest_px).contains(&spots.sigma) {
+        return Err(LocateError::SpotsDoNotFit {
+            spot_sigma_px: spots.sigma,
+            narrowest_px,
+            widest_px,
+        });
+    }
+    Ok(())
+}
+
+/// Pairs of neighbours in rows and columns that differ.
+fn neighbours_that_differ(pattern: u64) -> u32 {
+    const NOT_LAST_COLUMN: u64 = 0x7f7f_7f7f_7f7f_7f7f;
+    let rows = (pattern ^ pattern >> 8) & (u64::MAX >> 8);
+    let columns = (pattern ^ pattern >> 1) & NOT_LAST_COLUMN;
+    rows.count_ones() + columns.count_ones()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_bits_differ_from_their_neighbours_half_of_the_time() {
+        assert_eq!(neighbours_that_differ(0), 0);
+        assert_eq!(neighbours_that_differ(u64::MAX), 0);
+        // A chessboard differs everywhere.
+        assert_eq!(neighbours_that_differ(0xaa55_aa55_aa55_aa55), 112);
+        assert!(DIFFERENT.contains(&neighbours_that_differ(0x9a3c_5e71_0f96_c3a5)));
+    }
+}
