@@ -32,7 +32,7 @@ use crate::{
 ///
 /// Times are milliseconds from the start, which never go back.
 ///
-/// The [crate](crate) opens with an example.
+/// The [crate] opens with an example.
 #[derive(Clone, Debug)]
 pub struct Transmitter<M> {
     matrix: M,

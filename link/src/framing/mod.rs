@@ -70,7 +70,7 @@
 //!
 //! # Sending and receiving
 //!
-//! [`Framer`] makes the panels, [`Deframer`] reads them; the [crate](crate) opens with an example.
+//! [`Framer`] makes the panels, [`Deframer`] reads them; the [crate] opens with an example.
 //! [`Code::for_length`](crate::fec::Code::for_length) chooses the code.
 
 mod assembly;
