@@ -15,7 +15,7 @@
 //! The log-likelihood ratio of a bit follows from Gaussian classes of one covariance, Σ: with x the cell's features,
 //! LLR = (μ_on − μ_off)ᵀ·Σ⁻¹·(x − (μ_on + μ_off)/2), without priors. Fisher learns μ and Σ in training. The others take
 //! them from the panel itself, by the classes they have just found, in standardised features. To Σ they add
-//! [`VARIANCE_FLOOR`] on its diagonal, so that a frame without noise has finite values.
+//! [`VARIANCE_FLOOR`](crate::parameters::detect::VARIANCE_FLOOR) on its diagonal, so that a frame without noise has finite values.
 //!
 //! The limits of that model: where the classes overlap, a split by the panel itself cuts their tails off, takes Σ for smaller
 //! than it is, and so claims to be surer than it may be. The errors of neighbouring cells, which the blur makes alike, count as
@@ -31,14 +31,14 @@ mod soft;
 mod standardise;
 
 pub use detection::{Detection, Mixture};
-pub use discriminant::VARIANCE_FLOOR;
-pub use error::{DetectError, MIN_CONTRAST_GREY};
+pub use error::DetectError;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
 pub(crate) use detection::{bits_where, lit};
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;
+use crate::parameters::detect::MIN_CONTRAST_GREY;
 use link::panel::PanelFrame;
 use standardise::standardised;
 

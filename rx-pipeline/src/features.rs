@@ -8,6 +8,7 @@
 
 use crate::cells::{CellMap, MAX_WIDTH_PX, MapRow, NO_CELL};
 use crate::frame::Frame;
+use crate::parameters::detect::DARKEST_GREY;
 use core::array;
 use link::panel::{LEDS, SIDE};
 
@@ -62,9 +63,6 @@ pub enum FeaturesError {
         height: usize,
     },
 }
-
-/// Half a grey level: what rounding leaves unknown, and so the darkest a mean is taken for in a ratio.
-const DARKEST_GREY: f32 = 0.5;
 
 impl Features {
     /// The features of the panel that `map` describes in `frame`.

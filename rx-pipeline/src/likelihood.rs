@@ -63,20 +63,13 @@ pub use level_prior::LevelPrior;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
+use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
+use crate::parameters::likelihood::mixture::MIXED;
 use crop::Crop;
 use estimate::Estimate;
 use link::camera::Camera;
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
-
-/// If two symbols share an exposure, some LED's flip costs less than this, in nats: where α of it is the other symbol's, α² of a flip's
-/// cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an LED, 10 to 30.
-/// Below α = 1/8 the bits are certain all the same.
-const MIXED: f32 = 1000.0;
-/// Levels are learnt from panels of at least so many LEDs of either kind,
-const LEARN_LEDS: u32 = 8;
-/// whose bits are at least this sure on the average, in nats.
-const LEARN_LLR: f32 = 1.0;
 
 /// The detector: maximum likelihood, searched for over bits and levels.
 ///

@@ -3,8 +3,7 @@
 //!
 //! They are constants, so that they cost nothing where pixels are reckoned with; who needs another value changes it
 //! here and builds. The values are those that `docs/receiver.md` states the results of. What a camera is like is no
-//! parameter but a setting ([`link::camera::Camera`]); what memory there is, is a type's `PIXELS`. The detectors have
-//! theirs in their own modules.
+//! parameter but a setting ([`link::camera::Camera`]); what memory there is, is a type's `PIXELS`.
 //!
 //! | stage | parameters |
 //! |---|---|
@@ -17,9 +16,15 @@
 //! | where the panel is in the next frame | [`tracking`] |
 //! | which of two readings is right | [`reading`] |
 //! | which readings are of one symbol | [`symbols`] |
+//! | what an LED leaves in the image | [`spots`] |
+//! | its bits, from features and from pixels | [`detect`], [`likelihood`] |
 //!
 //! A *pitch* is the distance from one LED to the next; *grey* is a grey level of 256; an *amplitude ratio* is a
 //! signal's over the standard deviation of a pixel's noise, and an *energy ratio* its square.
+
+pub mod detect;
+pub mod likelihood;
+pub mod spots;
 
 /// Where something stands out: one pass over the frame.
 pub mod survey {

@@ -27,4 +27,4 @@ pub(crate) use grey_metric::GreyMetric;
 pub(crate) use lattice_model::Spots;
 pub(crate) use root_metric::RootMetric;
 pub(crate) use spot_table::SpotTable;
-pub(crate) use window::{LANES, SPOT_PX, Window, dot};
+pub(crate) use window::{LANES, Window, dot};

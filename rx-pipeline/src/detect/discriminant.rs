@@ -1,11 +1,9 @@
 //! The log-likelihood ratio of two Gaussian classes of one covariance, which is linear in the features.
 
 use super::error::DetectError;
+use crate::parameters::detect::VARIANCE_FLOOR;
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{RealField, SMatrix, SVector};
-
-/// The variance added to each standardised feature's variance within a class: a hundredth of its variance in the panel.
-pub const VARIANCE_FLOOR: f32 = 0.01;
 
 /// LLR = `weights`ᵀ·x + `offset`.
 pub(super) struct Discriminant<T, const N: usize> {

@@ -1,10 +1,7 @@
 //! Why a panel could not be read.
 
+use crate::parameters::detect::MIN_CONTRAST_GREY;
 use link::panel::{LEDS, PanelFrame};
-
-/// The least difference between the brightest and the darkest cell's mean grey that can be told from rounding, in grey
-/// levels.
-pub const MIN_CONTRAST_GREY: f32 = 0.5;
 
 /// Why a panel could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -3,6 +3,7 @@
 use super::discriminant::Discriminant;
 use super::standardise::standardised;
 use crate::features::Features;
+use crate::parameters::detect::{FISHER_CELLS, FISHER_FLOOR};
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -80,7 +81,7 @@ impl From<Fisher> for Written {
 pub enum FisherError {
     /// Too few cells of one class.
     #[error(
-        "the training saw {on} cells On and {off} Off: it needs at least {MIN_CELLS} of each; add panels"
+        "the training saw {on} cells On and {off} Off: it needs at least {FISHER_CELLS} of each; add panels"
     )]
     TooFewCells {
         /// Cells On seen.
@@ -97,13 +98,6 @@ pub enum FisherError {
     #[error("weights and offset must be finite: take them from a training")]
     NotFinite,
 }
-
-/// The fewest cells of each class from which a covariance is taken.
-const MIN_CELLS: u64 = 16;
-
-/// The smallest variance of a feature within its class, against that between the classes: below, the training frames had no
-/// noise.
-const RELATIVE_FLOOR: f64 = 1e-6;
 
 impl Fisher {
     /// The discriminant of an earlier training.
@@ -241,13 +235,13 @@ impl FisherTraining {
     /// [`FisherError::TooFewCells`], and [`FisherError::Singular`] if the features do not vary within a class.
     pub fn finish(&self) -> Result<Fisher, FisherError> {
         let (on, off) = (self.on.count, self.off.count);
-        if on < MIN_CELLS || off < MIN_CELLS {
+        if on < FISHER_CELLS || off < FISHER_CELLS {
             return Err(FisherError::TooFewCells { on, off });
         }
         let difference = self.on.mean - self.off.mean;
         let mut covariance = (self.on.scatter + self.off.scatter) / (on + off - 2) as f64;
         for i in 0..3 {
-            covariance[(i, i)] += RELATIVE_FLOOR * difference[i] * difference[i];
+            covariance[(i, i)] += FISHER_FLOOR * difference[i] * difference[i];
         }
         if !self.with_ngr() {
             covariance[(2, 2)] = 1.0;

@@ -3,10 +3,8 @@
 use super::detection::bits_where;
 use super::error::{DetectError, two_classes};
 use super::standardise::sum;
+use crate::parameters::detect::KMEANS_ROUNDS;
 use link::panel::{LEDS, PanelFrame};
-
-/// Lloyd's algorithm ends when no cell changes sides; 64 cells in two groups have always done so in far fewer rounds.
-const MAX_ROUNDS: usize = 32;
 
 /// A point in the plane of AGR and GRI.
 type Point = [f32; 2];
@@ -22,7 +20,7 @@ pub(super) fn split(agr: &[f32; LEDS], gri: &[f32; LEDS]) -> Result<PanelFrame, 
     let mut off = cell((0..LEDS).min_by(by_gri));
     let mut on = cell((0..LEDS).max_by(by_gri));
     let mut group = nearer_to(agr, gri, on, off);
-    for _ in 0..MAX_ROUNDS {
+    for _ in 0..KMEANS_ROUNDS {
         two_classes(bits(&group))?;
         on = centroid(agr, gri, &group);
         off = centroid(agr, gri, &group.map(|member| 1.0 - member));

@@ -5,15 +5,10 @@ use super::flips::FlipGains;
 use super::gauss_newton::SchurFactor;
 use super::image::{Image, SIDE_MAX, censored_loss, root};
 use super::levels::Levels;
-use crate::spots::{LANES, SPOT_PX, SpotTable, dot};
+use crate::parameters::likelihood::search::{ASCENT_ROUNDS, LEAST_GAIN, NEIGHBOURS};
+use crate::parameters::spots::SPOT_PX;
+use crate::spots::{LANES, SpotTable, dot};
 use link::panel::{LEDS, SIDE};
-
-/// Rounds over all LEDs; an ascent has always ended in far fewer.
-const ROUNDS: usize = 12;
-/// The most LEDs of a group of neighbours.
-const GROUP_LEDS: usize = 4;
-/// Smaller gains, in nats, are rounding.
-pub(super) const LEAST_GAIN: f32 = 1e-2;
 
 /// An ascent in progress: the image holds what is expected of `share` and `levels`.
 pub(super) struct Ascent<'a, const PIXELS: usize> {
@@ -44,7 +39,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// Flips single LEDs as long as the likelihood rises.
     pub fn flip_singly(&mut self) {
-        for _ in 0..ROUNDS {
+        for _ in 0..ASCENT_ROUNDS {
             let mut done = true;
             for led in 0..LEDS {
                 if self.gain(led) > LEAST_GAIN {
@@ -67,7 +62,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     pub fn flip_groups(&mut self) -> bool {
         let mut risen = false;
         for led in 0..LEDS {
-            let mut members = [led; GROUP_LEDS];
+            let mut members = [led; NEIGHBOURS];
             let (mut total, mut best) = (self.gain(led), (0, LEAST_GAIN));
             self.flip(led);
             let mut count = 1;
@@ -75,7 +70,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
                 if total > best.1 {
                     best = (count, total);
                 }
-                if count == GROUP_LEDS {
+                if count == NEIGHBOURS {
                     break;
                 }
                 let Some((other, gain)) = self.best_beside(&members[..count]) else {

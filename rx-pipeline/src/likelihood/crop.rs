@@ -2,15 +2,10 @@
 
 use crate::corners::Corners;
 use crate::frame::Frame;
+use crate::parameters::likelihood::crop::{MARGIN_PX, PITCH_MAX_PX};
 use crate::parameters::reading::MIN_PITCH_PX;
 use crate::spots::{LANES, Window};
 use link::panel::{LEDS, SIDE};
-
-/// So many pixels beyond the cells are looked at, where the frame has them: what the blur carries there tells of the outermost
-/// LEDs, and of the background.
-const MARGIN_PX: f32 = 2.0;
-/// LEDs farther apart than this are looked at in larger pixels: the finer ones would say no more.
-const PITCH_MAX_PX: f32 = 8.0;
 
 /// A panel in a frame, as the likelihood looks at it.
 pub(super) struct Crop {

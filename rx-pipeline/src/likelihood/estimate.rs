@@ -2,10 +2,8 @@
 
 use super::levels::Levels;
 use crate::detect::bits_where;
+use crate::parameters::likelihood::search::DECIDED;
 use link::panel::{LEDS, PanelFrame};
-
-/// Shares this close to 0 or 1 are settled.
-const HARD: f32 = 0.02;
 
 /// Bits and levels, as far as a search has come.
 #[derive(Clone, Copy)]
@@ -24,7 +22,9 @@ impl Estimate {
 
     /// Whether each LED is as good as On or Off.
     pub fn is_decided(&self) -> bool {
-        self.share.iter().all(|share| share.min(1.0 - share) < HARD)
+        self.share
+            .iter()
+            .all(|share| share.min(1.0 - share) < DECIDED)
     }
 }
 

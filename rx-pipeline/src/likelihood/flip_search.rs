@@ -1,20 +1,14 @@
 //! Flips of many LEDs at once, for what single ones leave wrong; and what each bit's flip costs in the end.
 
-use super::ascent::LEAST_GAIN;
 use super::estimate::Estimate;
 use super::flips::FlipSet;
 use super::gauss_newton::{NormalEquations, SchurFactor};
 use super::level_prior::LevelPrior;
 use super::model::Model;
 use super::sphere_decoder;
-use link::panel::{LEDS, LLR_STEP};
-
-/// Rounds of flipping groups.
-const GROUP_ROUNDS: usize = 12;
-/// Candidates tried in a round.
-const TRIES: usize = 4;
-/// If the flips of any LEDs cost more than this, in nats, none need be tried: all soft values are at their ends.
-const CLEAR: f32 = 127.0 * LLR_STEP;
+use crate::parameters::likelihood::flip_search::{CLEAR, ROUNDS, TRIES};
+use crate::parameters::likelihood::search::LEAST_GAIN;
+use link::panel::LEDS;
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
@@ -25,7 +19,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
             return flip_cost;
         }
         self.fit(estimate, prior);
-        for _ in 0..GROUP_ROUNDS {
+        for _ in 0..ROUNDS {
             let Some(schur) = NormalEquations::schur_factor(
                 &self.image,
                 &self.spots,

@@ -1,9 +1,7 @@
 //! Sets of LEDs to flip, and what that gains.
 
+use crate::parameters::likelihood::flip_search::GROUP_LEDS;
 use link::panel::LEDS;
-
-/// The most LEDs of a group.
-const GROUP_LEDS: usize = 8;
 
 /// Which LEDs flip, one bit each, and by how much that raises the likelihood, in nats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

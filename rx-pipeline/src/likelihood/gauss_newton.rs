@@ -3,27 +3,14 @@
 use super::image::{Image, SIDE_MAX};
 use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
-use crate::spots::{SPOT_PX, SpotTable, dot};
+use crate::parameters::likelihood::fitting::*;
+use crate::parameters::spots::SPOT_PX;
+use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
 
 /// A row of slopes for each, and one of what is to be explained.
 const ROWS: usize = LEVELS + 1;
 type Rows = [[f32; SIDE_MAX]; ROWS];
-
-/// Deviations of the spots' variance, relatively, and of the LEDs' places, in px, that are nothing unusual.
-const USUAL_VARIANCE: f32 = 0.5;
-const USUAL_SHIFT_PX: f32 = 0.2;
-/// The range of the spots' variance, in px².
-const VARIANCE_RANGE: [f32; 2] = [0.2, 9.0];
-/// The most that one step shifts the LEDs.
-const SHIFT_MAX_PX: f32 = 0.5;
-/// The darkest background.
-const BACKGROUND_MIN: f32 = 1e-4;
-/// What is added to the scaled normal matrix's diagonal: f32 can tell no less.
-const RIDGE: f32 = 1e-4;
-
-/// Levels that follow flips by more than this part of the contrast are no longer linear in them.
-const TRUSTED: f32 = 0.03;
 
 /// Gauss and Newton's normal equations about the levels of an image, scaled to ones on the diagonal.
 pub(super) struct NormalEquations {
@@ -144,7 +131,7 @@ impl NormalEquations {
         levels.off += step[1];
         levels.contrast += step[2];
         let usual = USUAL_VARIANCE * levels.variance;
-        let [least, most] = VARIANCE_RANGE;
+        let (least, most) = (*VARIANCE_PX2.start(), *VARIANCE_PX2.end());
         levels.variance = (levels.variance + step[3].clamp(-usual, usual)).clamp(least, most);
         for (shift, step) in levels.shift.iter_mut().zip([step[4], step[5]]) {
             *shift += step.clamp(-SHIFT_MAX_PX, SHIFT_MAX_PX);

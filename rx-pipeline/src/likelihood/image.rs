@@ -4,6 +4,7 @@
 
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
+use crate::parameters::likelihood::crop::OVEREXPOSED;
 use crate::spots::{LANES, RootMetric, SpotTable, Window};
 use link::panel::LEDS;
 
@@ -181,7 +182,5 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 }
 
-/// The share of saturated pixels from which an image is_overexposed.
-const OVEREXPOSED: f32 = 0.2;
 /// Just below the limit, relatively.
 const BELOW: f32 = 0.9999;

@@ -2,14 +2,9 @@
 
 use super::image::Image;
 use super::levels::Levels;
+use crate::parameters::likelihood::least_squares::{RIDGE, ROUNDS, SETTLED};
 use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
-
-/// Rounds of Gauss and Seidel's method; fewer where no LED's light changes by more than this part of the range any more.
-const ROUNDS: usize = 20;
-const SETTLED: f32 = 0.01;
-/// What is added to the diagonal, relatively: the closer LEDs are, the less their difference can be told from noise.
-const RIDGE: f32 = 0.05;
 
 /// The light of each LED above a common background, times its area, and that background, by least squares with a ridge that
 /// draws LEDs towards their mean.

@@ -1,6 +1,7 @@
 //! What earlier frames tell of the levels of the next.
 
 use super::levels::{LEVELS, Levels, Matrix, Vector};
+use crate::parameters::likelihood::level_prior::*;
 
 /// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
 ///
@@ -16,27 +17,6 @@ pub struct LevelPrior {
     frames: u32,
     misfits: u32,
 }
-
-/// Levels are averaged over about this many frames.
-const MEMORY_FRAMES: u32 = 64;
-/// After so many misfitting frames in a row all is forgotten.
-const MISFITS_MAX: u32 = 4;
-/// A frame fits if its noise is at most so many times what it was.
-const NOISIER: f32 = 1.3;
-/// What was learnt in frames of more than so many times the noise was learnt from a worse fit.
-const QUIETER: f32 = 2.0;
-/// The least deviations that are allowed for, relatively (those of Off light in terms of the contrast; those of place in px), and
-/// those that are assumed before the first frame.
-const LEAST_SPREAD: [f32; LEVELS] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
-const FIRST_SPREAD: [f32; LEVELS] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
-/// After so many frames the noise is known.
-const FRAMES_MIN: u32 = 4;
-/// Levels known to this part of the contrast are sure.
-const SURE: f32 = 0.1;
-/// By how many deviations searches begin beside the usual levels where these are not sure.
-const SPREAD: f32 = 1.2;
-/// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
-const RIDGE: f32 = 1e-4;
 
 impl LevelPrior {
     /// That of one who has seen no frame.

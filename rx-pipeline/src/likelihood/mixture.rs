@@ -12,22 +12,8 @@ use super::level_prior::LevelPrior;
 use super::model::Model;
 use crate::detect::{DetectError, Detection, Mixture, bits_where, correlation, lit, soft_panel};
 use crate::frame::Frame;
+use crate::parameters::likelihood::mixture::*;
 use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
-
-/// Rounds of the search, and sweeps over the LEDs in each.
-const ROUNDS: usize = 6;
-const SWEEPS: usize = 2;
-/// Beyond this range of α it is one symbol's exposure.
-const SHARE_RANGE: [f32; 2] = [0.03, 0.97];
-/// Half the width of the parabola by which α is improved, and the most that one step changes it.
-const PARABOLA: f32 = 0.02;
-const STEP_MAX: f32 = 0.2;
-/// Two symbols have 65 unknowns more than one: they explain a frame only if they leave less than this part of its noise.
-const LEFT: f32 = 0.87;
-/// What leaves less than this part is explained, even where the noise is so low that more than it is left.
-const NEXT_TO_NOTHING: f32 = 0.25;
-/// The symbol that ended has to be the one known before: a panel in other light looks like two symbols too, but the first then is anything.
-const SAME: f32 = 0.5;
 
 /// Two symbols that share an exposure, and how well they explain it.
 pub(super) struct TwoSymbols {
@@ -43,13 +29,12 @@ impl TwoSymbols {
     /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
     /// `noise`; and the first is the symbol `before`.
     pub fn explain(&self, prior: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
-        let [least, most] = SHARE_RANGE;
         let left = if prior.fits_surely(self.noise) {
             LEFT
         } else {
             NEXT_TO_NOTHING
         };
-        (least..=most).contains(&self.share)
+        SHARE.contains(&self.share)
             && self.noise < left * noise
             && correlation(&soft_panel(&self.ending), before) >= SAME
     }
@@ -194,7 +179,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 }
 
 fn within_range(share: f32) -> f32 {
-    let [least, most] = SHARE_RANGE;
+    let (least, most) = (SHARE.start(), SHARE.end());
     share.clamp(0.5 * least, 0.5 * (1.0 + most))
 }
 

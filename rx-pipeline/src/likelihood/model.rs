@@ -11,14 +11,13 @@ use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels};
 use crate::detect::DetectError;
 use crate::frame::Frame;
+use crate::parameters::likelihood::search::OFFSET_STEP;
 use crate::spots::{RootMetric, SpotTable};
 use link::camera::Camera;
 use link::panel::LEDS;
 
 /// What is fitted beside noise: the LEDs, and the levels.
 const FITTED: usize = LEDS + LEVELS;
-/// The offset under the root changes with the noise; by less than this, relatively, it stays.
-const OFFSET_STEP: f32 = 0.2;
 
 /// The image of a panel, and what it takes to explain it.
 pub(super) struct Model<const PIXELS: usize> {

@@ -5,19 +5,12 @@ use super::estimate::{Estimate, hard};
 use super::level_prior::LevelPrior;
 use super::levels::Levels;
 use super::model::Model;
-use crate::detect::{DetectError, MIN_CONTRAST_GREY};
+use crate::detect::DetectError;
 use crate::frame::Frame;
-
-/// Rounds of interference cancellation, and sweeps over the LEDs before and in each.
-const ROUNDS: usize = 5;
-const FIRST_SWEEPS: usize = 3;
-const SWEEPS: usize = 2;
-/// Least squares shrink the contrast, and saturation does: searches begin at these multiples of it.
-const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
-/// Rounds of growing groups of neighbours: one or two do, but levels that are fitted in between may take back what flips gained, without end.
-const GROWN_ROUNDS: usize = 32;
-/// The noise assumed of a first frame.
-const FIRST_NOISE: f32 = 1e-3;
+use crate::parameters::detect::MIN_CONTRAST_GREY;
+use crate::parameters::likelihood::search::{
+    FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS,
+};
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// Bits and levels from scratch, or from what is known of the levels.
@@ -102,7 +95,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.fit(&mut estimate, prior);
         self.ascent(&mut estimate).flip_singly();
         self.fit(&mut estimate, prior);
-        for _ in 0..GROWN_ROUNDS {
+        for _ in 0..NEIGHBOUR_ROUNDS {
             let flip_cost = self.ascent(&mut estimate).flip_costs();
             if self.is_clear(&estimate, &flip_cost, prior)
                 || !self.ascent(&mut estimate).flip_groups()

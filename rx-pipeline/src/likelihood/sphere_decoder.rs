@@ -6,20 +6,17 @@
 //! adds the same to the cost of all bits.
 
 use super::flips::{FlipGains, FlipSet};
+use crate::parameters::likelihood::flip_search::{LIST_MARGIN, LIST_SETS};
 use link::panel::LEDS;
 
-/// Sets kept.
-pub(super) const WIDTH: usize = 64;
 /// The inverse variance of a fair bit.
 const PRECISION: f32 = 4.0;
-/// Sets that cost more than the bits found so far by this much, in nats, are given up: so sure a soft value need not be.
-const MARGIN: f32 = 24.0;
 /// LEDs whose part of a row's sum is looked up at once.
 const AT_ONCE: usize = 4;
 
 /// The list that the decoder ends with: the cheapest sets of flips, best first.
 pub(super) struct Candidates {
-    sets: [FlipSet; 2 * WIDTH],
+    sets: [FlipSet; 2 * LIST_SETS],
     count: usize,
 }
 
@@ -55,7 +52,7 @@ pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
     let target = factorise(flip_gains)?;
     let rows = &flip_gains.pair;
     let nothing: f32 = target.iter().map(|t| 0.5 * t * t).sum();
-    let mut sets = [FlipSet::default(); 2 * WIDTH];
+    let mut sets = [FlipSet::default(); 2 * LIST_SETS];
     let mut count = 1;
     sets[0].gain = nothing;
     for led in (0..LEDS).rev() {
@@ -72,14 +69,14 @@ pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
             };
         }
         count *= 2;
-        if count > WIDTH {
-            sets[..count].select_nth_unstable_by(WIDTH, |a, b| b.gain.total_cmp(&a.gain));
-            count = WIDTH;
+        if count > LIST_SETS {
+            sets[..count].select_nth_unstable_by(LIST_SETS, |a, b| b.gain.total_cmp(&a.gain));
+            count = LIST_SETS;
         }
         // Not dearer than no flips at all, by more than the margin.
         let mut kept = 0;
         for at in 0..count {
-            if sets[at].gain > -MARGIN {
+            if sets[at].gain > -LIST_MARGIN {
                 sets[kept] = sets[at];
                 kept += 1;
             }

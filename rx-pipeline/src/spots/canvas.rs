@@ -5,12 +5,8 @@ use super::lattice_model::Spots;
 use super::profile::{Moments, Profile};
 use super::window::{LANES, Window};
 use crate::frame::Frame;
+use crate::parameters::spots::{ENOUGH_PIXELS, NEAR_LATTICE};
 use link::panel::{LEDS, SIDE};
-
-/// Columns and rows within which an LED's light is felt.
-const NEAR_LATTICE: core::ops::RangeInclusive<f32> = -1.1..=8.1;
-/// Pixels that make a mean square worth having.
-const ENOUGH_PIXELS: u32 = 60;
 
 /// What the frame shows.
 #[derive(Clone, Copy)]

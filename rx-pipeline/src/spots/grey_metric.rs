@@ -1,6 +1,7 @@
 //! Differences of light, weighed by the grey levels that they make: for noise of as many grey levels in all pixels.
 
 use super::gamma_table::GammaTable;
+use crate::parameters::spots::DARKEST_GREY;
 
 /// How much a difference of light counts at each grey level.
 #[derive(Clone, Debug)]
@@ -11,15 +12,11 @@ pub(crate) struct GreyMetric {
     weight: [f32; 256],
 }
 
-/// Darker pixels count as uncertain as one of this grey level: there the encoding is so steep that not the grey level but the sensor's own
-/// noise says how sure the light is.
-const DARKEST: usize = 48;
-
 impl GreyMetric {
     pub fn new(gamma: f32) -> Self {
         let light = GammaTable::new(gamma);
         let slope_squared = core::array::from_fn(|grey| {
-            let grey = grey.max(DARKEST) as f32;
+            let grey = grey.max(DARKEST_GREY) as f32;
             let slope = light.between(grey + 0.5) - light.between(grey - 0.5);
             slope * slope
         });

@@ -8,11 +8,9 @@
 
 use super::canvas::Slope;
 use crate::lattice::{Lattice, MIDDLE};
+use crate::parameters::spots::SIGMA_PX;
 use link::panel::{LEDS, SIDE};
 use nalgebra::{SMatrix, SVector};
-
-/// Limits of a spot's standard deviation, in pixels.
-const SIGMA_PX: (f32, f32) = (0.5, 3.2);
 
 /// The model's unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,8 +179,8 @@ impl Spots {
             next.lattice.column[axis] += step[2 + axis];
             next.lattice.row[axis] += step[4 + axis];
         }
-        next.sigma =
-            (self.sigma * libm::expf(step[6].clamp(-0.2, 0.2))).clamp(SIGMA_PX.0, SIGMA_PX.1);
+        next.sigma = (self.sigma * libm::expf(step[6].clamp(-0.2, 0.2)))
+            .clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
         Some(next)
     }
 

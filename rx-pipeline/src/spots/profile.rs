@@ -1,9 +1,7 @@
 //! One spot within a window: what it adds to an image, and its sums with what is left to explain.
 
-use super::window::{LANES, SPOT_PX, Window, clipped, gaussian};
-
-/// Spots end here, in standard deviations: 3 % of their height is left.
-const REACH: f32 = 2.65;
+use super::window::{LANES, Window, clipped, gaussian};
+use crate::parameters::spots::{REACH_FITTED, SPOT_PX};
 
 /// Sums of one spot g times the weighted residual, and of the weights.
 #[derive(Clone, Copy, Default)]
@@ -42,7 +40,7 @@ impl Profile {
 
     /// Makes of [`Profile::NONE`], in its place, the spot at `centre` (in the window's pixels) as far as it lies within.
     pub fn place(&mut self, centre: [f32; 2], sigma: f32, window: Window) {
-        let reach = REACH * sigma;
+        let reach = REACH_FITTED * sigma;
         let (Some((x, columns)), Some((y, rows))) = (
             clipped(centre[0], reach, window.width),
             clipped(centre[1], reach, window.height),

@@ -6,6 +6,7 @@
 //! is nearly a root.
 
 use super::gamma_table::GammaTable;
+use crate::parameters::spots::ROOT_OFFSET;
 use link::camera::{Camera, MIDDLE_GREY};
 
 /// What of a camera decides on root light and its noise.
@@ -15,9 +16,6 @@ pub(crate) struct RootMetric {
     full: f32,
     read_noise_e: f32,
 }
-
-/// The range of what is added to light under the root.
-const OFFSET_RANGE: [f32; 2] = [1e-3, 1.0];
 
 impl RootMetric {
     /// That of a camera that sees no light; all zeros.
@@ -62,7 +60,7 @@ impl RootMetric {
     /// (Murtagh et al. 1995), at the electrons that make the noise.
     pub fn offset(&self, noise: f32) -> f32 {
         let light_of_an_electron = 4.0 * (noise - self.rounding_variance());
-        let [least, most] = OFFSET_RANGE;
+        let (least, most) = (*ROOT_OFFSET.start(), *ROOT_OFFSET.end());
         (light_of_an_electron * (0.375 + self.read_noise_e * self.read_noise_e)).clamp(least, most)
     }
 }

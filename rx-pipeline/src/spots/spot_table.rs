@@ -1,10 +1,8 @@
 //! The spots of 64 LEDs of one width, wherever they are: in one factor for the columns and one for the rows.
 
-use super::window::{LANES, SPOT_PX, gaussian, whole};
+use super::window::{LANES, gaussian, whole};
+use crate::parameters::spots::{OVERLAP, REACH_READ, SPOT_PX};
 use link::panel::{LEDS, SIDE};
-
-/// Spots reach so many standard deviations to either side, as far as [`SPOT_PX`] allows.
-const REACH: f32 = 3.3;
 
 /// The images of 64 LEDs of light 1.
 pub(crate) struct SpotTable {
@@ -36,7 +34,7 @@ impl SpotTable {
     /// `stride`, a multiple of [`LANES`] and at least that.
     pub fn place(&mut self, variance: f32, [width, height]: [usize; 2], stride: usize) {
         self.variance = variance;
-        let reach = libm::ceilf(REACH * libm::sqrtf(variance)).min(SPOT_PX as f32) as usize;
+        let reach = libm::ceilf(REACH_READ * libm::sqrtf(variance)).min(SPOT_PX as f32) as usize;
         let wanted = (2 * reach).next_multiple_of(LANES).min(SPOT_PX);
         self.taps = [wanted.min(stride), wanted.min(height)];
         let half = 0.5 / variance;
@@ -109,6 +107,3 @@ impl SpotTable {
         dx * dx + dy * dy < OVERLAP * self.variance
     }
 }
-
-/// Spots overlap up to a squared distance of so many variances: there the product of two has fallen to exp(−5) = 0.7 %.
-const OVERLAP: f32 = 20.0;

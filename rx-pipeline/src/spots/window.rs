@@ -1,5 +1,7 @@
 //! Which pixels an LED's spot covers, and its height in them.
 
+use crate::parameters::spots::SPOT_PX;
+
 /// Part of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Window {
@@ -11,8 +13,7 @@ pub(crate) struct Window {
 
 /// Rows are worked on in groups of so many pixels.
 pub(crate) const LANES: usize = 4;
-/// The most pixels of a spot in a row or column; a multiple of [`LANES`].
-pub(crate) const SPOT_PX: usize = 20;
+const _: () = assert!(SPOT_PX.is_multiple_of(LANES));
 
 /// The first of the pixels 0..`end` that are no farther than `reach` from `centre`, and how many; none where no pixel is.
 pub(super) fn clipped(centre: f32, reach: f32, end: usize) -> Option<(f32, usize)> {

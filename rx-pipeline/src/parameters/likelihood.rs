@@ -1,0 +1,150 @@
+//! The bits that make a frame likeliest. All likelihoods are in nats.
+
+/// Which pixels are looked at.
+pub mod crop {
+    /// Pixels beyond the cells (px), where the frame has them: what the blur carries there tells of the outermost LEDs,
+    /// and of the background. More: slower, and clutter counts.
+    pub const MARGIN_PX: f32 = 2.0;
+    /// The widest pitch that is looked at pixel by pixel (px): farther apart, larger pixels say as much. Wider: slower.
+    pub const PITCH_MAX_PX: f32 = 8.0;
+    /// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
+    /// flips are listed by a form that saturation bends; lower: fewer sets are looked at.
+    pub const OVEREXPOSED: f32 = 0.2;
+}
+
+/// The first guess: the light of the 64 LEDs by least squares, in rounds of Gauss and Seidel's method.
+pub mod least_squares {
+    /// Rounds, at most (count).
+    pub const ROUNDS: usize = 20;
+    /// No more rounds are made where no LED's light changes by more (share of the range of all). Lower: slower.
+    pub const SETTLED: f32 = 0.01;
+    /// What is added to the diagonal (share of it): the closer LEDs are, the less their difference can be told from
+    /// noise. Higher: less contrast; lower: more noise.
+    pub const RIDGE: f32 = 0.05;
+}
+
+/// Interference cancellation and likelihood ascent, from that guess to bits that no single flip makes likelier.
+pub mod search {
+    /// The variance of root light that is assumed of a first frame.
+    pub const FIRST_NOISE: f32 = 1e-3;
+    /// Searches begin at these multiples of the contrast found: least squares shrink it, and saturation does. More of
+    /// them: slower.
+    pub const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
+    /// Sweeps over the LEDs before the levels are fitted (count).
+    pub const FIRST_SWEEPS: usize = 3;
+    /// Fits of the levels, each with sweeps, at most (count). More: slower.
+    pub const ROUNDS: usize = 5;
+    /// Sweeps over the LEDs in each (count).
+    pub const SWEEPS: usize = 2;
+    /// LEDs so close to On or Off are decided on (share of the exposure). Higher: faster, and less sure.
+    pub const DECIDED: f32 = 0.02;
+    /// The offset under the root follows the noise by steps of this (share). Smaller: the frame is taken in more often.
+    pub const OFFSET_STEP: f32 = 0.2;
+    /// Rounds of flipping single LEDs, at most (count): an ascent has always ended in far fewer.
+    pub const ASCENT_ROUNDS: usize = 12;
+    /// Rounds of flipping groups of neighbours, at most (count): one or two do, but levels that are fitted in between
+    /// may take back what flips gained, without end.
+    pub const NEIGHBOUR_ROUNDS: usize = 32;
+    /// LEDs of such a group, at most (count). More: slower.
+    pub const NEIGHBOURS: usize = 4;
+    /// Smaller gains are rounding (nats).
+    pub const LEAST_GAIN: f32 = 1e-2;
+}
+
+/// Flips of many LEDs at once, and the soft values.
+pub mod flip_search {
+    use link::panel::LLR_STEP;
+
+    /// If the flips of any LEDs cost more, none need be tried (nats): all soft values are at their ends.
+    pub const CLEAR: f32 = 127.0 * LLR_STEP;
+    /// Rounds, at most (count). More: slower, and fewer wrong bits where LEDs overlap.
+    pub const ROUNDS: usize = 12;
+    /// Sets of flips tried in a round (count).
+    pub const TRIES: usize = 4;
+    /// LEDs of a group that grows by couplings, at most (count).
+    pub const GROUP_LEDS: usize = 8;
+    /// Sets that the sphere decoder keeps (count). More: slower, and fewer wrong bits and surer soft values where LEDs
+    /// overlap.
+    pub const LIST_SETS: usize = 64;
+    /// Sets that cost more than the bits found so far by this much are given up (nats): so sure a soft value need not
+    /// be. Lower: faster, and bits on which all sets agree lose their soft values.
+    pub const LIST_MARGIN: f32 = 24.0;
+}
+
+/// The levels' fit to a frame.
+pub mod fitting {
+    use core::ops::RangeInclusive;
+
+    /// A usual deviation of the spots' variance (share), where no earlier frame has told it; no step is longer. Wider:
+    /// a frame that says little of the blur changes it more.
+    pub const USUAL_VARIANCE: f32 = 0.5;
+    /// The same of the LEDs' places (px).
+    pub const USUAL_SHIFT_PX: f32 = 0.2;
+    /// The spots' variance (px²).
+    pub const VARIANCE_PX2: RangeInclusive<f32> = 0.2..=9.0;
+    /// The most that one step shifts the LEDs (px).
+    pub const SHIFT_MAX_PX: f32 = 0.5;
+    /// The darkest background (light, 1 at middle grey).
+    pub const BACKGROUND_MIN: f32 = 1e-4;
+    /// What is added to the diagonal of what is scaled to ones there: f32 can tell no less.
+    pub const RIDGE: f32 = 1e-4;
+    /// Levels that follow flips by more are no longer linear in them (share of the contrast).
+    pub const TRUSTED: f32 = 0.03;
+}
+
+/// What earlier frames tell of the levels.
+pub mod level_prior {
+    /// Levels are averaged over about so many (frames). More: surer, and changes of light are followed later.
+    pub const MEMORY_FRAMES: u32 = 64;
+    /// After more that do not fit, all is forgotten (frames in a row).
+    pub const MISFITS_MAX: u32 = 4;
+    /// A frame fits if its noise is at most this (multiple of what it was). Higher: mixtures of symbols pass for one.
+    pub const NOISIER: f32 = 1.3;
+    /// What was learnt in frames of more noise was learnt from a worse fit (multiple of a frame's).
+    pub const QUIETER: f32 = 2.0;
+    /// After so many the noise is known (frames).
+    pub const FRAMES_MIN: u32 = 4;
+    /// The levels' deviations, at least: of background, Off, contrast, variance (share; Off in terms of the contrast), x
+    /// and y (px). Less: a changed frame is held to the levels of others.
+    pub const LEAST_SPREAD: [f32; 6] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
+    /// Those after the first frame.
+    pub const FIRST_SPREAD: [f32; 6] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
+    /// Levels known so well are sure (share of the contrast): then panels are read whose LEDs are all alike.
+    pub const SURE: f32 = 0.1;
+    /// How far beside the usual levels searches begin too, where these are not sure (standard deviations).
+    pub const SPREAD: f32 = 1.2;
+    /// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
+    pub const RIDGE: f32 = 1e-4;
+    /// LEDs of either kind in a panel of which levels are learnt, at least (count).
+    pub const LEARN_LEDS: u32 = 8;
+    /// How sure its bits are on the average, at least (nats). Lower: levels are learnt from wrong bits.
+    pub const LEARN_LLR: f32 = 1.0;
+}
+
+/// Two symbols in one exposure, of which α is the part of the one that begins.
+pub mod mixture {
+    use core::ops::RangeInclusive;
+
+    /// If two symbols share an exposure, some LED's flip costs less (nats): where α of it is the other symbol's, α² of a
+    /// flip's cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an
+    /// LED, 10 to 30. Below α = 1/8 the bits are certain all the same.
+    pub const MIXED: f32 = 1000.0;
+    /// Fits of α and the levels, each with sweeps (count).
+    pub const ROUNDS: usize = 6;
+    /// Sweeps over the LEDs in each (count).
+    pub const SWEEPS: usize = 2;
+    /// α; beyond it is one symbol's exposure (share).
+    pub const SHARE: RangeInclusive<f32> = 0.03..=0.97;
+    /// Half the width of the parabola by which α is improved (share).
+    pub const PARABOLA: f32 = 0.02;
+    /// The most that one step changes α (share).
+    pub const STEP_MAX: f32 = 0.2;
+    /// What two symbols leave, at most (share of the noise that one leaves): they have 65 unknowns more. Higher: noise
+    /// is taken for a second symbol.
+    pub const LEFT: f32 = 0.87;
+    /// What leaves less is explained, even where other frames left less still (share of the noise that one leaves).
+    pub const NEXT_TO_NOTHING: f32 = 0.25;
+    /// How well the symbol that ended agrees with the one known before, at least (correlation): a panel in other light
+    /// looks like two symbols too, but the first then is anything.
+    pub const SAME: f32 = 0.5;
+}
