@@ -10,6 +10,7 @@ mod options;
 mod output;
 mod pictures;
 mod plot;
+mod progress;
 mod report;
 mod results;
 mod show;

@@ -1,9 +1,7 @@
-//! What goes to standard output, and progress on standard error.
+//! What goes to standard output.
 
-use std::io::{IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::io::Write;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
@@ -129,104 +127,4 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
 /// A variance or a ratio of variances, to two decimals.
 pub fn two_decimals(value: Option<f64>) -> String {
     value.map_or("undefined".into(), |value| format!("{value:.2}"))
-}
-
-/// Progress of a run over a known number of steps: a bar on a terminal, elsewhere a line now and then.
-pub struct Progress {
-    bar: ProgressBar,
-    unit: &'static str,
-    total: u64,
-    /// Steps of earlier runs.
-    begun_at: u64,
-    started: Instant,
-    told: Instant,
-}
-
-/// Between two lines where there is no terminal.
-const QUIET: Duration = Duration::from_secs(10);
-
-impl Progress {
-    /// For `total` steps of a `unit`.
-    pub fn new(total: u64, unit: &'static str) -> Self {
-        let bar = if std::io::stderr().is_terminal() {
-            ProgressBar::new(total)
-        } else {
-            ProgressBar::hidden()
-        };
-        let template = format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
-        if let Ok(style) = ProgressStyle::with_template(&template) {
-            bar.set_style(style);
-        }
-        Self {
-            bar,
-            unit,
-            total,
-            begun_at: 0,
-            started: Instant::now(),
-            told: Instant::now(),
-        }
-    }
-
-    /// Tells that so many steps were done before now: they say nothing of how long others take.
-    pub fn begin_at(&mut self, steps: u64) {
-        (self.begun_at, self.started) = (steps, Instant::now());
-        self.bar.set_position(steps);
-        // The bar takes this for work, once it has seen it.
-        self.bar.tick();
-        self.bar.reset_eta();
-    }
-
-    /// Prints something else without the bar in between.
-    pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
-        self.bar.suspend(print)
-    }
-
-    /// Tells that another number of steps is expected in all.
-    pub fn expect(&mut self, total: u64) {
-        self.total = total;
-        self.bar.set_length(total);
-    }
-
-    /// Tells that so many steps are done.
-    pub fn done(&mut self, steps: u64) {
-        self.bar.set_position(steps);
-        if self.bar.is_hidden() && self.told.elapsed() > QUIET && steps > self.begun_at {
-            self.told = Instant::now();
-            eprintln!("{}", self.tell(steps, self.started.elapsed()));
-        }
-    }
-
-    /// The line for so many steps, reached after a time.
-    fn tell(&self, steps: u64, elapsed: Duration) -> String {
-        let rate = steps.saturating_sub(self.begun_at) as f64 / elapsed.as_secs_f64();
-        let left_s = self.total.saturating_sub(steps) as f64 / rate;
-        let (total, unit) = (self.total, self.unit);
-        format!("{steps}/{total} {unit}, {rate:.0} a second, {left_s:.0} s left")
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_of_earlier_runs_are_no_work_of_this_one() {
-        let mut progress = Progress::new(1000, "frames");
-        let elapsed = Duration::from_secs(10);
-        assert_eq!(
-            progress.tell(500, elapsed),
-            "500/1000 frames, 50 a second, 10 s left"
-        );
-        progress.begin_at(400);
-        assert_eq!(
-            progress.tell(500, elapsed),
-            "500/1000 frames, 10 a second, 50 s left"
-        );
-    }
 }

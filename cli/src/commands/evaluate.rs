@@ -10,7 +10,8 @@ use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
-use crate::output::{self, Answer, Progress};
+use crate::output::{self, Answer};
+use crate::progress::Progress;
 use crate::results;
 
 /// Arguments of `vocc evaluate`.

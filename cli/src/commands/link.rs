@@ -15,8 +15,9 @@ use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 use crate::options::{Message, Shared, until_interrupted};
-use crate::output::{self, Answer, Progress, line};
+use crate::output::{self, Answer, line};
 use crate::pictures;
+use crate::progress::Progress;
 
 /// Arguments of `vocc link`.
 #[derive(clap::Args)]

@@ -13,9 +13,10 @@ use serde::Serialize;
 use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
 use crate::options::{Shared, until_interrupted};
-use crate::output::{self, Answer, Progress, line};
+use crate::output::{self, Answer, line};
 use crate::pictures::write_aside;
 use crate::plot;
+use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
 use kept::{Kept, Run};
 

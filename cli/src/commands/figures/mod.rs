@@ -22,8 +22,9 @@ use studies::reproduction::{Claim, judge};
 use studies::reproduction::{INTERPRETATIONS, Interpretation};
 
 use crate::options::{Shared, until_interrupted};
-use crate::output::{self, Answer, Progress, line};
+use crate::output::{self, Answer, line};
 use crate::pictures::write_aside;
+use crate::progress::Progress;
 use crate::report::figure::Figure;
 use kept::{Kept, Run};
 use report::{Judged, number};

@@ -5,7 +5,8 @@ use std::path::Path;
 use studies::optimum::{FIRST_ROUND, GRID};
 use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use crate::output::{Progress, is_read, json, line, two_decimals};
+use crate::output::{is_read, json, line, two_decimals};
+use crate::progress::Progress;
 
 /// Ratios of a finer grid that get all frames.
 const FINE: u64 = 5;

@@ -6,7 +6,8 @@ use serde_json::{Map, Value};
 use studies::sweep::{News, Results, Summary, Sweep};
 
 use super::chart;
-use crate::output::{Progress, is_read, json, line, two_decimals};
+use crate::output::{is_read, json, line, two_decimals};
+use crate::progress::Progress;
 use crate::{plot, results};
 
 /// Progress on standard error, finished cells on standard output while somebody reads them.

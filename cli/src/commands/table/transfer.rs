@@ -9,8 +9,9 @@ use sim::l2a::{read_table, table_file};
 
 use crate::device::table::{pull, push};
 use crate::options::{Port, Shared};
-use crate::output::{self, Answer, Progress, line};
+use crate::output::{self, Answer, line};
 use crate::pictures::write_aside;
+use crate::progress::Progress;
 
 /// A table and a transmitter.
 #[derive(clap::Args)]

@@ -1,0 +1,140 @@
+//! `vocc receive`: messages from a sequence of frames.
+
+mod frames;
+mod reception;
+mod report;
+mod stage_times;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use link::camera::Camera;
+use rx_pipeline::frame::Frame;
+use studies::detectors::DetectorChoice;
+
+use crate::options::Shared;
+use crate::output::{self, Answer};
+use crate::pictures;
+use crate::streams::{SIDE_MAX, Stream};
+
+use reception::Reception;
+
+/// The most panels followed at once.
+const PANELS_MAX: usize = 4;
+
+/// Arguments of `vocc receive`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A folder of frames (PNG, JPEG, PGM; in the order of their names), one frame, or `-` for y4m or raw grey bytes on standard input.
+    #[arg(required = true)]
+    sources: Vec<PathBuf>,
+    /// Size of the raw frames on standard input.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    raw: Option<(usize, usize)>,
+    /// Frames a second of the camera.
+    #[arg(long, default_value_t = 100.0, value_name = "F")]
+    fps: f32,
+    /// Panels a second of the transmitter.
+    #[arg(long, default_value_t = 100.0, value_name = "F")]
+    symbol_rate: f32,
+    /// best, ml, kmeans, kmeans-raw or otsu.
+    #[arg(long, default_value = "best")]
+    detector: DetectorChoice,
+    /// Also print what each frame shows.
+    #[arg(long)]
+    bits: bool,
+    /// Panels to follow at once, each with its own message.
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=PANELS_MAX as i64))]
+    panels: u8,
+    /// Draw what is seen in each frame into this folder: outline, cells and bits.
+    #[arg(long, value_name = "DIR")]
+    show: Option<PathBuf>,
+    /// Exponent of the camera's encoding, 1 to 4.
+    #[arg(long, default_value_t = Camera::default().gamma, value_name = "G")]
+    gamma: f32,
+    /// Standard deviation of the lens blur in pixels, 0.3 to 4.
+    #[arg(long, default_value_t = Camera::default().blur_sigma_px, value_name = "PX")]
+    blur: f32,
+    /// Print how long each stage took, on standard error.
+    #[arg(long)]
+    profile: bool,
+}
+
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let parsed = text
+        .split_once('x')
+        .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    match parsed {
+        Some((width, height))
+            if (1..=SIDE_MAX).contains(&width) && (1..=SIDE_MAX).contains(&height) =>
+        {
+            Ok((width, height))
+        }
+        _ => Err(format!(
+            "{text:?} is not WIDTHxHEIGHT of 1 to {SIDE_MAX} pixels each, such as 1920x1080"
+        )),
+    }
+}
+
+/// Reads all frames and prints the messages; exit status 1 where there was none.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    match arguments.panels {
+        1 => receive::<1>(arguments, shared),
+        2 => receive::<2>(arguments, shared),
+        3 => receive::<3>(arguments, shared),
+        _ => receive::<PANELS_MAX>(arguments, shared),
+    }
+}
+
+fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    if let Some(folder) = &arguments.show {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let is_stream = arguments.sources == [Path::new("-")];
+    let files = if is_stream {
+        Vec::new()
+    } else {
+        frames::of(&arguments.sources)?
+    };
+    let total = (!is_stream).then_some(files.len() as u64);
+    let mut reception = Reception::<PANELS>::new(arguments, shared, total)?;
+    if is_stream {
+        let mut stream = Stream::open(std::io::stdin().lock(), arguments.raw)?;
+        let (width, height) = stream.size();
+        loop {
+            match stream.next_frame() {
+                Ok(Some(grey)) => reception.take(&Frame::new(grey, width, height)?)?,
+                Ok(None) => return reception.finish(),
+                Err(error) => {
+                    // What came before it is not lost.
+                    reception.finish()?;
+                    return Err(error);
+                }
+            }
+        }
+    }
+    let mut bad = 0;
+    for path in &files {
+        let image = match pictures::read_grey(path) {
+            Ok(image) => image,
+            Err(error) => {
+                bad += 1;
+                reception.lose(&output::explain(&error));
+                continue;
+            }
+        };
+        reception.take(&Frame::new(
+            image.as_raw(),
+            image.width() as usize,
+            image.height() as usize,
+        )?)?;
+    }
+    let answer = reception.finish()?;
+    ensure!(
+        bad == 0,
+        "{bad} of {} frames could not be used",
+        files.len()
+    );
+    Ok(answer)
+}

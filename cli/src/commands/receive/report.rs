@@ -1,0 +1,150 @@
+//! What is told of frames: messages and bits on standard output, losses and progress on standard error.
+
+use link::framing::{Delivery, Event, SegmentOutcome};
+use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::{Outcome, Reading};
+
+use super::Arguments;
+use crate::output::{self, line};
+use crate::progress::Progress;
+use crate::show;
+
+/// What has been told, and how it is to be.
+pub struct Report<'a> {
+    arguments: &'a Arguments,
+    as_json: bool,
+    messages: u64,
+    progress: Progress,
+}
+
+impl<'a> Report<'a> {
+    /// For so many frames, if that is known.
+    pub fn new(arguments: &'a Arguments, as_json: bool, total: Option<u64>) -> Self {
+        let progress = total.map_or_else(
+            || Progress::endless("frames"),
+            |total| Progress::new(total, "frames"),
+        );
+        Self {
+            arguments,
+            as_json,
+            messages: 0,
+            progress,
+        }
+    }
+
+    /// Shows that so many frames are done.
+    pub fn done(&mut self, frames: u64) {
+        self.progress.done(frames);
+    }
+
+    /// Ends the progress; how many messages there were.
+    pub fn end(self) -> u64 {
+        self.messages
+    }
+
+    /// Says something on standard error.
+    pub fn say(&self, what: &str) {
+        self.progress.aside(|| eprintln!("{what}"));
+    }
+
+    fn print(&self, as_text: &str, as_json: &serde_json::Value) -> anyhow::Result<()> {
+        self.progress.aside(|| {
+            if self.as_json {
+                output::json(as_json)
+            } else {
+                line(as_text)
+            }
+        })
+    }
+
+    /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
+    pub fn frame(
+        &self,
+        number: u64,
+        panel: usize,
+        frame: &Frame,
+        outcome: &Outcome,
+    ) -> anyhow::Result<()> {
+        let of_panel = if self.arguments.panels > 1 {
+            format!(", panel {panel}")
+        } else {
+            String::new()
+        };
+        let reading = match &outcome.reading {
+            Ok(reading) => reading,
+            Err(loss) => {
+                self.say(&format!("frame {number}{of_panel}: {loss}"));
+                return Ok(());
+            }
+        };
+        if let Some(folder) = &self.arguments.show {
+            let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
+            show::reading(&path, frame, reading)?;
+        }
+        if self.arguments.bits {
+            self.bits(number, panel, &of_panel, reading, outcome.symbol)?;
+        }
+        Ok(())
+    }
+
+    fn bits(
+        &self,
+        number: u64,
+        panel: usize,
+        of_panel: &str,
+        reading: &Reading,
+        symbol: Option<u32>,
+    ) -> anyhow::Result<()> {
+        let bits = reading.detection.bits.to_string();
+        let [x, y] = reading.corners.centre_px();
+        self.print(
+            &format!("frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px"),
+            &serde_json::json!({
+                "frame": number, "panel": panel, "bits": bits, "symbol": symbol, "centre_px": [x, y],
+                "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
+            }),
+        )
+    }
+
+    /// Prints a message, and says why a part of one was lost.
+    pub fn event(&mut self, event: &Event<'_>, panel: usize) -> anyhow::Result<()> {
+        match event {
+            Event::Delivered(delivery) => {
+                self.messages += 1;
+                self.message(delivery, panel)?;
+            }
+            Event::Rejected(why) => self.say(&why.to_string()),
+            Event::UnsupportedVersion(version) => self.say(&format!(
+                "a transmitter of format version {version} was seen; this receiver reads version {}",
+                link::framing::VERSION
+            )),
+            Event::Segment {
+                header,
+                outcome: SegmentOutcome::Failed(why),
+                ..
+            } => self.say(&format!(
+                "segment {} could not be decoded: {why}; its repeats are waited for",
+                header.segment
+            )),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn message(&self, delivery: &Delivery<'_>, panel: usize) -> anyhow::Result<()> {
+        let text = String::from_utf8_lossy(delivery.message);
+        let (first, last) = (delivery.first_stamp, delivery.last_stamp);
+        let corrected = delivery.corrected_bits;
+        let of_panel = if self.arguments.panels > 1 {
+            format!("panel {panel}: ")
+        } else {
+            String::new()
+        };
+        self.print(
+            &format!("{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected"),
+            &serde_json::json!({
+                "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
+            }),
+        )
+    }
+}

@@ -1,0 +1,170 @@
+//! Progress of long work, on standard error: a bar on a terminal, elsewhere a line now and then.
+
+use std::io::IsTerminal;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Between two lines where there is no terminal.
+const QUIET: Duration = Duration::from_secs(10);
+
+/// The progress of a run. A line comes also while a step takes long, so that nobody wonders whether work goes on.
+pub struct Progress {
+    /// Counts, even where it is not shown.
+    bar: ProgressBar,
+    begun: Arc<Mutex<Begun>>,
+    /// Where there is no terminal; both are taken when work ends.
+    lines: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+/// When the run began, and the steps of earlier runs.
+#[derive(Clone, Copy)]
+struct Begun {
+    at: Instant,
+    steps: u64,
+}
+
+impl Progress {
+    /// For `total` steps of a `unit`.
+    pub fn new(total: u64, unit: &'static str) -> Self {
+        Self::of(ProgressBar::new(total), unit)
+    }
+
+    /// For steps whose number nobody knows.
+    pub fn endless(unit: &'static str) -> Self {
+        Self::of(ProgressBar::no_length(), unit)
+    }
+
+    fn of(bar: ProgressBar, unit: &'static str) -> Self {
+        let begun = Begun {
+            at: Instant::now(),
+            steps: 0,
+        };
+        let begun = Arc::new(Mutex::new(begun));
+        let template = match bar.length() {
+            Some(_) => format!("{{bar:30}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left"),
+            None => format!("{{spinner}} {{pos}} {unit}, {{per_sec}}"),
+        };
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            bar.set_style(style);
+        }
+        let lines = if std::io::stderr().is_terminal() {
+            bar.enable_steady_tick(Duration::from_millis(500));
+            None
+        } else {
+            bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+            Some(tell_now_and_then(bar.clone(), Arc::clone(&begun), unit))
+        };
+        Self { bar, begun, lines }
+    }
+
+    /// Tells that so many steps were done before now: they say nothing of how long others take.
+    pub fn begin_at(&mut self, steps: u64) {
+        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Begun {
+            at: Instant::now(),
+            steps,
+        };
+        self.bar.set_position(steps);
+        // The bar takes this for work, once it has seen it.
+        self.bar.tick();
+        self.bar.reset_eta();
+    }
+
+    /// Prints something else without the bar in between.
+    pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
+        self.bar.suspend(print)
+    }
+
+    /// Tells that another number of steps is expected in all.
+    pub fn expect(&mut self, total: u64) {
+        self.bar.set_length(total);
+    }
+
+    /// Tells that so many steps are done.
+    pub fn done(&mut self, steps: u64) {
+        self.bar.set_position(steps);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((end, lines)) = self.lines.take() {
+            drop(end);
+            // A thread that only prints has nothing to tell of its end.
+            let _ = lines.join();
+        }
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Prints how far work is, until the sender is dropped.
+fn tell_now_and_then(
+    bar: ProgressBar,
+    begun: Arc<Mutex<Begun>>,
+    unit: &'static str,
+) -> (Sender<()>, JoinHandle<()>) {
+    let (end, ended) = channel();
+    let lines = std::thread::spawn(move || {
+        while ended.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
+            let begun = *begun.lock().unwrap_or_else(PoisonError::into_inner);
+            let done = bar.position().saturating_sub(begun.steps);
+            eprintln!(
+                "{}",
+                line(bar.position(), bar.length(), done, unit, begun.at.elapsed())
+            );
+        }
+    });
+    (end, lines)
+}
+
+/// The line for so many steps of a total, some of them done within a time.
+fn line(steps: u64, total: Option<u64>, done: u64, unit: &str, elapsed: Duration) -> String {
+    let of = total.map_or(String::new(), |total| format!("/{total}"));
+    let elapsed_s = elapsed.as_secs_f64();
+    if done == 0 {
+        return format!("{steps}{of} {unit}, {elapsed_s:.0} s so far");
+    }
+    let rate = done as f64 / elapsed_s;
+    let pace = if rate < 1.0 {
+        format!("{:.0} s each", 1.0 / rate)
+    } else {
+        format!("{rate:.0} a second")
+    };
+    let left = total.map_or(String::new(), |total| {
+        format!(", {:.0} s left", total.saturating_sub(steps) as f64 / rate)
+    });
+    format!("{steps}{of} {unit}, {pace}{left}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_tell_how_far_work_is_and_how_fast() {
+        let elapsed = Duration::from_secs(10);
+        let line = |steps, total, done| line(steps, total, done, "frames", elapsed);
+        assert_eq!(
+            line(500, Some(1000), 500),
+            "500/1000 frames, 50 a second, 10 s left"
+        );
+        assert_eq!(line(2, Some(7), 2), "2/7 frames, 5 s each, 25 s left");
+        assert_eq!(line(0, Some(7), 0), "0/7 frames, 10 s so far");
+        assert_eq!(line(500, None, 500), "500 frames, 50 a second");
+    }
+
+    #[test]
+    fn steps_of_earlier_runs_are_no_work_of_this_one() {
+        let elapsed = Duration::from_secs(10);
+        let line = line(500, Some(1000), 100, "frames", elapsed);
+        assert_eq!(line, "500/1000 frames, 10 a second, 50 s left");
+        let mut progress = Progress::new(1000, "frames");
+        progress.begin_at(400);
+        progress.done(500);
+        let begun = progress.begun.lock().expect("nobody else").steps;
+        assert_eq!((progress.bar.position(), begun), (500, 400));
+    }
+}
