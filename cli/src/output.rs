@@ -8,6 +8,8 @@ use sim::plan::Plan;
 use studies::monte_carlo;
 use studies::sweep::{Results, Summary};
 
+use crate::report::numbers::two_decimals;
+
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -122,9 +124,4 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
         found.ber, found.ber_95[0], found.ber_95[1]
     ))
-}
-
-/// A variance or a ratio of variances, to two decimals.
-pub fn two_decimals(value: Option<f64>) -> String {
-    value.map_or("undefined".into(), |value| format!("{value:.2}"))
 }

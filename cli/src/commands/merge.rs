@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 
-use super::sweep::{folder, report};
+use super::sweep::{self, folder};
 use crate::options::Shared;
 use crate::output::{self, Answer};
-use crate::results;
+use crate::{report, results};
 
 /// Arguments of `vocc merge`.
 #[derive(clap::Args)]
@@ -39,12 +39,12 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     }
     let results = results.finish()?;
     if let Some(path) = &arguments.out {
-        report::keep(&results, path)?;
+        sweep::keep(&results, path)?;
     }
     if results.sweep().grid.is_empty() {
         output::evaluation(&results, None, shared.json)?;
     } else {
-        report::print(&results, shared.json)?;
+        report::sweep::print(&results, shared.json)?;
     }
     Ok(Answer::Yes)
 }

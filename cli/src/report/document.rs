@@ -1,132 +1,121 @@
-//! A document that can be written as Markdown beside its pictures, and as one HTML file that holds them.
+//! A document, written as Markdown beside its pictures, and as one HTML file that holds them.
 
-/// A document.
+use std::collections::HashMap;
+
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
+
+/// A document. Texts are Markdown.
 pub struct Document {
     title: String,
-    blocks: Vec<Block>,
+    markdown: String,
+    /// Drawings by the names of their files.
+    pictures: HashMap<String, String>,
 }
 
-/// A part of it. Texts may hold `code` and **bold**.
-pub enum Block {
-    /// A heading.
-    Heading(String),
-    /// A paragraph.
-    Text(String),
-    /// A list.
-    List(Vec<String>),
-    /// A table.
-    Table {
-        head: Vec<String>,
-        rows: Vec<Vec<String>>,
-    },
-    /// A picture, in files of that name, and what stands under it.
-    Picture {
-        name: String,
-        caption: String,
-        svg: String,
-    },
-}
+const STYLE: &str = "\
+body{font:16px/1.5 system-ui,sans-serif;max-width:68em;margin:2em auto;padding:0 1em;color:#222}
+table{border-collapse:collapse;font-size:14px;display:block;overflow-x:auto}
+td,th{border:1px solid #ccc;padding:.3em .5em;text-align:left;vertical-align:top}
+th{background:#f3f3f3}
+svg{max-width:100%;height:auto;margin-top:2em}
+code{background:#f3f3f3}
+.yes{background:#dcf0e4}
+.no{background:#f8dcd0}
+.open{background:#f4eed2}
+";
 
 impl Document {
     /// An empty document.
     pub fn new(title: &str) -> Self {
         Self {
             title: title.into(),
-            blocks: Vec::new(),
+            markdown: format!("# {title}\n"),
+            pictures: HashMap::new(),
         }
-    }
-
-    /// Adds a part.
-    pub fn push(&mut self, block: Block) {
-        self.blocks.push(block);
     }
 
     /// Adds a heading.
     pub fn heading(&mut self, text: &str) {
-        self.push(Block::Heading(text.into()));
+        self.add(&format!("## {text}\n"));
     }
 
     /// Adds a paragraph.
-    pub fn text(&mut self, text: impl Into<String>) {
-        self.push(Block::Text(text.into()));
+    pub fn text(&mut self, text: &str) {
+        self.add(&format!("{text}\n"));
+    }
+
+    /// Adds a list.
+    pub fn list(&mut self, items: impl IntoIterator<Item = String>) {
+        let items = items.into_iter().map(|item| format!("- {item}\n"));
+        self.add(&items.collect::<String>());
+    }
+
+    /// Adds a table.
+    pub fn table<H: AsRef<str>>(
+        &mut self,
+        head: &[H],
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) {
+        let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let head: Vec<String> = head.iter().map(|cell| cell.as_ref().into()).collect();
+        let line = "|---".repeat(head.len()) + "|\n";
+        let rows: String = rows.into_iter().map(|cells| row(&cells)).collect();
+        self.add(&(row(&head) + &line + &rows));
+    }
+
+    /// Adds a picture, which is in files of that name, and what stands under it.
+    pub fn picture(&mut self, name: &str, caption: &str, svg: &str) {
+        self.add(&format!(
+            "![{name}]({name}.png)\n\n{}: {caption}\n",
+            titled(name)
+        ));
+        self.pictures.insert(format!("{name}.png"), svg.into());
+    }
+
+    fn add(&mut self, block: &str) {
+        self.markdown.push('\n');
+        self.markdown.push_str(block);
     }
 
     /// As Markdown; pictures are the PNG files beside it.
-    pub fn markdown(&self) -> String {
-        let blocks = self.blocks.iter().map(markdown);
-        std::iter::once(format!("# {}\n", self.title))
-            .chain(blocks)
-            .collect::<Vec<_>>()
-            .join("\n")
+    pub fn markdown(&self) -> &str {
+        &self.markdown
     }
 
     /// As one HTML file.
     pub fn html(&self) -> String {
-        let title = escaped(&self.title);
-        let blocks: String = self.blocks.iter().map(html).collect();
+        let mut body = String::new();
+        let mut is_drawn = false;
+        let events = Parser::new_ext(&self.markdown, Options::ENABLE_TABLES);
+        let events = events.filter_map(|event| match event {
+            Event::Start(Tag::Image { ref dest_url, .. }) => {
+                let svg = self.pictures.get(dest_url.as_ref());
+                is_drawn = svg.is_some();
+                Some(svg.map_or(event.clone(), |svg| Event::InlineHtml(svg.clone().into())))
+            }
+            // What a picture that is drawn would be called without it.
+            Event::End(TagEnd::Image) if is_drawn => {
+                is_drawn = false;
+                None
+            }
+            event => (!is_drawn).then_some(event),
+        });
+        push_html(&mut body, events);
+        for word in ["yes", "no", "open"] {
+            for (cell, end) in [("<td>", " "), ("<td><strong>", "</strong>")] {
+                let coloured = cell.replace("<td>", &format!("<td class=\"{word}\">"));
+                body = body.replace(
+                    &format!("{cell}{word}{end}"),
+                    &format!("{coloured}{word}{end}"),
+                );
+            }
+        }
+        let title = self.title.replace('&', "&amp;").replace('<', "&lt;");
         format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{blocks}</body>\n</html>\n"
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
+             <style>\n{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
         )
-    }
-}
-
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:68em;margin:2em auto;padding:0 1em;color:#222}table{border-collapse:collapse;font-size:14px;display:block;overflow-x:auto}td,th{border:1px solid #ccc;padding:.3em .5em;text-align:left;vertical-align:top}th{background:#f3f3f3}figure{margin:2em 0}figure svg{max-width:100%;height:auto}figcaption{color:#444}code{background:#f3f3f3}.yes{background:#dcf0e4}.no{background:#f8dcd0}.open{background:#f4eed2}";
-
-fn markdown(block: &Block) -> String {
-    let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    match block {
-        Block::Heading(text) => format!("## {text}\n"),
-        Block::Text(text) => format!("{text}\n"),
-        Block::List(items) => items.iter().map(|item| format!("- {item}\n")).collect(),
-        Block::Table { head, rows } => {
-            let line = "|---".repeat(head.len()) + "|\n";
-            row(head) + &line + &rows.iter().map(|cells| row(cells)).collect::<String>()
-        }
-        Block::Picture { name, caption, .. } => {
-            format!("![{name}]({name}.png)\n\n{}: {caption}\n", titled(name))
-        }
-    }
-}
-
-fn html(block: &Block) -> String {
-    match block {
-        Block::Heading(text) => format!("<h2>{}</h2>\n", inline(text)),
-        Block::Text(text) => format!("<p>{}</p>\n", inline(text)),
-        Block::List(items) => {
-            let items: String = items
-                .iter()
-                .map(|item| format!("<li>{}</li>\n", inline(item)))
-                .collect();
-            format!("<ul>\n{items}</ul>\n")
-        }
-        Block::Table { head, rows } => {
-            let head: String = head
-                .iter()
-                .map(|cell| format!("<th>{}</th>", inline(cell)))
-                .collect();
-            let row = |cells: &Vec<String>| {
-                let cells: String = cells.iter().map(|cell| table_cell(cell)).collect();
-                format!("<tr>{cells}</tr>\n")
-            };
-            let rows: String = rows.iter().map(row).collect();
-            format!("<table>\n<tr>{head}</tr>\n{rows}</table>\n")
-        }
-        Block::Picture { name, caption, svg } => format!(
-            "<figure id=\"{name}\">\n{svg}\n<figcaption><b>{}</b>: {}</figcaption>\n</figure>\n",
-            titled(name),
-            inline(caption)
-        ),
-    }
-}
-
-/// A cell, coloured by a verdict that it begins with.
-fn table_cell(text: &str) -> String {
-    let word = text.trim_start_matches("**").split([' ', '*']).next();
-    match word {
-        Some(word @ ("yes" | "no" | "open")) if text.len() < 30 => {
-            format!("<td class=\"{word}\">{}</td>", inline(text))
-        }
-        _ => format!("<td>{}</td>", inline(text)),
     }
 }
 
@@ -141,29 +130,6 @@ fn titled(name: &str) -> String {
         .unwrap_or_default()
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-}
-
-/// Code and bold as HTML.
-fn inline(text: &str) -> String {
-    let paired = |text: String, mark: &str, tag: &str| {
-        let parts = text.split(mark).enumerate();
-        parts
-            .map(|(k, part)| {
-                if k % 2 == 1 {
-                    format!("<{tag}>{part}</{tag}>")
-                } else {
-                    part.into()
-                }
-            })
-            .collect::<String>()
-    };
-    paired(paired(escaped(text), "**", "b"), "`", "code")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,21 +137,21 @@ mod tests {
     fn document() -> Document {
         let mut document = Document::new("A & B");
         document.text("see `x < y`");
-        document.push(Block::Table {
-            head: vec!["a".into(), "b".into()],
-            rows: vec![vec!["**yes**".into(), "1".into()]],
-        });
-        document.push(Block::Picture {
-            name: "figure-08".into(),
-            caption: "a row".into(),
-            svg: "<svg></svg>".into(),
-        });
+        document.table(
+            &["a", "b"],
+            [
+                vec!["**yes**".into(), "1".into()],
+                vec!["no 2".into(), "not".into()],
+            ],
+        );
+        document.picture("figure-08", "a row", "<svg></svg>");
         document
     }
 
     #[test]
     fn markdown_names_its_pictures() {
-        let text = document().markdown();
+        let document = document();
+        let text = document.markdown();
         assert!(
             text.contains("| a | b |\n|---|---|\n| **yes** | 1 |"),
             "{text}"
@@ -200,11 +166,16 @@ mod tests {
     fn html_holds_its_pictures_and_escapes_text() {
         let text = document().html();
         assert!(
-            text.contains("<code>x &lt; y</code>") && text.contains("A &amp; B"),
+            text.contains("<code>x &lt; y</code>") && text.contains("<h1>A &amp; B</h1>"),
             "{text}"
         );
         assert!(
-            text.contains("<svg></svg>") && text.contains("<td class=\"yes\">"),
+            text.contains("<svg></svg>") && !text.contains("<img"),
+            "{text}"
+        );
+        assert!(text.contains("<td class=\"yes\"><strong>yes"), "{text}");
+        assert!(
+            text.contains("<td class=\"no\">no 2") && text.contains("<td>not<"),
             "{text}"
         );
     }

@@ -1,4 +1,11 @@
-//! What is written of results: documents, figures with their numbers.
+//! What is told of results: documents and figures on disk, and what long commands print while they work.
+//!
+//! No sentence here says what came out: numbers and verdicts are filled in from the results.
 
+pub mod claims;
 pub mod document;
 pub mod figure;
+pub mod numbers;
+pub mod optimum;
+pub mod sweep;
+pub mod work_precision;

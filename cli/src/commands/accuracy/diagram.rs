@@ -6,6 +6,7 @@ use studies::work_precision::{CostUnit, Diagram, Part, Point};
 use crate::plot::{
     Axis, BLACK, COLOURS, Chart, Entry, FRONT, Line, Mark, Page, Point as Drawn, Series, short,
 };
+use crate::report::numbers::time;
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);
@@ -154,16 +155,4 @@ fn cost_label(diagram: &Diagram) -> String {
         "{what} of {}, over that of {} ({cost})",
         diagram.cost, baseline.variant
     )
-}
-
-/// A time in the unit that suits it.
-pub fn time(ns: f64) -> String {
-    let (value, unit) = match ns {
-        ns if ns < 1e3 => (ns, "ns"),
-        ns if ns < 1e6 => (ns / 1e3, "µs"),
-        ns if ns < 1e9 => (ns / 1e6, "ms"),
-        ns => (ns / 1e9, "s"),
-    };
-    let digits = (2 - value.max(1.0).log10() as i32).max(0) as usize;
-    format!("{value:.digits$} {unit}")
 }

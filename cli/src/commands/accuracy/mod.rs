@@ -2,7 +2,6 @@
 
 mod diagram;
 mod kept;
-mod page;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +17,7 @@ use crate::pictures::write_aside;
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
+use crate::report::work_precision::{Made, page};
 use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
@@ -162,10 +162,25 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
     if let Some(svg) = diagram::summary(&kept.parts)? {
         plot::save(&folder.join("summary"), &svg)?;
     }
-    let page = page::page(kept, arguments.quick, &figures);
+    let made = Made {
+        options: &options(arguments, &kept.run.scale),
+        scale: &kept.run.scale,
+        machine: &kept.run.machine,
+        folder: FOLDER,
+    };
+    let page = page(&kept.parts, &made, &figures);
     write_aside(&arguments.out.join("accuracy.md"), |aside| {
         Ok(std::fs::write(aside, page.markdown())?)
     })
+}
+
+/// The options that make the same.
+fn options(arguments: &Arguments, scale: &Scale) -> String {
+    let quick = if arguments.quick { " --quick" } else { "" };
+    match scale.seed {
+        1 => format!(" --out docs{quick}"),
+        seed => format!(" --out docs{quick} --seed {seed}"),
+    }
 }
 
 /// All points of a part.

@@ -4,7 +4,6 @@ mod errors;
 mod kept;
 mod optima;
 mod panels;
-mod report;
 mod scatters;
 #[cfg(test)]
 mod tests;
@@ -25,9 +24,10 @@ use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
 use crate::pictures::write_aside;
 use crate::progress::Progress;
+use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
+use crate::report::numbers::{number, with_interval};
 use kept::{Kept, Run};
-use report::{Judged, number};
 
 /// Arguments of `vocc figures`.
 #[derive(clap::Args)]
@@ -107,8 +107,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         figure.save(&arguments.out)?;
     }
     let command = command(arguments, shared, frames);
-    let report = report::report(&main.study, &command, &claims, &readings, &figures);
-    write(&arguments.out.join("report.md"), &report.markdown())?;
+    let report = claims::report(&main.study, &command, &claims, &readings, &figures);
+    write(&arguments.out.join("report.md"), report.markdown())?;
     write(&arguments.out.join("report.html"), &report.html())?;
     print(&claims, shared.json)?;
     if finished {
@@ -226,14 +226,12 @@ fn print(claims: &[Claim], as_json: bool) -> anyhow::Result<()> {
     }
     for claim in claims {
         line(&format!(
-            "{:<4} {:<5} {} — {}: {} ({} to {})",
+            "{:<4} {:<5} {} — {}: {}",
             claim.figure,
-            report::verdict(claim.holds),
+            claims::verdict(claim.holds),
             claim.claim,
             claim.quantity,
-            number(claim.measured),
-            number(claim.measured_95[0]),
-            number(claim.measured_95[1])
+            with_interval(claim.measured, claim.measured_95, number)
         ))?;
     }
     Ok(())

@@ -87,7 +87,7 @@ fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     for name in ["figure-12", "figure-15", "figure-18"] {
         assert!(rows(name) > 3 * 20 * 20, "{name}");
     }
-    let report = report::report(
+    let report = claims::report(
         study,
         "vocc figures",
         &judge(study, findings),
@@ -96,10 +96,4 @@ fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     );
     assert_eq!(report.html().matches("<svg").count(), 13);
     assert!(report.markdown().contains("figure-22-detectors.png"));
-}
-
-#[test]
-fn numbers_have_three_digits() {
-    let shown = [0.0, 2.0449, -14.96, 1234.5, 0.00123, f64::NAN].map(number);
-    assert_eq!(shown, ["0.00", "2.04", "−15.0", "1234", "0.00123", "?"]);
 }

@@ -1,7 +1,6 @@
 //! `vocc optimize`: the best LED-to-ambient ratio at many settings, and the table a transmitter carries.
 
 mod chart;
-mod report;
 
 use std::path::PathBuf;
 
@@ -16,9 +15,8 @@ use crate::commands::evaluate::single_precision;
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
 use crate::pictures::write_aside;
+use crate::report::optimum::Report;
 use crate::{plot, results};
-
-use report::Report;
 
 /// Arguments of `vocc optimize`.
 #[derive(clap::Args)]

@@ -2,7 +2,6 @@
 
 mod chart;
 pub mod folder;
-pub mod report;
 mod slurm;
 mod status;
 mod time_limit;
@@ -14,9 +13,8 @@ use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
-use crate::results;
-
-use report::Report;
+use crate::report::sweep::Report;
+use crate::{plot, results};
 
 /// What a plan looks like, and how sweeps are done in parts.
 fn help() -> String {
@@ -159,10 +157,7 @@ fn whole(
     let done = results::advance(
         &run,
         &mut results,
-        |results| {
-            path.as_ref()
-                .map_or(Ok(()), |path| report::keep(results, path))
-        },
+        |results| path.as_ref().map_or(Ok(()), |path| keep(results, path)),
         |news| {
             report.heard(news)?;
             // What is kept may be read later.
@@ -171,6 +166,15 @@ fn whole(
     )?;
     report.end(&results)?;
     Ok(if done { Answer::Yes } else { Answer::No })
+}
+
+/// Writes results, with a table and a plot beside them.
+pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
+    results::write_with_table(results, path)?;
+    match chart::svg(results)? {
+        Some(svg) => plot::save(&results::stem(path, "json"), &svg),
+        None => Ok(()),
+    }
 }
 
 /// What to go on from: nothing, or what an earlier run has left.

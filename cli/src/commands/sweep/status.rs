@@ -7,8 +7,9 @@ use serde::Serialize;
 use studies::monte_carlo::Standing;
 use studies::sweep::{Partition, Results, Shard, Sweep, Work};
 
-use super::{folder, report};
+use super::folder;
 use crate::output::{Answer, json, line};
+use crate::report;
 use crate::results;
 
 /// How a shard is.
@@ -88,7 +89,7 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
 
 fn undivided(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
     let results = results::read(path)?;
-    report::print(&results, as_json)?;
+    report::sweep::print(&results, as_json)?;
     let mut cells = 0..results.sweep().cells();
     Ok(if cells.all(|cell| results.summary(cell).finished) {
         Answer::Yes

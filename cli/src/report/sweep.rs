@@ -1,14 +1,11 @@
-//! What `vocc sweep` tells: progress, a line for each finished cell, and the files beside the results.
-
-use std::path::Path;
+//! What `vocc sweep` tells: progress, and a line for each finished cell.
 
 use serde_json::{Map, Value};
 use studies::sweep::{News, Results, Summary, Sweep};
 
-use super::chart;
-use crate::output::{is_read, json, line, two_decimals};
+use super::numbers::two_decimals;
+use crate::output::{is_read, json, line};
 use crate::progress::Progress;
-use crate::{plot, results};
 
 /// Progress on standard error, finished cells on standard output while somebody reads them.
 pub struct Report {
@@ -22,15 +19,6 @@ enum Lines {
     Table,
     Json,
     None,
-}
-
-/// Writes results, with a table and a plot beside them.
-pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
-    results::write_with_table(results, path)?;
-    match chart::svg(results)? {
-        Some(svg) => plot::save(&results::stem(path, "json"), &svg),
-        None => Ok(()),
-    }
 }
 
 /// Prints all cells.

@@ -5,7 +5,8 @@ use std::path::Path;
 use studies::optimum::{FIRST_ROUND, GRID};
 use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use crate::output::{is_read, json, line, two_decimals};
+use super::numbers::two_decimals;
+use crate::output::{is_read, json, line};
 use crate::progress::Progress;
 
 /// Ratios of a finer grid that get all frames.
