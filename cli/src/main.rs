@@ -1,8 +1,13 @@
 //! `vocc`: optical camera communication between vehicles, from a command line.
 //!
-//! Arguments, files and printing only: the physics is in `sim`, the signal processing in `rx-pipeline`, the transmitter in
-//! `tx-firmware`. Every command is a module of [`commands`]; [`device`] talks to transmitters, [`output`] prints, [`pictures`] reads and writes
-//! images, [`results`] keeps what long runs have finished, [`streams`] reads frames from standard input, [`show`] draws what the receiver sees.
+//! Arguments, files and printing only: the camera is simulated by `sim`, results are learnt by `studies`, frames are read by
+//! `rx-pipeline`, and panels are shown by `tx-firmware`. In layers, each of which knows those below it:
+//!
+//! - [`commands`]: one a module, arguments in, library calls, answers out; [`options`] are what several of them take;
+//! - [`report`]: what is told of results, on disk and while work goes on;
+//! - [`plot`]: charts; [`output`]: standard output; [`progress`]: standard error;
+//! - [`results`] keeps what long runs have finished, [`pictures`] and [`streams`] read and write frames, [`show`] draws what the
+//!   receiver sees, [`device`] talks to transmitters.
 
 mod commands;
 mod device;

@@ -84,7 +84,8 @@ impl Message {
 /// The method of a choice that needs no frames to learn from.
 pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Method> {
     choice.untrained().context(
-        "this detector needs frames whose bits are known (fisher and fisher-ngr to learn from, the genie to be told all about), and here are none: choose ml, kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
+        "this detector needs frames whose bits are known (fisher and fisher-ngr to learn from, the genie to be told all about), and \
+         here are none: choose ml, kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
     )
 }
 

@@ -8,6 +8,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+/// What the help of long commands says.
+pub const HELP: &str = "\
+Standard error shows how far it is and how long it will take: as a bar on a terminal, elsewhere as a line every ten seconds. Ctrl-C ends \
+it with what is finished.";
+
 /// Between two lines where there is no terminal.
 const QUIET: Duration = Duration::from_secs(10);
 

@@ -21,7 +21,8 @@ const CELLS: Rgb<u8> = Rgb([90, 90, 160]);
 const ON: [f32; 3] = [40.0, 255.0, 40.0];
 const OFF: [f32; 3] = [255.0, 60.0, 60.0];
 
-/// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark that is green for On and red for Off, the brighter the surer.
+/// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark that is green for On and red for Off,
+/// the brighter the surer.
 pub fn reading(path: &Path, frame: &Frame, reading: &Reading) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;

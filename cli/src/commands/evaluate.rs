@@ -16,6 +16,7 @@ use crate::results;
 
 /// Arguments of `vocc evaluate`.
 #[derive(clap::Args)]
+#[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
     /// A preset or a TOML file.
     #[arg(default_value = "paper")]
@@ -27,10 +28,11 @@ pub struct Arguments {
     #[arg(long)]
     random_reflectance: bool,
     /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (told everything but the bits: a bound). The default is
-    /// the paper's, which takes a small part of a frame's time; `best` takes most of it.
+    /// the paper's; `best` takes longer.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
-    /// Reach errors by splitting instead of counting them: for bit error rates below 1e-6 or so. Frames are then what swarms of 256 begin with.
+    /// Reach errors by splitting instead of counting them: for bit error rates below 1e-6 or so. Frames are then what swarms of 256
+    /// begin with.
     #[arg(long)]
     rare_events: bool,
     /// How exactly frames are drawn: fine or fast.

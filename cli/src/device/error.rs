@@ -23,7 +23,8 @@ pub enum DeviceError {
     },
     /// The user may not open it.
     #[error(
-        "port {port} may not be opened: become a member of the group that owns it (on Debian `sudo adduser $USER dialout`, then log in anew)"
+        "port {port} may not be opened: become a member of the group that owns it (on Debian \
+         `sudo adduser $USER dialout`, then log in anew)"
     )]
     Forbidden {
         /// Its name.
@@ -74,7 +75,8 @@ pub enum DeviceError {
     },
     /// It speaks another dialect of the same version.
     #[error(
-        "the transmitter's firmware {firmware} has other messages than this program (schema {theirs:08x}, here {ours:08x}): update the older one",
+        "the transmitter's firmware {firmware} has other messages than this program (schema {theirs:08x}, here {ours:08x}): \
+         update the older one",
         ours = link::serial::SCHEMA
     )]
     Schema {

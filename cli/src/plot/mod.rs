@@ -1,7 +1,7 @@
 //! Charts and rows of pictures: commands say what is drawn, this module how.
 //!
-//! A [`Page`] holds [`Chart`]s, a chart two [`Axis`]es and [`Series`] of [`Point`]s. A legend stands where it covers least, a point's name where
-//! there is room for it. A page is drawn once as SVG, and kept as SVG and as PNG by [`save`].
+//! A [`Page`] holds [`Chart`]s, a chart two [`Axis`]es and [`Series`] of [`Point`]s. A legend stands where it covers least, a point's name
+//! where there is room for it. A page is drawn once as SVG, and kept as SVG and as PNG by [`save`].
 
 mod axis;
 mod chart;

@@ -101,7 +101,8 @@ impl Report {
             ))?;
         }
         line(&format!(
-            "  mean {:.3} ({:.3} to {:.3}); least mean BER {:.1e} at {:.3} ({:.3} to {:.3}), not significantly more from {:.2} to {:.2}; the table holds {l2a:.3}",
+            "  mean {:.3} ({:.3} to {:.3}); least mean BER {:.1e} at {:.3} ({:.3} to {:.3}), not significantly more from {:.2} to \
+             {:.2}; the table holds {l2a:.3}",
             entry.mean_l2a,
             entry.mean_l2a_95[0],
             entry.mean_l2a_95[1],

@@ -66,7 +66,8 @@ impl Kept {
             .with_context(|| format!("{} holds no points of vocc accuracy", path.display()))?;
         ensure!(
             kept.run == *run,
-            "{} is of another run: machine, seed, --quick and version must be the same; choose another folder or leave --resume and --part out",
+            "{} is of another run: machine, seed, --quick and version must be the same; choose another folder or leave \
+             --resume and --part out",
             path.display()
         );
         Ok(kept)

@@ -22,11 +22,12 @@ use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
 #[derive(clap::Args)]
+#[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
     /// The folder to write to: accuracy.md, and a folder accuracy with its plots and numbers.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// A first look in a minute: a tenth of the frames, a third of the turns.
+    /// A first look, in half a minute on two cores: fewer frames, fewer turns.
     #[arg(long)]
     quick: bool,
     /// Measure only this part (repeatable) and take the others from what the folder holds.

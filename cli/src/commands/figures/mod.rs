@@ -14,11 +14,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sim::scene::Scene;
-use studies::reproduction::Extent;
-use studies::reproduction::Findings;
-use studies::reproduction::Study;
-use studies::reproduction::{Claim, judge};
-use studies::reproduction::{INTERPRETATIONS, Interpretation};
+use studies::reproduction::{
+    Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Study, judge,
+};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
@@ -31,6 +29,7 @@ use kept::{Kept, Run};
 
 /// Arguments of `vocc figures`.
 #[derive(clap::Args)]
+#[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
     /// A preset or a TOML file; its interval, distance and L2A are varied.
     #[arg(default_value = "paper")]
@@ -41,7 +40,7 @@ pub struct Arguments {
     /// Frames of each figure, spread over its points; 100000 by default.
     #[arg(long, value_parser = clap::value_parser!(u64).range(FRAMES))]
     frames: Option<u64>,
-    /// A first look in half a minute: 4000 frames a figure by default, fewer points, no other readings.
+    /// A first look, in half a minute on two cores: 4000 frames a figure by default, fewer points, no other readings.
     #[arg(long)]
     quick: bool,
     /// Go on from what an interrupted run of the same settings has left in the folder.

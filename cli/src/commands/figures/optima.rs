@@ -1,9 +1,7 @@
 //! Figure 21: the best L2A over interval and distance, and its range over the distances.
 
 use studies::optimum::RANGE;
-use studies::reproduction::BestRatio;
-use studies::reproduction::Findings;
-use studies::reproduction::Study;
+use studies::reproduction::{BestRatio, Findings, Study};
 use studies::statistics::Estimate;
 
 use crate::plot::{Axis, COLOURS, Chart, Line, Mark, Page, Point, Series};
@@ -49,7 +47,9 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     ];
     Ok(Some(Figure {
         name: "figure-21",
-        caption: "The L2A of the greatest B2W: over the distance for each interval (a), and its range over the distances with their mean, which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond.".into(),
+        caption: "The L2A of the greatest B2W: over the distance for each interval (a), and its range over the distances with their mean, \
+                  which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond."
+            .into(),
         csv: csv(&head, numbers)?,
         svg: Page::new(charts, 2, (460, 400)).svg()?,
     }))

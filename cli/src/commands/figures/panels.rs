@@ -90,7 +90,8 @@ pub fn daylight(study: &Study) -> anyhow::Result<Figure> {
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
     let caption = format!(
-        "Two LEDs of one panel at 50 m, the left one Off, the right one On at {PAIR_LUMINANCE_CD_M2} cd/m², as the ambient light fades and the exposure follows it."
+        "Two LEDs of one panel at 50 m, the left one Off, the right one On at {PAIR_LUMINANCE_CD_M2} cd/m², as the \
+         ambient light fades and the exposure follows it."
     );
     row("figure-08", &caption, "illuminance_lx", &shown, 190)
 }

@@ -18,8 +18,14 @@ use crate::pictures::write_aside;
 use crate::report::optimum::Report;
 use crate::{plot, results};
 
+/// How long it takes.
+const DURATION: &str = "\
+Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less where the best ratio is soon \
+known to --tolerance or --frames are few.";
+
 /// Arguments of `vocc optimize`.
 #[derive(clap::Args)]
+#[command(after_help = format!("{DURATION} {}", crate::progress::HELP))]
 pub struct Arguments {
     /// A preset or a TOML file.
     #[arg(default_value = "paper")]
@@ -55,7 +61,7 @@ pub struct Arguments {
     #[arg(long)]
     fixed_reflectance: bool,
     /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. The default is the
-    /// paper's, which takes a small part of a frame's time.
+    /// paper's; `best` takes longer.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
     /// How exactly frames are drawn: fine or fast.
@@ -120,7 +126,8 @@ impl Arguments {
         let begun = TableFile::read(path)?;
         ensure!(
             begun.is_of_same_survey(&empty),
-            "{} is of other settings: scene, axes, distances, criterion, rule, frames, tolerance, range, seed, detector, level and version must be the same",
+            "{} is of other settings: scene, axes, distances, criterion, rule, frames, tolerance, range, seed, \
+             detector, level and version must be the same",
             path.display()
         );
         Ok(begun)

@@ -22,7 +22,8 @@ pub struct Options {
     #[arg(long, requires = "folder")]
     submit: bool,
     /// Shards: tasks of the array. Many clusters allow 1001 in one array (MaxArraySize of `scontrol show config`).
-    #[arg(long, default_value_t = 16, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
+    #[arg(long, default_value_t = 16, requires = "folder", value_name = "N",
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
     shards: u64,
     /// The partition; the cluster's default without it.
     #[arg(long, requires = "folder", value_name = "NAME", value_parser = word)]
@@ -84,7 +85,8 @@ impl Options {
         let least = u64::from(self.notice) + EARLIER_S;
         ensure!(
             self.time.seconds.is_none_or(|limit| limit > least),
-            "--time {} leaves no time to work: with --notice {} a task may be told to end {least} s before its limit; give it more time, or less notice",
+            "--time {} leaves no time to work: with --notice {} a task may be told to end {least} s before its \
+             limit; give it more time, or less notice",
             self.time.text,
             self.notice
         );
