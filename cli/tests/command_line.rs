@@ -1,45 +1,8 @@
 //! `vocc` as its users meet it: answers, and bad input.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+mod common;
 
-fn vocc(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vocc"))
-        .args(arguments)
-        .output()
-        .expect("vocc runs")
-}
-
-/// A folder of this test's own, empty.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Asserts exit status 2, nothing on standard output, and all of `words` in the error.
-fn refused(arguments: &[&str], words: &[&str]) {
-    let output = vocc(arguments);
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
-    assert!(!error.contains("panicked"), "{arguments:?}: {error}");
-    for word in words {
-        assert!(
-            error.contains(word),
-            "{arguments:?} should speak of {word:?}: {error}"
-        );
-    }
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}{}", text(&output.stdout), text(&output.stderr)))
-}
+use common::{command, folder, json, refused, text, vocc};
 
 #[test]
 fn bad_scenes_are_refused() {
@@ -269,8 +232,7 @@ fn raw_frames_come_in_on_standard_input() {
     let receive = |bytes: &[u8]| {
         std::fs::write(&raw, bytes).expect("a file");
         let input = std::fs::File::open(&raw).expect("the file");
-        Command::new(env!("CARGO_BIN_EXE_vocc"))
-            .args(["receive", "-", "--raw", "1920x1080"])
+        command(&["receive", "-", "--raw", "1920x1080"])
             .stdin(input)
             .output()
             .expect("vocc runs")
@@ -425,84 +387,6 @@ fn a_panel_that_drives_out_of_view_ends_the_run_and_loses_nothing() {
 }
 
 /// What `vocc evaluate` or `vocc merge` found, without the time it took.
-fn findings(output: &Output) -> serde_json::Value {
-    let mut found = json(output);
-    found["seconds"] = serde_json::Value::Null;
-    found
-}
-
-#[test]
-fn shards_add_up_to_one_run_bit_for_bit() {
-    let folder = folder("shards");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
-    let evaluate = |more: &[&str]| {
-        let common = [
-            "evaluate",
-            "night",
-            "--json",
-            "--frames",
-            "3000",
-            "--random-reflectance",
-            "--seed",
-            "9",
-        ];
-        vocc(&[common.as_slice(), more].concat())
-    };
-    let whole = evaluate(&[]);
-    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stderr));
-    for (i, threads) in ["1", "2", "1"].into_iter().enumerate() {
-        let output = evaluate(&[
-            "--shard",
-            &format!("{i}/3"),
-            "--out",
-            &path(&format!("{i}.json")),
-            "--threads",
-            threads,
-        ]);
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    }
-    let [a, b, c] = ["0.json", "1.json", "2.json"].map(path);
-    for order in [[&a, &b, &c], [&c, &a, &b]] {
-        let merged = vocc(&["merge", "--json", order[0], order[1], order[2]]);
-        assert_eq!(findings(&merged), findings(&whole));
-    }
-    refused(&["merge", &a, &b], &["missing"]);
-    refused(&["merge", &a, &b, &c, &a], &["once"]);
-    refused(&["merge", &a, &path("none.json")], &["none.json"]);
-    let other = path("other.json");
-    vocc(&[
-        "evaluate",
-        "night",
-        "--frames",
-        "3000",
-        "--random-reflectance",
-        "--seed",
-        "10",
-        "--shard",
-        "0/3",
-        "--out",
-        &other,
-    ]);
-    refused(&["merge", &other, &b, &c], &["another run"]);
-    std::fs::write(
-        path("damaged.json"),
-        &std::fs::read(&a).expect("a file")[..200],
-    )
-    .expect("a file");
-    refused(&["merge", &path("damaged.json")], &["damaged.json"]);
-    // A whole run goes on from any of its parts.
-    let resumed = evaluate(&["--resume", "--out", &b]);
-    assert_eq!(findings(&resumed), findings(&whole));
-    let again = evaluate(&["--out", &b]);
-    assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again.stderr).contains("--resume"));
-    refused(
-        &["evaluate", "--shard", "3/3", "--out", &path("x.json")],
-        &["3/3"],
-    );
-    refused(&["evaluate", "--shard", "0/3"], &["--out"]);
-}
-
 #[test]
 fn figures_refuse_bad_input() {
     let folder = folder("figures");

@@ -1,16 +1,18 @@
 //! `vocc` and a transmitter, the firmware's own service, at the two ends of a pseudo-terminal.
 #![cfg(unix)]
 
+mod common;
 mod fake;
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use common::{json, text, vocc};
 use fake::Fake;
 use serialport::{SerialPort, TTYPort};
 
@@ -77,26 +79,14 @@ impl Drop for Board {
     }
 }
 
-fn vocc(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vocc"))
-        .args(arguments)
-        .output()
-        .expect("vocc runs")
-}
-
 /// Asserts an exit status and words of what was printed, on either output.
 fn ends(output: &Output, status: i32, words: &[&str]) {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let printed = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{printed}");
     assert!(!printed.contains("panicked"), "{printed}");
     for word in words {
         assert!(printed.contains(word), "{word:?} is not in: {printed}");
     }
-}
-
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 /// A file of this test's own.

@@ -1,41 +1,15 @@
 //! `vocc optimize` and `vocc table` as their users meet them.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+mod common;
 
-fn vocc(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_vocc"))
-        .args(arguments)
-        .output()
-        .expect("vocc runs")
-}
+use std::path::Path;
+use std::process::{Output, Stdio};
+
+use common::{command, refused, text, vocc};
 
 /// A folder of this test's own, empty.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("optimize")
-        .join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Asserts exit status 2 and all of `words` in the error.
-fn refused(arguments: &[&str], words: &[&str]) {
-    let output = vocc(arguments);
-    let error = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
-    assert!(!error.contains("panicked"), "{arguments:?}: {error}");
-    for word in words {
-        assert!(
-            error.contains(word),
-            "{arguments:?} should speak of {word:?}: {error}"
-        );
-    }
+fn folder(name: &str) -> std::path::PathBuf {
+    common::folder(&format!("optimize/{name}"))
 }
 
 /// A search of two intervals at two distances, quickly done.
@@ -172,8 +146,7 @@ fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     let table = folder("closed").join("table.toml");
     let table = table.to_str().expect("a name");
     let unread = |arguments: &[&str]| {
-        let mut run = Command::new(env!("CARGO_BIN_EXE_vocc"))
-            .args(arguments)
+        let mut run = command(arguments)
             .stdout(Stdio::piped())
             .spawn()
             .expect("vocc runs");

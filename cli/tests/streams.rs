@@ -1,27 +1,23 @@
 //! `vocc receive` on streams: y4m, pictures of what it sees, why frames are lost.
 
+mod common;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-const MESSAGE: &str = "bend ahead";
+use common::{command, text};
 
-fn vocc() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_vocc"))
-}
+const MESSAGE: &str = "bend ahead";
 
 fn run(command: &mut Command) -> Output {
     command.output().expect("the program runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A fresh folder with the frames of a link on the day preset, in a smaller picture.
 fn filmed(name: &str, frames: u32) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
-    let mut link = vocc();
+    let mut link = command(&[]);
     link.args([
         "link",
         "day",
@@ -63,7 +59,7 @@ fn pixels(folder: &Path) -> Vec<Vec<u8>> {
 /// Receives what a file holds, on standard input.
 fn receive(file: &Path, arguments: &[&str]) -> Output {
     let input = std::fs::File::open(file).expect("the file");
-    run(vocc()
+    run(command(&[])
         .args(["receive", "-", "--symbol-rate", "90"])
         .args(arguments)
         .stdin(input))
@@ -147,7 +143,7 @@ fn frames_of_changing_size_and_no_size_at_all_are_survived() {
             .save(folder.join(format!("frame-000001{name}.png")))
             .expect("a file");
     }
-    let output = run(vocc().args(["receive", "--bits"]).arg(&folder));
+    let output = run(command(&[]).args(["receive", "--bits"]).arg(&folder));
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
     assert!(
         text(&output.stdout).contains("frame 0:"),

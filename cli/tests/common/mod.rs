@@ -1,0 +1,50 @@
+//! `vocc` run as its users run it.
+#![allow(dead_code, reason = "no test needs all of it")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The program.
+pub fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_vocc"));
+    command.args(arguments);
+    command
+}
+
+/// What the program prints, and how it ends.
+pub fn vocc(arguments: &[&str]) -> Output {
+    command(arguments).output().expect("vocc runs")
+}
+
+/// A folder of one test's own, empty.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// One object on standard output.
+pub fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}{}", text(&output.stdout), text(&output.stderr)))
+}
+
+/// Asserts an exit status, no panic, and words on standard error.
+pub fn says(output: &Output, status: i32, words: &[&str]) {
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{error}");
+    assert!(!error.contains("panicked"), "{error}");
+    for word in words {
+        assert!(error.contains(word), "{word:?} is not in: {error}");
+    }
+}
+
+/// Asserts that a command is refused with exit status 2 and all of `words` in the error.
+pub fn refused(arguments: &[&str], words: &[&str]) {
+    says(&vocc(arguments), 2, words);
+}

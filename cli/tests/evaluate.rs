@@ -1,0 +1,85 @@
+//! `vocc evaluate` and `vocc merge` as their users meet them.
+
+mod common;
+
+use std::process::Output;
+
+use common::{folder, json, refused, text, vocc};
+
+fn findings(output: &Output) -> serde_json::Value {
+    let mut found = json(output);
+    found["seconds"] = serde_json::Value::Null;
+    found
+}
+
+#[test]
+fn shards_add_up_to_one_run_bit_for_bit() {
+    let folder = folder("shards");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let evaluate = |more: &[&str]| {
+        let common = [
+            "evaluate",
+            "night",
+            "--json",
+            "--frames",
+            "3000",
+            "--random-reflectance",
+            "--seed",
+            "9",
+        ];
+        vocc(&[common.as_slice(), more].concat())
+    };
+    let whole = evaluate(&[]);
+    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stderr));
+    for (i, threads) in ["1", "2", "1"].into_iter().enumerate() {
+        let output = evaluate(&[
+            "--shard",
+            &format!("{i}/3"),
+            "--out",
+            &path(&format!("{i}.json")),
+            "--threads",
+            threads,
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    }
+    let [a, b, c] = ["0.json", "1.json", "2.json"].map(path);
+    for order in [[&a, &b, &c], [&c, &a, &b]] {
+        let merged = vocc(&["merge", "--json", order[0], order[1], order[2]]);
+        assert_eq!(findings(&merged), findings(&whole));
+    }
+    refused(&["merge", &a, &b], &["missing"]);
+    refused(&["merge", &a, &b, &c, &a], &["once"]);
+    refused(&["merge", &a, &path("none.json")], &["none.json"]);
+    let other = path("other.json");
+    vocc(&[
+        "evaluate",
+        "night",
+        "--frames",
+        "3000",
+        "--random-reflectance",
+        "--seed",
+        "10",
+        "--shard",
+        "0/3",
+        "--out",
+        &other,
+    ]);
+    refused(&["merge", &other, &b, &c], &["another run"]);
+    std::fs::write(
+        path("damaged.json"),
+        &std::fs::read(&a).expect("a file")[..200],
+    )
+    .expect("a file");
+    refused(&["merge", &path("damaged.json")], &["damaged.json"]);
+    // A whole run goes on from any of its parts.
+    let resumed = evaluate(&["--resume", "--out", &b]);
+    assert_eq!(findings(&resumed), findings(&whole));
+    let again = evaluate(&["--out", &b]);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(text(&again.stderr).contains("--resume"));
+    refused(
+        &["evaluate", "--shard", "3/3", "--out", &path("x.json")],
+        &["3/3"],
+    );
+    refused(&["evaluate", "--shard", "0/3"], &["--out"]);
+}
