@@ -59,7 +59,8 @@ pub enum LocateError {
     },
     /// Too few LEDs are On, or too many, or they form a picture.
     #[error(
-        "no random pattern: {lit} LEDs are lit or have changed, {different} of 112 neighbours differ; a scrambled message shows about 32 and 56"
+        "no random pattern: {lit} LEDs are lit or have changed, {different} of 112 neighbours differ; \
+         a scrambled message shows about 32 and 56"
     )]
     NotRandom {
         /// LEDs that are On, or that have changed.

@@ -21,7 +21,8 @@ const PIXELS: usize = 16_384;
 
 type Board = Service<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
 
-static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());
+static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> =
+    ConstStaticCell::new(ReceiverMemory::new());
 static SERVICE: StaticCell<Result<Board, ReceiverError>> = StaticCell::new();
 
 struct Mps2 {
