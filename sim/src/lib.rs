@@ -42,6 +42,7 @@
 pub mod accuracy;
 pub mod air;
 pub mod camera;
+pub mod cost;
 pub mod disc;
 pub mod effects;
 pub mod formation;
@@ -52,4 +53,5 @@ pub mod random;
 pub mod renderer;
 pub mod road;
 pub mod scene;
+pub mod timing;
 pub mod view;

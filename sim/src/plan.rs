@@ -64,6 +64,18 @@ impl Plan {
         }
     }
 
+    /// The same plan with one effect more, or one less.
+    pub fn toggled(&self, effect: &str) -> Self {
+        let mut toggled = self.clone();
+        for decision in &mut toggled.decisions {
+            if decision.effect == effect {
+                decision.included = !decision.included;
+                decision.why = format!("not as planned: {}", decision.why);
+            }
+        }
+        toggled
+    }
+
     /// Whether the effect of that name is simulated.
     pub fn includes(&self, effect: &str) -> bool {
         self.included().any(|included| included == effect)

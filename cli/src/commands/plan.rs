@@ -1,7 +1,10 @@
-//! `vocc plan`: which effects a scene calls for.
+//! `vocc plan`: which effects a scene calls for, and what each costs.
 
-use sim::plan::Plan;
-use sim::view::View;
+use serde::Serialize;
+use sim::accuracy::Level;
+use sim::cost::{self, Cost};
+use sim::plan::Decision;
+use sim::renderer::Renderer;
 
 use crate::options::Shared;
 use crate::output::{self, Answer};
@@ -14,13 +17,54 @@ pub struct Arguments {
     scene: String,
 }
 
+/// A decision with what including the effect costs, measured.
+#[derive(Serialize)]
+struct Row<'a> {
+    #[serde(flatten)]
+    decision: &'a Decision,
+    /// Nanoseconds a frame.
+    cost_ns: f64,
+    /// The same in frames as they are planned.
+    cost_frames: f64,
+}
+
 /// Prints the plan.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let plan = Plan::of(&View::new(&shared.scene(&arguments.scene)?)?);
+    let renderer = Renderer::new(&shared.scene(&arguments.scene)?, Level::Fast)?;
+    let costs = cost::measure(&renderer, cost::BUDGET);
+    let rows = renderer.plan().decisions.iter().zip(&costs);
     if shared.json {
-        plan.decisions.iter().try_for_each(output::json)?;
-    } else {
-        output::plan(&plan)?;
+        for (decision, cost) in rows {
+            output::json(&Row {
+                decision,
+                cost_ns: cost.ns,
+                cost_frames: cost.frames,
+            })?;
+        }
+        return Ok(Answer::Yes);
     }
+    output::line("effect           bound (grey)  simulated  cost (frames)     (µs)  why")?;
+    for (decision, cost) in rows {
+        output::line(&row(decision, cost))?;
+    }
+    output::line(&format!(
+        "left out in all: at most {:.4} grey levels before rounding",
+        renderer.plan().left_out_grey()
+    ))?;
+    output::line(
+        "cost: of including the effect, measured now; a frame is the panels' part of the picture, drawn and read out as planned",
+    )?;
     Ok(Answer::Yes)
+}
+
+fn row(decision: &Decision, cost: &Cost) -> String {
+    format!(
+        "{:<16} {:>12.4}  {:<9}  {:>13.2} {:>8.1}  {}",
+        decision.effect,
+        decision.bound_grey,
+        if decision.included { "yes" } else { "no" },
+        cost.frames,
+        cost.ns * 1e-3,
+        decision.why
+    )
 }

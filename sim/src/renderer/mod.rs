@@ -84,6 +84,19 @@ impl Renderer {
     /// A renderer for a scene worked out.
     pub fn of(view: View, level: Level) -> Self {
         let plan = Plan::of(&view);
+        Self::planned(view, plan, level)
+    }
+
+    /// The same renderer with one effect more, or one less, than planned.
+    pub fn toggled(&self, effect: &str) -> Self {
+        let mut toggled = Self::planned(self.view.clone(), self.plan.toggled(effect), self.level);
+        if toggled.formation.noise == self.formation.noise {
+            toggled.pixel_noise = self.pixel_noise.clone();
+        }
+        toggled
+    }
+
+    fn planned(view: View, plan: Plan, level: Level) -> Self {
         let (formation, range) = (plan.formation(&view), plan.range);
         let accuracy = Accuracy::new(
             level,

@@ -1,9 +1,8 @@
-//! Timing by turns: each variant runs for a moment, then the next, again and again.
-//!
-//! What else the machine does then falls on all alike. In a turn the fastest of a few runs counts, one that had the processor to
-//! itself; over the turns the median, with the quartiles as its spread.
+//! Variants timed by turns ([`sim::timing`]): over the turns the median counts, with the quartiles as its spread.
 
-use std::time::Instant;
+use std::time::Duration;
+
+use sim::timing::{Work, by_turns};
 
 use super::diagram::Point;
 use super::quartiles::Quartiles;
@@ -13,32 +12,23 @@ pub struct Candidate<'a> {
     /// The variant, its error known.
     pub point: Point,
     /// The work.
-    pub work: Box<dyn FnMut() + 'a>,
+    pub work: Work<'a>,
     /// How many times the work does what its cost is given of.
     pub units: f64,
 }
 
-/// Runs shorter than this are repeated until they take so long: below, the clock's own steps count.
-const SHORTEST_NS: f64 = 20_000.0;
-/// Of runs up to this time in all the fastest is taken in a turn.
-const TURN_NS: f64 = 2e6;
-/// Most runs of a turn.
-const RUNS: usize = 8;
-
 /// Times all, `turns` times in a row; gives their points back with costs, in ns, and ratios to that of the baseline, or of the
 /// first if none is it.
 pub fn time_by_turns(candidates: Vec<Candidate>, turns: usize) -> Vec<Point> {
-    let (mut points, mut works) = (Vec::new(), Vec::new());
+    let (mut points, mut works, mut units) = (Vec::new(), Vec::new(), Vec::new());
     for candidate in candidates {
         points.push(candidate.point);
-        works.push((candidate.work, candidate.units));
+        works.push(candidate.work);
+        units.push(candidate.units);
     }
-    let plans: Vec<(usize, usize)> = works.iter_mut().map(|(work, _)| plan(work)).collect();
-    let mut ns = vec![Vec::new(); works.len()];
-    for _ in 0..turns.max(1) {
-        for (((work, units), &plan), ns) in works.iter_mut().zip(&plans).zip(&mut ns) {
-            ns.push(turn(work, plan) / *units);
-        }
+    let mut ns = by_turns(&mut works, turns, Duration::MAX);
+    for (ns, units) in ns.iter_mut().zip(units) {
+        ns.iter_mut().for_each(|ns| *ns /= units);
     }
     let baseline = points
         .iter()
@@ -51,26 +41,6 @@ pub fn time_by_turns(candidates: Vec<Candidate>, turns: usize) -> Vec<Point> {
         point.cost = Quartiles::of(ns);
     }
     points
-}
-
-/// Repetitions of a run and runs of a turn, from a first run.
-fn plan(work: &mut Box<dyn FnMut() + '_>) -> (usize, usize) {
-    let once = run(work, 1).max(1.0);
-    let repetitions = (SHORTEST_NS / once).ceil().max(1.0);
-    let runs = (TURN_NS / (once * repetitions)).clamp(1.0, RUNS as f64);
-    (repetitions as usize, runs as usize)
-}
-
-fn turn(work: &mut Box<dyn FnMut() + '_>, (repetitions, runs): (usize, usize)) -> f64 {
-    let runs = (0..runs).map(|_| run(work, repetitions) / repetitions as f64);
-    runs.fold(f64::INFINITY, f64::min)
-}
-
-/// The time of so many repetitions, in ns.
-fn run(work: &mut Box<dyn FnMut() + '_>, repetitions: usize) -> f64 {
-    let started = Instant::now();
-    (0..repetitions).for_each(|_| work());
-    started.elapsed().as_secs_f64() * 1e9
 }
 
 #[cfg(test)]
