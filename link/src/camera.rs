@@ -38,14 +38,20 @@ impl Default for Camera {
     /// γ = 2.2 and 1.5 px of blur (Do & Yoo 2020), 3 electrons of read noise.
     fn default() -> Self {
         Self {
-            gamma: 2.2,
-            blur_sigma_px: 1.5,
-            read_noise_e: 3.0,
+            gamma: Self::USUAL_GAMMA as f32,
+            blur_sigma_px: Self::USUAL_BLUR_SIGMA_PX as f32,
+            read_noise_e: Self::USUAL_READ_NOISE_E as f32,
         }
     }
 }
 
 impl Camera {
+    /// `gamma` where nobody tells it, before it is rounded to f32.
+    pub const USUAL_GAMMA: f64 = 2.2;
+    /// `blur_sigma_px` where nobody tells it.
+    pub const USUAL_BLUR_SIGMA_PX: f64 = 1.5;
+    /// `read_noise_e` where nobody tells it.
+    pub const USUAL_READ_NOISE_E: f64 = 3.0;
     /// The range of `gamma`.
     pub const GAMMA: RangeInclusive<f32> = 1.0..=4.0;
     /// The range of `blur_sigma_px`: a sharper image hides between the pixels, a softer one runs the LEDs of any readable panel together.

@@ -10,6 +10,7 @@ mod validate;
 
 use std::collections::BTreeMap;
 
+use link::camera::Camera as Told;
 use serde::{Deserialize, Serialize};
 
 pub use error::SceneError;
@@ -102,12 +103,12 @@ impl Default for Camera {
             iso_min: 100.0,
             iso_max: 32_000.0,
             meter_constant: 12.5,
-            gamma: 2.2,
-            blur_sigma_px: 1.5,
+            gamma: Told::USUAL_GAMMA,
+            blur_sigma_px: Told::USUAL_BLUR_SIGMA_PX,
             exposure_bias_ev: 0.0,
             vignetting: false,
             full_well_e: 20_000.0,
-            read_noise_e: 3.0,
+            read_noise_e: Told::USUAL_READ_NOISE_E,
             readout_s: 0.0,
             distortion_k1: 0.0,
         }
