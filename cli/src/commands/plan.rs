@@ -52,9 +52,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         renderer.plan().left_out_grey()
     ))?;
     output::line(
-        "cost: of including the effect, measured now; a frame is the panels' part of the picture, drawn and read out as planned",
+        "cost: of including the effect, measured now (below 0: without it a frame takes longer); a frame is the panels' part of the picture, drawn and read out as planned",
     )?;
     Ok(Answer::Yes)
+}
+
+/// Rounded to a part of one, and no zero below zero.
+fn rounded(value: f64, parts: f64) -> f64 {
+    (value * parts).round() / parts + 0.0
 }
 
 fn row(decision: &Decision, cost: &Cost) -> String {
@@ -63,8 +68,8 @@ fn row(decision: &Decision, cost: &Cost) -> String {
         decision.effect,
         decision.bound_grey,
         if decision.included { "yes" } else { "no" },
-        cost.frames,
-        cost.ns * 1e-3,
+        rounded(cost.frames, 100.0),
+        rounded(cost.ns * 1e-3, 10.0),
         decision.why
     )
 }
