@@ -49,9 +49,9 @@ pub struct Formation {
     pub photograph: bool,
     /// Whether panels other than the first are drawn.
     pub other_panels: bool,
-    /// Moments of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
+    /// Samples of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
     /// weight). A single one without motion.
-    pub moments: Vec<(f64, f64)>,
+    pub motion_samples: Vec<(f64, f64)>,
     /// How much later than the sensor's first row a row's exposure begins, in seconds a row; 0 is a global shutter.
     pub row_delay_s: f64,
     /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
@@ -76,7 +76,7 @@ impl Formation {
             boards: vec![None; panels],
             photograph: false,
             other_panels: false,
-            moments: vec![(0.0, 1.0)],
+            motion_samples: vec![(0.0, 1.0)],
             row_delay_s: 0.0,
             mix_symbols: false,
             led_stages: Vec::new(),

@@ -1,4 +1,47 @@
-//! The road between the two ends of an optical camera link: scenes to camera frames, and a message from end to end.
+//! The road between the two ends of an optical camera link: from a described scene to the frames a camera would take, and a message
+//! from end to end.
+//!
+//! A frame of a scene, as the camera records it:
+//!
+//! ```
+//! use link::panel::PanelFrame;
+//! use sim::{accuracy::Level, renderer::Renderer, renderer::canvas::Canvas, scene::Scene};
+//!
+//! let night = Scene::load("night", &["pose.distance_m=40".into()])?;
+//! let renderer = Renderer::new(&night, Level::Fast)?;
+//! let sensor = renderer.sensor();
+//! let mut canvas = Canvas::new(renderer.lit_region());
+//! let mut grey = vec![0; sensor.width * sensor.height];
+//! let shown = [renderer.steady(0, PanelFrame::from_bits(0x8142_2418_1824_4281))];
+//! renderer.frame(1, &renderer.moment(0), &shown, &mut canvas, &mut grey);
+//! // The top left LED is on; the street beside the panel is a middle grey.
+//! let [x, y] = renderer.corner_leds_px(0)[0].map(|place| place.round() as usize);
+//! assert!(grey[y * sensor.width + x] > grey[0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A message over the road, by the transmitter's and the receiver's own code:
+//!
+//! ```
+//! use sim::{accuracy::Level, road::{LinkSettings, Road}, scene::Scene};
+//!
+//! let small = ["camera.width_px=320".into(), "camera.height_px=240".into()];
+//! let settings = LinkSettings {
+//!     message: b"Ice".to_vec(),
+//!     method: Default::default(),
+//!     seed: 1,
+//!     level: Level::Fast,
+//!     code: None,
+//!     true_corners: false,
+//! };
+//! let mut road = Road::new(&Scene::load("paper", &small)?, &settings)?;
+//! let mut received = None;
+//! for frame in 0..60 {
+//!     received = received.or(road.frame(frame)?.delivered);
+//! }
+//! assert_eq!(received.unwrap().message, b"Ice");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! # Layers
 //!
@@ -8,12 +51,12 @@
 //! accuracy ── disc ──────────────────── renderer   how exactly · the image of one LED · all of it drawn
 //!                                         │
 //! camera, air ──────────────────────────┘ │        exposure, projection, noise
-//!                                        road      the transmitter's code, the frames, the receiver's code
+//!                                  cost, road      what each effect takes · the transmitter's code, the frames, the receiver's code
 //! ```
 //!
-//! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, the range of linear values.
+//! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, backgrounds.
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter, and each
-//!   writes its part of the image [`formation`].
+//!   writes its part of the image formation. [`cost`]: what each takes, measured by [`timing`].
 //! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
 //! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to.
 //!
@@ -21,21 +64,9 @@
 //!
 //! # Which to choose
 //!
-//! For pictures: [`renderer::Renderer`]. For the question whether a message arrives: [`road::Road`]. [`accuracy`] says how exact a
-//! picture has to be for what.
-//!
-//! ```
-//! use link::panel::PanelFrame;
-//! use sim::{accuracy::Level, renderer::Renderer, renderer::canvas::Canvas, scene::Scene};
-//!
-//! let renderer = Renderer::new(&Scene::load("paper", &[])?, Level::Fine)?;
-//! let mut canvas = Canvas::new(renderer.surroundings(0));
-//! renderer.draw(&renderer.moment(0), &[renderer.steady(0, PanelFrame::from_bits(1))], &mut canvas);
-//! let brightest = canvas.values().iter().fold(0.0f32, |a, &b| a.max(b));
-//! // An On LED of 16 times the background, blurred to less than half of that.
-//! assert!(brightest > 3.0 && brightest < 8.0);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! For pictures: [`renderer::Renderer`], at the level that [`accuracy`] names for the purpose: `fast` where grey levels are counted by
+//! the million, `fine` where they are looked at, `reference` where others are tested. For the question whether a message arrives:
+//! [`road::Road`]. For the reasons behind a picture: [`plan::Plan`].
 //!
 //! Random numbers are counter-based ([`random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
@@ -45,7 +76,7 @@ pub mod camera;
 pub mod cost;
 pub mod disc;
 pub mod effects;
-pub mod formation;
+mod formation;
 pub mod l2a;
 mod load;
 pub mod plan;

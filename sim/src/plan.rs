@@ -98,7 +98,7 @@ impl Plan {
     }
 
     /// The image formation that the included effects make.
-    pub fn formation(&self, view: &View) -> Formation {
+    pub(crate) fn formation(&self, view: &View) -> Formation {
         let mut formation = Formation::plain(view.panels.len());
         for effect in effects::ALL
             .iter()

@@ -5,25 +5,24 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// What numbers are drawn for. Each purpose has its own stream, so that drawing more for one changes no other.
+/// Its number goes into the stream: it stays, and one that is given up is not given again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
     /// The bits of a panel that nobody named.
-    Bits,
+    Bits = 0,
     /// A random frame's symbols, sub-pixel phase and reflectance.
-    Phase,
+    Phase = 1,
     /// Shot and read noise of the pixels that are drawn.
-    Noise,
+    Noise = 2,
     /// Noise of the plain background around them.
-    Background,
+    Background = 3,
     /// What is fixed for a panel.
-    Panel,
-    /// Frames a trained detector learns from.
-    Training,
+    Panel = 4,
     /// Resampling of results.
-    Resampling,
+    Resampling = 6,
     /// The steps of a splitting towards rare errors.
-    Splitting,
+    Splitting = 7,
 }
 
 /// The random numbers of frame `frame` of seed `seed` for one purpose.

@@ -8,7 +8,7 @@
 use libm::{erf, erfc};
 
 use crate::disc::gauss;
-use crate::disc::phases::Phases;
+use crate::disc::phase_table::PhaseTable;
 
 /// Floating-point numbers that images are drawn in.
 pub trait Real:
@@ -155,8 +155,8 @@ pub const CURVATURE: f64 = 0.484;
 pub struct Tabulated {
     /// How many pixels before the middle a row of the tables begins.
     before: i64,
-    bells: Phases,
-    steps: Phases,
+    bells: PhaseTable,
+    steps: PhaseTable,
 }
 
 impl Tabulated {
@@ -167,7 +167,7 @@ impl Tabulated {
         let before = reach_px.ceil();
         let length = 2 * before as usize + 1;
         let table = |add: fn(&Exact, f64, f64, &mut [f64])| {
-            Phases::new(per_px, length, |phase, values| {
+            PhaseTable::new(per_px, length, |phase, values| {
                 values.fill(0.0);
                 add(&exact, phase - before, 1.0, values);
             })
@@ -183,7 +183,7 @@ impl Tabulated {
     #[inline(always)]
     fn add(
         &self,
-        table: &Phases,
+        table: &PhaseTable,
         first: f64,
         scale: f32,
         values: &mut [f32],

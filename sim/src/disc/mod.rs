@@ -2,11 +2,11 @@
 //!
 //! - [`overlap`]: a sharp disc's share of each pixel, in closed form. [`outline`]: discs and boards under any blur, pixel by pixel.
 //! - [`kernel`]: the blur's integral over a pixel. [`chords`]: a blurred disc as a few lines, which a blur makes enough.
-//! - [`gauss`]: nodes of quadratures. [`phases`]: functions tabulated at sub-pixel phases.
+//! - [`gauss`]: nodes of quadratures. `phase_table`: functions tabulated at sub-pixel phases.
 
 pub mod chords;
 pub mod gauss;
 pub mod kernel;
 pub mod outline;
 pub mod overlap;
-pub mod phases;
+pub(crate) mod phase_table;

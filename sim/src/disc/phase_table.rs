@@ -7,13 +7,13 @@
 ///
 /// With n phases the interpolation errs by at most max|f''|/(8·n²), and the table holds f rounded to f32.
 #[derive(Clone, Debug)]
-pub struct Phases {
+pub struct PhaseTable {
     phases: usize,
     length: usize,
     values: Vec<f32>,
 }
 
-impl Phases {
+impl PhaseTable {
     /// Rows of `length` values at `phases` + 1 phases (at least 2); `fill` is given a phase from 0 to 1 and the row to be filled.
     pub fn new(phases: usize, length: usize, fill: impl Fn(f64, &mut [f64])) -> Self {
         let phases = phases.max(1);

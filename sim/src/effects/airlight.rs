@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct Airlight;
+pub(super) struct Airlight;
 
 impl Effect for Airlight {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct Attenuation;
+pub(super) struct Attenuation;
 
 impl Effect for Attenuation {
     fn name(&self) -> &'static str {

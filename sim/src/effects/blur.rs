@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct LensBlur;
+pub(super) struct LensBlur;
 
 impl Effect for LensBlur {
     fn name(&self) -> &'static str {

@@ -6,7 +6,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
-pub struct Board;
+pub(super) struct Board;
 
 impl Effect for Board {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct Distortion;
+pub(super) struct Distortion;
 
 impl Effect for Distortion {
     fn name(&self) -> &'static str {

@@ -6,7 +6,7 @@ use crate::scene::Panel;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct LedSpread;
+pub(super) struct LedSpread;
 
 impl Effect for LedSpread {
     fn name(&self) -> &'static str {

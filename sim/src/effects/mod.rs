@@ -6,12 +6,12 @@
 //! [`crate::cost`].
 //!
 //! An effect is included when its bound exceeds the scene's tolerance, or when the scene says so: see [`crate::plan`]. Then it
-//! writes its part into the [`Formation`]; an effect left out is never called again.
+//! writes its part into the image formation; an effect left out is never called again.
 //!
-//! To add one: write its file, named as it is in a scene, and put it on the list [`ALL`] below. The `[effects]` table of a scene,
+//! To add one: write its file, named as it is in a scene, and put it on the list `ALL` below. The `[effects]` table of a scene,
 //! the plan, its cost, `vocc plan` and the test of its bound follow from there. It touches more only where it brings more: a
-//! scene key that no other reads goes into [`crate::scene`], and work of a kind that none of [`Formation`]'s parts does, be they
-//! stages of LEDs, stages of rows or numbers, into those and the renderer.
+//! scene key that no other reads goes into [`crate::scene`], and work of a kind that none of the formation's parts does, be
+//! they stages of LEDs, stages of rows or numbers, into those and the renderer.
 
 mod airlight;
 mod atmosphere;
@@ -35,7 +35,7 @@ use crate::scene::{EffectSettings, RangeError};
 use crate::view::{LinearRange, View};
 
 /// One effect.
-pub trait Effect: Sync {
+pub(crate) trait Effect: Sync {
     /// Its name in a scene's `[effects]`, and its file's.
     fn name(&self) -> &'static str;
     /// The model and where it comes from.
@@ -50,7 +50,7 @@ pub trait Effect: Sync {
     fn gain(&self, _view: &View, _panel: usize) -> f64 {
         1.0
     }
-    /// Makes room in the range for what is neither background nor LED. Called in the order of [`ALL`].
+    /// Makes room in the range for what is neither background nor LED. Called in the order of the list.
     fn widen(&self, _view: &View, _range: &mut LinearRange) {}
     /// Writes its part of the image formation.
     fn include(&self, view: &View, formation: &mut Formation);
@@ -60,7 +60,7 @@ pub trait Effect: Sync {
 pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 
 /// All effects, in the order in which light meets them.
-pub const ALL: [&dyn Effect; 16] = [
+pub(crate) const ALL: [&dyn Effect; 16] = [
     &led_spread::LedSpread,
     &pwm::Pwm,
     &scanning::Scanning,
@@ -85,7 +85,7 @@ pub fn names() -> [&'static str; ALL.len()] {
 }
 
 /// The range of a view's linear values, whichever effects are simulated.
-pub fn linear_range(view: &View) -> LinearRange {
+pub(crate) fn linear_range(view: &View) -> LinearRange {
     let gain = |panel| ALL.iter().map(|effect| effect.gain(view, panel)).product();
     let mut range = LinearRange::of(view, gain);
     for effect in ALL {
@@ -98,7 +98,7 @@ pub fn linear_range(view: &View) -> LinearRange {
 ///
 /// # Errors
 /// The first name that is none.
-pub fn check_names(settings: &EffectSettings) -> Result<(), RangeError> {
+pub(crate) fn check_names(settings: &EffectSettings) -> Result<(), RangeError> {
     let unknown = |name: &&String| !names().contains(&name.as_str());
     match settings.modes.keys().find(unknown) {
         None => Ok(()),

@@ -8,7 +8,7 @@ use crate::view::{LinearRange, View};
 const MOST_MOMENTS: f64 = 256.0;
 
 /// See the [module](self).
-pub struct Motion;
+pub(super) struct Motion;
 
 impl Effect for Motion {
     fn name(&self) -> &'static str {
@@ -41,7 +41,7 @@ impl Effect for Motion {
                 1.0 / count,
             )
         };
-        formation.moments = (0..count as usize).map(moment).collect();
+        formation.motion_samples = (0..count as usize).map(moment).collect();
     }
 }
 

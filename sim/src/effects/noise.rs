@@ -6,7 +6,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct SensorNoise;
+pub(super) struct SensorNoise;
 
 impl Effect for SensorNoise {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct OtherPanels;
+pub(super) struct OtherPanels;
 
 impl Effect for OtherPanels {
     fn name(&self) -> &'static str {

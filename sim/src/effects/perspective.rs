@@ -9,7 +9,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct Perspective;
+pub(super) struct Perspective;
 
 impl Effect for Perspective {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, Photograph as Picture, View};
 
 /// See the [module](self).
-pub struct Photograph;
+pub(super) struct Photograph;
 
 impl Effect for Photograph {
     fn name(&self) -> &'static str {

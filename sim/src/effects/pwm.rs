@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
-pub struct Pwm;
+pub(super) struct Pwm;
 
 impl Effect for Pwm {
     fn name(&self) -> &'static str {
@@ -71,7 +71,7 @@ fn duty(scene: &Scene, panel: &PanelView) -> f64 {
 
 /// Pulses of a frequency and a duty, the first beginning at time 0.
 #[derive(Clone, Copy)]
-pub struct Pulses {
+pub(super) struct Pulses {
     /// Pulses a second; 0: steady light.
     pub hz: f64,
     /// The part of a period that is lit, over 0.

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct RollingShutter;
+pub(super) struct RollingShutter;
 
 impl Effect for RollingShutter {
     fn name(&self) -> &'static str {

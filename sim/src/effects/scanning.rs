@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
-pub struct Scanning;
+pub(super) struct Scanning;
 
 impl Effect for Scanning {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct SymbolChange;
+pub(super) struct SymbolChange;
 
 impl Effect for SymbolChange {
     fn name(&self) -> &'static str {

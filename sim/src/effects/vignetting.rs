@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
-pub struct Vignetting;
+pub(super) struct Vignetting;
 
 impl Effect for Vignetting {
     fn name(&self) -> &'static str {

@@ -5,7 +5,7 @@ use link::panel::{LEDS, SIDE};
 
 use crate::disc::kernel::Real;
 use crate::disc::outline::Outline;
-use crate::renderer::stamp::Stamp;
+use crate::renderer::separable::SeparableImage;
 
 /// A rectangle of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,16 @@ pub struct Region {
     pub width: usize,
     /// Rows.
     pub height: usize,
+}
+
+impl Region {
+    /// Whether two regions have a pixel in common.
+    pub fn meets(self, other: Self) -> bool {
+        let apart =
+            |a: usize, length: usize, b: usize, other: usize| a + length <= b || b + other <= a;
+        !apart(self.x, self.width, other.x, other.width)
+            && !apart(self.y, self.height, other.y, other.height)
+    }
 }
 
 /// Linear values of a region, row by row.
@@ -86,14 +96,14 @@ impl<R: Real> Canvas<R> {
     /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
     /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
     #[inline(always)]
-    pub fn add_lattice<S: Stamp<Real = R>>(
+    pub fn add_lattice<S: SeparableImage<Real = R>>(
         &mut self,
-        stamp: &S,
+        image: &S,
         columns: &[f64; SIDE],
         rows: &[f64; SIDE],
         light: &[R; LEDS],
     ) {
-        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+        let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
         // Room on either side for LEDs that are not wholly in the region.
         let row_length = self.region.width + 2 * width;
@@ -104,14 +114,14 @@ impl<R: Real> Canvas<R> {
             let first = column.floor() as i64 - before_x as i64 - x as i64 + width as i64;
             first.clamp(0, (row_length - width) as i64) as usize
         });
-        for term in 0..stamp.terms() {
+        for term in 0..image.terms() {
             // Each column over the whole row, dark where it does not reach: to add up whole rows is faster than to add short
             // overlapping pieces, which would each wait for the one before.
             self.across.fill(R::default());
             let all_columns = self.across.chunks_exact_mut(row_length);
             for ((values, column), &start) in all_columns.zip(columns).zip(&starts) {
                 let fraction = column - column.floor();
-                stamp.across(term, fraction, &mut values[start..start + width]);
+                image.across(term, fraction, &mut values[start..start + width]);
             }
             for (row, light) in rows.iter().zip(light.chunks_exact(SIDE)) {
                 let lit = &mut self.row[..self.region.width];
@@ -122,7 +132,7 @@ impl<R: Real> Canvas<R> {
                     let four = [0, 1, 2, 3].map(column);
                     add_four_scaled(lit, four, [light[0], light[1], light[2], light[3]]);
                 }
-                stamp.down(term, row - row.floor(), &mut self.down);
+                image.down(term, row - row.floor(), &mut self.down);
                 let first = row.floor() as i64 - before_y as i64 - y as i64;
                 for (j, &down) in (first..).zip(&self.down) {
                     if (0..self.region.height as i64).contains(&j) {
@@ -136,8 +146,8 @@ impl<R: Real> Canvas<R> {
 
     /// Adds one LED of the given linear `light` with its centre at `centre` (in px of the sensor).
     #[inline(always)]
-    pub fn add_led<S: Stamp<Real = R>>(&mut self, stamp: &S, centre: DVec2, light: R) {
-        let ([width, height], [before_x, before_y]) = (stamp.size(), stamp.before());
+    pub fn add_led<S: SeparableImage<Real = R>>(&mut self, image: &S, centre: DVec2, light: R) {
+        let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
         self.across.resize(width, R::default());
         self.down.resize(height, R::default());
@@ -152,9 +162,9 @@ impl<R: Real> Canvas<R> {
         if from >= to {
             return;
         }
-        for term in 0..stamp.terms() {
-            stamp.across(term, fraction.x, &mut self.across);
-            stamp.down(term, fraction.y, &mut self.down);
+        for term in 0..image.terms() {
+            image.across(term, fraction.x, &mut self.across);
+            image.down(term, fraction.y, &mut self.down);
             let across = &self.across[(from - first_x) as usize..(to - first_x) as usize];
             for (j, &down) in (first_y..).zip(&self.down) {
                 if (0..self.region.height as i64).contains(&j) {

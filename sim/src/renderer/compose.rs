@@ -4,17 +4,13 @@ use glam::DVec2;
 use link::panel::LEDS;
 
 use super::{Renderer, Shown};
-use crate::accuracy::Accuracy;
 use crate::camera::clock::Moment;
-use crate::disc::chords::Chords;
 use crate::disc::kernel::{Kernel, Real};
-use crate::disc::outline::Outline;
-use crate::formation::Formation;
+use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
-use crate::renderer::layout::{self, Images, Layout, image_of};
-use crate::renderer::stamp::Chorded;
-use crate::scene::Camera;
-use crate::view::{BOARD_CORNERS, PanelView, Photograph};
+use crate::renderer::layout::{Images, Layout, image_of};
+use crate::renderer::separable::ChordImage;
+use crate::view::Photograph;
 
 impl Renderer {
     /// Adds the LEDs of a layout by a kernel.
@@ -29,8 +25,8 @@ impl Renderer {
     ) {
         match &layout.images {
             Images::Chords { shapes, .. } => {
-                let stamp = |led| Chorded::new(kernel, image_of(shapes, led), self.margin_px);
-                layout.paint(stamp, shift, light, canvas);
+                let image = |led| ChordImage::new(kernel, image_of(shapes, led), self.margin_px);
+                layout.paint(image, shift, light, canvas);
             }
             Images::Outlines(outlines) => {
                 for (led, &light) in light.iter().enumerate() {
@@ -112,8 +108,8 @@ impl Renderer {
         let centre = board.centre + shift;
         match &board.chords {
             Some(chords) => {
-                let stamp = Chorded::new(kernel, chords, self.margin_px);
-                canvas.add_led(&stamp, centre, light);
+                let image = ChordImage::new(kernel, chords, self.margin_px);
+                canvas.add_led(&image, centre, light);
             }
             None => canvas.add_outline(
                 &board.outline,
@@ -180,46 +176,4 @@ impl Renderer {
     pub(super) fn plain_background(&self) -> f64 {
         self.formation.background_air.through(self.view.background)
     }
-}
-
-/// A panel's board of 8 × 8 pitches.
-pub(super) struct Board {
-    centre: DVec2,
-    outline: Outline,
-    /// None where it is drawn pixel by pixel.
-    chords: Option<Chords>,
-}
-
-impl Board {
-    /// Where it is `after_s` seconds after the middle of the exposure.
-    pub(super) fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        formation: &Formation,
-        accuracy: &Accuracy,
-        after_s: f64,
-    ) -> Self {
-        let corners = board_corners(camera, panel, formation, after_s);
-        let centre = corners.iter().sum::<DVec2>() / 4.0;
-        let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
-        Self {
-            centre,
-            outline,
-            chords: Chords::within(&outline, formation.sigma_px, accuracy.quadrature),
-        }
-    }
-}
-
-/// The corners of a panel's board, each at its row's own time.
-pub(super) fn board_corners(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    after_s: f64,
-) -> [DVec2; 4] {
-    BOARD_CORNERS.map(|(row, column)| {
-        let at = panel.projection.led_m(row, column);
-        let delay_s = formation.row_delay_s * panel.projection.pixel(at).y;
-        layout::place(camera, panel, formation, after_s + delay_s, at)
-    })
 }

@@ -11,7 +11,7 @@ use crate::disc::outline::Outline;
 use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
 use crate::renderer::polyphase::Polyphase;
-use crate::renderer::stamp::Stamp;
+use crate::renderer::separable::SeparableImage;
 use crate::scene::Camera;
 use crate::view::PanelView;
 
@@ -79,25 +79,25 @@ impl Layout {
         }
     }
 
-    /// Adds the LEDs to a canvas, each by its stamp with its linear `light`, all moved by `shift`.
+    /// Adds the LEDs to a canvas, each by its image with its linear `light`, all moved by `shift`.
     #[inline(always)]
-    pub fn paint<S: Stamp>(
+    pub fn paint<S: SeparableImage>(
         &self,
-        stamp: impl Fn(usize) -> S,
+        image: impl Fn(usize) -> S,
         shift: DVec2,
         light: &[S::Real; LEDS],
         canvas: &mut Canvas<S::Real>,
     ) {
         match &self.places {
             Places::Lattice { columns, rows } => canvas.add_lattice(
-                &stamp(0),
+                &image(0),
                 &columns.map(|column| column + shift.x),
                 &rows.map(|row| row + shift.y),
                 light,
             ),
             Places::Scattered(centres) => {
                 for (led, (centre, &light)) in centres.iter().zip(light).enumerate() {
-                    canvas.add_led(&stamp(led), *centre + shift, light);
+                    canvas.add_led(&image(led), *centre + shift, light);
                 }
             }
         }

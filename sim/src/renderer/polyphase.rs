@@ -1,12 +1,12 @@
-//! A stamp read from a table of sub-pixel phases.
+//! An LED's image read from a table of sub-pixel phases.
 //!
-//! What an LED's image looks like depends on where in its pixel the centre lies. [`Phases`] hold the values across and down of each
+//! What an LED's image looks like depends on where in its pixel the centre lies. [`PhaseTable`] hold the values across and down of each
 //! term, so that one LED's values are one interpolation between two rows.
 
 use crate::disc::chords::Chords;
 use crate::disc::kernel::Exact;
-use crate::disc::phases::Phases;
-use crate::renderer::stamp::{Chorded, Stamp};
+use crate::disc::phase_table::PhaseTable;
+use crate::renderer::separable::{ChordImage, SeparableImage};
 
 /// Values across come in whole vectors of so many.
 const LANES: usize = 8;
@@ -19,38 +19,38 @@ pub struct Polyphase {
     before: [usize; 2],
     size: [usize; 2],
     /// Across and down, for each term.
-    terms: Vec<[Phases; 2]>,
+    terms: Vec<[PhaseTable; 2]>,
 }
 
 impl Polyphase {
     /// The table for the shape that `chords` make, under the blur of `kernel`, drawn up to `margin_px` beyond its edge. None
     /// where it would be too large.
     pub fn new(kernel: &Exact, chords: &Chords, margin_px: f64, phases: usize) -> Option<Self> {
-        let stamp = Chorded::new(kernel, chords, margin_px);
-        if stamp.terms() * phases > MOST_ROWS {
+        let image = ChordImage::new(kernel, chords, margin_px);
+        if image.terms() * phases > MOST_ROWS {
             return None;
         }
-        let [width, height] = stamp.size();
+        let [width, height] = image.size();
         let width = width.next_multiple_of(LANES);
         let term = |term: usize| {
             [
-                Phases::new(phases, width, |phase, values| {
-                    stamp.across(term, phase, values)
+                PhaseTable::new(phases, width, |phase, values| {
+                    image.across(term, phase, values)
                 }),
-                Phases::new(phases, height, |phase, values| {
-                    stamp.down(term, phase, values)
+                PhaseTable::new(phases, height, |phase, values| {
+                    image.down(term, phase, values)
                 }),
             ]
         };
         Some(Self {
-            before: stamp.before(),
+            before: image.before(),
             size: [width, height],
-            terms: (0..stamp.terms()).map(term).collect(),
+            terms: (0..image.terms()).map(term).collect(),
         })
     }
 }
 
-impl Stamp for Polyphase {
+impl SeparableImage for Polyphase {
     type Real = f32;
 
     fn terms(&self) -> usize {
@@ -77,7 +77,7 @@ impl Stamp for Polyphase {
 }
 
 #[inline(always)]
-fn interpolate(phases: &Phases, fraction: f64, values: &mut [f32]) {
+fn interpolate(phases: &PhaseTable, fraction: f64, values: &mut [f32]) {
     let (left, right, part) = phases.around(fraction);
     for ((value, &left), &right) in values.iter_mut().zip(left).zip(right) {
         *value = left + (right - left) * part;

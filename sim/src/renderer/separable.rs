@@ -1,10 +1,10 @@
 //! The image of one LED as a few products of a column of values and a row of values.
 //!
-//! A [`Stamp`] fills both for any sub-pixel place of the LED; [`crate::renderer::canvas`] multiplies them out. Two kinds:
+//! A [`SeparableImage`] fills both for any sub-pixel place of the LED; [`crate::renderer::canvas`] multiplies them out. Two kinds:
 //!
-//! | stamp | values | choose it |
+//! | image | values | choose it |
 //! |---|---|---|
-//! | [`Chorded`] | worked out from [`Chords`] and a [`Kernel`] each time | for the reference, and where each LED has a shape of its own |
+//! | [`ChordImage`] | worked out from [`Chords`] and a [`Kernel`] each time | for the reference, and where each LED has a shape of its own |
 //! | [`Polyphase`](crate::renderer::polyphase::Polyphase) | read from a table, a vector at a time | where many LEDs share one shape |
 
 use crate::disc::chords::Chords;
@@ -13,7 +13,7 @@ use crate::disc::kernel::{Kernel, Real};
 /// The image of an LED of luminance 1, as the sum over terms of (values across)·(values down).
 ///
 /// For an LED centred at c, the first value of either belongs to the pixel ⌊c⌋ − `before`, and `fraction` is c − ⌊c⌋.
-pub trait Stamp {
+pub trait SeparableImage {
     /// The type images are drawn in.
     type Real: Real;
     /// How many products add up.
@@ -30,7 +30,7 @@ pub trait Stamp {
     fn down(&self, term: usize, fraction: f64, values: &mut [Self::Real]);
 }
 
-impl<S: Stamp> Stamp for &S {
+impl<S: SeparableImage> SeparableImage for &S {
     type Real = S::Real;
 
     #[inline(always)]
@@ -59,16 +59,16 @@ impl<S: Stamp> Stamp for &S {
     }
 }
 
-/// A stamp made of chords; where two of them stand mirrored about the centre they make one term.
+/// An image made of chords; where two of them stand mirrored about the centre they make one term.
 #[derive(Clone, Copy, Debug)]
-pub struct Chorded<'a, K> {
+pub struct ChordImage<'a, K> {
     kernel: &'a K,
     chords: &'a Chords,
     before: [usize; 2],
     paired: bool,
 }
 
-impl<'a, K: Kernel> Chorded<'a, K> {
+impl<'a, K: Kernel> ChordImage<'a, K> {
     /// The image by `kernel` of the shape that `chords` make, drawn up to `margin_px` beyond its edge.
     pub fn new(kernel: &'a K, chords: &'a Chords, margin_px: f64) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl<'a, K: Kernel> Chorded<'a, K> {
     }
 }
 
-impl<K: Kernel> Stamp for Chorded<'_, K> {
+impl<K: Kernel> SeparableImage for ChordImage<'_, K> {
     type Real = K::Real;
 
     fn terms(&self) -> usize {
@@ -129,14 +129,14 @@ mod tests {
     use crate::disc::kernel::Exact;
     use glam::{DMat2, DVec2};
 
-    /// The light of a stamp at every pixel around an LED centred at `fraction`.
-    fn image<S: Stamp<Real = f64>>(stamp: &S, fraction: [f64; 2]) -> Vec<f64> {
-        let [width, height] = stamp.size();
+    /// The light of an image at every pixel around an LED centred at `fraction`.
+    fn light_of<S: SeparableImage<Real = f64>>(image: &S, fraction: [f64; 2]) -> Vec<f64> {
+        let [width, height] = image.size();
         let mut light = vec![0.0; width * height];
         let (mut across, mut down) = (vec![0.0; width], vec![0.0; height]);
-        for term in 0..stamp.terms() {
-            stamp.across(term, fraction[0], &mut across);
-            stamp.down(term, fraction[1], &mut down);
+        for term in 0..image.terms() {
+            image.across(term, fraction[0], &mut across);
+            image.down(term, fraction[1], &mut down);
             for (row, down) in light.chunks_exact_mut(width).zip(&down) {
                 for (light, across) in row.iter_mut().zip(&across) {
                     *light += across * down;
@@ -147,15 +147,15 @@ mod tests {
     }
 
     #[test]
-    fn a_stamp_is_the_light_of_its_chords() {
+    fn an_image_is_the_light_of_its_chords() {
         let kernel = Exact::new(1.5);
         let slanted = DMat2::from_cols_array(&[1.7, 0.3, -0.2, 1.1]);
         for (shape, count) in [(DMat2::IDENTITY, 4), (DMat2::IDENTITY, 5), (slanted, 4)] {
             let chords = Chords::new(shape, count);
-            let stamp = Chorded::new(&kernel, &chords, 4.0);
-            let [before_x, before_y] = stamp.before();
-            let [width, _] = stamp.size();
-            for (i, light) in image(&stamp, [0.3, 0.8]).into_iter().enumerate() {
+            let image = ChordImage::new(&kernel, &chords, 4.0);
+            let [before_x, before_y] = image.before();
+            let [width, _] = image.size();
+            for (i, light) in light_of(&image, [0.3, 0.8]).into_iter().enumerate() {
                 let x = (i % width) as f64 - before_x as f64 - 0.3;
                 let y = (i / width) as f64 - before_y as f64 - 0.8;
                 assert!((light - chords.light(&kernel, DVec2::new(x, y))).abs() < 1e-14);

@@ -5,8 +5,10 @@ mod panel;
 mod photograph;
 mod range;
 
-pub use error::{DEPTH_MIN_M, PITCH_MIN_PX, ViewError};
-pub use panel::{BOARD_CORNERS, PanelView};
+pub(crate) use error::DEPTH_MIN_M;
+pub use error::ViewError;
+pub(crate) use panel::BOARD_CORNERS;
+pub use panel::PanelView;
 pub use photograph::Photograph;
 pub use range::LinearRange;
 

@@ -9,7 +9,7 @@ use crate::camera::projection::Ellipse;
 
 /// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
 ///
-/// Whoever knows the effects begins with [`LinearRange::of`] and has each of them widen it.
+/// Whoever knows the effects begins with that of background and LEDs, and has each effect widen it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearRange {
     /// No pixel is darker than this linear value, noise apart.
@@ -26,7 +26,7 @@ pub struct LinearRange {
 
 impl LinearRange {
     /// The range that the plain background and LEDs span; the own light of panel k's LEDs is `gain(k)` times as bright at most.
-    pub fn of(view: &View, gain: impl Fn(usize) -> f64) -> Self {
+    pub(crate) fn of(view: &View, gain: impl Fn(usize) -> f64) -> Self {
         let radii = view
             .panels
             .iter()
@@ -56,7 +56,7 @@ impl LinearRange {
     }
 
     /// Makes room for something of the linear value `light`, with or without the air before it.
-    pub fn widen(&mut self, light: f64, air: Air) {
+    pub(crate) fn widen(&mut self, light: f64, air: Air) {
         self.floor = self.floor.min(light * air.transmission);
         self.peak = self.peak.max(light + air.veil);
     }

@@ -1,0 +1,38 @@
+//! Which symbols an exposure sees of a panel.
+
+use link::panel::{LEDS, PanelFrame};
+
+use super::{Renderer, Shown};
+use crate::camera::clock::Moment;
+
+impl Renderer {
+    /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
+    pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
+        if self.formation.row_delay_s == 0.0 {
+            return shown.symbols[moment.middle_symbol(0.0)];
+        }
+        let delay_s = self.delays_s(index);
+        let on =
+            (0..LEDS).filter(|&led| shown.symbols[moment.middle_symbol(delay_s[led])].led(led));
+        PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
+    }
+
+    /// Whether the exposure of any LED of panel `index` is shared between symbols.
+    pub fn straddles(&self, index: usize, moment: &Moment) -> bool {
+        let shared = |delay_s: &f64| {
+            moment
+                .shares(*delay_s)
+                .iter()
+                .filter(|&&share| share > 0.0)
+                .count()
+                > 1
+        };
+        self.delays_s(index).iter().any(shared)
+    }
+
+    /// How much later than the sensor's first row each LED of a panel is exposed.
+    pub(super) fn delays_s(&self, index: usize) -> [f64; LEDS] {
+        let ellipses = &self.view.panels[index].ellipses;
+        std::array::from_fn(|led| self.formation.row_delay_s * ellipses[led].centre.y)
+    }
+}
