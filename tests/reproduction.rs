@@ -1,10 +1,7 @@
 //! What becomes of the claims of Do & Yoo 2020 (Sensors 20, 292, section 4.4), on small seeded runs.
 
 use sim::scene::Scene;
-use studies::reproduction::Findings;
-use studies::reproduction::Study;
-use studies::reproduction::{Axes, Extent};
-use studies::reproduction::{Claim, judge};
+use studies::reproduction::{Axes, Claim, Extent, Findings, Study, judge};
 
 const SEED: u64 = 1;
 

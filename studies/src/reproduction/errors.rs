@@ -1,7 +1,7 @@
 //! Bit errors over distance with the best L2A and with a random one (figure 22 of Do & Yoo 2020).
 //!
 //! In both sets the interval is drawn evenly from 0.5 to 2, in the one set the ratio is the best for that interval, in the other
-//! it is drawn evenly from 0.2 to 4. The draws are spread evenly: [`STRATA`] strata of the interval, each with a ratio from a
+//! it is drawn evenly from 0.2 to 4. The draws are spread evenly: strata of the interval, each with a ratio from a
 //! golden-ratio sequence, all with equally many frames. Both sets have the same intervals, bits, phases and reflectances.
 
 use rayon::prelude::*;
@@ -14,8 +14,6 @@ use crate::statistics::FrameErrors;
 use sim::accuracy::Level;
 use sim::scene::Scene;
 
-/// Strata of the interval.
-pub const STRATA: u64 = 24;
 /// The intervals of Table 1 of Do & Yoo 2020.
 pub const INTERVALS: [f64; 2] = [0.5, 2.0];
 /// The ratios of Table 1.
@@ -44,18 +42,18 @@ pub struct Limits {
     pub errors: u64,
 }
 
-/// The interval and the ratio of each stratum; `best` gives the best ratio for an interval.
-pub fn strata(dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+/// The interval and the ratio of each of so many strata; `best` gives the best ratio for an interval.
+pub fn strata(count: u64, dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
     let stratum = |index: u64| {
-        let interval = between(INTERVALS, (index as f64 + 0.5) / STRATA as f64);
+        let interval = between(INTERVALS, (index as f64 + 0.5) / count as f64);
         let ratio = match dimming {
             Dimming::Best => best(interval),
             Dimming::Random => between(RATIOS, ((index as f64 + 0.5) * GOLDEN).fract()),
         };
         (interval, ratio)
     };
-    (0..STRATA).map(stratum).collect()
+    (0..count).map(stratum).collect()
 }
 
 /// Counts the bit errors of `detector` at a distance over strata of intervals and ratios.
@@ -126,7 +124,7 @@ mod tests {
 
     #[test]
     fn strata_fill_their_ranges_evenly() {
-        let random = strata(Dimming::Random, |_| 0.0);
+        let random = strata(24, Dimming::Random, |_| 0.0);
         for (of, [low, high]) in [
             (random.iter().map(|s| s.0).collect::<Vec<_>>(), INTERVALS),
             (random.iter().map(|s| s.1).collect(), RATIOS),
@@ -135,7 +133,7 @@ mod tests {
             assert!((mean - (low + high) / 2.0).abs() < 0.03 * (high - low));
             assert!(of.iter().all(|x| (low..high).contains(x)));
         }
-        let best = strata(Dimming::Best, |interval| 2.0 * interval);
+        let best = strata(24, Dimming::Best, |interval| 2.0 * interval);
         assert!(
             best.iter()
                 .zip(&random)
@@ -145,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_count_ends_at_its_frames_or_at_its_errors() {
-        let strata = strata(Dimming::Random, |_| 2.0);
+        let strata = strata(24, Dimming::Random, |_| 2.0);
         let count = |frames, errors| {
             let limits = Limits { frames, errors };
             count(&scene(), 70.0, &strata, DetectorChoice::KMeans, limits, 1).unwrap()

@@ -209,7 +209,7 @@ impl Study {
         known: &Findings,
     ) -> Result<FrameErrors, EvaluateError> {
         let (intervals, means): (Vec<f64>, Vec<f64>) = self.mean_optima(known).into_iter().unzip();
-        let strata = errors::strata(dimming, |interval| {
+        let strata = errors::strata(self.axes.error_strata, dimming, |interval| {
             interpolated(&intervals, &means, interval)
         });
         let limits = Limits {
