@@ -266,13 +266,27 @@ mod tests {
         assert!(refused(&|s| s.frames = 63).contains("at least 64"));
         assert!(refused(&|s| s.tolerance = -1.0).contains("-1"));
         assert!(refused(&|s| s.tolerance = f64::NAN).contains("NaN"));
-        let behind = scene(&[
+        // 45° aside.
+        let aside = optimum(&scene(&["pose.x_m=50"]), &search(Criterion::B2w), |_| true);
+        assert!(
+            matches!(&aside, Err(OptimumError::Evaluate { l2a, .. }) if *l2a == 0.2),
+            "{aside:?}"
+        );
+    }
+
+    #[test]
+    fn a_panel_that_is_near_and_turned_away_has_a_best_ratio_too() {
+        let near = scene(&[
             "pose.distance_m=0.5",
             "pose.yaw_deg=80",
             "panel.led_diameter_m=0.001",
         ]);
-        let unseen = optimum(&behind, &search(Criterion::B2w), |_| true);
-        assert!(matches!(unseen, Ok(_) | Err(OptimumError::Evaluate { .. })));
+        let found = optimum(&near, &search(Criterion::B2w), |_| true).unwrap();
+        assert!(
+            found.l2a_95[0] > 0.2 && found.l2a_95[1] < 4.0,
+            "{:?}",
+            found.l2a_95
+        );
     }
 
     #[test]
