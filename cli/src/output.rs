@@ -5,6 +5,7 @@ use std::io::Write;
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
+use studies::detectors::DetectorChoice;
 use studies::monte_carlo;
 use studies::sweep::{Results, Summary};
 
@@ -119,9 +120,27 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
             "bit errors {} of {}",
             found.bit_errors, found.bits
         ))?;
+        panel_errors(found)?;
     }
     line(&format!(
         "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
         found.ber, found.ber_95[0], found.ber_95[1]
     ))
+}
+
+/// Panels with errors, and what a genie's are a bound of.
+fn panel_errors(found: &Summary) -> anyhow::Result<()> {
+    let (Some(wrong), Some([low, high])) = (found.panel_errors, found.panel_error_rate_95) else {
+        return Ok(());
+    };
+    line(&format!(
+        "panels     {wrong} of {} with errors (95 %: {low:.3e} to {high:.3e})",
+        found.frames
+    ))?;
+    if found.detector == DetectorChoice::Genie.name() {
+        line(
+            "bound      of panels with errors: no receiver is expected to have fewer, nor a BER below a 64th of their share. Of bit errors it is none",
+        )?;
+    }
+    Ok(())
 }

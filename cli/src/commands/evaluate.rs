@@ -27,8 +27,8 @@ pub struct Arguments {
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]
     random_reflectance: bool,
-    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (told everything but the bits: a bound). The default is
-    /// the paper's; `best` takes longer.
+    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (told everything but the bits: a bound of wrong
+    /// panels). The default is the paper's; `best` takes longer.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
     /// Reach errors by splitting instead of counting them: for bit error rates below 1e-6 or so. Frames are then what swarms of 256

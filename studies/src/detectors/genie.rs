@@ -1,9 +1,16 @@
-//! The best that any receiver could do: the likelihood of a frame, maximised by one that is told everything but the bits.
+//! The likeliest panel of a frame, found by one that is told everything but the bits.
 //!
 //! The genie knows the true place, blur, levels and noise of the panel: it is given each LED's image by the renderer itself and the
 //! probability of each grey level by the sensor's noise model. It looks for the bits of greatest likelihood from several starts, the true
 //! bits among them, by flipping single LEDs and pairs of them. Where it errs, other bits explain the frame better than the true
 //! ones, and no receiver could know.
+//!
+//! # What it is a bound of
+//!
+//! All panels being equally probable, the likeliest is right more often than any other choice: no receiver is expected to read fewer
+//! *panels* wrongly. A wrong panel has at least one wrong bit, so that no bit error rate is expected below a 64th of that share. The genie's own *bit*
+//! errors are no bound: it does not decide bit by bit, and where it errs others may err in fewer bits. Of few frames, chance decides
+//! which of two counts is larger: the bound is of what is expected.
 //!
 //! It is not quite the maximum over all 2⁶⁴ panels: another one far from all starts would be missed, so that the
 //! genie's errors are at most too few.

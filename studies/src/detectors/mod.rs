@@ -26,7 +26,7 @@ pub enum DetectorChoice {
     FisherNgr,
     /// Otsu's threshold on the grey.
     Otsu,
-    /// Maximum likelihood by one who is told everything but the bits: a bound, not a receiver.
+    /// Maximum likelihood by one who is told everything but the bits: a bound of wrong panels, not a receiver.
     Genie,
 }
 

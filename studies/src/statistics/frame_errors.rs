@@ -5,6 +5,7 @@ use rand_distr::{Binomial, Distribution};
 use serde::{Deserialize, Serialize};
 
 use super::MOST_FRAMES;
+use super::proportion::wilson_95;
 use sim::random::{Purpose, stream};
 
 /// Bit errors by frame: how many frames had 0, 1, … 64 of them.
@@ -82,6 +83,28 @@ impl FrameErrors {
             .zip(0..)
             .map(|(frames, errors)| frames * errors)
             .sum()
+    }
+
+    /// Frames with any error.
+    pub fn wrong_frames(&self) -> u64 {
+        self.frames() - self.0[0]
+    }
+
+    /// The share of frames with any error, 0 of none, and its 95 % interval (Wilson 1927), 0 to 1 of none.
+    ///
+    /// ```
+    /// use studies::statistics::FrameErrors;
+    /// let mut errors = FrameErrors::default();
+    /// [0, 3, 0, 0].into_iter().for_each(|wrong| errors.push(wrong));
+    /// let (rate, [low, high]) = errors.frame_error_rate();
+    /// assert!(rate == 0.25 && 0.04 < low && low < 0.05 && 0.69 < high && high < 0.71);
+    /// ```
+    pub fn frame_error_rate(&self) -> (f64, [f64; 2]) {
+        let (wrong, frames) = (self.wrong_frames() as f64, self.frames() as f64);
+        if frames == 0.0 {
+            return (0.0, [0.0, 1.0]);
+        }
+        (wrong / frames, wilson_95(wrong, frames))
     }
 
     /// Bit error rate; 0 of no frames.

@@ -6,7 +6,7 @@ pub fn wilson_95(hits: f64, count: f64) -> [f64; 2] {
     let (share, squared) = (hits / count, Z * Z / count);
     let middle = share + squared / 2.0;
     let reach = Z * ((share * (1.0 - share) + squared / 4.0) / count).sqrt();
-    [-1.0, 1.0].map(|sign| (middle + sign * reach) / (1.0 + squared))
+    [-1.0, 1.0].map(|sign| ((middle + sign * reach) / (1.0 + squared)).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

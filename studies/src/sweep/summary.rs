@@ -30,6 +30,10 @@ pub struct Summary {
     pub ber: f64,
     /// Its 95 % interval.
     pub ber_95: [f64; 2],
+    /// Panels with any bit read wrongly; none where errors are reached by splitting, which looks at single bits.
+    pub panel_errors: Option<u64>,
+    /// The 95 % interval of their share, likewise.
+    pub panel_error_rate_95: Option<[f64; 2]>,
     /// Between-class variance; none where errors are reached by splitting, which measures no features.
     pub bvar: Option<f64>,
     /// Within-class variance, likewise.
@@ -66,6 +70,8 @@ impl Results {
             } else {
                 rare.interval_95()
             },
+            panel_errors: rare.is_empty().then(|| counted.wrong_frames()),
+            panel_error_rate_95: rare.is_empty().then(|| counted.frame_error_rate().1),
             bvar: variance(variances.bvar),
             wvar: variance(variances.wvar),
             b2w: variances.b2w,
