@@ -99,7 +99,7 @@ fn claims_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) 
         "quantity",
         "measured (95 %)",
         "holds",
-        "depends on",
+        "otherwise under",
     ];
     let row = |claim: &Claim| {
         vec![
@@ -108,14 +108,14 @@ fn claims_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) 
             claim.quantity.clone(),
             with_interval(claim.measured, claim.measured_95, number),
             format!("**{}**", verdict(claim.holds)),
-            depends_on(claim, readings),
+            otherwise_under(claim, readings),
         ]
     };
     document.table(&head, claims.iter().map(row));
 }
 
-/// What a claim depends on: in words, and by the readings that turn it.
-fn depends_on(claim: &Claim, readings: &[Judged]) -> String {
+/// The readings that turn a claim.
+fn otherwise_under(claim: &Claim, readings: &[Judged]) -> String {
     let turned: Vec<String> = readings
         .iter()
         .filter_map(|judged| {
@@ -127,14 +127,7 @@ fn depends_on(claim: &Claim, readings: &[Judged]) -> String {
             differs.then(|| format!("{} ({})", judged.name, verdict(other.holds)))
         })
         .collect();
-    if turned.is_empty() {
-        return claim.depends_on.into();
-    }
-    format!(
-        "{}. Otherwise under {}",
-        claim.depends_on,
-        turned.join(", ")
-    )
+    turned.join(", ")
 }
 
 fn readings_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) {

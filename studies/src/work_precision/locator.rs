@@ -10,6 +10,7 @@ use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 
 use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
 use super::error::PrecisionError;
+use super::numbers::{percent, rounded, variant};
 use super::pareto;
 use super::scale::Scale;
 use super::timing::{Candidate, time_by_turns};
@@ -72,6 +73,10 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         cost_unit: CostUnit::Ns,
         points,
     };
+    let diagrams = vec![
+        diagram("panels missed", "miss rate", "", missed),
+        diagram("corners of those found", "median corner error", "px", off),
+    ];
     Ok(Part {
         name: "locator".into(),
         title: "Finding the panel".into(),
@@ -82,15 +87,44 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
             SIZE[0], SIZE[1]
         ),
         reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of the corner that is furthest off.".into(),
-        default: "The whole frame with *share*. An LED at 70 m is 1.6 pixels wide: frames made smaller lose the panels that are far or have small intervals. They do not even save time: what is found ends a search, and \
-            the search for a panel that can no longer be made out goes through all candidates. *full* finds what *share* finds: what one frame leaves out, the next looks at. A receiver that has found a panel \
-            follows it and searches no more."
-            .into(),
-        diagrams: vec![
-            diagram("panels missed", "miss rate", "", missed),
-            diagram("corners of those found", "median corner error", "px", off),
-        ],
+        default: why(&diagrams),
+        diagrams,
     })
+}
+
+/// The default, and why.
+pub fn why(diagrams: &[Diagram]) -> String {
+    let Some(missed) = diagrams.first() else {
+        return String::new();
+    };
+    let of = |share: bool, decimation: usize| variant(missed, &name(share, decimation));
+    let told = |point: Option<&Point>| {
+        point.map_or_else(String::new, |point| {
+            format!(
+                "misses {} in {} times the time",
+                percent(point),
+                rounded(point.ratio.median)
+            )
+        })
+    };
+    let smaller = SEARCHES
+        .into_iter()
+        .filter(|&(decimation, _)| decimation > 1);
+    let smaller = smaller.map(|(decimation, share)| {
+        format!("{decimation} times smaller {}", told(of(share, decimation)))
+    });
+    format!(
+        "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the search for a panel that can no longer be made out goes through all candidates. \
+         The whole frame with *full* {}. A receiver that has found a panel follows it and searches no more.",
+        of(true, 1).map_or_else(String::new, percent),
+        smaller.collect::<Vec<_>>().join(", "),
+        told(of(false, 1))
+    )
+}
+
+/// The name of a variant.
+fn name(share: bool, decimation: usize) -> String {
+    format!("{}, {decimation}×", if share { "share" } else { "full" })
 }
 
 /// A way to search.
@@ -135,7 +169,7 @@ impl Search {
             is_default,
             is_baseline: is_default,
             ..Point::new(
-                format!("{name}, {}×", self.decimation),
+                self::name(self.share, self.decimation),
                 missed.max(NONE) / count,
             )
             .on(name)

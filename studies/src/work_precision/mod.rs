@@ -45,6 +45,8 @@ pub struct Measurable {
     pub name: &'static str,
     /// Measures it.
     pub measure: fn(&Scale) -> Result<Part, PrecisionError>,
+    /// What is done unless told otherwise, and what the points say of that: worked out from them, so that text and numbers cannot part.
+    pub why: fn(&[Diagram]) -> String,
 }
 
 /// All parts.
@@ -52,29 +54,62 @@ pub const PARTS: [Measurable; 7] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
+        why: renderer::why,
     },
     Measurable {
         name: "effects",
         measure: effects::measure,
+        why: effects::why,
     },
     Measurable {
         name: "monte-carlo",
         measure: monte_carlo::measure,
+        why: monte_carlo::why,
     },
     Measurable {
         name: "detectors",
         measure: detectors::measure,
+        why: detectors::why,
     },
     Measurable {
         name: "locator",
         measure: locator::measure,
+        why: locator::why,
     },
     Measurable {
         name: "transmitter",
         measure: transmitter::measure,
+        why: transmitter::why,
     },
     Measurable {
         name: "decoder",
         measure: decoder::measure,
+        why: decoder::why,
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The parts as they are published.
+    fn published() -> Vec<Part> {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/accuracy/points.json");
+        let text = std::fs::read_to_string(path).expect("the published points");
+        let mut page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        serde_json::from_value(page["parts"].take()).expect("parts")
+    }
+
+    #[test]
+    fn what_is_published_is_what_its_points_say() {
+        for (part, measurable) in published().iter().zip(&PARTS) {
+            assert_eq!(part.name, measurable.name);
+            assert_eq!(
+                (measurable.why)(&part.diagrams),
+                part.default,
+                "{}",
+                part.name
+            );
+        }
+    }
+}

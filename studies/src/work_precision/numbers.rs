@@ -33,13 +33,12 @@ pub fn rounded(value: f64) -> String {
     format!("{:.decimals$}", (value / unit).round() * unit)
 }
 
-/// A part as it is published.
-#[cfg(test)]
-pub fn published(name: &str) -> super::diagram::Part {
-    let page = include_str!("../../../docs/accuracy/points.json");
-    let mut page: serde_json::Value = serde_json::from_str(page).unwrap();
-    let parts: Vec<super::diagram::Part> = serde_json::from_value(page["parts"].take()).unwrap();
-    parts.into_iter().find(|part| part.name == name).unwrap()
+/// A share in percent; "none" of what was not seen.
+pub fn percent(point: &Point) -> String {
+    match point.at_most {
+        true => "none".into(),
+        false => format!("{} %", rounded(100.0 * point.error)),
+    }
 }
 
 #[cfg(test)]

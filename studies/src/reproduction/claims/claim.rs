@@ -21,8 +21,6 @@ pub struct Claim {
     pub measured_95: [f64; 2],
     /// Whether the claim holds; `None` where the interval leaves it open.
     pub holds: Option<bool>,
-    /// What the outcome depends on.
-    pub depends_on: &'static str,
 }
 
 /// What decides a claim.
@@ -58,7 +56,6 @@ pub(super) struct Words {
     pub figure: &'static str,
     pub claim: &'static str,
     pub quantity: &'static str,
-    pub depends_on: &'static str,
 }
 
 impl Words {
@@ -71,7 +68,6 @@ impl Words {
             measured: number.value,
             measured_95: [number.low, number.high],
             holds: test.holds(&number),
-            depends_on: self.depends_on,
         }
     }
 }

@@ -13,21 +13,18 @@ const BVAR_FALLS: Words = Words {
     figure: "20a",
     claim: "Bvar decreases as the distance increases",
     quantity: "greatest change of Bvar from one distance to the next, %",
-    depends_on: "the blur: it blunts a smaller image more",
 };
 const WVAR_RISES: Words = Words {
     name: "wvar-rises-with-distance",
     figure: "20a",
     claim: "Wvar increases as the distance increases",
     quantity: "least change of Wvar from one distance to the next, %",
-    depends_on: "how far images run into each other: beyond some distance GRI itself shrinks, and Wvar with it",
 };
 const B2W_FALLS: Words = Words {
     name: "b2w-falls-with-distance",
     figure: "20b",
     claim: "B2W decreases sharply as the distance increases",
     quantity: "greatest change of B2W from one distance to the next, %",
-    depends_on: "the blur",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {

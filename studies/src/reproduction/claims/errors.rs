@@ -13,7 +13,6 @@ const LOWER: Words = Words {
     figure: "22",
     claim: "the BER of the optimal set is lower at all distances",
     quantity: "greatest (BER with the best L2A / BER with a random one) at any distance where bits are wrong",
-    depends_on: "the detector: one that clusters features pays for what B2W measures",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {

@@ -18,35 +18,30 @@ const WVAR_FALLS: Words = Words {
     figure: "17a",
     claim: "Wvar decreases greatly as the interval increases",
     quantity: "greatest change of Wvar from one interval to the next, %",
-    depends_on: "how far LEDs run into each other at the smallest interval",
 };
 const BVAR_RISES: Words = Words {
     name: "bvar-rises-with-interval",
     figure: "17a",
     claim: "Bvar increases with the interval up to 1.5",
     quantity: "least change of Bvar from one interval to the next, up to 1.5, %",
-    depends_on: "the size of a blurred LED against its cell: Bvar turns where the cell outgrows it, the sooner the longer the lens",
 };
 const BVAR_FALLS: Words = Words {
     name: "bvar-falls-at-2",
     figure: "17a",
     claim: "Bvar decreases at interval 2",
     quantity: "change of Bvar from interval 1.5 to 2, %",
-    depends_on: "the same: with 18 mm the turn comes later",
 };
 const RANGES_SHRINK: Words = Words {
     name: "ranges-shrink-at-2",
     figure: "16d",
     claim: "because the ranges of GRI and AGR decrease",
     quantity: "change from interval 1.5 to 2 of the distance between the class means, in AGR or GRI, whichever shrinks less, %",
-    depends_on: "the same",
 };
 const B2W_RISES: Words = Words {
     name: "b2w-rises-with-interval",
     figure: "17b",
     claim: "B2W increases with the interval",
     quantity: "least change of B2W from one interval to the next, %",
-    depends_on: "Wvar, which falls faster than Bvar. Of finer steps the last fails at 50 m: at interval 1.75 the pitch is 6 pixels sharp, all cells see their LEDs alike, and Wvar dips",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {

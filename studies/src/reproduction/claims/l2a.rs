@@ -25,42 +25,36 @@ const EXTINCTION: Words = Words {
     figure: "12",
     claim: "the extinction ratio is low at low L2A and high at high L2A",
     quantity: "(grey at the centre of On LEDs / that of Off LEDs) at L2A 4 less that at 0.2",
-    depends_on: "nothing tried",
 };
 const WVAR_RISES: Words = Words {
     name: "wvar-rises",
     figure: "14a",
     claim: "Wvar increases all the way as L2A increases",
     quantity: "least change of Wvar from one L2A to the next, %",
-    depends_on: "how many pixels saturate: where On LEDs are all at 255, they no longer differ",
 };
 const BVAR_RISES: Words = Words {
     name: "bvar-rises",
     figure: "14a",
     claim: "Bvar initially increases with L2A",
     quantity: "least change of Bvar from one L2A to the next, up to 2, %",
-    depends_on: "where On LEDs saturate",
 };
 const BVAR_LEVELS_OFF: Words = Words {
     name: "bvar-levels-off",
     figure: "14a",
     claim: "Bvar levels off when L2A exceeds 2.5",
     quantity: "L2A at which Bvar reaches 90 % of its greatest value (holds within 0.3 of 2.5)",
-    depends_on: "where On LEDs reach grey 255: contrast 1 + π·r, the 25 mm lens and the blur together",
 };
 const BVAR_BARELY: Words = Words {
     name: "bvar-barely-changes",
     figure: "14a",
     claim: "when L2A exceeds 2.5 Bvar barely increases",
     quantity: "change of Bvar from L2A 2.5 to 4, % (holds within 10)",
-    depends_on: "the same; in between Bvar rises a little and falls back",
 };
 const OFF_CATCHES_UP: Words = Words {
     name: "off-catches-up",
     figure: "14a",
     claim: "because On LEDs stand at 255 while interference still brightens Off LEDs, which approach them",
     quantity: "grey levels by which the centres of Off LEDs brighten more than those of On LEDs from L2A 2.5 to 4",
-    depends_on: "from where one looks: the mean centre of On LEDs reaches 255 between L2A 3 and 4 only, dimmer ones later; Bvar levels off because the tops of On LEDs go flat and their GRI falls",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {

@@ -16,21 +16,18 @@ const BEST_IS_TWO: Words = Words {
     figure: "14b",
     claim: "at interval 1 and 50 m the best L2A is 2",
     quantity: "L2A of the greatest B2W (holds within 0.25 of 2)",
-    depends_on: "contrast 1 + π·r, the 25 mm lens and the blur, which decide where On LEDs saturate",
 };
 const RISES_WITH_INTERVAL: Words = Words {
     name: "best-rises-with-interval",
     figure: "21a",
     claim: "the best L2A is higher at large intervals",
     quantity: "least difference of the best L2A between an interval and the next, at any distance",
-    depends_on: "the range: where two intervals both ask for 4 or more they cannot be told apart",
 };
 const WHEN_NEAR: Words = Words {
     name: "best-is-higher-near",
     figure: "21a",
     claim: "the best L2A is higher at short distances",
     quantity: "best L2A at 30 m less that at 70 m",
-    depends_on: "where On LEDs saturate: near ones are larger than the blur and reach 255 at a lower L2A, and from there on only Wvar rises",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {

@@ -11,12 +11,15 @@ use self::paths::{BEFORE_LX, INTERVAL, REFLECTANCE, Transmitter};
 use super::counts;
 use super::diagram::{CostUnit, Diagram, Part, Point};
 use super::error::PrecisionError;
+use super::numbers::{range, rounded};
 use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 
 /// Cycles of the paths on an emulated RP2040.
 const CYCLES: &str = include_str!("../data/cortex-m0plus.csv");
+/// Cycles of an RP2040 in a second.
+const RP2040_HZ: f64 = 125e6;
 /// Readings whose luminance is compared.
 const READINGS: usize = 20_000;
 /// The light that is read, lx: below, the step of an illuminance, 1/4096 lx, is what errs.
@@ -110,6 +113,14 @@ const PATHS: [(&str, &str, &str, Path); 12] = [
 /// Measures it.
 pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
     let points = points(scale);
+    let diagrams = vec![Diagram {
+        title: "Cortex-M0+ of an RP2040".into(),
+        error: "greatest relative error of the luminance".into(),
+        error_unit: String::new(),
+        cost: "one reading".into(),
+        cost_unit: CostUnit::Cycles,
+        points,
+    }];
     Ok(Part {
         name: "transmitter".into(),
         title: "Working out the luminance".into(),
@@ -120,37 +131,31 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
             LIGHT_LX[0], LIGHT_LX[1]
         ),
         reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
-        default: format!(
-            "The firmware's fixed point: logarithm by repeated squaring, power of 2 by its series; {}. Tables are the front: they are some four times as quick, \
-             and the number of their entries costs flash, not cycles. The firmware goes without: a reading comes ten times a second, so that its cycles are a thousandth of an RP2040's, and a bound that needs no table holds \
-             at every input alike. Its own error is the rounding of the illuminance to 1/4096 lx and of the ratio to 1/8192, not of logarithm and power.",
-            compared(&points)
-        ),
-        diagrams: vec![Diagram {
-            title: "Cortex-M0+ of an RP2040".into(),
-            error: "greatest relative error of the luminance".into(),
-            error_unit: String::new(),
-            cost: "one reading".into(),
-            cost_unit: CostUnit::Cycles,
-            points,
-        }],
+        default: why(&diagrams),
+        diagrams,
     })
 }
 
-/// The firmware's cycles beside those of f32.
-fn compared(points: &[Point]) -> String {
+/// The default, and why.
+pub fn why(diagrams: &[Diagram]) -> String {
+    let points: Vec<&Point> = diagrams
+        .iter()
+        .flat_map(|diagram| &diagram.points)
+        .collect();
     let cycles = |name: &str| {
-        points
-            .iter()
-            .find(|point| point.variant == name)
-            .map(|point| point.cost.median)
+        let point = points.iter().find(|point| point.variant == name);
+        point.map_or(f64::NAN, |point| point.cost.median)
     };
-    match (cycles(PATHS[0].1), cycles(PATHS[1].1)) {
-        (Some(ours), Some(single)) => {
-            format!("it takes {ours:.0} cycles, f32 with libm {single:.0}")
-        }
-        _ => "its cycles are counted by `tests/count-cycles`".into(),
-    }
+    let (ours, single) = (cycles(PATHS[0].1), cycles(PATHS[1].1));
+    let tables = points.iter().filter(|point| !point.curve.is_empty());
+    let readings_a_second = 1000.0 / f64::from(Smoothing::default().sample_period_ms);
+    format!(
+        "The firmware's fixed point: logarithm by repeated squaring, power of 2 by its series; it takes {ours:.0} cycles, f32 with libm {single:.0}, tables {} of the firmware's cycles. The number of a table's entries costs \
+         flash. The firmware goes without: its {readings_a_second} readings a second take {} of an RP2040's cycles, and a bound that needs no table holds at every input alike. Its own error is the rounding of the illuminance \
+         to 1/4096 lx and of the ratio to 1/8192, not of logarithm and power.",
+        range(tables.map(|point| point.ratio.median)),
+        rounded(ours * readings_a_second / RP2040_HZ)
+    )
 }
 
 /// All paths whose cycles are counted.
