@@ -2,12 +2,12 @@
 
 use crate::lattice::{Lattice, MIDDLE};
 use crate::parameters::fitting::*;
-use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
+use crate::spots::{LatticeModel, Observation, Residuals, Slope, Window};
 use link::panel::{LEDS, SIDE};
 
 /// A model fitted to a frame, and how it differs from that.
 pub(crate) struct Fit {
-    pub spots: Spots,
+    pub spots: LatticeModel,
     pub slope: Slope,
 }
 
@@ -21,25 +21,25 @@ impl Fit {
 /// Fits levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
 /// nothing to settle on.
 pub(crate) fn levenberg_marquardt<const N: usize>(
-    canvas: &mut Canvas<N>,
-    scenery: Scenery<'_, '_>,
+    residuals: &mut Residuals<N>,
+    observation: Observation<'_, '_>,
     window: Window,
-    start: Spots,
+    start: LatticeModel,
     steps: usize,
 ) -> Option<Fit> {
-    let pair = scenery.earlier.is_some();
+    let pair = observation.earlier.is_some();
     let mut spots = start;
-    let mut slope = canvas.compare(&spots, scenery, window)?;
-    let levelling = if start.step == 0.0 { LEVELLING } else { 0 };
+    let mut slope = residuals.compare(&spots, observation, window)?;
+    let levelling = if start.contrast == 0.0 { LEVELLING } else { 0 };
     for _ in 0..levelling {
         spots = spots.relevelled(&slope, pair)?;
-        slope = canvas.compare(&spots, scenery, window)?;
+        slope = residuals.compare(&spots, observation, window)?;
     }
     let mut damping = DAMPING;
     for _ in 0..steps {
         let mut next = spots.reshaped(&slope, damping)?.relevelled(&slope, pair)?;
         let switched = next.switch(&slope, pair);
-        let after = canvas.compare(&next, scenery, window)?;
+        let after = residuals.compare(&next, observation, window)?;
         if after.squares < slope.squares {
             let settled = switched == 0 && slope.squares - after.squares < SETTLED * slope.squares;
             (spots, slope) = (next, after);
@@ -58,7 +58,7 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
 }
 
 /// The same lattice counted from a neighbouring row or column.
-pub(crate) fn shifted(spots: &Spots, columns: i32, rows: i32) -> Spots {
+pub(crate) fn shifted(spots: &LatticeModel, columns: i32, rows: i32) -> LatticeModel {
     let mut shifted = *spots;
     shifted.lattice.centre = spots
         .lattice

@@ -34,7 +34,7 @@ use crate::parameters::pose_candidates::POSE_CANDIDATES;
 use crate::parameters::search::*;
 use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
 use crate::profile::{Profile, Stage};
-use crate::spots::{Canvas, GreyMetric, Spots};
+use crate::spots::{GreyMetric, LatticeModel, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
@@ -73,7 +73,7 @@ pub struct Location {
     pub signal_to_noise: f32,
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
-    pub(crate) spots: Spots,
+    pub(crate) spots: LatticeModel,
 }
 
 /// The variance of a place within a pixel.
@@ -151,8 +151,8 @@ impl Locator {
         memory: &mut LocatorMemory<N>,
         profile: &mut impl Profile,
     ) -> Result<Location, LocateError> {
-        let LocatorMemory { canvas, search } = memory;
-        let workspace = Workspace { canvas, search };
+        let LocatorMemory { residuals, search } = memory;
+        let workspace = Workspace { residuals, search };
         self.search(frame, earlier, known, effort, workspace, profile)
     }
 
@@ -168,7 +168,7 @@ impl Locator {
     ) -> Result<Location, LocateError> {
         let same_size =
             |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
-        let Workspace { canvas, search } = workspace;
+        let Workspace { residuals, search } = workspace;
         let SearchMemory {
             busy,
             changed,
@@ -181,7 +181,7 @@ impl Locator {
         let unknown = |peak: &&Peak| known.iter().all(|corners| !near(corners, peak.centre));
         let mut attempt = Attempt {
             locator: self,
-            canvas,
+            residuals,
             failure: None,
             places: 0,
             budget: effort.budget(CHANGED_BUDGET),
@@ -280,7 +280,7 @@ fn near(corners: &Corners, [x, y]: [f32; 2]) -> bool {
 /// A search under way, and why it has failed so far.
 struct Attempt<'a, const N: usize> {
     locator: &'a Locator,
-    canvas: &'a mut Canvas<N>,
+    residuals: &'a mut Residuals<N>,
     failure: Option<LocateError>,
     places: usize,
     /// Poses that may still be tried.
@@ -314,8 +314,13 @@ impl<const N: usize> Attempt<'_, N> {
                     Some(_) => pose_candidates::three_states(&brightness),
                     None => pose_candidates::two_states(&brightness),
                 };
-                match verification::verify(self.canvas, &view, &self.locator.metric, lattice, state)
-                {
+                match verification::verify(
+                    self.residuals,
+                    &view,
+                    &self.locator.metric,
+                    lattice,
+                    state,
+                ) {
                     Ok(verified) if verified.is_beyond_doubt() => {
                         return Some(verified.location());
                     }

@@ -145,13 +145,13 @@ impl<
         profile: &mut impl Profile,
         mut tell: impl FnMut(usize, Outcome<'a>),
     ) {
-        let ReceiverMemory { panels, canvas } = self.memory.borrow_mut();
+        let ReceiverMemory { panels, residuals } = self.memory.borrow_mut();
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, deframer } = panel;
-            let tools = &mut memory.tools(canvas);
+            let tools = &mut memory.tools(residuals);
             let followed = reader.follow(number, frame, &self.locator, tools, profile);
             // Two tracks on one panel are one too many.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
@@ -182,10 +182,10 @@ impl<
             frame,
             locator: &self.locator,
             known: &known,
-            canvas,
+            residuals,
         };
         let found = self.search.find(query, profile);
-        let tools = &mut memory.tools(canvas);
+        let tools = &mut memory.tools(residuals);
         let reading =
             found.and_then(|location| reader.begin(number, frame, &location, tools, profile));
         if reader.is_following() && known.len() + 1 == PANELS {

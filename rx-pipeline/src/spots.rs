@@ -13,18 +13,18 @@
 //! hundreds of poses. [`SpotTable`] is 64 spots of one size, cut farther out and never by the window's rim: bits are told apart by
 //! what one LED leaves in its neighbour's place.
 
-mod canvas;
 mod gamma_table;
 mod grey_metric;
 mod lattice_model;
 mod profile;
+mod residuals;
 mod root_metric;
 mod spot_table;
 mod window;
 
-pub(crate) use canvas::{Canvas, Scenery, Slope};
 pub(crate) use grey_metric::GreyMetric;
-pub(crate) use lattice_model::Spots;
+pub(crate) use lattice_model::LatticeModel;
+pub(crate) use residuals::{Observation, Residuals, Slope};
 pub(crate) use root_metric::RootMetric;
 pub(crate) use spot_table::SpotTable;
 pub(crate) use window::{LANES, Window, dot};

@@ -9,7 +9,7 @@ use crate::detect::DetectError;
 use crate::fit;
 use crate::lattice::Lattice;
 use crate::parameters::tracking::*;
-use crate::spots::{Canvas, Scenery, Slope, Spots, Window};
+use crate::spots::{LatticeModel, Observation, Residuals, Slope, Window};
 use link::panel::LEDS;
 
 /// How much of the light in a place the panel has to explain there to be taken for it.
@@ -42,7 +42,7 @@ impl Gate {
 /// Where a panel is, how it moves, and how bright it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track {
-    spots: Spots,
+    spots: LatticeModel,
     /// Change of the lattice in a frame.
     speed: Lattice,
     speed_known: bool,
@@ -89,7 +89,7 @@ pub enum TrackError {
 
 impl Track {
     /// Follows the panel that was found in frame `number`.
-    pub fn new(spots: Spots, number: u64, frame_size: (usize, usize)) -> Self {
+    pub fn new(spots: LatticeModel, number: u64, frame_size: (usize, usize)) -> Self {
         let speed = Lattice {
             centre: [0.0; 2],
             column: [0.0; 2],
@@ -108,7 +108,7 @@ impl Track {
     }
 
     /// Follows a panel at rest in a given place, whatever the number of the next frame.
-    pub fn placed(spots: Spots, frame_size: (usize, usize)) -> Self {
+    pub fn placed(spots: LatticeModel, frame_size: (usize, usize)) -> Self {
         Self {
             speed_known: true,
             any_number: true,
@@ -173,14 +173,14 @@ impl Track {
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
-        scenery: Scenery<'_, '_>,
+        observation: Observation<'_, '_>,
         lattice: Lattice,
         state: [f32; LEDS],
         gate: Gate,
-        canvas: &mut Canvas<N>,
+        residuals: &mut Residuals<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
-        let spots = Spots {
+        let spots = LatticeModel {
             lattice,
             state,
             ..self.spots
@@ -191,7 +191,7 @@ impl Track {
             needed,
         };
         let (spots, slope) = self
-            .settled(spots, scenery, window, canvas)
+            .settled(spots, observation, window, residuals)
             .ok_or(nothing)?;
         let explained = slope.explained();
         if explained.is_nan() || explained < needed {
@@ -213,7 +213,7 @@ impl Track {
         });
         let sigma = self.spots.sigma + WIDTH_GAIN * (shaped.sigma - self.spots.sigma);
         let track = Self {
-            spots: Spots {
+            spots: LatticeModel {
                 lattice: seen,
                 sigma,
                 ..levels
@@ -233,23 +233,23 @@ impl Track {
     /// otherwise than before.
     fn settled<const N: usize>(
         &self,
-        mut spots: Spots,
-        scenery: Scenery<'_, '_>,
+        mut spots: LatticeModel,
+        observation: Observation<'_, '_>,
         window: Window,
-        canvas: &mut Canvas<N>,
-    ) -> Option<(Spots, Slope)> {
-        let mut slope = canvas.compare(&spots, scenery, window)?;
+        residuals: &mut Residuals<N>,
+    ) -> Option<(LatticeModel, Slope)> {
+        let mut slope = residuals.compare(&spots, observation, window)?;
         for _ in 0..ROUNDS {
             if slope.explained() >= SETTLED * self.usual.unwrap_or(1.0) {
                 break;
             }
             let place = spots.reshaped(&slope, DAMPING)?.lattice;
             let levels = spots.relevelled(&slope, false)?;
-            spots = Spots {
+            spots = LatticeModel {
                 lattice: place,
                 ..levels
             };
-            slope = canvas.compare(&spots, scenery, window)?;
+            slope = residuals.compare(&spots, observation, window)?;
         }
         Some((spots, slope))
     }

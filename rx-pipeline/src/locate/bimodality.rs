@@ -9,7 +9,7 @@
 //! what the panel's bits explain and how long they are, against the same of free brightnesses. On a lattice with right angles G is a
 //! Kronecker product, so that the eigenvectors of two 8×8 matrices are all that is needed.
 
-use crate::spots::{Slope, Spots};
+use crate::spots::{LatticeModel, Slope};
 use link::panel::{LEDS, SIDE};
 use nalgebra::SMatrix;
 
@@ -17,17 +17,17 @@ type Square = SMatrix<f32, SIDE, SIDE>;
 
 /// How much likelier than spots of any brightness a panel in a single frame is: the natural logarithm of the odds. `noise` is the variance
 /// of a pixel at least, in grey levels squared.
-pub(super) fn log_odds(spots: &Spots, slope: &Slope, noise: f32) -> f32 {
+pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
     let noise = noise.max(slope.squares / slope.pixels.max(1) as f32);
     let weight = (0..LEDS).map(|led| slope.led_weight(led)).sum::<f32>() / LEDS as f32;
     // A scrambled bit has a mean of a half and a variance of a quarter.
-    let prior = 0.25 * spots.step * spots.step * weight / noise;
+    let prior = 0.25 * spots.contrast * spots.contrast * weight / noise;
     if !(prior.is_finite() && prior > 0.0) {
         return f32::NEG_INFINITY;
     }
     let root = |led: usize| libm::sqrtf(slope.led_weight(led).max(f32::MIN_POSITIVE));
     let square = |of: &dyn Fn(usize) -> f32| Square::from_fn(|row, column| of(SIDE * row + column));
-    let deviation = square(&|led| (spots.state[led] - 0.5) * spots.step * root(led));
+    let deviation = square(&|led| (spots.state[led] - 0.5) * spots.contrast * root(led));
     let agreement = square(&|led| slope.led_agreement(led) / root(led));
     let [across, down] = spots
         .lattice
@@ -62,7 +62,7 @@ mod tests {
     use crate::fit;
     use crate::frame::Frame;
     use crate::lattice::Lattice;
-    use crate::spots::{Canvas, GreyMetric, Scenery};
+    use crate::spots::{GreyMetric, Observation, Residuals};
     use crate::synthetic::Scene;
 
     const SCENE: Scene = Scene {
@@ -74,23 +74,24 @@ mod tests {
     fn odds_of(pixels: &[u8]) -> f32 {
         let frame = Frame::new(pixels, SCENE.width, SCENE.height).unwrap();
         let metric = GreyMetric::new(2.2);
-        let scenery = Scenery {
+        let observation = Observation {
             frame: &frame,
             earlier: None,
             metric: &metric,
         };
         let lattice = Lattice::through(&SCENE.corners());
-        let start = Spots {
+        let start = LatticeModel {
             lattice,
             sigma: 1.58,
             background: 1.0,
             off: 0.0,
-            step: 0.0,
+            contrast: 0.0,
             state: core::array::from_fn(|led| (SCENE.bits >> led & 1) as f32),
         };
         let window = fit::window(&lattice, 0.6, (SCENE.width, SCENE.height)).unwrap();
-        let mut canvas = std::boxed::Box::new(Canvas::<4096>::new());
-        let fitted = fit::levenberg_marquardt(&mut canvas, scenery, window, start, 20).unwrap();
+        let mut residuals = std::boxed::Box::new(Residuals::<4096>::new());
+        let fitted =
+            fit::levenberg_marquardt(&mut residuals, observation, window, start, 20).unwrap();
         log_odds(&fitted.spots, &fitted.slope, 4.0)
     }
 

@@ -2,7 +2,7 @@
 
 use super::survey::Tiles;
 use crate::lattice::Lattice;
-use crate::spots::Canvas;
+use crate::spots::Residuals;
 
 /// What a search through frames of any size needs: 131 kB. A search also takes up to 100 kB of stack.
 pub struct SearchMemory {
@@ -35,7 +35,7 @@ impl Default for SearchMemory {
 /// What a [`Locator`](super::Locator) by itself needs, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a
 /// pixel.
 pub struct LocatorMemory<const PIXELS: usize> {
-    pub(super) canvas: Canvas<PIXELS>,
+    pub(super) residuals: Residuals<PIXELS>,
     pub(super) search: SearchMemory,
 }
 
@@ -43,7 +43,7 @@ impl<const PIXELS: usize> LocatorMemory<PIXELS> {
     /// Memory that holds nothing.
     pub const fn new() -> Self {
         Self {
-            canvas: Canvas::new(),
+            residuals: Residuals::new(),
             search: SearchMemory::new(),
         }
     }
@@ -57,6 +57,6 @@ impl<const PIXELS: usize> Default for LocatorMemory<PIXELS> {
 
 /// The parts of the memory that a search works in, wherever they lie.
 pub(crate) struct Workspace<'a, const PIXELS: usize> {
-    pub canvas: &'a mut Canvas<PIXELS>,
+    pub residuals: &'a mut Residuals<PIXELS>,
     pub search: &'a mut SearchMemory,
 }

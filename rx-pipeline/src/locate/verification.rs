@@ -10,7 +10,7 @@ use crate::corners::Corners;
 use crate::fit::{self, Fit};
 use crate::lattice::Lattice;
 use crate::parameters::verification::*;
-use crate::spots::{Canvas, GreyMetric, Scenery, Slope, Spots};
+use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals, Slope};
 use criteria::examine;
 use lines::Lines;
 use link::panel::LEDS;
@@ -18,7 +18,7 @@ use link::panel::LEDS;
 /// A lattice that is a panel.
 pub(super) struct Verified {
     pub corners: Corners,
-    pub spots: Spots,
+    pub spots: LatticeModel,
     pub residual_grey: f32,
     pub noise_grey: f32,
     pub signal_to_noise: f32,
@@ -44,13 +44,13 @@ impl Verified {
 
 /// Lets the lattice settle on the pixels and examines what comes out.
 pub(super) fn verify<const N: usize>(
-    canvas: &mut Canvas<N>,
+    residuals: &mut Residuals<N>,
     view: &View<'_, '_>,
     metric: &GreyMetric,
     lattice: Lattice,
     state: [i8; LEDS],
 ) -> Result<Verified, LocateError> {
-    let scenery = Scenery {
+    let observation = Observation {
         frame: view.frame,
         earlier: view.earlier,
         metric,
@@ -58,7 +58,7 @@ pub(super) fn verify<const N: usize>(
     let size = (view.frame.width(), view.frame.height());
     let single = view.earlier.is_none();
     let rim = rim(single);
-    let start = Spots {
+    let start = LatticeModel {
         lattice,
         sigma: view.spot_sigma_px,
         background: if single {
@@ -67,29 +67,29 @@ pub(super) fn verify<const N: usize>(
             0.0
         },
         off: 0.0,
-        step: 0.0,
+        contrast: 0.0,
         state: state.map(f32::from),
     };
     let no_lattice = LocateError::NoLattice;
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
     let fitted =
-        fit::levenberg_marquardt(canvas, scenery, window, start, STEPS).ok_or(no_lattice)?;
+        fit::levenberg_marquardt(residuals, observation, window, start, STEPS).ok_or(no_lattice)?;
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
-    let fitted = on_its_line(canvas, scenery, fitted, noise)?;
+    let fitted = on_its_line(residuals, observation, fitted, noise)?;
     let window = fit::window(&fitted.spots.lattice, rim, size).ok_or(no_lattice)?;
-    let slope = canvas
-        .compare(&fitted.spots, scenery, window)
+    let slope = residuals
+        .compare(&fitted.spots, observation, window)
         .ok_or(no_lattice)?;
     let fitted = Fit { slope, ..fitted };
     // What stands still is gone from the difference of two frames: around the panel there is noise alone.
     let around = if single {
         None
     } else {
-        canvas.noise_around(&fitted.spots, window)
+        residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
     let signal_to_noise = examine(&fitted, noise, single, view.spot_sigma_px)?;
-    let lit_around = canvas.lit_around(&fitted.spots, window);
+    let lit_around = residuals.lit_around(&fitted.spots, window);
     if lit_around > LIT_AROUND[usize::from(single)] {
         return Err(LocateError::GoesOn { lit_around });
     }
@@ -116,12 +116,12 @@ fn rim(single: bool) -> f32 {
 /// The fit, or that of the lattice counted from a neighbouring line if this is the right one; an error if the frame does not tell them
 /// apart.
 fn on_its_line<const N: usize>(
-    canvas: &mut Canvas<N>,
-    scenery: Scenery<'_, '_>,
+    residuals: &mut Residuals<N>,
+    observation: Observation<'_, '_>,
     fitted: Fit,
     noise: f32,
 ) -> Result<Fit, LocateError> {
-    let single = scenery.earlier.is_none();
+    let single = observation.earlier.is_none();
     let Slope {
         squares,
         total,
@@ -136,9 +136,9 @@ fn on_its_line<const N: usize>(
         return Ok(fitted);
     }
     let no_lattice = LocateError::NoLattice;
-    let size = (scenery.frame.width(), scenery.frame.height());
+    let size = (observation.frame.width(), observation.frame.height());
     let wide = fit::window(&fitted.spots.lattice, WIDE, size).ok_or(no_lattice)?;
-    let lines = Lines::of(canvas, scenery, wide, &fitted.spots).ok_or(no_lattice)?;
+    let lines = Lines::of(residuals, observation, wide, &fitted.spots).ok_or(no_lattice)?;
     let doubt = lines.here - lines.best_beside;
     // What is behind the panel, or noise, may make up for a line.
     let enough = if single {
@@ -149,7 +149,8 @@ fn on_its_line<const N: usize>(
     let moved = if doubt > WORTH_A_MOVE * noise {
         let moved = lines.beside;
         let window = fit::window(&moved.lattice, rim(single), size).ok_or(no_lattice)?;
-        fit::levenberg_marquardt(canvas, scenery, window, moved, STEPS_MOVED).ok_or(no_lattice)?
+        fit::levenberg_marquardt(residuals, observation, window, moved, STEPS_MOVED)
+            .ok_or(no_lattice)?
     } else {
         fitted
     };
@@ -162,7 +163,7 @@ fn on_its_line<const N: usize>(
 }
 
 /// How far apart the spots are: 1 where they stand alone, less where they overlap.
-pub(super) fn apart(spots: &Spots) -> f32 {
+pub(super) fn apart(spots: &LatticeModel) -> f32 {
     let [across, down] = spots.lattice.pitch();
     (across.min(down) / (CLOSE * spots.sigma)).min(1.0)
 }

@@ -5,7 +5,7 @@ use super::settings::ReceiverSettings;
 use crate::cells::CellMap;
 use crate::detect::Method;
 use crate::likelihood::MaximumLikelihood;
-use crate::spots::Canvas;
+use crate::spots::Residuals;
 
 /// What a receiver follows and reads with: `PANELS` panels of up to `PIXELS` (bounding box).
 ///
@@ -14,7 +14,7 @@ use crate::spots::Canvas;
 /// for it on the stack.
 pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
     pub(super) panels: [PanelMemory<PIXELS>; PANELS],
-    pub(super) canvas: Canvas<PIXELS>,
+    pub(super) residuals: Residuals<PIXELS>,
 }
 
 /// What each panel has of its own.
@@ -30,10 +30,10 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
     };
 
     /// What the panel is read with.
-    pub fn tools<'a>(&'a mut self, canvas: &'a mut Canvas<PIXELS>) -> Tools<'a, PIXELS> {
+    pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>) -> Tools<'a, PIXELS> {
         Tools {
             map: &mut self.map,
-            canvas,
+            residuals,
             likelihood: &mut self.likelihood,
         }
     }
@@ -43,7 +43,7 @@ impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
     /// A constant, so that its parts are not made one by one on the stack before they are put together.
     const EMPTY: Self = Self {
         panels: [const { PanelMemory::EMPTY }; PANELS],
-        canvas: Canvas::new(),
+        residuals: Residuals::new(),
     };
 
     /// Memory that holds nothing yet.

@@ -12,7 +12,7 @@ use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
 use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, SAME_CELLS};
 use crate::profile::{Profile, Stage};
-use crate::spots::{Canvas, Scenery, Spots};
+use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::symbols::{Symbol, SymbolClock};
 use crate::track::{Gate, Track, TrackError};
 use link::framing::{Deframer, Event};
@@ -40,7 +40,7 @@ fn better(
 /// The large parts that it takes to read a panel.
 pub(crate) struct Tools<'a, const N: usize> {
     pub map: &'a mut CellMap<N>,
-    pub canvas: &'a mut Canvas<N>,
+    pub residuals: &'a mut Residuals<N>,
     pub likelihood: &'a mut MaximumLikelihood<N>,
 }
 
@@ -135,8 +135,8 @@ impl Reader {
                 let track = match &reading.detection.mixed {
                     None => corrected,
                     Some(mixture) => {
-                        let scenery = scenery(frame, locator);
-                        corrected_by_both(&track, mixture, number, scenery, tools.canvas)
+                        let observation = observation(frame, locator);
+                        corrected_by_both(&track, mixture, number, observation, tools.residuals)
                     }
                 };
                 (self.track, self.seen) = (Some(track), Some(reading.corners));
@@ -221,15 +221,15 @@ impl Reader {
                 other => other,
             })?;
         let bits = reading.detection.bits;
-        let scenery = scenery(input.frame, input.locator);
+        let observation = observation(input.frame, input.locator);
         let corrected = profile.timed(Stage::Follow, || {
             track.corrected(
                 input.number,
-                scenery,
+                observation,
                 lattice,
                 bits.shares(),
                 gate,
-                input.tools.canvas,
+                input.tools.residuals,
             )
         });
         let (track, explained) = corrected?;
@@ -294,12 +294,12 @@ impl Reader {
         map.build(&corners, frame_size.0, frame_size.1)?;
         self.cells = Some(corners);
         let lattice = Lattice::through(&corners);
-        let spots = Spots {
+        let spots = LatticeModel {
             lattice,
             sigma: spot_sigma_px,
             background: 1.0,
             off: 0.0,
-            step: 1.0,
+            contrast: 1.0,
             state: [0.0; 64],
         };
         (self.track, self.seen) = (Some(Track::placed(spots, frame_size)), Some(corners));
@@ -340,20 +340,20 @@ fn corrected_by_both<const N: usize>(
     track: &Track,
     mixture: &Mixture,
     number: u64,
-    scenery: Scenery<'_, '_>,
-    canvas: &mut Canvas<N>,
+    observation: Observation<'_, '_>,
+    residuals: &mut Residuals<N>,
 ) -> Track {
     let expected = track.predicted(number);
     let corrected = mixture.lit().and_then(|lit| {
         track
-            .corrected(number, scenery, expected, lit, Gate::SURE, canvas)
+            .corrected(number, observation, expected, lit, Gate::SURE, residuals)
             .ok()
     });
     corrected.map_or(*track, |(corrected, _)| corrected)
 }
 
-fn scenery<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Scenery<'a, 'f> {
-    Scenery {
+fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observation<'a, 'f> {
+    Observation {
         frame,
         earlier: None,
         metric: locator.metric(),

@@ -8,7 +8,7 @@ use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::locate::{Effort, Location, Locator, SearchMemory, Workspace};
 use crate::profile::Profile;
-use crate::spots::Canvas;
+use crate::spots::Residuals;
 
 /// Where panels come from: [`FrameSearch`] looks for them, [`NoSearch`] waits to be told of one.
 ///
@@ -34,7 +34,7 @@ pub struct Query<'a, 'f, const PIXELS: usize> {
     pub(super) frame: &'a Frame<'f>,
     pub(super) locator: &'a Locator,
     pub(super) known: &'a [Corners],
-    pub(super) canvas: &'a mut Canvas<PIXELS>,
+    pub(super) residuals: &'a mut Residuals<PIXELS>,
 }
 
 /// No search: panels are read where [`Receiver::place`](super::Receiver::place) says.
@@ -91,10 +91,10 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             frame,
             locator,
             known,
-            canvas,
+            residuals,
         } = query;
         let search = self.memory.borrow_mut();
-        let workspace = Workspace { canvas, search };
+        let workspace = Workspace { residuals, search };
         let found = self.history.with_earlier(frame, |earlier| {
             locator.search(
                 frame,

@@ -6,7 +6,7 @@
 //! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or saturated middles; between
 //! neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at each spot's pixels.
 
-use super::canvas::Slope;
+use super::residuals::Slope;
 use crate::lattice::{Lattice, MIDDLE};
 use crate::parameters::spots::SIGMA_PX;
 use link::panel::{LEDS, SIDE};
@@ -14,14 +14,14 @@ use nalgebra::{SMatrix, SVector};
 
 /// The model's unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spots {
+pub(crate) struct LatticeModel {
     pub lattice: Lattice,
     pub sigma: f32,
     pub background: f32,
     /// α
     pub off: f32,
     /// β
-    pub step: f32,
+    pub contrast: f32,
     /// sₖ
     pub state: [f32; LEDS],
 }
@@ -29,7 +29,7 @@ pub(crate) struct Spots {
 /// Shape unknowns: centre, column step, row step, logarithm of the width.
 const SHAPE: usize = 7;
 
-impl Spots {
+impl LatticeModel {
     /// The squared grey levels that the dimmest of the four outer lines of LEDs makes: what a lattice one line off would leave out.
     pub fn dimmest_edge(&self, slope: &Slope) -> f32 {
         let energy = |led: usize| self.amplitude(led) * self.amplitude(led) * slope.led[led].weight;
@@ -44,7 +44,7 @@ impl Spots {
     }
 
     pub fn amplitude(&self, led: usize) -> f32 {
-        self.off + self.step * self.state[led]
+        self.off + self.contrast * self.state[led]
     }
 
     /// Normalised overlaps of two spots `d` apart: of heights, and of derivatives along xx, xy, yy.
@@ -123,7 +123,7 @@ impl Spots {
         Some(Self {
             background: self.background + step[0],
             off: self.off + step[1],
-            step: self.step + step[2],
+            contrast: self.contrast + step[2],
             ..*self
         })
     }
@@ -195,7 +195,7 @@ impl Spots {
                 if !(least..=1.0).contains(&state) {
                     continue;
                 }
-                let d = self.step * direction;
+                let d = self.contrast * direction;
                 let g = 2.0 * d * m.height - d * d * m.weight;
                 if g > gain[led] {
                     (gain[led], to[led]) = (g, state);

@@ -5,7 +5,7 @@ use crate::fit::Fit;
 use crate::lattice::Lattice;
 use crate::locate::LocateError;
 use crate::parameters::verification::*;
-use crate::spots::{Slope, Spots};
+use crate::spots::{LatticeModel, Slope};
 
 /// All that needs nothing but the fit, with `noise` the variance of a pixel; gives the signal-to-noise ratio.
 pub(super) fn examine(
@@ -20,7 +20,7 @@ pub(super) fn examine(
     let signal_to_noise = clear(slope, noise, single)?;
     random(spots)?;
     all_edges_seen(spots, slope, noise)?;
-    if single && spots.off < DARKEST_OFF * spots.step {
+    if single && spots.off < DARKEST_OFF * spots.contrast {
         return Err(LocateError::NoLattice);
     }
     seen_from_before(&spots.lattice)?;
@@ -68,7 +68,7 @@ fn clear(slope: &Slope, noise: f32, single: bool) -> Result<f32, LocateError> {
     Ok(libm::sqrtf(explained))
 }
 
-fn random(spots: &Spots) -> Result<(), LocateError> {
+fn random(spots: &LatticeModel) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
     let pattern = states.fold(0u64, |bits, (led, &state)| {
         bits | u64::from(state != 0.0) << led
@@ -80,7 +80,7 @@ fn random(spots: &Spots) -> Result<(), LocateError> {
     Ok(())
 }
 
-fn all_edges_seen(spots: &Spots, slope: &Slope, noise: f32) -> Result<(), LocateError> {
+fn all_edges_seen(spots: &LatticeModel, slope: &Slope, noise: f32) -> Result<(), LocateError> {
     let edge = spots.dimmest_edge(slope) / noise;
     if edge < LEAST_EDGE {
         return Err(LocateError::EdgeUnseen {
@@ -110,7 +110,7 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     Ok(())
 }
 
-fn as_wide_as_leds(spots: &Spots, spot_sigma_px: f32) -> Result<(), LocateError> {
+fn as_wide_as_leds(spots: &LatticeModel, spot_sigma_px: f32) -> Result<(), LocateError> {
     let [across, down] = spots.lattice.pitch();
     // A disc's variance along an axis is a sixteenth of its diameter's square.
     let disc = across.max(down) / PITCH_OVER_LED / 4.0;

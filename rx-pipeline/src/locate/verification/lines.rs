@@ -2,22 +2,22 @@
 
 use crate::fit;
 use crate::parameters::verification::{LIKELIEST, STEPS_COMPARED};
-use crate::spots::{Canvas, Scenery, Spots, Window};
+use crate::spots::{LatticeModel, Observation, Residuals, Window};
 
 /// How a lattice fits, and how the best one counted from a neighbouring line does.
 pub(super) struct Lines {
     pub here: f32,
     pub total: f32,
     pub best_beside: f32,
-    pub beside: Spots,
+    pub beside: LatticeModel,
 }
 
 impl Lines {
     pub fn of<const N: usize>(
-        canvas: &mut Canvas<N>,
-        scenery: Scenery<'_, '_>,
+        residuals: &mut Residuals<N>,
+        observation: Observation<'_, '_>,
         window: Window,
-        spots: &Spots,
+        spots: &LatticeModel,
     ) -> Option<Self> {
         const STEPS: [(i32, i32); 8] = [
             (-1, 0),
@@ -29,25 +29,30 @@ impl Lines {
             (1, -1),
             (-1, -1),
         ];
-        let pair = scenery.earlier.is_some();
-        let here = fit::levenberg_marquardt(canvas, scenery, window, *spots, STEPS_COMPARED[0])?;
+        let pair = observation.earlier.is_some();
+        let here =
+            fit::levenberg_marquardt(residuals, observation, window, *spots, STEPS_COMPARED[0])?;
         let mut lines = Self {
             here: here.slope.squares,
             total: here.slope.total,
             best_beside: f32::INFINITY,
             beside: here.spots,
         };
-        let mut beside: [(f32, Spots); 8] = STEPS.map(|(columns, rows)| {
+        let mut beside: [(f32, LatticeModel); 8] = STEPS.map(|(columns, rows)| {
             let shifted = fit::shifted(&here.spots, columns, rows);
-            let slope = canvas.compare(&shifted, scenery, window);
+            let slope = residuals.compare(&shifted, observation, window);
             let expected = slope.map(|slope| shifted.expected_squares(&slope, pair));
             (expected.unwrap_or(f32::INFINITY), shifted)
         });
         beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (_, shifted) in &beside[..LIKELIEST] {
-            if let Some(there) =
-                fit::levenberg_marquardt(canvas, scenery, window, *shifted, STEPS_COMPARED[1])
-                && there.slope.squares < lines.best_beside
+            if let Some(there) = fit::levenberg_marquardt(
+                residuals,
+                observation,
+                window,
+                *shifted,
+                STEPS_COMPARED[1],
+            ) && there.slope.squares < lines.best_beside
             {
                 (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
             }

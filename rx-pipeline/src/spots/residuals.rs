@@ -1,7 +1,7 @@
 //! A model held against the pixels of a window.
 
 use super::grey_metric::GreyMetric;
-use super::lattice_model::Spots;
+use super::lattice_model::LatticeModel;
 use super::profile::{Moments, Profile};
 use super::window::{LANES, Window};
 use crate::frame::Frame;
@@ -10,14 +10,14 @@ use link::panel::{LEDS, SIDE};
 
 /// What the frame shows.
 #[derive(Clone, Copy)]
-pub(crate) struct Scenery<'a, 'f> {
+pub(crate) struct Observation<'a, 'f> {
     pub frame: &'a Frame<'f>,
     pub earlier: Option<&'a Frame<'f>>,
     pub metric: &'a GreyMetric,
 }
 
 /// Memory for a window of up to `N` pixels.
-pub(crate) struct Canvas<const N: usize> {
+pub(crate) struct Residuals<const N: usize> {
     residual: [f32; N],
     weight: [f32; N],
 }
@@ -112,7 +112,7 @@ impl Sums {
     }
 }
 
-impl<const N: usize> Canvas<N> {
+impl<const N: usize> Residuals<N> {
     pub const fn new() -> Self {
         Self {
             residual: [0.0; N],
@@ -120,11 +120,11 @@ impl<const N: usize> Canvas<N> {
         }
     }
 
-    /// Holds the model against the scenery.
+    /// Holds the model against the observation.
     pub fn compare(
         &mut self,
-        spots: &Spots,
-        scenery: Scenery<'_, '_>,
+        spots: &LatticeModel,
+        observation: Observation<'_, '_>,
         window: Window,
     ) -> Option<Slope> {
         let area = window.width * window.height;
@@ -148,14 +148,14 @@ impl<const N: usize> Canvas<N> {
             .chunks_exact_mut(window.width.max(1))
             .zip(weight.chunks_exact_mut(window.width.max(1)));
         for (y, (residual, weight)) in (window.y..).zip(rows) {
-            let now = scenery.frame.row(y)?.get(columns.clone())?;
-            let earlier = match scenery.earlier {
+            let now = observation.frame.row(y)?.get(columns.clone())?;
+            let earlier = match observation.earlier {
                 Some(earlier) => Some(earlier.row(y)?.get(columns.clone())?),
                 None => None,
             };
             let (now, earlier) = (now.as_chunks(), earlier.map(|row| row.as_chunks()));
             let (residual, weight) = (residual.as_chunks_mut(), weight.as_chunks_mut());
-            let (metric, background) = (scenery.metric, spots.background);
+            let (metric, background) = (observation.metric, spots.background);
             let most = (now.0, earlier.map(|row| row.0));
             sums.add_row::<LANES>(metric, most, background, residual.0, weight.0);
             let rest = (now.1.as_chunks().0, earlier.map(|row| row.1.as_chunks().0));
@@ -173,9 +173,9 @@ impl<const N: usize> Canvas<N> {
         })
     }
 
-    /// After [`Canvas::compare`]: the mean square that is left unexplained further than a pitch outside the lattice, in grey levels
+    /// After [`Residuals::compare`]: the mean square that is left unexplained further than a pitch outside the lattice, in grey levels
     /// squared; `None` where there is next to nothing to see.
-    pub fn noise_around(&self, spots: &Spots, window: Window) -> Option<f32> {
+    pub fn noise_around(&self, spots: &LatticeModel, window: Window) -> Option<f32> {
         let area = window.width * window.height;
         let (residual, weight) = (self.residual.get(..area)?, self.weight.get(..area)?);
         let (mut squares, mut pixels) = (0.0, 0u32);
@@ -197,8 +197,8 @@ impl<const N: usize> Canvas<N> {
         (pixels >= ENOUGH_PIXELS).then(|| squares / pixels as f32)
     }
 
-    /// After [`Canvas::compare`]: how many of the 36 places around the lattice hold half an LED's light or more.
-    pub fn lit_around(&self, spots: &Spots, window: Window) -> u32 {
+    /// After [`Residuals::compare`]: how many of the 36 places around the lattice hold half an LED's light or more.
+    pub fn lit_around(&self, spots: &LatticeModel, window: Window) -> u32 {
         let area = window.width * window.height;
         let (Some(residual), Some(weight)) = (self.residual.get(..area), self.weight.get(..area))
         else {
@@ -217,7 +217,8 @@ impl<const N: usize> Canvas<N> {
                 profile.place(at, spots.sigma, window);
                 let sums = profile.moments(residual, weight, window.width);
                 lit += u32::from(
-                    sums.height.abs() > 0.5 * spots.step.abs() * sums.weight && sums.weight > 0.0,
+                    sums.height.abs() > 0.5 * spots.contrast.abs() * sums.weight
+                        && sums.weight > 0.0,
                 );
             }
         }
