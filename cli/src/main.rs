@@ -7,10 +7,11 @@
 //! - [`report`]: what is told of results, on disk and while work goes on;
 //! - [`plot`]: charts; [`output`]: standard output; [`progress`]: standard error;
 //! - [`results`] keeps what long runs have finished, [`pictures`] and [`streams`] read and write frames, [`show`] draws what the
-//!   receiver sees, [`device`] talks to transmitters.
+//!   receiver sees, [`files`] are written whole or not at all, [`device`] talks to transmitters.
 
 mod commands;
 mod device;
+mod files;
 mod options;
 mod output;
 mod pictures;

@@ -8,6 +8,8 @@ use anyhow::{Context, bail, ensure};
 use image::{DynamicImage, GrayImage, ImageReader};
 use npyz::WriterBuilder;
 
+use crate::files::write_aside;
+
 /// An 8-bit grey image from a PNG, JPEG or PGM file.
 pub fn read_grey(path: &Path) -> anyhow::Result<GrayImage> {
     let decoded = ImageReader::open(path)
@@ -66,33 +68,5 @@ pub fn write_npy<T: npyz::AutoSerialize + Copy>(
         npy.extend(values.iter().copied())?;
         npy.finish()?;
         Ok(file.flush()?)
-    })
-}
-
-/// Writes a file beside its place and then moves it there, so that nobody finds half a file, not even after a power cut.
-pub fn write_aside(
-    path: &Path,
-    write: impl FnOnce(&Path) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let unwritten = || format!("cannot write {}", path.display());
-    // A device or a pipe is written to, not replaced.
-    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-        return write(path).with_context(unwritten);
-    }
-    let mut name = path
-        .file_name()
-        .with_context(|| format!("{} names no file", path.display()))?
-        .to_os_string();
-    // Two programs may write the same file.
-    name.push(format!(".{}.part", std::process::id()));
-    let aside = path.with_file_name(name);
-    let written = write(&aside).and_then(|()| {
-        File::open(&aside)?.sync_all()?;
-        Ok(std::fs::rename(&aside, path)?)
-    });
-    written.map_err(|error| {
-        // What is left of it is of no use; that it cannot be removed changes nothing.
-        let _ = std::fs::remove_file(&aside);
-        error.context(unwritten())
     })
 }

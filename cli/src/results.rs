@@ -8,7 +8,7 @@ use anyhow::{Context, ensure};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use studies::sweep::{News, Results, Run};
 
-use crate::pictures::write_aside;
+use crate::files;
 
 /// Between two times that a run keeps what it has finished.
 const KEEP_EVERY: Duration = Duration::from_secs(10);
@@ -67,7 +67,7 @@ pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
 /// When they cannot be written; what was there before is untouched.
 pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
     let text = results.to_json()?;
-    write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
+    files::write(path, text)
 }
 
 /// Writes results, and a table beside them as comma-separated values.
@@ -77,9 +77,7 @@ pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
 pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     write(results, path)?;
     let table = results.to_csv();
-    write_aside(&stem(path, "json").with_added_extension("csv"), |aside| {
-        Ok(std::fs::write(aside, table)?)
-    })
+    files::write(&stem(path, "json").with_added_extension("csv"), table)
 }
 
 /// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever

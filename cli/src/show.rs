@@ -8,7 +8,7 @@ use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 
-use crate::pictures::write_aside;
+use crate::files::write_aside;
 
 /// The enlarged panel's side, about, in pixels.
 const SIDE_PX: f64 = 640.0;

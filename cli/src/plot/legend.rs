@@ -111,26 +111,24 @@ pub fn inside(
     Ok(place)
 }
 
-/// Of the corners and the middle of the top, the place of that size that covers the fewest pixels.
+/// Of the corners, then of places between them, the one of that size that covers the fewest pixels.
 fn freest(edges: Box, [width, height]: [i32; 2], drawn: &[(i32, i32)]) -> Box {
     let [left, top, right, bottom] = edges;
     let (near, far) = (left + RIM_PX, right - RIM_PX - width);
     let (high, low) = (top + RIM_PX, bottom - RIM_PX - height);
-    let corners = [
-        (near, high),
-        (far, high),
-        (far, low),
-        (near, low),
-        ((near + far) / 2, high),
-    ];
-    let places = corners.map(|(x, y)| [x, y, x + width, y + height]);
+    let corners = [(near, high), (far, high), (far, low), (near, low)];
+    let across = |k| near + k * (far - near) / 8;
+    let between = [high, low, (high + low) / 2];
+    let between = between.map(|y| (0..=8).map(move |k| (across(k), y)));
+    let places = corners.into_iter().chain(between.into_iter().flatten());
+    let places = places.map(|(x, y)| [x, y, x + width, y + height]);
     let covered = |place: &Box| {
         let pixels = drawn.iter();
         pixels
             .filter(|&&(x, y)| meet(*place, [x - 4, y - 4, x + 4, y + 4]))
             .count()
     };
-    places.into_iter().min_by_key(covered).unwrap_or(edges)
+    places.min_by_key(covered).unwrap_or(edges)
 }
 
 /// Where entries stand above a page so wide: from left to right, in as many lines as it takes, each row in lines of its own.

@@ -13,7 +13,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
 use super::palette::{BLACK, WHITE};
-use crate::pictures::write_aside;
+use crate::files;
 
 /// The font of all text.
 const FONT: &str = "DejaVu Sans";
@@ -134,12 +134,8 @@ pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
 /// When a file cannot be written.
 pub fn save(stem: &Path, svg: &str) -> anyhow::Result<()> {
     let image = png(svg)?;
-    write_aside(&stem.with_added_extension("svg"), |aside| {
-        Ok(std::fs::write(aside, svg)?)
-    })?;
-    write_aside(&stem.with_added_extension("png"), |aside| {
-        Ok(std::fs::write(aside, &image)?)
-    })
+    files::write(&stem.with_added_extension("svg"), svg)?;
+    files::write(&stem.with_added_extension("png"), &image)
 }
 
 fn fonts() -> &'static Arc<fontdb::Database> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::pictures::write_aside;
+use crate::files;
 use crate::plot;
 
 /// A finished figure.
@@ -22,9 +22,7 @@ impl Figure {
     pub fn save(&self, folder: &Path) -> anyhow::Result<()> {
         let stem = folder.join(self.name);
         plot::save(&stem, &self.svg)?;
-        write_aside(&stem.with_extension("csv"), |aside| {
-            Ok(std::fs::write(aside, &self.csv)?)
-        })
+        files::write(&stem.with_extension("csv"), &self.csv)
     }
 }
 

@@ -6,7 +6,7 @@ use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use studies::work_precision::{Part, Scale};
 
-use crate::pictures::write_aside;
+use crate::files;
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -76,7 +76,7 @@ impl Kept {
     /// Writes it: whole or not at all.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = serde_json::to_string(self)?;
-        write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
+        files::write(path, text)
     }
 }
 

@@ -11,9 +11,9 @@ use anyhow::{Context, ensure};
 use serde::Serialize;
 use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
+use crate::files;
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
-use crate::pictures::write_aside;
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
@@ -170,9 +170,7 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
         folder: FOLDER,
     };
     let page = page(&kept.parts, &made, &figures);
-    write_aside(&arguments.out.join("accuracy.md"), |aside| {
-        Ok(std::fs::write(aside, page.markdown())?)
-    })
+    files::write(&arguments.out.join("accuracy.md"), page.markdown())
 }
 
 /// The options that make the same.

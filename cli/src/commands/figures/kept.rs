@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sim::scene::Scene;
 use studies::reproduction::Findings;
 
-use crate::pictures::write_aside;
+use crate::files;
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -78,6 +78,6 @@ impl Kept {
     /// Writes it: whole or not at all.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = serde_json::to_string(self)?;
-        write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
+        files::write(path, text)
     }
 }

@@ -18,9 +18,9 @@ use studies::reproduction::{
     Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Study, judge,
 };
 
+use crate::files;
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
-use crate::pictures::write_aside;
 use crate::progress::Progress;
 use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
@@ -107,8 +107,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     }
     let command = command(arguments, shared, frames);
     let report = claims::report(&main.study, &command, &claims, &readings, &figures);
-    write(&arguments.out.join("report.md"), report.markdown())?;
-    write(&arguments.out.join("report.html"), &report.html())?;
+    files::write(&arguments.out.join("report.md"), report.markdown())?;
+    files::write(&arguments.out.join("report.html"), report.html())?;
     print(&claims, shared.json)?;
     if finished {
         Ok(Answer::Yes)
@@ -213,10 +213,6 @@ fn command(arguments: &Arguments, shared: &Shared, frames: u64) -> String {
     words.extend(arguments.quick.then(|| "--quick".into()));
     words.extend(shared.set.iter().map(|set| format!("--set {set}")));
     words.join(" ")
-}
-
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
 }
 
 fn print(claims: &[Claim], as_json: bool) -> anyhow::Result<()> {

@@ -12,9 +12,9 @@ use studies::optimum::{Criterion, RANGE, Search};
 use studies::table::{Rule, Survey, TableFile};
 
 use crate::commands::evaluate::single_precision;
+use crate::files;
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
-use crate::pictures::write_aside;
 use crate::report::optimum::Report;
 use crate::{plot, results};
 
@@ -138,7 +138,7 @@ impl Arguments {
         let text = file
             .to_toml()
             .context("the table cannot be written as TOML")?;
-        write_aside(path, |aside| Ok(std::fs::write(aside, text)?))
+        files::write(path, text)
     }
 }
 

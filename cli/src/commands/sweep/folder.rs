@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use studies::sweep::{Division, PlanFile, Shard, Sweep};
 
-use crate::pictures::write_aside;
+use crate::files;
 
 /// The sum of all shards, or what one run has done.
 pub fn whole(folder: &Path) -> PathBuf {
@@ -86,7 +86,7 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
     let text = fixed
         .to_toml()
         .context("the plan cannot be written as TOML")?;
-    write_aside(&path, |aside| Ok(std::fs::write(aside, text)?))?;
+    files::write(&path, text)?;
     Ok(fixed)
 }
 
@@ -120,7 +120,7 @@ pub fn note_failure(
         // Where there is no room even for this, the shard is shown as missing.
         Some(error) => {
             let text = crate::output::explain(error);
-            let _ = write_aside(&path, |aside| Ok(std::fs::write(aside, text)?));
+            let _ = files::write(&path, text);
         }
         None if path.exists() => std::fs::remove_file(&path)
             .with_context(|| format!("cannot remove {}", path.display()))?,

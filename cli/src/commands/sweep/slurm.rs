@@ -8,8 +8,8 @@ use studies::sweep::{MOST_SHARDS, PlanFile};
 
 use super::folder;
 use super::time_limit::TimeLimit;
+use crate::files;
 use crate::output::{Answer, line};
-use crate::pictures::write_aside;
 
 /// Options of jobs.
 #[derive(clap::Args)]
@@ -104,7 +104,7 @@ pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Ans
     let job = Job::new(options, &path)?;
     let (array, merge) = (path.join("array.sbatch"), path.join("merge.sbatch"));
     for (script, text) in [(&array, job.array()), (&merge, job.merge())] {
-        write_aside(script, |aside| Ok(std::fs::write(aside, text)?))?;
+        files::write(script, text)?;
     }
     if options.submit {
         let tasks = submit(&[], &array)?;

@@ -8,9 +8,9 @@ use serde_json::json;
 use sim::l2a::{read_table, table_file};
 
 use crate::device::table::{pull, push};
+use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
-use crate::pictures::write_aside;
 use crate::progress::Progress;
 
 /// A table and a transmitter.
@@ -41,7 +41,7 @@ impl Transfer {
         let text = table_file(&table);
         match &self.file {
             Some(path) => {
-                write_aside(path, |aside| Ok(std::fs::write(aside, &text)?))?;
+                files::write(path, &text)?;
                 self.report(&table, shared, &format!("is in {}", path.display()))
             }
             None if shared.json => self.report(&table, shared, ""),
