@@ -22,18 +22,25 @@ fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
         .errors()
 }
 
+/// Presets, and their L2A: as bright as the paper's, and dimmed until k-means errs often.
+const DIMMED: [(&str, f64); 4] = [("day", 2.0), ("night", 2.0), ("day", 0.1), ("night", 0.3)];
+
 #[test]
 fn fisher_learns_on_a_dimmed_and_noisy_panel_too() {
-    for preset in ["day", "night"] {
-        let scene = Scene::load(preset, &["link.l2a=2".into()]).expect("a preset");
+    for (preset, l2a) in DIMMED {
+        let scene = Scene::load(preset, &[format!("link.l2a={l2a}")]).expect("a preset");
         let [fisher, with_ngr, kmeans] = [
             DetectorChoice::Fisher,
             DetectorChoice::FisherNgr,
             DetectorChoice::KMeans,
         ]
         .map(|detector| errors(&scene, detector, 500));
-        assert!(fisher <= kmeans, "{preset}: {fisher} against {kmeans}");
-        assert!(with_ngr <= kmeans, "{preset}: {with_ngr} against {kmeans}");
+        println!("{preset}, L2A {l2a}: {kmeans}, {fisher}, {with_ngr} (seed 7)");
+        // None of what k-means reads wrongly is no comparison.
+        assert!(
+            fisher < kmeans && with_ngr < kmeans,
+            "{preset}, L2A {l2a}: {fisher} and {with_ngr} against {kmeans}"
+        );
     }
 }
 
@@ -65,12 +72,15 @@ fn maximum_likelihood_errs_a_tenth_as_often_as_kmeans_and_the_genie_no_more_ofte
         ]
         .map(|detector| errors(&scene, detector, 24));
         println!("interval {interval}, ISO {iso}, L2A {l2a}: {kmeans}, {found}, {genie} (seed 7)");
-        assert!(10 * found <= kmeans, "{found} against {kmeans}");
+        assert!(
+            kmeans >= 20 && 10 * found <= kmeans,
+            "{found} against {kmeans}"
+        );
         total = [total[0] + kmeans, total[1] + found, total[2] + genie];
     }
     let [kmeans, found, genie] = total;
     assert!(
-        30 * found <= kmeans && genie <= found,
+        30 * found <= kmeans && 0 < genie && genie <= found,
         "{found} between {genie} and {kmeans}"
     );
 }

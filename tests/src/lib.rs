@@ -1,7 +1,6 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
 pub mod firmware;
-pub mod least_squares;
 pub mod naive;
 pub mod offset;
 pub mod programs;
@@ -16,6 +15,11 @@ use serde::Deserialize;
 /// Whether a test takes all its cases, however long that takes: where `VOCC_TEST_CASES` is `all`.
 pub fn all_cases() -> bool {
     std::env::var_os("VOCC_TEST_CASES").is_some_and(|cases| cases == "all")
+}
+
+/// How many random cases a slow property is held to: `few` in the gate, `all` on demand.
+pub fn cases(few: u32, all: u32) -> u32 {
+    if all_cases() { all } else { few }
 }
 
 /// One reference frame.
@@ -106,14 +110,7 @@ fn load(folder: &str, path: &Path) -> ReferenceFrame {
     let truth = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}", fault(&error)));
     let bytes =
         fs::read(path.with_extension("npy")).unwrap_or_else(|error| panic!("{}", fault(&error)));
-    let npy =
-        npyz::NpyFile::new(bytes.as_slice()).unwrap_or_else(|error| panic!("{}", fault(&error)));
-    let [height, width] = *npy.shape() else {
-        panic!("{}", fault(&"not a matrix"))
-    };
-    let linear = npy
-        .into_vec::<f32>()
-        .unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let matrix = npy(&bytes).unwrap_or_else(|| panic!("{}", fault(&"no matrix of <f4")));
     let number = path
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned())
@@ -122,8 +119,40 @@ fn load(folder: &str, path: &Path) -> ReferenceFrame {
         name: format!("{folder}/{number}"),
         truth,
         png: path.with_extension("png"),
-        width: width as usize,
-        height: height as usize,
-        linear,
+        width: matrix.width,
+        height: matrix.height,
+        linear: matrix.values,
     }
+}
+
+/// A matrix, row by row.
+struct Matrix {
+    height: usize,
+    width: usize,
+    values: Vec<f32>,
+}
+
+/// What a NumPy file of version 1.0 holds, where that is a matrix of single precision.
+fn npy(bytes: &[u8]) -> Option<Matrix> {
+    let (length, rest) = bytes
+        .strip_prefix(b"\x93NUMPY\x01\x00")?
+        .split_first_chunk()?;
+    let (about, numbers) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;
+    let about = std::str::from_utf8(about).ok()?;
+    let shape = about
+        .trim()
+        .strip_prefix("{'descr': '<f4', 'fortran_order': False, 'shape': (")?
+        .strip_suffix("), }")?;
+    let (height, width) = shape.split_once(", ")?;
+    let (height, width) = (height.parse().ok()?, width.parse().ok()?);
+    let (numbers, rest) = numbers.as_chunks();
+    let values: Vec<f32> = numbers
+        .iter()
+        .map(|four| f32::from_le_bytes(*four))
+        .collect();
+    (rest.is_empty() && values.len() == height * width).then_some(Matrix {
+        height,
+        width,
+        values,
+    })
 }

@@ -148,3 +148,6 @@ fn darkest_side<const PIXELS: usize>(image: &Image<PIXELS>) -> f32 {
     .fold(f32::INFINITY, f32::min)
     .max(0.0)
 }
+
+#[cfg(test)]
+mod tests;
