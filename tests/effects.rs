@@ -10,6 +10,7 @@ use sim::plan::Plan;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::{Pose, Scene};
+use vocc_tests::cases;
 
 /// Random scenes in which every effect but the photograph has something to do; [`scene`] adds two more panels.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
@@ -137,7 +138,7 @@ fn deterministic() -> Vec<&'static str> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(8, 96), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn leaving_one_effect_out_changes_no_more_than_its_bound(settings in scenes(), others in any::<bool>(), frame in 0u64..50) {

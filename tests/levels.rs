@@ -7,6 +7,7 @@ use sim::camera::grey;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
+use vocc_tests::cases;
 
 /// Blurs from none to far wider than an LED; the sharp ones are what chords are worst at.
 fn blurs() -> impl Strategy<Value = f64> {
@@ -62,7 +63,7 @@ fn shown(renderer: &Renderer, bits: u64, shift_px: [f64; 2]) -> Shown {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(20, 200), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_level_is_within_its_bound_of_the_reference(

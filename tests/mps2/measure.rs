@@ -7,8 +7,8 @@ use vocc_tests::firmware::{Size, say, size};
 
 use crate::board::instructions;
 
-/// What `docs/embedded-receiver.md` states, rounded up.
-const FLASH_MAX: u32 = 300 * 1024;
+/// What `docs/embedded-receiver.md` states, rounded up; flash by the compiler that makes most of it.
+const FLASH_MAX: u32 = 320 * 1024;
 const RAM_MAX: u32 = 580_000;
 pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
 pub const STACK_MAX: u32 = 140 * 1024;

@@ -16,6 +16,9 @@ pub fn root() -> &'static Path {
 
 /// Builds `vocc` in the profile that the running test was built with.
 ///
+/// As a part of the workspace's tests: `cargo build` would choose other features of the packages that they share, and so compile most of
+/// them, and all crates here, once more.
+///
 /// # Errors
 /// Why it cannot be built.
 pub fn vocc() -> Result<PathBuf, Unready> {
@@ -23,7 +26,8 @@ pub fn vocc() -> Result<PathBuf, Unready> {
     let optimised = beside.ends_with("release").then_some("--release");
     output(
         Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--locked", "--bin", "vocc"])
+            .args(["test", "--quiet", "--locked", "--workspace", "--no-run"])
+            .args(["--test", "command_line"])
             .args(optimised),
     )?;
     Ok(beside.join("vocc"))
