@@ -6,7 +6,6 @@ use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
 use image::{DynamicImage, GrayImage, ImageReader};
-use npyz::WriterBuilder;
 
 use crate::files::write_aside;
 
@@ -51,22 +50,72 @@ pub fn write_png(path: &Path, grey: &[u8], width: usize, height: usize) -> anyho
     })
 }
 
-/// Writes a matrix as a NumPy file: whole or not at all.
-pub fn write_npy<T: npyz::AutoSerialize + Copy>(
+/// A number that NumPy files hold.
+pub trait Number: Copy {
+    /// What NumPy calls it.
+    const NAME: &str;
+    /// Its bytes, the lowest first.
+    fn bytes(self) -> impl AsRef<[u8]>;
+}
+
+impl Number for f32 {
+    const NAME: &str = "<f4";
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.to_le_bytes()
+    }
+}
+
+impl Number for f64 {
+    const NAME: &str = "<f8";
+    fn bytes(self) -> impl AsRef<[u8]> {
+        self.to_le_bytes()
+    }
+}
+
+/// Writes a matrix as a NumPy file of version 1.0: whole or not at all.
+pub fn write_npy<T: Number>(
     path: &Path,
     values: &[T],
     width: usize,
     height: usize,
 ) -> anyhow::Result<()> {
+    const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
+    // NumPy wants the numbers to begin at a multiple of this; the header is never longer.
+    const HEADER: usize = 128;
+    let about = format!(
+        "{{'descr': '{}', 'fortran_order': False, 'shape': ({height}, {width}), }}",
+        T::NAME
+    );
+    let padded = HEADER - MAGIC.len() - 2;
     write_aside(path, |aside| {
         let mut file = BufWriter::new(File::create(aside)?);
-        let mut npy = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&[height as u64, width as u64])
-            .writer(&mut file)
-            .begin_nd()?;
-        npy.extend(values.iter().copied())?;
-        npy.finish()?;
+        file.write_all(MAGIC)?;
+        file.write_all(&(padded as u16).to_le_bytes())?;
+        writeln!(file, "{about:<0$}", padded - 1)?;
+        for value in values {
+            file.write_all(value.bytes().as_ref())?;
+        }
         Ok(file.flush()?)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_are_written_as_numpy_reads_them() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("matrix.npy");
+        write_npy(&path, &[1.5f32, -2.0, 0.0, 4.0, 5.0, 6.0], 3, 2).expect("a file");
+        let bytes = std::fs::read(&path).expect("a file");
+        let (header, numbers) = bytes.split_at(128);
+        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\x76\x00");
+        let about = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
+        let text = std::str::from_utf8(&header[10..]).expect("plain text");
+        assert_eq!(text.trim_end(), about);
+        assert!(text.ends_with('\n'));
+        assert_eq!(numbers.len(), 24);
+        assert_eq!(numbers[..8], [0, 0, 0xc0, 0x3f, 0, 0, 0, 0xc0]);
+    }
 }

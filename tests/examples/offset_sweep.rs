@@ -1,14 +1,10 @@
-//! Draws what an offset costs a variance: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`
-//! and `.png`.
+//! Draws what an offset costs a variance: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`.
 
 use std::error::Error;
 use std::path::Path;
-use std::sync::Arc;
 
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb};
 use studies::statistics::Moments;
 use vocc_tests::naive;
 use vocc_tests::offset::{values_about, variance};
@@ -54,11 +50,9 @@ const WAYS: [Way; 3] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let stem = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/numerics/offset_sweep");
-    let svg = drawing()?;
-    std::fs::write(stem.with_extension("svg"), &svg)?;
-    std::fs::write(stem.with_extension("png"), png(&svg)?)?;
-    println!("{}", stem.with_extension("png").display());
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/numerics/offset_sweep.svg");
+    std::fs::write(&path, drawing()?)?;
+    println!("{}", path.display());
     Ok(())
 }
 
@@ -110,19 +104,4 @@ fn drawing() -> Result<String, Box<dyn Error>> {
         surface.present()?;
     }
     Ok(document)
-}
-
-/// Twice as large, for screens that show two points a pixel.
-fn png(svg: &str) -> Result<Vec<u8>, Box<dyn Error>> {
-    let mut fonts = fontdb::Database::new();
-    fonts.load_font_data(dejavu::sans::regular().to_vec());
-    let options = Options {
-        font_family: FONT.into(),
-        fontdb: Arc::new(fonts),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options)?;
-    let mut image = Pixmap::new(2 * SIZE.0, 2 * SIZE.1).ok_or("no pixels")?;
-    resvg::render(&tree, Transform::from_scale(2.0, 2.0), &mut image.as_mut());
-    Ok(image.encode_png()?)
 }

@@ -4,6 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::Command;
 
+use object::read::elf::ElfFile32;
+use object::{LittleEndian, Object, ObjectSegment};
+
 use crate::programs::output;
 use crate::trials::Unready;
 
@@ -35,17 +38,13 @@ pub struct Size {
 /// # Panics
 /// When it is no ELF file of 32 bits.
 pub fn size(elf: &[u8]) -> Size {
-    let word = |at: usize| u32::from_le_bytes(elf[at..at + 4].try_into().expect("4 bytes"));
-    let half = |at: usize| u16::from_le_bytes(elf[at..at + 2].try_into().expect("2 bytes"));
-    let (start, each, count) = (word(28) as usize, half(42) as usize, half(44) as usize);
+    let file = ElfFile32::<LittleEndian>::parse(elf).expect("an ELF file of 32 bits");
     let mut size = Size { flash: 0, ram: 0 };
-    for at in (0..count).map(|index| start + index * each) {
-        let [kind, address, in_file, in_memory] = [0, 8, 16, 20].map(|offset| word(at + offset));
-        if kind == 1 {
-            size.flash += in_file;
-            if address >= 0x2000_0000 {
-                size.ram += in_memory;
-            }
+    for segment in file.segments() {
+        let (_, in_file) = segment.file_range();
+        size.flash += in_file as u32;
+        if segment.address() >= 0x2000_0000 {
+            size.ram += segment.size() as u32;
         }
     }
     size

@@ -12,6 +12,8 @@ mod page;
 mod palette;
 mod paper;
 mod pictures;
+mod raster;
+mod sheet;
 
 pub use axis::{Axis, short};
 pub use chart::{Chart, Line, Point, Series};
@@ -19,7 +21,7 @@ pub use legend::Entry;
 pub use mark::Mark;
 pub use page::Page;
 pub use palette::{BLACK, COLOURS, FRONT, OFF, ON};
-pub use paper::save;
+pub use paper::{Drawing, save};
 pub use pictures::{Picture, row};
 
 /// A rectangle in pixels: left, top, right, bottom.

@@ -2,7 +2,7 @@
 
 use super::chart::Chart;
 use super::legend::{self, Entry};
-use super::paper;
+use super::paper::{self, Drawing};
 
 /// Charts on one page.
 pub struct Page {
@@ -30,13 +30,13 @@ impl Page {
     ///
     /// # Errors
     /// When it cannot be drawn.
-    pub fn svg(&self) -> anyhow::Result<String> {
+    pub fn draw(&self) -> anyhow::Result<Drawing> {
         let columns = self.columns.max(1);
         let rows = self.charts.len().div_ceil(columns).max(1);
         let width_px = self.chart_px.0 * columns as i32;
         let legend_px = legend::height_px(&self.legend, width_px);
         let height_px = legend_px + self.chart_px.1 * rows as i32;
-        paper::svg((width_px as u32, height_px as u32), |surface| {
+        paper::draw((width_px as u32, height_px as u32), |surface| {
             let (head, body) = surface.split_vertically(legend_px);
             legend::above(&head, &self.legend)?;
             let places = body.split_evenly((rows, columns));

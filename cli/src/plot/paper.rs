@@ -1,46 +1,54 @@
-//! What is drawn on: an SVG document, which is kept as SVG and as PNG.
+//! What is drawn on: a sheet that is kept as SVG and as PNG.
 //!
 //! Text is set in DejaVu Sans, which is part of the program: plots look the same where no fonts are installed.
 
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, anyhow};
-use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, Text};
+use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, TextStyle, register_font};
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{Options, Tree, fontdb};
 
 use super::palette::{BLACK, WHITE};
+use super::raster::Raster;
+use super::sheet::Sheet;
 use crate::files;
 
 /// The font of all text.
 const FONT: &str = "DejaVu Sans";
 
 /// What plots are drawn on: white, in pixels from the top left.
-pub type Surface<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+pub type Surface<'a> = DrawingArea<Sheet<'a>, plotters::coord::Shift>;
 
-/// Pixels of the PNG for one of the SVG.
-const PNG_SCALE: f32 = 2.0;
+/// What was drawn.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// As an SVG document.
+    pub svg: String,
+    /// As a PNG image, twice as large.
+    pub png: Vec<u8>,
+}
 
-/// Draws a plot of that many pixels across and down, as an SVG document.
+/// Draws a plot of that many pixels across and down.
 ///
 /// # Errors
-/// Those of `draw`.
-pub fn svg(
+/// Those of `draw`, and when it has no pixels or too many.
+pub fn draw(
     size_px: (u32, u32),
     draw: impl FnOnce(&Surface) -> anyhow::Result<()>,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<Drawing> {
     know_font()?;
-    let mut document = String::new();
+    let raster = Raster::new(size_px, dejavu::sans::regular());
+    let mut raster = raster.with_context(|| format!("no plot is {size_px:?} pixels large"))?;
+    let mut svg = String::new();
     {
-        let surface = SVGBackend::with_string(&mut document, size_px).into_drawing_area();
+        let surface = Sheet::new(&mut svg, &mut raster, size_px).into_drawing_area();
         surface.fill(&WHITE)?;
         draw(&surface)?;
         surface.present()?;
     }
-    Ok(document)
+    let png = raster.png()?;
+    Ok(Drawing { svg, png })
 }
 
 /// Without its own font plotters cannot tell how wide a word is.
@@ -109,58 +117,28 @@ pub fn width_px(words: &str, size_px: i32) -> i32 {
     })
 }
 
-/// An SVG document as a PNG image, twice as large, in [`FONT`] whatever the document asks for.
-///
-/// # Errors
-/// When it is no SVG document, or too large for an image.
-pub fn png(svg: &str) -> anyhow::Result<Vec<u8>> {
-    let options = Options {
-        font_family: FONT.into(),
-        fontdb: Arc::clone(fonts()),
-        ..Options::default()
-    };
-    let tree = Tree::from_str(svg, &options).context("the plot is no SVG document")?;
-    let size = tree.size().to_int_size();
-    let size = size.scale_by(PNG_SCALE).context("the plot has no pixels")?;
-    let mut image = Pixmap::new(size.width(), size.height()).context("the plot is too large")?;
-    let scale = Transform::from_scale(PNG_SCALE, PNG_SCALE);
-    resvg::render(&tree, scale, &mut image.as_mut());
-    Ok(image.encode_png()?)
-}
-
 /// Writes a plot as `stem`.svg and `stem`.png, each whole or not at all.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn save(stem: &Path, svg: &str) -> anyhow::Result<()> {
-    let image = png(svg)?;
-    files::write(&stem.with_added_extension("svg"), svg)?;
-    files::write(&stem.with_added_extension("png"), &image)
-}
-
-fn fonts() -> &'static Arc<fontdb::Database> {
-    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
-    FONTS.get_or_init(|| {
-        let mut fonts = fontdb::Database::new();
-        fonts.load_font_data(dejavu::sans::regular().to_vec());
-        fonts.set_sans_serif_family(FONT);
-        Arc::new(fonts)
-    })
+pub fn save(stem: &Path, drawing: &Drawing) -> anyhow::Result<()> {
+    files::write(&stem.with_added_extension("svg"), &drawing.svg)?;
+    files::write(&stem.with_added_extension("png"), &drawing.png)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn page(text: &str) -> String {
-        svg((200, 60), |surface| {
+    fn page(text: &str) -> Drawing {
+        draw((200, 60), |surface| {
             words(surface, text, (10, 20), 20, Stand::Corner)
         })
         .expect("a drawing")
     }
 
-    fn dark_pixels(svg: &str) -> usize {
-        let image = image::load_from_memory(&png(svg).expect("an image")).expect("a PNG");
+    fn dark_pixels(drawing: &Drawing) -> usize {
+        let image = image::load_from_memory(&drawing.png).expect("a PNG");
         assert_eq!((image.width(), image.height()), (400, 120));
         image.to_luma8().pixels().filter(|p| p.0[0] < 128).count()
     }
@@ -173,7 +151,7 @@ mod tests {
 
     #[test]
     fn what_is_no_drawing_is_refused() {
-        assert!(png("no drawing").is_err());
-        assert!(svg((10, 10), |_| Err(anyhow!("no data"))).is_err());
+        assert!(draw((0, 10), |_| Ok(())).is_err());
+        assert!(draw((10, 10), |_| Err(anyhow!("no data"))).is_err());
     }
 }

@@ -3,7 +3,7 @@
 use plotters::prelude::{Color, RGBColor, Rectangle};
 
 use super::palette::BLACK;
-use super::paper::{self, Stand, Surface, words};
+use super::paper::{self, Drawing, Stand, Surface, words};
 
 /// A grey picture.
 pub struct Picture<'a> {
@@ -23,7 +23,7 @@ const TEXT_PX: i32 = 15;
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<String> {
+pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<Drawing> {
     let height_px = |picture: &Picture| picture.edge(picture.rows(), width_px);
     let tallest_px = pictures.iter().map(height_px).max().unwrap_or(0);
     let lines = pictures.iter().map(|picture| picture.words.len()).max();
@@ -31,7 +31,7 @@ pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<String> {
         pictures.len() as i32 * (width_px + GAP_PX) + GAP_PX,
         tallest_px + 2 * GAP_PX + lines.unwrap_or(0) as i32 * LINE_PX,
     );
-    paper::svg((size.0 as u32, size.1 as u32), |surface| {
+    paper::draw((size.0 as u32, size.1 as u32), |surface| {
         for (k, picture) in (0..).zip(pictures) {
             let (left, top) = (GAP_PX + k * (width_px + GAP_PX), GAP_PX);
             picture.draw(surface, (left, top), width_px)?;

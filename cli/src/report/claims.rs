@@ -39,7 +39,7 @@ pub fn report(
     }
     document.heading("Figures");
     for figure in figures {
-        document.picture(figure.name, &figure.caption, &figure.svg);
+        document.picture(figure.name, &figure.caption, &figure.drawing.svg);
     }
     document
 }

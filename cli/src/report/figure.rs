@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::files;
-use crate::plot;
+use crate::plot::{self, Drawing};
 
 /// A finished figure.
 pub struct Figure {
@@ -12,7 +12,7 @@ pub struct Figure {
     /// What it shows, in a line or two.
     pub caption: String,
     /// The drawing.
-    pub svg: String,
+    pub drawing: Drawing,
     /// Its numbers.
     pub csv: String,
 }
@@ -21,7 +21,7 @@ impl Figure {
     /// Writes it to `folder` as SVG, PNG and CSV.
     pub fn save(&self, folder: &Path) -> anyhow::Result<()> {
         let stem = folder.join(self.name);
-        plot::save(&stem, &self.svg)?;
+        plot::save(&stem, &self.drawing)?;
         files::write(&stem.with_extension("csv"), &self.csv)
     }
 }

@@ -40,7 +40,7 @@ pub fn page(parts: &[Part], made: &Made, figures: &[Figure]) -> Document {
         document.heading(&part.title);
         let stem = format!("{}/{}", made.folder, figure.name);
         let caption = format!("[vector graphic]({stem}.svg), [all numbers]({stem}.csv)");
-        document.picture(&stem, &caption, &figure.svg);
+        document.picture(&stem, &caption, &figure.drawing.svg);
         document.text(&format!("**What is compared.** {}", part.method));
         document.text(&format!("**The reference.** {}", part.reference));
         document.text(&format!("**The default, and why.** {}", part.default));

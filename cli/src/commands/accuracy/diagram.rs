@@ -4,7 +4,8 @@ use plotters::style::RGBColor;
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use crate::plot::{
-    Axis, BLACK, COLOURS, Chart, Entry, FRONT, Line, Mark, Page, Point as Drawn, Series, short,
+    Axis, BLACK, COLOURS, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, Series,
+    short,
 };
 use crate::report::numbers::time;
 
@@ -13,7 +14,7 @@ const SIZE_PX: (i32, i32) = (560, 430);
 const BARS: &str = "bars: quartiles of time, 95 % of a sampled error, down to the rms";
 
 /// All diagrams of a part.
-pub fn figure(part: &Part) -> anyhow::Result<String> {
+pub fn figure(part: &Part) -> anyhow::Result<Drawing> {
     let curves = curves(part);
     let marks = vec![
         Entry::of_mark("on the front", Some(Mark::Dot), false),
@@ -37,11 +38,11 @@ pub fn figure(part: &Part) -> anyhow::Result<String> {
         chart_px: SIZE_PX,
         legend: vec![names.collect(), marks],
     };
-    page.svg()
+    page.draw()
 }
 
 /// The first diagrams of two parts, for a first look: how a panel is drawn, and how it is read. None before both are measured.
-pub fn summary(parts: &[Part]) -> anyhow::Result<Option<String>> {
+pub fn summary(parts: &[Part]) -> anyhow::Result<Option<Drawing>> {
     let wanted = ["renderer", "detectors"];
     let found = wanted.map(|name| parts.iter().find(|part| part.name == name));
     let [Some(renderer), Some(detectors)] = found else {

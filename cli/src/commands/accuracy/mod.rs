@@ -154,14 +154,14 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
                 .find(|known| known.name == part.name)
                 .map_or("part", |known| known.name),
             caption: part.title.clone(),
-            svg: diagram::figure(part)?,
+            drawing: diagram::figure(part)?,
             csv: numbers(part)?,
         };
         figure.save(folder)?;
         figures.push(figure);
     }
-    if let Some(svg) = diagram::summary(&kept.parts)? {
-        plot::save(&folder.join("summary"), &svg)?;
+    if let Some(drawing) = diagram::summary(&kept.parts)? {
+        plot::save(&folder.join("summary"), &drawing)?;
     }
     let made = Made {
         options: &options(arguments, &kept.run.scale),

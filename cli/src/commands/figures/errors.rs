@@ -34,7 +34,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
         caption: format!(
             "Bit error rate over the distance, intervals drawn from 0.5 to 2. {BOUND}"
         ),
-        svg: Page::new(vec![chart], 1, (620, 420)).svg()?,
+        drawing: Page::new(vec![chart], 1, (620, 420)).draw()?,
         csv: numbers(study, findings, &[PAPERS_DETECTOR])?,
     }))
 }
@@ -61,7 +61,7 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
         caption: format!(
             "Figure 22 with every detector. Fisher's discriminants are trained on other frames of each interval, distance and L2A. {BOUND}"
         ),
-        svg: Page::new(charts, 2, (500, 430)).svg()?,
+        drawing: Page::new(charts, 2, (500, 430)).draw()?,
         csv: numbers(study, findings, &study.axes.detectors)?,
     }))
 }

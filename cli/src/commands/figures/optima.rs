@@ -51,7 +51,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
                   which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond."
             .into(),
         csv: csv(&head, numbers)?,
-        svg: Page::new(charts, 2, (460, 400)).svg()?,
+        drawing: Page::new(charts, 2, (460, 400)).draw()?,
     }))
 }
 

@@ -114,7 +114,7 @@ fn row(
         width: shown.picture.width,
         words: shown.words.clone(),
     });
-    let svg = plot::row(&pictures.collect::<Vec<_>>(), width_px)?;
+    let drawing = plot::row(&pictures.collect::<Vec<_>>(), width_px)?;
     let rows = shown.iter().flat_map(|shown| {
         let width = shown.picture.width.max(1);
         let pixel = move |(k, grey): (usize, &u8)| {
@@ -133,6 +133,6 @@ fn row(
         name,
         caption: caption.into(),
         csv: csv(&[key, "row", "column", "grey"], rows)?,
-        svg,
+        drawing,
     })
 }

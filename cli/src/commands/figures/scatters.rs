@@ -70,7 +70,7 @@ fn clouds(
         ],
     });
     let columns = if settings.len() == 4 { 2 } else { 3 };
-    let svg = Page::new(charts.collect(), columns, (340, 330)).svg()?;
+    let drawing = Page::new(charts.collect(), columns, (340, 330)).draw()?;
     let rows = settings
         .iter()
         .zip(&clouds)
@@ -90,7 +90,7 @@ fn clouds(
         name,
         caption: caption.into(),
         csv: csv(&[key, "frame", "led", "on", "agr", "gri"], rows)?,
-        svg,
+        drawing,
     })
 }
 

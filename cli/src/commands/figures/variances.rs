@@ -107,7 +107,7 @@ impl About {
             name: self.name,
             caption: self.caption.into(),
             csv: numbers(self.key, xs, &points)?,
-            svg: Page::new(charts, columns, (370, 320)).svg()?,
+            drawing: Page::new(charts, columns, (370, 320)).draw()?,
         }))
     }
 

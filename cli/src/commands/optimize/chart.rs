@@ -2,19 +2,19 @@
 
 use studies::table::{Entry, Survey, TableFile};
 
-use crate::plot::{Axis, COLOURS, Chart, Line, Page, Point, Series};
+use crate::plot::{Axis, COLOURS, Chart, Drawing, Line, Page, Point, Series};
 
 /// Pixels of a chart across and down.
 const SIZE_PX: (i32, i32) = (500, 460);
 
 /// The best ratios of the settings on the left, those that the table could hold on the right.
-pub fn svg(file: &TableFile, survey: &Survey) -> anyhow::Result<String> {
+pub fn draw(file: &TableFile, survey: &Survey) -> anyhow::Result<Drawing> {
     let right = if survey.illuminance_lx.len() > 1 {
         over_illuminance(file, survey)
     } else {
         over_interval(file, survey)
     };
-    Page::new(vec![over_distance(file, survey), right], 2, SIZE_PX).svg()
+    Page::new(vec![over_distance(file, survey), right], 2, SIZE_PX).draw()
 }
 
 /// The best ratio over the distance, in the table's first light and first yaw.

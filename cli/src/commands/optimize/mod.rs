@@ -180,7 +180,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
     }
     if let Some(path) = &arguments.out {
-        plot::save(&results::stem(path, "toml"), &chart::svg(&file, &survey)?)?;
+        plot::save(&results::stem(path, "toml"), &chart::draw(&file, &survey)?)?;
     }
     Ok(Answer::Yes)
 }

@@ -2,7 +2,7 @@
 
 use studies::sweep::{Results, Summary, Sweep};
 
-use crate::plot::{Axis, COLOURS, Chart, Line, Page, Point, Series};
+use crate::plot::{Axis, COLOURS, Chart, Drawing, Line, Page, Point, Series};
 
 /// Pixels of one chart across and down.
 const SIZE_PX: (i32, i32) = (560, 420);
@@ -16,7 +16,7 @@ const LEAST: f64 = 1e-12;
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub fn svg(results: &Results) -> anyhow::Result<Option<String>> {
+pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     let sweep = results.sweep();
     let Some((key, places)) = abscissa(sweep) else {
         return Ok(None);
@@ -40,7 +40,7 @@ pub fn svg(results: &Results) -> anyhow::Result<Option<String>> {
         }
     });
     let page = Page::new(charts.collect(), detectors.len(), SIZE_PX);
-    page.svg().map(Some)
+    page.draw().map(Some)
 }
 
 /// The axis with the most values that are all numbers, and these.

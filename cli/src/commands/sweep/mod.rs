@@ -171,8 +171,8 @@ fn whole(
 /// Writes results, with a table and a plot beside them.
 pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
     results::write_with_table(results, path)?;
-    match chart::svg(results)? {
-        Some(svg) => plot::save(&results::stem(path, "json"), &svg),
+    match chart::draw(results)? {
+        Some(drawing) => plot::save(&results::stem(path, "json"), &drawing),
         None => Ok(()),
     }
 }
