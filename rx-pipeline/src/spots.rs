@@ -19,12 +19,14 @@ mod lattice_model;
 mod profile;
 mod residuals;
 mod root_metric;
+mod slope;
 mod spot_table;
 mod window;
 
 pub(crate) use grey_metric::GreyMetric;
 pub(crate) use lattice_model::LatticeModel;
-pub(crate) use residuals::{Observation, Residuals, Slope};
+pub(crate) use residuals::{Observation, Residuals};
 pub(crate) use root_metric::RootMetric;
+pub(crate) use slope::Slope;
 pub(crate) use spot_table::SpotTable;
 pub(crate) use window::{LANES, Window, dot};

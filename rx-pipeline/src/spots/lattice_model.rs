@@ -6,7 +6,7 @@
 //! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or saturated middles; between
 //! neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at each spot's pixels.
 
-use super::residuals::Slope;
+use super::slope::Slope;
 use crate::lattice::{Lattice, MIDDLE};
 use crate::parameters::spots::SIGMA_PX;
 use link::panel::{LEDS, SIDE};

@@ -2,7 +2,8 @@
 
 use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
-use super::profile::{Moments, Profile};
+use super::profile::Profile;
+use super::slope::Slope;
 use super::window::{LANES, Window};
 use crate::frame::Frame;
 use crate::parameters::spots::{ENOUGH_PIXELS, NEAR_LATTICE};
@@ -20,35 +21,6 @@ pub(crate) struct Observation<'a, 'f> {
 pub(crate) struct Residuals<const N: usize> {
     residual: [f32; N],
     weight: [f32; N],
-}
-
-/// How well the model fits, and which way is down.
-pub(crate) struct Slope {
-    pub squares: f32,
-    pub total: f32,
-    /// Pixels that say how bright they are.
-    pub pixels: u32,
-    /// Pixels in all.
-    pub window_pixels: u32,
-    pub(super) background: [f32; 2],
-    pub(super) led: [Moments; LEDS],
-}
-
-impl Slope {
-    /// Σ w·g² of an LED's spot g over the pixels' weights w.
-    pub fn led_weight(&self, led: usize) -> f32 {
-        self.led[led].weight
-    }
-
-    /// Σ w·g·r of an LED's spot g and the residuals r.
-    pub fn led_agreement(&self, led: usize) -> f32 {
-        self.led[led].height
-    }
-
-    /// The share of the variance around the background that the model explains.
-    pub fn explained(&self) -> f32 {
-        1.0 - self.squares / self.total.max(f32::MIN_POSITIVE)
-    }
 }
 
 /// Sums over pixels, lane by lane.
