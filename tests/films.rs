@@ -12,10 +12,9 @@ use vocc_tests::trials::{self, Unready};
 const MESSAGE: &str = "bend ahead";
 
 fn main() -> ExitCode {
-    let tests = [(
-        "h264_of_common_quality_is_received",
-        h264_of_common_quality_is_received,
-    )];
+    let tests = [("h264_of_common_quality_is_received", |vocc: &PathBuf| {
+        h264_of_common_quality_is_received(vocc)
+    })];
     trials::run(&Arguments::from_args(), "films", tests, provide)
 }
 
@@ -25,7 +24,7 @@ fn provide() -> Result<PathBuf, Unready> {
     programs::vocc()
 }
 
-fn h264_of_common_quality_is_received(vocc: &PathBuf) {
+fn h264_of_common_quality_is_received(vocc: &Path) {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     film(vocc, folder);
