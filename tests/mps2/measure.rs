@@ -7,8 +7,9 @@ use vocc_tests::firmware::{Size, say, size};
 
 use crate::board::instructions;
 
-/// What `docs/embedded-receiver.md` states, rounded up; flash by the compiler that makes most of it.
+/// What `docs/embedded-receiver.md` states, rounded up: of flash, with the `core` that rustup brings, and with one built anew.
 const FLASH_MAX: u32 = 320 * 1024;
+const FLASH_MAX_CORE_ANEW: u32 = 300 * 1024;
 const RAM_MAX: u32 = 580_000;
 pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
 pub const STACK_MAX: u32 = 140 * 1024;
@@ -78,6 +79,15 @@ fn greatest(values: &[u64]) -> u64 {
 pub fn it_is_small(image: &Path) {
     let elf = std::fs::read(image).expect("the image is built");
     let Size { flash, ram } = size(&elf);
-    say(&format!("flash {flash} bytes, static RAM {ram} bytes"));
-    assert!(flash <= FLASH_MAX && ram <= RAM_MAX);
+    // `tests/cargo-embedded` puts what Debian's compiler makes into a folder of that name.
+    let core_is_anew = image.iter().any(|folder| folder == "debian");
+    let flash_max = if core_is_anew {
+        FLASH_MAX_CORE_ANEW
+    } else {
+        FLASH_MAX
+    };
+    say(&format!(
+        "flash {flash} bytes of {flash_max}, static RAM {ram} bytes of {RAM_MAX}"
+    ));
+    assert!(flash <= flash_max && ram <= RAM_MAX);
 }
