@@ -46,12 +46,12 @@
 //! # Layers
 //!
 //! ```text
-//! scene ── view ── effects ── plan ── formation    what there is · worked out · what matters · how it becomes an image
+//! scene ── view ── effects ── plan ── formation    what there is · worked out · what matters · the image asked for
 //!                                         │
 //! accuracy ── disc ──────────────────── renderer   how exactly · the image of one LED · all of it drawn
 //!                                         │
 //! camera, air ──────────────────────────┘ │        exposure, projection, noise
-//!                                  cost, road      what each effect takes · the transmitter's code, the frames, the receiver's code
+//!                                  cost, road      what each effect takes · transmitter's code, frames, receiver's code
 //! ```
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, backgrounds.

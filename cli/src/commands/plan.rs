@@ -52,7 +52,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         renderer.plan().left_out_grey()
     ))?;
     output::line(
-        "cost: of including the effect, measured now (below 0: without it a frame takes longer); a frame is the panels' part of the picture, drawn and read out as planned",
+        "cost: of including the effect, measured now (below 0: without it a frame takes longer);\n\
+         a frame is the panels' part of the picture, drawn and read out as planned",
     )?;
     Ok(Answer::Yes)
 }

@@ -1,4 +1,6 @@
-//! A row-scanned panel, which never shows all rows at once. `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
+//! A row-scanned panel, which never shows all rows at once.
+//!
+//! `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
 
 use super::Effect;
 use crate::formation::Formation;

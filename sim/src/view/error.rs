@@ -16,7 +16,8 @@ pub enum ViewError {
     OutOfRange(#[from] Box<RangeError>),
     /// An LED is behind the camera, or as good as beside it.
     #[error(
-        "panel {panel} reaches to {depth_m} m before the camera: all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"
+        "panel {panel} reaches to {depth_m} m before the camera: \
+         all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"
     )]
     Behind {
         /// Index of the panel.
@@ -26,7 +27,8 @@ pub enum ViewError {
     },
     /// The panel's image is not whole on the sensor.
     #[error(
-        "panel {panel} spans columns {left:.1} to {right:.1} and rows {top:.1} to {bottom:.1} px: the sensor has {width} × {height}; move it nearer to the axis or farther away"
+        "panel {panel} spans columns {left:.1} to {right:.1} and rows {top:.1} to {bottom:.1} px: \
+         the sensor has {width} × {height}; move it nearer to the axis or farther away"
     )]
     OffSensor {
         /// Index of the panel.
@@ -46,7 +48,8 @@ pub enum ViewError {
     },
     /// The lens formula does not hold where the panel is.
     #[error(
-        "panel {panel} reaches {radius:.3} focal lengths from the axis, where camera.distortion_k1 = {k1} folds the image over: with it, up to {most:.3} make sense; bring k1 nearer to 0, or the panel to the axis"
+        "panel {panel} reaches {radius:.3} focal lengths from the axis, where camera.distortion_k1 = {k1} folds the image over: \
+         with it, up to {most:.3} make sense; bring k1 nearer to 0, or the panel to the axis"
     )]
     Folded {
         /// Index of the panel.
@@ -60,7 +63,8 @@ pub enum ViewError {
     },
     /// The panel's LEDs are too close together in the image.
     #[error(
-        "panel {panel}: its LEDs are {pitch_px:.2} px apart in the image, at least {PITCH_MIN_PX} px are needed; lower pose.distance_m or raise panel.interval"
+        "panel {panel}: its LEDs are {pitch_px:.2} px apart in the image, \
+         at least {PITCH_MIN_PX} px are needed; lower pose.distance_m or raise panel.interval"
     )]
     TooSmall {
         /// Index of the panel.
