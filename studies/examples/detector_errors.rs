@@ -1,8 +1,9 @@
 //! Bit error rates of the detectors beside each other, and beside the genie.
 //!
-//! `cargo run --release -p vocc-studies --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`, `l2a` or `iso`
-//! (200 and 1 unless told). The genie decides for the likeliest panel, so that its wrong panels are a bound, in the mean over all frames, and its wrong
-//! bits are none. Every frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5.
+//! `cargo run --release -p vocc-studies --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`,
+//! `l2a` or `iso` (200 and 1 unless told). The genie decides for the likeliest panel, so that its wrong panels are a bound, in the
+//! mean over all frames, and its wrong bits are none. Every frame has random bits, a random sub-pixel phase and a reflectance of
+//! 0.3 to 0.5.
 
 use sim::accuracy::Level;
 use sim::scene::Scene;

@@ -227,7 +227,8 @@ impl RandomScene {
         let pitch_px = along(corners[0], corners[1]).min(along(corners[1], corners[2]));
         Ok(Self {
             what: format!(
-                "seed {seed}: {distance:.0} m, interval {interval:.2}, roll {roll:.0}, yaw {yaw:.0}, {illuminance_lx:.0} lx, L2A {l2a:.1}, board {}, {}{}",
+                "seed {seed}: {distance:.0} m, interval {interval:.2}, roll {roll:.0}, yaw {yaw:.0}, {illuminance_lx:.0} lx, L2A \
+                 {l2a:.1}, board {}, {}{}",
                 if has_board {
                     format!("{board:.2}")
                 } else {

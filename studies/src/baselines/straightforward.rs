@@ -1,10 +1,10 @@
 //! The renderer that one writes first: the yardstick of speed, and of what drawing on whole pixels does.
 //!
-//! Discs are sampled 8 × 8 times a pixel, each within the box around it; the picture of whole pixels is blurred by a separable Gaussian cut at ±4σ, and every
-//! pixel goes through `powf`. Only the panel's surroundings are drawn, and both passes of the blur run along rows of memory, as
-//! any version that is meant to be used would have it; nothing else is done for speed. The blur so acts on what the pixels have already averaged. A lens blurs before: the order
-//! matters because discs of a few pixels hold detail finer than pixels can carry, which comes out shifted with the
-//! sub-pixel phase (aliasing) and widens the spread of the features.
+//! Discs are sampled 8 × 8 times a pixel, each within the box around it; the picture of whole pixels is blurred by a separable
+//! Gaussian cut at ±4σ, and every pixel goes through `powf`. Only the panel's surroundings are drawn, and both passes of the blur
+//! run along rows of memory, as any version that is meant to be used would have it; nothing else is done for speed. The blur so
+//! acts on what the pixels have already averaged. A lens blurs before: the order matters because discs of a few pixels hold detail
+//! finer than pixels can carry, which comes out shifted with the sub-pixel phase (aliasing) and widens the spread of the features.
 
 use super::panel::Panel;
 use super::raster::{blur, cells, encode, pixels};

@@ -8,9 +8,9 @@
 //! # What it is a bound of
 //!
 //! All panels being equally probable, the likeliest is right more often than any other choice: no receiver is expected to read fewer
-//! *panels* wrongly. A wrong panel has at least one wrong bit, so that no bit error rate is expected below a 64th of that share. The genie's own *bit*
-//! errors are no bound: it does not decide bit by bit, and where it errs others may err in fewer bits. Of few frames, chance decides
-//! which of two counts is larger: the bound is of what is expected.
+//! *panels* wrongly. A wrong panel has at least one wrong bit, so that no bit error rate is expected below a 64th of that share.
+//! The genie's own *bit* errors are no bound: it does not decide bit by bit, and where it errs others may err in fewer bits. Of few
+//! frames, chance decides which of two counts is larger: the bound is of what is expected.
 //!
 //! It is not quite the maximum over all 2⁶⁴ panels: another one far from all starts would be missed, so that the
 //! genie's errors are at most too few.

@@ -55,7 +55,8 @@ pub enum AccumulatorError {
     },
     /// A span that cannot be.
     #[error(
-        "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length and end with their block; the file is damaged"
+        "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length and end with their block; \
+         the file is damaged"
     )]
     Misaligned {
         /// Its first chunk.

@@ -1,8 +1,8 @@
 //! The best LED-to-ambient ratio of a scene: that which maximises a [`Criterion`].
 //!
-//! All ratios are tried with the same frames (common random numbers: same bits, phases and reflectances), so that the difference between two
-//! of them is known much better than either. A grid over the whole range finds the neighbourhood. For the criteria
-//! that are ratios of variances, a finer grid there and a parabola through it give the optimum. For the bit error rate, which is flat
+//! All ratios are tried with the same frames (common random numbers: same bits, phases and reflectances), so that the difference
+//! between two of them is known much better than either. A grid over the whole range finds the neighbourhood. For the criteria that
+//! are ratios of variances, a finer grid there and a parabola through it give the optimum. For the bit error rate, which is flat
 //! and coarse-grained, a parabola is fitted to the log-odds of the wide grid near the least.
 //!
 //! Frames are worked on in rounds of doubling size, 64 batches each. The uncertainty is that of the same fit to

@@ -23,10 +23,10 @@
 //!
 //! # Why not importance sampling of the noise
 //!
-//! Drawing the noise from a law shifted towards the LED's other state needs a shift that suits. Which one does depends on bits and phase: where
-//! their meeting is a rare one, a cell stands so near the border that little noise is enough, and elsewhere it takes much. Under one shift
-//! for all, errors that come by another way than the one shifted for are seldom drawn and weigh much, so that the spread of
-//! a sample says little of the truth. Splitting moves in bits, phase and noise together and needs no direction.
+//! Drawing the noise from a law shifted towards the LED's other state needs a shift that suits. Which one does depends on bits and
+//! phase: where their meeting is a rare one, a cell stands so near the border that little noise is enough, and elsewhere it takes
+//! much. Under one shift for all, errors that come by another way than the one shifted for are seldom drawn and weigh much, so that
+//! the spread of a sample says little of the truth. Splitting moves in bits, phase and noise together and needs no direction.
 //!
 //! ```
 //! use sim::scene::Scene;

@@ -6,7 +6,8 @@ use crate::sweep::{Results, Run, Shard, Summary, Sweep};
 /// One setting, of which about one bit in 700 is read wrongly.
 fn summary(rare_events: bool, frames: usize) -> Summary {
     let plan = format!(
-        "frames = {frames}\nrare_events = {rare_events}\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [100]"
+        "frames = {frames}\nrare_events = {rare_events}\n[set]\neffects.noise = \"on\"\npose.distance_m = \
+         70\n[grid]\nambient.illuminance_lx = [100]"
     );
     let sweep = Sweep::from_toml("a plan", &plan, &[]).unwrap().sweep;
     let mut results = Results::new(sweep.clone());

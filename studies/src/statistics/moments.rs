@@ -40,7 +40,8 @@ struct WrittenMoments {
 /// Moments of no pairs that can be.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "{} pairs that begin with {:?}, with a mean {:?} from there and a scatter of {:?}: at most {MOST_PAIRS} pairs of numbers up to {MOST_SIZE:e} in size are counted, whose squares sum to no less than 0; the file is damaged",
+    "{} pairs that begin with {:?}, with a mean {:?} from there and a scatter of {:?}: at most {MOST_PAIRS} pairs of numbers up to \
+     {MOST_SIZE:e} in size are counted, whose squares sum to no less than 0; the file is damaged",
     .0.count, .0.first, .0.mean, .0.scatter
 )]
 struct ImpossibleMoments(WrittenMoments);

@@ -92,8 +92,8 @@ impl RareErrors {
     ///
     /// Swarms are independent, and the logarithm of their mean is taken to be normally distributed (delta method, with Student's t for
     /// what is not known of the spread). Where estimates scatter as widely as they do for rates of 10⁻⁸, it holds the truth in 90 % of all
-    /// runs of 30 swarms, and in 93 % from 150 on. Swarms that agree more closely than their frames can tell do so by chance, and are taken to
-    /// tell as much as these can. Fewer than two swarms, or none that reached an error, tell nothing: 0 to 1.
+    /// runs of 30 swarms, and in 93 % from 150 on. Swarms that agree more closely than their frames can tell do so by chance, and
+    /// are taken to tell as much as these can. Fewer than two swarms, or none that reached an error, tell nothing: 0 to 1.
     pub fn interval_95(&self) -> [f64; 2] {
         let variance = self.relative_variance();
         if variance.is_infinite() {
@@ -131,7 +131,8 @@ struct Written {
 /// Sums that no swarms leave.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "{} swarms, {} of which reached errors, with rates that sum to {} and squares to {}: squares are at most the rates, these the errors, these the swarms, these {MOST_SWARMS}; the file is damaged",
+    "{} swarms, {} of which reached errors, with rates that sum to {} and squares to {}: squares are at most the rates, these the \
+     errors, these the swarms, these {MOST_SWARMS}; the file is damaged",
     .0.swarms, .0.errors, .0.sum, .0.squares
 )]
 struct Impossible(Written);

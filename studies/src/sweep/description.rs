@@ -35,7 +35,8 @@ pub struct Sweep {
     pub random_reflectance: bool,
     /// How exactly frames are drawn.
     pub level: Level,
-    /// Whether errors are reached by splitting ([`crate::rare`]) instead of counted; frames are then those that swarms begin with, in whole swarms.
+    /// Whether errors are reached by splitting ([`crate::splitting`]) instead of counted; frames are then those that swarms begin with,
+    /// in whole swarms.
     pub rare_events: bool,
 }
 

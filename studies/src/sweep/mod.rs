@@ -1,7 +1,7 @@
 //! Monte Carlo at many settings: a grid over scene keys and detectors, divided into shards that add up to one run.
 //!
 //! A [`Sweep`] says what is to be done: every combination of the grid's values and the detectors is a [`Cell`]. Each cell has frames of
-//! its own, drawn as [`crate::evaluate`] draws them, in chunks whose results are added up in a fixed order
+//! its own, drawn as [`crate::monte_carlo`] draws them, in chunks whose results are added up in a fixed order
 //! ([`crate::monte_carlo::Accumulator`]). An evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one
 //! form of results ([`Results`]).
 //!
@@ -13,12 +13,12 @@
 //!
 //! # Stopping rules and shards
 //!
-//! A cell ends with the block (see [`crate::monte_carlo::Accumulator`]) in which its bit errors, counted from its first chunk on, reach a number, or with
-//! its last frame. This says which chunks belong to the result, and nothing else does: not who worked on them or when.
-//! Somebody who has only a part of a cell cannot know whether earlier parts have enough already. A shard therefore
-//! works on what is its own until that alone has enough, and [`Results::merge`] followed by [`Results::finish`] forgets
-//! what lies beyond the end. The chunks forgotten are the price: at most, for each further shard that shares in a
-//! cell, as many as the cell needed.
+//! A cell ends with the block (see [`crate::monte_carlo::Accumulator`]) in which its bit errors, counted from its first chunk on,
+//! reach a number, or with its last frame. This says which chunks belong to the result, and nothing else does: not who worked on
+//! them or when. Somebody who has only a part of a cell cannot know whether earlier parts have enough already. A shard therefore
+//! works on what is its own until that alone has enough, and [`Results::merge`] followed by [`Results::finish`] forgets what lies
+//! beyond the end. The chunks forgotten are the price: at most, for each further shard that shares in a cell, as many as the cell
+//! needed.
 //!
 //! A run stopped at a number of errors r overestimates the rate by about one part in r (Haldane 1945). That the rule is asked at
 //! the ends of blocks only makes it less.

@@ -58,7 +58,8 @@ pub enum PlanError {
     },
     /// There is no grid.
     #[error(
-        "plan {name}: the grid is empty: give [grid] at least one key, such as pose.distance_m = [30, 50]; one setting alone is for vocc evaluate"
+        "plan {name}: the grid is empty: give [grid] at least one key, such as pose.distance_m = [30, 50]; one setting alone is for vocc \
+         evaluate"
     )]
     EmptyGrid {
         /// The file.

@@ -8,7 +8,8 @@ use crate::monte_carlo::Standing;
 /// Cells of which some have enough errors soon and some never.
 fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {
     let text = format!(
-        "frames = {frames}\ndetectors = [\"otsu\", \"kmeans\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [50, 20000]"
+        "frames = {frames}\ndetectors = [\"otsu\", \"kmeans\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = \
+         70\n[grid]\nambient.illuminance_lx = [50, 20000]"
     );
     let mut sweep = Sweep::from_toml("a plan", &text, &[]).unwrap().sweep;
     sweep.stop_errors = stop_errors;

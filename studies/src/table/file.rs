@@ -11,7 +11,8 @@ use sim::accuracy::Level;
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
 
-use super::survey::{Cell, Entry, Rule, Survey};
+use super::outcome::{Cell, Entry, Rule};
+use super::survey::Survey;
 use crate::optimum::Criterion;
 
 /// The settings of the search that a table came from.

@@ -6,8 +6,12 @@
 //! A transmitter knows the light and its own interval, but not who looks at it from where: it carries one ratio for each
 //! illuminance and interval, by one of two rules over the distances ([`Rule`]).
 
+mod condition;
 mod file;
+mod outcome;
 mod survey;
 
+pub use condition::Condition;
 pub use file::{SearchRecord, TableFile};
-pub use survey::{Cell, Condition, Entry, News, Rule, Survey, SurveyError};
+pub use outcome::{Cell, Entry, Rule};
+pub use survey::{News, Survey, SurveyError};

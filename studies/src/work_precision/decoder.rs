@@ -47,12 +47,15 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         name: "decoder".into(),
         title: "Correcting errors".into(),
         method: format!(
-            "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost if any of its blocks is not found, or \
-             found wrong. Points of a curve are the most iterations of min-sum: 1 to 100. *i8* is what `link::fec` decodes: log-likelihood ratios in steps of {LLR_STEP}, \
+            "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost \
+             if any of its blocks is not found, or \
+             found wrong. Points of a curve are the most iterations of min-sum: 1 to 100. *i8* is what `link::fec` decodes: \
+             log-likelihood ratios in steps of {LLR_STEP}, \
              8 bits, none beyond {SUREST} steps. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
              The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
         ),
-        reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; bars are 95 % intervals \
+        reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; \
+        bars are 95 % intervals \
             (Wilson 1927), an arrow means that no message was lost: there stands half of one."
             .into(),
         default: why(&diagrams),
@@ -71,9 +74,11 @@ pub fn why(diagrams: &[Diagram]) -> String {
         })
     });
     format!(
-        "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, take a quarter of the memory of f32 and no floating-point unit. \
+        "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, take a quarter of the memory of f32 and no \
+         floating-point unit. \
          A block that is found is done, so that a high limit costs time only where it is needed, or nothing helps: {} \
-         The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280).",
+         The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 \
+         (TM1280).",
         range(rounding),
         worth.unwrap_or_default()
     )

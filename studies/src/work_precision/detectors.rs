@@ -68,14 +68,20 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         name: "detectors".into(),
         title: "Telling On from Off".into(),
         method: format!(
-            "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read wrongly, and how long a panel takes from grey levels and \
-             corners to bits: cells, features and detection, or for *ml* the pixels' likelihood. *, soft*: with log-likelihood ratios in 8 bits for the error correction; without, bits alone. \
-             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are used, in *Correcting errors*. The diagrams of the Cortex-M7 have the same errors against instructions that QEMU counts on an \
-             emulated mps2-an500, the median of frames of a followed panel at these places, whose cells are worked out anew only when it has moved (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
+            "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read \
+             wrongly, and how long a panel takes from grey levels and \
+             corners to bits: cells, features and detection, or for *ml* the pixels' likelihood. *, soft*: with log-likelihood ratios in \
+             8 bits for the error correction; without, bits alone. \
+             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are \
+             used, in *Correcting errors*. The diagrams of the Cortex-M7 have the same errors against instructions that QEMU counts on an \
+             emulated mps2-an500, the median of frames of a followed panel at these places, whose cells are worked out anew only when it \
+             has moved (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
-            "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for the likeliest panel, reads {} panels wrongly at the four places (first {} frames, \
-             95 % intervals by Wilson 1927). No receiver is expected to read fewer panels wrongly, nor to have a bit error rate below a 64th of that share. \
+            "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for \
+             the likeliest panel, reads {} panels wrongly at the four places (first {} frames, \
+             95 % intervals by Wilson 1927). No receiver is expected to read fewer panels wrongly, nor to have a bit error rate below a \
+             64th of that share. \
              Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong: there stands half of one.",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
@@ -122,8 +128,11 @@ pub fn why(diagrams: &[Diagram]) -> String {
         .iter()
         .map(|(name, places)| format!("{name} at {places}"));
     format!(
-        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: not once at {errorless}, and {} times less often than the next best where it errs. A panel takes it {} times what k-means takes where, as here, groups of LEDs are searched pixel by pixel \
-         (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Quicker and on the front: {}. Fisher's discriminant \
+        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: not once at {errorless}, and {} times less often than \
+         the next best where it errs. A panel takes it {} times what k-means takes where, as here, groups of LEDs are searched pixel by \
+         pixel \
+         (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Quicker and on the front: {}. Fisher's \
+         discriminant \
          has to be trained, k-means not. Soft values cost {} µs more than bits alone.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),

@@ -81,8 +81,10 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         name: "locator".into(),
         title: "Finding the panel".into(),
         method: format!(
-            "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 lx, with noise, two in three before a photograph. A panel \
-             is missed if it is not found within {FRAMES} successive frames to {RIGHT} of its pitch. Frames are searched as they are (1×) or made 2, 3 or 4 times smaller by taking means, which the time includes. \
+            "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
+             lx, with noise, two in three before a photograph. A panel \
+             is missed if it is not found within {FRAMES} successive frames to {RIGHT} of its pitch. Frames are searched as they are \
+             (1×) or made 2, 3 or 4 times smaller by taking means, which the time includes. \
              *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
             SIZE[0], SIZE[1]
         ),
@@ -114,7 +116,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
         format!("{decimation} times smaller {}", told(of(share, decimation)))
     });
     format!(
-        "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the search for a panel that can no longer be made out goes through all candidates. \
+        "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the search \
+         for a panel that can no longer be made out goes through all candidates. \
          The whole frame with *full* {}. A receiver that has found a panel follows it and searches no more.",
         of(true, 1).map_or_else(String::new, percent),
         smaller.collect::<Vec<_>>().join(", "),

@@ -1,10 +1,10 @@
 //! What accuracy costs in time: work-precision diagrams of everything that has more than one way to be done.
 //!
 //! A [`Part`] asks one question. Its [`Diagram`]s hold [`Point`]s: variants with their error against a reference that is
-//! solved far tighter, and their cost. A point on the [front](mark_front) is one that no other beats in both. All of a diagram's variants are [timed](time_by_turns) by
-//! turns in the same run, and as multiples of one of them, its baseline: the numbers hold on other machines too, and
-//! a machine that is busy does not choose whom it disturbs. After Rackauckas & Nie 2017, whose `WorkPrecisionSet` shows differential
-//! equation solvers that way.
+//! solved far tighter, and their cost. A point on the [front](mark_front) is one that no other beats in both. All of a diagram's
+//! variants are [timed](time_by_turns) by turns in the same run, and as multiples of one of them, its baseline: the numbers hold on
+//! other machines too, and a machine that is busy does not choose whom it disturbs. After Rackauckas & Nie 2017, whose
+//! `WorkPrecisionSet` shows differential equation solvers that way.
 //!
 //! ```
 //! use studies::work_precision::{PARTS, Scale};

@@ -59,14 +59,19 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         name: "monte-carlo".into(),
         title: "Monte Carlo".into(),
         method: format!(
-            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. Shown is half the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
-             batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, bootstrap of 64 batches), and of the bit error rate of k-means at \
-             70 m, interval 0.5, L2A 1, 1000 lx with noise (bootstrap of frames). *common* random numbers: all ratios see the same frames; *independent*: each has frames of its own. *true error* is what the intervals \
-             promise to bound: the deviation from the reference that 95 % of {REPEATS} runs of other seeds kept. *as if independent* takes a frame's 64 bits for 64 independent ones. Time is frames times that of one frame.",
+            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. Shown is half \
+             the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
+             batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, \
+             bootstrap of 64 batches), and of the bit error rate of k-means at \
+             70 m, interval 0.5, L2A 1, 1000 lx with noise (bootstrap of frames). *common* random numbers: all ratios see the same \
+             frames; *independent*: each has frames of its own. *true error* is what the intervals \
+             promise to bound: the deviation from the reference that 95 % of {REPEATS} runs of other seeds kept. *as if independent* \
+             takes a frame's 64 bits for 64 independent ones. Time is frames times that of one frame.",
             GRID.len()
         ),
         reference: format!(
-            "A run of other random numbers with {REFERENCE} times as many frames as the longest that is compared, hence √{REFERENCE} times as narrow as that and 20 times as narrow as those that are held against it."
+            "A run of other random numbers with {REFERENCE} times as many frames as the longest that is compared, hence √{REFERENCE} \
+             times as narrow as that and 20 times as narrow as those that are held against it."
         ),
         default: why(&diagrams),
         diagrams,
@@ -319,8 +324,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
         |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
     format!(
-        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. Which of two ratios is better is known {} times, and the best L2A {} times more exactly when all see the same frames: independent ones \
-         would need the square of that in time. Common numbers cost nothing, for frame k of a seed is the same at any setting. The interval of the bit error rate is that of frames; \
+        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. Which of two ratios is better is known \
+         {} times, and the best L2A {} times more exactly when all see the same frames: independent ones \
+         would need the square of that in time. Common numbers cost nothing, for frame k of a seed is the same at any setting. The \
+         interval of the bit error rate is that of frames; \
          taking a frame's bits for independent makes it {} times as wide.",
         gain_of(|title| title.starts_with("B2W at L2A 1.6")),
         gain_of(|title| title == "best L2A"),
@@ -348,7 +355,8 @@ fn over(diagram: &Diagram, above: &str, below: &str) -> Vec<f64> {
     points.filter_map(ratio).collect()
 }
 
-/// B2W of the frames at one setting: random bits hold both classes, and random phases and reflectance scatter them, so that the ratio is there.
+/// B2W of the frames at one setting: random bits hold both classes, and random phases and reflectance scatter them, so that the
+/// ratio is there.
 fn b2w(sums: &Sums) -> f64 {
     sums.distinguishability().b2w.unwrap_or_default()
 }
