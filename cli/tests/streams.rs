@@ -2,8 +2,9 @@
 
 mod common;
 
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use common::{command, text};
 
@@ -150,4 +151,19 @@ fn frames_of_changing_size_and_no_size_at_all_are_survived() {
         "{}",
         text(&output.stderr)
     );
+}
+
+#[test]
+fn a_stream_that_pauses_is_told_to_be_waited_for() {
+    let mut receive = command(&["receive", "-", "--raw", "320x240"])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("vocc runs");
+    let mut told = String::new();
+    let errors = receive.stderr.take().expect("standard error");
+    BufReader::new(errors).read_line(&mut told).expect("a line");
+    assert_eq!(told, "0 frames, 10 s so far\n");
+    drop(receive.stdin.take());
+    assert_eq!(receive.wait().expect("vocc ends").code(), Some(1));
 }

@@ -20,7 +20,7 @@ pub use chart::{Chart, Line, Point, Series};
 pub use legend::Entry;
 pub use mark::Mark;
 pub use page::Page;
-pub use palette::{BLACK, COLOURS, FRONT, OFF, ON};
+pub use palette::{BLACK, COLOURS, FRONT, OFF, ON, RGBColor};
 pub use paper::{Drawing, save};
 pub use pictures::{Picture, row};
 

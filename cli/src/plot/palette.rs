@@ -1,7 +1,6 @@
 //! The colours of all charts.
 
-use plotters::style::RGBColor;
-
+pub use plotters::style::RGBColor;
 pub use plotters::style::colors::{BLACK, WHITE};
 
 /// Colours of series. The first seven can be told apart by colour-blind readers too (Okabe & Ito 2008).

@@ -1,11 +1,10 @@
 //! Work-precision diagrams: error against cost, both logarithmic.
 
-use plotters::style::RGBColor;
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use crate::plot::{
-    Axis, BLACK, COLOURS, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, Series,
-    short,
+    Axis, BLACK, COLOURS, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor,
+    Series, short,
 };
 use crate::report::numbers::time;
 

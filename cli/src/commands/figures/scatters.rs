@@ -1,9 +1,8 @@
 //! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
 
-use plotters::style::RGBColor;
 use studies::reproduction::{DISTANCE_M, Feature, INTERVAL, L2A, OperatingPoint, Study, scatter};
 
-use crate::plot::{Axis, Chart, Line, Mark, OFF, ON, Page, Point, Series};
+use crate::plot::{Axis, Chart, Line, Mark, OFF, ON, Page, Point, RGBColor, Series};
 use crate::report::figure::{Figure, csv};
 
 /// Frames of a cloud, as in the paper.

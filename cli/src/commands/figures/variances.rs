@@ -1,10 +1,9 @@
 //! Figures 14, 17 and 20: Bvar, Wvar and B2W over L2A, interval and distance.
 
-use plotters::style::RGBColor;
 use studies::reproduction::{Batches, Findings, OperatingPoint, Study, Sums};
 use studies::statistics::Estimate;
 
-use crate::plot::{Axis, COLOURS, Chart, Line, OFF, ON, Page, Point, Series};
+use crate::plot::{Axis, COLOURS, Chart, Line, OFF, ON, Page, Point, RGBColor, Series};
 use crate::report::figure::{Figure, csv};
 
 /// Over L2A, with the grey levels that explain it.
