@@ -35,8 +35,8 @@
 //!
 //! # Two symbols in one exposure
 //!
-//! An exposure across a change shows LEDs that were On for a part of it. [`MaximumLikelihood::detect_after`] takes what is known of the symbol
-//! before, and reads both: `likelihood/mixture.rs`.
+//! An exposure across a change shows LEDs that were On for a part of it. [`MaximumLikelihood::detect_after`] takes what is known of
+//! the symbol before, and reads both: `likelihood/mixture.rs`.
 //!
 //! # Limits
 //!

@@ -80,8 +80,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         risen
     }
 
-    /// Flips whichever of `candidates` raises the likelihood most; false where none does. Their gains become what they really are, where they
-    /// promised any.
+    /// Flips whichever of `candidates` raises the likelihood most; false where none does. Their gains become what they really are,
+    /// where they promised any.
     fn take_best(
         &mut self,
         estimate: &mut Estimate,

@@ -2,8 +2,8 @@
 //!
 //! Around the bits found so far, flips δ = 0 or 1 of the 64 LEDs cost ½·δᵀHδ − gᵀδ. With H = RᵀR and R triangular the cost is a sum over
 //! rows, each of which depends on the LEDs from its own on: LEDs are decided on from the last to the first, and of all ways to
-//! decide on those so far the cheapest are kept. The undecided ones count as continuous, with the mean and variance that a fair bit has, which
-//! adds the same to the cost of all bits.
+//! decide on those so far the cheapest are kept. The undecided ones count as continuous, with the mean and variance that a fair
+//! bit has, which adds the same to the cost of all bits.
 
 use super::flips::{FlipGains, FlipSet};
 use crate::parameters::likelihood::flip_search::{LIST_MARGIN, LIST_SETS};

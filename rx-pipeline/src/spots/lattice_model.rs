@@ -1,10 +1,12 @@
 //! 64 Gaussian spots of few brightnesses on a lattice, fitted to light.
 //!
-//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0, or the share of the exposure
-//! for which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences of light count by the grey levels they make.
+//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0, or the share of the
+//! exposure for which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences
+//! of light count by the grey levels they make.
 //!
-//! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or saturated middles; between
-//! neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at each spot's pixels.
+//! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or
+//! saturated middles; between neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at
+//! each spot's pixels.
 
 use super::slope::Slope;
 use crate::lattice::{Lattice, MIDDLE};
