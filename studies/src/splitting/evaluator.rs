@@ -39,7 +39,7 @@ impl SplittingEvaluator {
         self.sampler.workspace()
     }
 
-    /// Evaluates swarm `chunk`, as [`Evaluator::chunk`] does frames.
+    /// Evaluates swarm `chunk`, as [`crate::monte_carlo::Evaluator::chunk`] does frames.
     ///
     /// # Errors
     /// When a frame cannot be measured.
