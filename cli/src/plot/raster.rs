@@ -1,6 +1,8 @@
 //! Pixels of what is drawn: the same shapes and words as in the SVG document, twice as large.
 
 use ab_glyph::{Font, FontRef, OutlineCurve, Point};
+use image::ImageEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle};
@@ -30,16 +32,16 @@ impl<'a> Raster<'a> {
     /// # Errors
     /// When it is too large for one.
     pub fn png(&self) -> image::ImageResult<Vec<u8>> {
-        let mut file = std::io::Cursor::new(Vec::new());
-        image::write_buffer_with_format(
-            &mut file,
-            self.pixels.data(),
-            self.pixels.width(),
-            self.pixels.height(),
-            image::ExtendedColorType::Rgba8,
-            image::ImageFormat::Png,
-        )?;
-        Ok(file.into_inner())
+        let mut file = Vec::new();
+        // Plots are drawn once and kept for long: small files are worth the time.
+        PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::NoFilter)
+            .write_image(
+                self.pixels.data(),
+                self.pixels.width(),
+                self.pixels.height(),
+                image::ExtendedColorType::Rgba8,
+            )?;
+        Ok(file)
     }
 
     /// Fills the square of one pixel.
