@@ -2,10 +2,10 @@
 
 use plotters::prelude::{Color, PathElement, RGBColor, Rectangle};
 
-use super::chart::{Line, Series};
 use super::mark::{Mark, ring};
 use super::palette::{BLACK, EDGE, WHITE};
 use super::paper::{Stand, Surface, width_px, words};
+use super::series::{Line, Series};
 use super::{Box, meet};
 
 /// The size of an entry's name.

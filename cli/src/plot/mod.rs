@@ -13,16 +13,18 @@ mod palette;
 mod paper;
 mod pictures;
 mod raster;
+mod series;
 mod sheet;
 
 pub use axis::{Axis, short};
-pub use chart::{Chart, Line, Point, Series};
+pub use chart::Chart;
 pub use legend::Entry;
 pub use mark::Mark;
 pub use page::Page;
 pub use palette::{BLACK, COLOURS, FRONT, OFF, ON, RGBColor};
 pub use paper::{Drawing, save};
 pub use pictures::{Picture, row};
+pub use series::{Line, Point, Series};
 
 /// A rectangle in pixels: left, top, right, bottom.
 type Box = [i32; 4];
