@@ -5,13 +5,14 @@
 //!
 //! - [`commands`]: one a module, arguments in, library calls, answers out; [`options`] are what several of them take;
 //! - [`report`]: what is told of results, on disk and while work goes on;
-//! - [`plot`]: charts; [`output`]: standard output; [`progress`]: standard error;
+//! - [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
 //! - [`results`] keeps what long runs have finished, [`pictures`] and [`streams`] read and write frames, [`show`] draws what the
 //!   receiver sees, [`files`] are written whole or not at all, [`device`] talks to transmitters.
 
 mod commands;
 mod device;
 mod files;
+mod numbers;
 mod options;
 mod output;
 mod pictures;

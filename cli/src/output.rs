@@ -9,7 +9,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo;
 use studies::sweep::{Results, Summary};
 
-use crate::report::numbers::two_decimals;
+use crate::numbers::two_decimals;
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use studies::reproduction::{Claim, ERRORS_ENOUGH, INTERPRETATIONS, PAPERS_DETECT
 
 use super::document::Document;
 use super::figure::Figure;
-use super::numbers::{number, with_interval};
+use crate::numbers::{number, with_interval};
 
 /// The claims under one reading, and the name of that reading.
 pub struct Judged {

@@ -5,7 +5,6 @@
 pub mod claims;
 pub mod document;
 pub mod figure;
-pub mod numbers;
 pub mod optimum;
 pub mod sweep;
 pub mod work_precision;

@@ -5,7 +5,7 @@ use std::path::Path;
 use studies::optimum::{FIRST_ROUND, GRID};
 use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use super::numbers::two_decimals;
+use crate::numbers::two_decimals;
 use crate::output::{is_read, json, line};
 use crate::progress::Progress;
 

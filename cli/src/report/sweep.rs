@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 use studies::sweep::{News, Results, Summary, Sweep};
 
-use super::numbers::two_decimals;
+use crate::numbers::two_decimals;
 use crate::output::{is_read, json, line};
 use crate::progress::Progress;
 

@@ -4,7 +4,7 @@ use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 
 use super::document::Document;
 use super::figure::Figure;
-use super::numbers::{digits, time, with_interval};
+use crate::numbers::{digits, time, with_interval};
 use crate::plot::short;
 
 /// How a run was made.

@@ -2,11 +2,11 @@
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
+use crate::numbers::time;
 use crate::plot::{
     Axis, BLACK, COLOURS, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor,
     Series, short,
 };
-use crate::report::numbers::time;
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);

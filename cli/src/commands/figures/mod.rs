@@ -19,12 +19,12 @@ use studies::reproduction::{
 };
 
 use crate::files;
+use crate::numbers::{number, with_interval};
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
 use crate::progress::Progress;
 use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
-use crate::report::numbers::{number, with_interval};
 use kept::{Kept, Run};
 
 /// Arguments of `vocc figures`.
