@@ -161,8 +161,8 @@ fn a_stream_that_pauses_is_told_to_be_waited_for() {
         .spawn()
         .expect("vocc runs");
     let mut told = String::new();
-    let errors = receive.stderr.take().expect("standard error");
-    BufReader::new(errors).read_line(&mut told).expect("a line");
+    let mut errors = BufReader::new(receive.stderr.take().expect("standard error"));
+    errors.read_line(&mut told).expect("a line");
     assert_eq!(told, "0 frames, 10 s so far\n");
     drop(receive.stdin.take());
     assert_eq!(receive.wait().expect("vocc ends").code(), Some(1));

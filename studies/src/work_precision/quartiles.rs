@@ -17,7 +17,7 @@ impl Quartiles {
     /// Of some values; zeros of none.
     ///
     /// ```
-    /// use studies::super::quartiles::Quartiles;
+    /// use studies::work_precision::Quartiles;
     /// let spread = Quartiles::of([5.0, 1.0, 3.0, 2.0, 4.0]);
     /// assert_eq!((spread.low, spread.median, spread.high), (2.0, 3.0, 4.0));
     /// ```
