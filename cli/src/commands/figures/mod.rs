@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Frames of each figure, spread over its points; 100000 by default.
     #[arg(long, value_parser = clap::value_parser!(u64).range(FRAMES))]
     frames: Option<u64>,
-    /// A first look, in half a minute on two cores: 4000 frames a figure by default, fewer points, no other readings.
+    /// A first look, in some 15 s on two cores: 4000 frames a figure by default, fewer points, no other readings.
     #[arg(long)]
     quick: bool,
     /// Go on from what an interrupted run of the same settings has left in the folder.
