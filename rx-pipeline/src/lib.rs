@@ -75,6 +75,7 @@
 //! - **A panel whose place is known:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if it is always known; on a
 //!   microcontroller, or wherever a part of the frame is enough, [`receiver::Receiver::region`].
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
+//! - **What the frames have told of the camera and of broken LEDs:** [`receiver::Receiver::learnt`].
 //! - **Single frames:** [`corners::Corners`], [`cells::CellMap`], [`features::Features`] and [`detect::Detector`], as in the latter's
 //!   example.
 //!
@@ -92,6 +93,7 @@ extern crate std;
 
 pub mod approximate;
 pub mod board;
+pub mod camera;
 pub mod cells;
 pub mod corners;
 pub mod detect;

@@ -60,9 +60,11 @@ mod sphere_decoder;
 
 pub use level_prior::LevelPrior;
 
+use crate::camera::Learnt;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
+use crate::parameters::likelihood::camera::BLUR_MIN;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
 use crop::Crop;
@@ -90,6 +92,8 @@ use model::Model;
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
     prior: LevelPrior,
+    /// The side of a pixel of the last panel's image in px of the frame, and the variance in it of a spot without blur, in px².
+    last_scale: [f32; 2],
     model: Model<PIXELS>,
 }
 
@@ -106,6 +110,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub const fn empty() -> Self {
         Self {
             prior: LevelPrior::NONE,
+            last_scale: [0.0; 2],
             model: Model::new(),
         }
     }
@@ -117,7 +122,26 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.prior = LevelPrior::NONE;
     }
 
-    /// What has been learnt from the frames so far.
+    /// What the frames so far have told of the camera and the LEDs; none before the first.
+    pub fn learnt(&self) -> Option<Learnt> {
+        let levels = self.prior.mean_levels()?;
+        let [pixel_px, sharp] = self.last_scale;
+        let blur = libm::sqrtf((levels.variance - sharp).max(0.0));
+        let camera = Camera {
+            blur_sigma_px: pixel_px * blur,
+            ..self.model.camera
+        };
+        Some(Learnt {
+            camera: camera.clamped(),
+            blur_deviation_px: pixel_px * 0.5 * self.prior.variance_deviation()
+                / blur.max(BLUR_MIN),
+            noise_grey: self.model.noise_grey(levels.noise),
+            broken: 0,
+            frames: self.prior.frames(),
+        })
+    }
+
+    /// What has been learnt of the levels so far.
     pub const fn level_prior(&self) -> LevelPrior {
         self.prior
     }
@@ -154,6 +178,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         corners: &Corners,
     ) -> Result<Detection, DetectError> {
         let crop = Crop::new(frame, corners, PIXELS);
+        self.last_scale = [crop.bin as f32, crop.sharp_variance()];
         let mut best = self.model.search(frame, &crop, &self.prior)?;
         if !self.prior.fits(best.levels.noise) {
             let two = self.model.two_symbols(frame, &crop, before, &self.prior)?;

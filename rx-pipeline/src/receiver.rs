@@ -18,6 +18,7 @@ pub use settings::{ReceiverError, ReceiverSettings};
 
 use core::borrow::BorrowMut;
 
+use crate::camera::Learnt;
 use crate::cells::CellsError;
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -25,6 +26,7 @@ use crate::locate::{LocateError, Locator};
 use crate::profile::Profile;
 use heapless::Vec;
 use link::framing::{Deframer, Event};
+use memory::PanelMemory;
 use reader::Reader;
 use search::Query;
 
@@ -214,6 +216,16 @@ impl<
         self.panels.each_ref().map(|panel| panel.reader.corners())
     }
 
+    /// What the frames have told of the camera and the LEDs, by the numbers of the panels; none of a panel that has not been read by maximum
+    /// likelihood.
+    pub fn learnt_each(&self) -> [Option<Learnt>; PANELS] {
+        self.memory
+            .borrow()
+            .panels
+            .each_ref()
+            .map(PanelMemory::learnt)
+    }
+
     /// Goes on in regions of `size` that begin at `origin`.
     fn move_to(&mut self, origin: [u16; 2], size: (usize, usize)) {
         if self.window == (origin, size) {
@@ -295,6 +307,12 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     pub fn finish(&mut self) -> Event<'_> {
         let [Panel { reader, deframer }] = &mut self.panels;
         reader.finish(deframer)
+    }
+
+    /// What the frames have told of the camera and the LEDs; none before the panel was read, or where the method is not maximum likelihood.
+    pub fn learnt(&self) -> Option<Learnt> {
+        let [learnt] = self.learnt_each();
+        learnt
     }
 
     /// Where the panel was last seen, while it is followed.

@@ -57,4 +57,9 @@ impl Crop {
             pitch: pitch_px / bin,
         }
     }
+
+    /// The variance of an LED's image without any blur, in px² of the image: of a disc about half a pitch wide, and of a pixel.
+    pub fn sharp_variance(&self) -> f32 {
+        self.pitch * self.pitch / 64.0 + 1.0 / 12.0
+    }
 }

@@ -34,6 +34,16 @@ impl LevelPrior {
         (self.frames > 0).then(|| Levels::from_values(self.mean, self.noise))
     }
 
+    /// Frames that it was learnt from, as far as they count.
+    pub(super) fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// The standard deviation of the spots' variance, in px².
+    pub(super) fn variance_deviation(&self) -> f32 {
+        libm::sqrtf(self.covariance[3][3])
+    }
+
     /// Whether brightness and contrast are well known.
     pub(super) fn is_sure(&self) -> bool {
         let [_, _, contrast, ..] = self.mean;

@@ -19,10 +19,17 @@ use link::panel::LEDS;
 /// What is fitted beside noise: the LEDs, and the levels.
 const FITTED: usize = LEDS + LEVELS;
 
+/// A camera that sees nothing: all zeros.
+const DARK: Camera = Camera {
+    gamma: 0.0,
+    blur_sigma_px: 0.0,
+    read_noise_e: 0.0,
+};
+
 /// The image of a panel, and what it takes to explain it.
 pub(super) struct Model<const PIXELS: usize> {
-    /// The blur that a search begins with.
-    pub blur_sigma_px: f32,
+    /// The camera as it was told.
+    pub camera: Camera,
     metric: RootMetric,
     pub image: Image<PIXELS>,
     pub spots: SpotTable,
@@ -33,7 +40,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// One that sees black; all zeros.
     pub const fn new() -> Self {
         Self {
-            blur_sigma_px: 0.0,
+            camera: DARK,
             metric: RootMetric::DARK,
             image: Image::new(),
             spots: SpotTable::new(),
@@ -43,7 +50,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// Gets ready for frames of `camera`.
     pub fn prepare(&mut self, camera: Camera) {
-        self.blur_sigma_px = camera.blur_sigma_px;
+        self.camera = camera;
         self.metric = RootMetric::new(&camera);
     }
 
@@ -65,6 +72,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
     pub fn contrast_grey(&self, levels: &Levels) -> f32 {
         let background = levels.background.max(f32::MIN_POSITIVE);
         levels.contrast * self.spots.peak() / background * self.metric.grey_of_one()
+    }
+
+    /// The deviation of a pixel of middle grey, in grey levels, where a pixel's root light has the variance `noise`.
+    pub fn noise_grey(&self, noise: f32) -> f32 {
+        libm::sqrtf(noise) * self.metric.grey_of_root()
     }
 
     /// The negative log-likelihood of pixels and levels.

@@ -20,13 +20,12 @@ impl<const PIXELS: usize> Model<PIXELS> {
         crop: &Crop,
         prior: &LevelPrior,
     ) -> Result<Estimate, DetectError> {
-        let blur = self.blur_sigma_px / crop.bin as f32;
+        let blur = self.camera.blur_sigma_px / crop.bin as f32;
         let first = Levels {
             background: 1.0,
             off: 0.0,
             contrast: 0.0,
-            // An LED is about half a pitch wide.
-            variance: blur * blur + crop.pitch * crop.pitch / 64.0 + 1.0 / 12.0,
+            variance: blur * blur + crop.sharp_variance(),
             shift: [0.0; 2],
             noise: FIRST_NOISE,
         };

@@ -121,6 +121,12 @@ pub mod level_prior {
     pub const LEARN_LLR: f32 = 1.0;
 }
 
+/// What is learnt of the camera.
+pub mod camera {
+    /// The least blur by which its deviation is reckoned from that of the spots' variance (px).
+    pub const BLUR_MIN: f32 = 0.3;
+}
+
 /// Two symbols in one exposure, of which α is the part of the one that begins.
 pub mod mixture {
     use core::ops::RangeInclusive;

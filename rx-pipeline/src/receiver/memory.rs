@@ -2,6 +2,7 @@
 
 use super::reader::Tools;
 use super::settings::ReceiverSettings;
+use crate::camera::Learnt;
 use crate::cells::CellMap;
 use crate::detect::Method;
 use crate::likelihood::MaximumLikelihood;
@@ -28,6 +29,11 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         map: CellMap::empty(),
         likelihood: MaximumLikelihood::empty(),
     };
+
+    /// What has been learnt of the camera and the panel.
+    pub fn learnt(&self) -> Option<Learnt> {
+        self.likelihood.learnt()
+    }
 
     /// What the panel is read with.
     pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>) -> Tools<'a, PIXELS> {

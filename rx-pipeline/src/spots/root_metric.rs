@@ -50,6 +50,11 @@ impl RootMetric {
         MIDDLE_GREY / self.light.gamma()
     }
 
+    /// Grey levels by which root light 1 higher by a small step is more, over that step, at middle grey: 2·118/γ.
+    pub fn grey_of_root(&self) -> f32 {
+        2.0 * self.grey_of_one()
+    }
+
     /// The variance of root light that rounding to whole grey levels adds: 1/12·(dy/dg)², at middle grey.
     pub fn rounding_variance(&self) -> f32 {
         let slope = self.light.gamma() / (2.0 * MIDDLE_GREY);

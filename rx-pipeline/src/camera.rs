@@ -1,0 +1,22 @@
+//! What a receiver has learnt of the camera it looks through, and of the panel that it looks at.
+
+use link::camera::Camera;
+
+/// What a panel's frames have told.
+///
+/// Given back as [`ReceiverSettings::camera`](crate::receiver::ReceiverSettings::camera), the camera is what the next receiver begins with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learnt {
+    /// The camera: what the frames say of it, and what was told of the rest.
+    pub camera: Camera,
+    /// The standard deviation of [`Camera::blur_sigma_px`], in pixels.
+    pub blur_deviation_px: f32,
+    /// The standard deviation of a pixel of middle grey from what is expected of it, in grey levels: the sensor's noise, and whatever the
+    /// model leaves unexplained.
+    pub noise_grey: f32,
+    /// LEDs that do not follow the message, bit 8·row + column each: dead, stuck, or far too dim. They are read as erased.
+    pub broken: u64,
+    /// Frames that this was learnt from; older ones are forgotten, so that it counts to
+    /// [`MEMORY_FRAMES`](crate::parameters::likelihood::level_prior::MEMORY_FRAMES).
+    pub frames: u32,
+}
