@@ -2,34 +2,40 @@
 //!
 //! It is told little, and learns the rest from the frames: how long an exposure was, how noisy it is, where the panel stands.
 
+mod encoding;
+
 use core::ops::RangeInclusive;
 
+pub use encoding::Encoding;
 use serde::{Deserialize, Serialize};
 
 /// The grey level of linear light 1: that of a grey card which the exposure meter was held against (Do & Yoo 2020, Eq. 11).
-///
-/// A grey level g is the linear light (g/118)^γ.
 pub const MIDDLE_GREY: f32 = 118.0;
 
-/// A camera, as far as a receiver has to know it. Each value is a fact of the camera that its maker or a calibration tells;
-/// where nobody does, the [default](Camera::default) is a start.
+/// A camera, as far as a receiver has to know it. Each value is a hint: where nobody gives one, the [default](Camera::default) is a
+/// start, and the frames tell the rest.
 ///
 /// ```
-/// use link::camera::{Camera, CameraError};
+/// use link::camera::{Camera, CameraError, Encoding};
 ///
 /// let sharp = Camera { blur_sigma_px: 0.8, ..Camera::default() };
 /// assert_eq!(sharp.checked(), Ok(sharp));
 ///
-/// let dark = Camera { gamma: 0.0, ..Camera::default() };
+/// let dark = Camera { encoding: Encoding::Gamma(0.0), ..Camera::default() };
 /// assert_eq!(dark.checked(), Err(CameraError::Gamma { gamma: 0.0 }));
-/// assert_eq!(dark.clamped().gamma, 1.0);
+/// assert_eq!(dark.clamped().encoding, Encoding::LINEAR);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Camera {
-    /// The exponent γ of the encoding, grey = 118·light^(1/γ): 1 to 4.
-    pub gamma: f32,
-    /// Standard deviation of the lens blur, 0.3 to 4 px. It is where the receiver begins: it fits the blur to the frames.
+    /// The curve from light to grey levels.
+    pub encoding: Encoding,
+    /// The grey level of no light at all, 0 to 64.
+    pub black_grey: f32,
+    /// Standard deviation of the lens blur, 0.3 to 4 px: the geometric mean of that along x and that along y.
     pub blur_sigma_px: f32,
+    /// The blur along x over that along y, 0.5 to 2.
+    pub blur_aspect: f32,
     /// Read noise, 0 to 10⁶ electrons. It weighs dark pixels against bright ones; a guess does little harm.
     pub read_noise_e: f32,
 }
@@ -38,24 +44,26 @@ impl Default for Camera {
     /// γ = 2.2 and 1.5 px of blur (Do & Yoo 2020), 3 electrons of read noise.
     fn default() -> Self {
         Self {
-            gamma: Self::USUAL_GAMMA as f32,
+            encoding: Encoding::default(),
+            black_grey: 0.0,
             blur_sigma_px: Self::USUAL_BLUR_SIGMA_PX as f32,
+            blur_aspect: 1.0,
             read_noise_e: Self::USUAL_READ_NOISE_E as f32,
         }
     }
 }
 
 impl Camera {
-    /// `gamma` where nobody tells it, before it is rounded to f32.
-    pub const USUAL_GAMMA: f64 = 2.2;
     /// `blur_sigma_px` where nobody tells it.
     pub const USUAL_BLUR_SIGMA_PX: f64 = 1.5;
     /// `read_noise_e` where nobody tells it.
     pub const USUAL_READ_NOISE_E: f64 = 3.0;
-    /// The range of `gamma`.
-    pub const GAMMA: RangeInclusive<f32> = 1.0..=4.0;
+    /// The range of `black_grey`.
+    pub const BLACK_GREY: RangeInclusive<f32> = 0.0..=64.0;
     /// The range of `blur_sigma_px`: a sharper image hides between the pixels, a softer one runs the LEDs of any readable panel together.
     pub const BLUR_SIGMA_PX: RangeInclusive<f32> = 0.3..=4.0;
+    /// The range of `blur_aspect`.
+    pub const BLUR_ASPECT: RangeInclusive<f32> = 0.5..=2.0;
     /// The range of `read_noise_e`: the square of its end is still a number.
     pub const READ_NOISE_E: RangeInclusive<f32> = 0.0..=1e6;
 
@@ -65,15 +73,25 @@ impl Camera {
     /// [`CameraError`] about the first value that is not.
     pub fn checked(self) -> Result<Self, CameraError> {
         let Self {
-            gamma,
+            encoding,
+            black_grey,
             blur_sigma_px,
+            blur_aspect,
             read_noise_e,
         } = self;
-        if !Self::GAMMA.contains(&gamma) {
+        if let Encoding::Gamma(gamma) = encoding
+            && !Encoding::GAMMA.contains(&gamma)
+        {
             return Err(CameraError::Gamma { gamma });
+        }
+        if !Self::BLACK_GREY.contains(&black_grey) {
+            return Err(CameraError::Black { black_grey });
         }
         if !Self::BLUR_SIGMA_PX.contains(&blur_sigma_px) {
             return Err(CameraError::Blur { blur_sigma_px });
+        }
+        if !Self::BLUR_ASPECT.contains(&blur_aspect) {
+            return Err(CameraError::BlurAspect { blur_aspect });
         }
         if !Self::READ_NOISE_E.contains(&read_noise_e) {
             return Err(CameraError::ReadNoise { read_noise_e });
@@ -81,13 +99,22 @@ impl Camera {
         Ok(self)
     }
 
+    /// The light of a grey level, 1 at grey 118 of a camera whose black is 0; 0 below black.
+    pub fn light(&self, grey: f32) -> f32 {
+        let white = f32::from(u8::MAX);
+        self.encoding
+            .light((grey - self.black_grey) * white / (white - self.black_grey))
+    }
+
     /// The nearest camera in range; what is not a number becomes the least.
     pub fn clamped(self) -> Self {
         let clamped =
             |value: f32, range: RangeInclusive<f32>| value.max(*range.start()).min(*range.end());
         Self {
-            gamma: clamped(self.gamma, Self::GAMMA),
+            encoding: self.encoding.clamped(),
+            black_grey: clamped(self.black_grey, Self::BLACK_GREY),
             blur_sigma_px: clamped(self.blur_sigma_px, Self::BLUR_SIGMA_PX),
+            blur_aspect: clamped(self.blur_aspect, Self::BLUR_ASPECT),
             read_noise_e: clamped(self.read_noise_e, Self::READ_NOISE_E),
         }
     }
@@ -100,12 +127,32 @@ pub enum CameraError {
     /// The encoding's exponent.
     #[error(
         "a gamma of {gamma} is not {} to {}: give the camera's, 1 where it is linear; 2.2 is a start where it is not known",
-        Camera::GAMMA.start(),
-        Camera::GAMMA.end()
+        Encoding::GAMMA.start(),
+        Encoding::GAMMA.end()
     )]
     Gamma {
         /// The exponent asked for.
         gamma: f32,
+    },
+    /// The level of no light.
+    #[error(
+        "a black level of {black_grey} is not {} to {} of 255: give the grey level of a frame with the lens covered",
+        Camera::BLACK_GREY.start(),
+        Camera::BLACK_GREY.end()
+    )]
+    Black {
+        /// The level asked for.
+        black_grey: f32,
+    },
+    /// The blur along x over that along y.
+    #[error(
+        "a blur {blur_aspect} times as wide as high is not {} to {}: 1 is a start where it is not known",
+        Camera::BLUR_ASPECT.start(),
+        Camera::BLUR_ASPECT.end()
+    )]
+    BlurAspect {
+        /// The ratio asked for.
+        blur_aspect: f32,
     },
     /// The lens blur.
     #[error(
@@ -137,37 +184,59 @@ mod tests {
     fn a_camera_out_of_range_is_refused() {
         let usual = Camera::default();
         assert_eq!((usual.checked(), usual.clamped()), (Ok(usual), usual));
-        for (gamma, blur_sigma_px, read_noise_e, wrong) in [
-            (0.9, 1.5, 3.0, "a gamma of 0.9 is not 1 to 4: "),
-            (f32::NAN, 1.5, 3.0, "a gamma of NaN is not 1 to 4: "),
-            (2.2, 0.2, 3.0, "a blur of 0.2 px is not 0.3 to 4 px: "),
+        let gamma = |gamma| Camera {
+            encoding: Encoding::Gamma(gamma),
+            ..usual
+        };
+        let blur = |blur_sigma_px| Camera {
+            blur_sigma_px,
+            ..usual
+        };
+        let black = |black_grey| Camera {
+            black_grey,
+            ..usual
+        };
+        let aspect = |blur_aspect| Camera {
+            blur_aspect,
+            ..usual
+        };
+        let read = |read_noise_e| Camera {
+            read_noise_e,
+            ..usual
+        };
+        for (camera, wrong) in [
+            (gamma(0.9), "a gamma of 0.9 is not 1 to 4: "),
+            (gamma(f32::NAN), "a gamma of NaN is not 1 to 4: "),
+            (black(65.0), "a black level of 65 is not 0 to 64 of 255: "),
+            (blur(0.2), "a blur of 0.2 px is not 0.3 to 4 px: "),
+            (blur(f32::INFINITY), "a blur of inf px is not 0.3 to 4 px: "),
             (
-                2.2,
-                f32::INFINITY,
-                3.0,
-                "a blur of inf px is not 0.3 to 4 px: ",
+                aspect(2.5),
+                "a blur 2.5 times as wide as high is not 0.5 to 2: ",
             ),
             (
-                2.2,
-                1.5,
-                -0.1,
+                read(-0.1),
                 "a read noise of -0.1 electrons is not 0 to 1e6: ",
             ),
             (
-                2.2,
-                1.5,
-                f32::INFINITY,
+                read(f32::INFINITY),
                 "a read noise of inf electrons is not 0 to 1e6: ",
             ),
         ] {
-            let camera = Camera {
-                gamma,
-                blur_sigma_px,
-                read_noise_e,
-            };
             let error = camera.checked().unwrap_err().to_string();
             assert!(error.starts_with(wrong), "{error}");
             assert_eq!(camera.clamped().checked(), Ok(camera.clamped()));
         }
+    }
+
+    #[test]
+    fn light_begins_at_black() {
+        let camera = Camera {
+            black_grey: 16.0,
+            encoding: Encoding::LINEAR,
+            ..Camera::default()
+        };
+        assert_eq!((camera.light(3.0), camera.light(16.0)), (0.0, 0.0));
+        assert!((camera.light(255.0) - 255.0 / 118.0).abs() < 1e-6);
     }
 }

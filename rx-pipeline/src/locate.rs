@@ -103,14 +103,10 @@ impl Locator {
     /// # Errors
     /// [`CameraError`] if something of the camera is out of its range.
     pub fn new(camera: Camera) -> Result<Self, CameraError> {
-        let Camera {
-            gamma,
-            blur_sigma_px,
-            ..
-        } = camera.checked()?;
+        let camera = camera.checked()?;
         Ok(Self {
-            metric: GreyMetric::new(gamma),
-            blur_sigma_px,
+            metric: GreyMetric::new(&camera),
+            blur_sigma_px: camera.blur_sigma_px,
         })
     }
 

@@ -1,7 +1,7 @@
 //! The panel's image: Gaussian spots before a background, in linear light.
 //!
 //! An LED's disc, the lens blur and the pixel's square together are close to a Gaussian, so a pixel at p sees b + Σ aₖ·g(p − pₖ). One
-//! model serves all who need one: the same [light of a grey level](gamma_table), the same [spots](window). It is held against pixels
+//! model serves all who need one: the same [light of a grey level](light_table), the same [spots](window). It is held against pixels
 //! in one of two metrics, by the noise that is expected:
 //!
 //! | metric | noise is alike in all | for |
@@ -13,9 +13,9 @@
 //! hundreds of poses. [`SpotTable`] is 64 spots of one size, cut farther out and never by the window's rim: bits are told apart by
 //! what one LED leaves in its neighbour's place.
 
-mod gamma_table;
 mod grey_metric;
 mod lattice_model;
+mod light_table;
 mod profile;
 mod residuals;
 mod root_metric;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-use link::camera::Camera;
+use link::camera::{Camera, Encoding};
 use link::fec::Code;
 use link::framing::{Event, FramingError};
 use link::l2a_table::Interval;
@@ -314,7 +314,7 @@ impl Symbols {
 /// What a receiver's maker knows of a scene's camera.
 pub fn camera_of(scene: &Scene) -> Camera {
     Camera {
-        gamma: scene.camera.gamma as f32,
+        encoding: Encoding::Gamma(scene.camera.gamma as f32),
         read_noise_e: scene.camera.read_noise_e as f32,
         ..Camera::default()
     }

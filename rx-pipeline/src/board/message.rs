@@ -262,8 +262,8 @@ pub enum Refusal {
     Unknown,
     /// A setting is out of its range.
     #[error(
-        "a setting is out of its range: gamma 1 to 4, blur 0.3 to 4 px, read noise 0 to 1e6 electrons, above 0 \
-         and at most 1 symbols a frame"
+        "a setting is out of its range: gamma 1 to 4, black 0 to 64, blur 0.3 to 4 px and 0.5 to 2 times as wide as high, read noise \
+         0 to 1e6 electrons, above 0 and at most 1 symbols a frame"
     )]
     Settings,
     /// The region's size is impossible, or not that of its pixels.

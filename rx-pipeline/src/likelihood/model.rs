@@ -13,7 +13,7 @@ use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::parameters::likelihood::search::OFFSET_STEP;
 use crate::spots::{RootMetric, SpotTable};
-use link::camera::Camera;
+use link::camera::{Camera, Encoding};
 use link::panel::LEDS;
 
 /// What is fitted beside noise: the LEDs, and the levels.
@@ -21,8 +21,10 @@ const FITTED: usize = LEDS + LEVELS;
 
 /// A camera that sees nothing: all zeros.
 const DARK: Camera = Camera {
-    gamma: 0.0,
+    encoding: Encoding::Gamma(0.0),
+    black_grey: 0.0,
     blur_sigma_px: 0.0,
+    blur_aspect: 0.0,
     read_noise_e: 0.0,
 };
 

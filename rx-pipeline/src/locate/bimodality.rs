@@ -73,7 +73,7 @@ mod tests {
 
     fn odds_of(pixels: &[u8]) -> f32 {
         let frame = Frame::new(pixels, SCENE.width, SCENE.height).unwrap();
-        let metric = GreyMetric::new(2.2);
+        let metric = GreyMetric::new(&link::camera::Camera::default());
         let observation = Observation {
             frame: &frame,
             earlier: None,

@@ -1,23 +1,24 @@
 //! Differences of light, weighed by the grey levels that they make: for noise of as many grey levels in all pixels.
 
-use super::gamma_table::GammaTable;
+use super::light_table::LightTable;
 use crate::parameters::spots::DARKEST_GREY;
+use link::camera::Camera;
 
 /// How much a difference of light counts at each grey level.
 #[derive(Clone, Debug)]
 pub(crate) struct GreyMetric {
-    light: GammaTable,
+    light: LightTable,
     /// The square of the light that one grey level more makes.
     slope_squared: [f32; 256],
     weight: [f32; 256],
 }
 
 impl GreyMetric {
-    pub fn new(gamma: f32) -> Self {
-        let light = GammaTable::new(gamma);
+    pub fn new(camera: &Camera) -> Self {
+        let light = LightTable::new(camera);
         let slope_squared = core::array::from_fn(|grey| {
-            let grey = grey.max(DARKEST_GREY) as f32;
-            let slope = light.between(grey + 0.5) - light.between(grey - 0.5);
+            let grey = (grey as f32).max(camera.black_grey + DARKEST_GREY as f32);
+            let slope = camera.light(grey + 0.5) - camera.light(grey - 0.5);
             slope * slope
         });
         Self {
@@ -76,7 +77,7 @@ mod tests {
 
     #[test]
     fn weights_turn_light_into_grey_levels() {
-        let metric = GreyMetric::new(2.2);
+        let metric = GreyMetric::new(&Camera::default());
         assert_eq!(metric.light(118), 1.0);
         let [[level], [weight]] = metric.single(&[200], &[0.0]);
         let step = metric.light(201) - level;
@@ -86,7 +87,7 @@ mod tests {
 
     #[test]
     fn white_pixels_count_only_where_the_model_is_darker() {
-        let metric = GreyMetric::new(2.2);
+        let metric = GreyMetric::new(&Camera::default());
         let weights = metric.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
         assert_eq!(weights.map(|weight| weight > 0.0), [false, true, true]);
         // White now, then, both and neither, and each time a model that changes by more, and by less.

@@ -2,34 +2,30 @@
 //!
 //! A pixel of light x caught x·k electrons, of which shot and read noise make x ± √((x + c)/k): with root light y = √(x + c) the
 //! deviation is 1/(2·√k) throughout (Anscombe 1948; with read noise Murtagh, Starck & Bijaoui 1995). So all pixels weigh the same, and
-//! one variance says how noisy the frame is. What rounding to grey levels adds is nearly constant there too, since the gamma curve
+//! one variance says how noisy the frame is. What rounding to grey levels adds is nearly constant there too, since the encoding
 //! is nearly a root.
 
-use super::gamma_table::GammaTable;
+use super::light_table::LightTable;
 use crate::parameters::spots::ROOT_OFFSET;
-use link::camera::{Camera, MIDDLE_GREY};
+use link::camera::Camera;
 
 /// What of a camera decides on root light and its noise.
 #[derive(Clone, Debug)]
 pub(crate) struct RootMetric {
-    light: GammaTable,
-    full: f32,
+    light: LightTable,
     read_noise_e: f32,
 }
 
 impl RootMetric {
     /// That of a camera that sees no light; all zeros.
     pub const DARK: Self = Self {
-        light: GammaTable::DARK,
-        full: 0.0,
+        light: LightTable::DARK,
         read_noise_e: 0.0,
     };
 
     pub fn new(camera: &Camera) -> Self {
-        let light = GammaTable::new(camera.gamma);
         Self {
-            full: light.between(254.5),
-            light,
+            light: LightTable::new(camera),
             read_noise_e: camera.read_noise_e,
         }
     }
@@ -42,12 +38,12 @@ impl RootMetric {
 
     /// The least light that is read as 255.
     pub fn full(&self) -> f32 {
-        self.full
+        self.light.full()
     }
 
-    /// Grey levels by which light 1 brighter by a small part of itself is more, over that part: 118/γ.
+    /// Grey levels by which light 1 brighter by a small part of itself is more, over that part.
     pub fn grey_of_one(&self) -> f32 {
-        MIDDLE_GREY / self.light.gamma()
+        1.0 / self.light.middle_slope()
     }
 
     /// Grey levels by which root light 1 higher by a small step is more, over that step, at middle grey: 2·118/γ.
@@ -57,7 +53,7 @@ impl RootMetric {
 
     /// The variance of root light that rounding to whole grey levels adds: 1/12·(dy/dg)², at middle grey.
     pub fn rounding_variance(&self) -> f32 {
-        let slope = self.light.gamma() / (2.0 * MIDDLE_GREY);
+        let slope = 0.5 * self.light.middle_slope();
         slope * slope / 12.0
     }
 

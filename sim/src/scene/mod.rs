@@ -10,7 +10,7 @@ mod validate;
 
 use std::collections::BTreeMap;
 
-use link::camera::Camera as Told;
+use link::camera::{Camera as Told, Encoding};
 use serde::{Deserialize, Serialize};
 
 pub use error::SceneError;
@@ -103,7 +103,7 @@ impl Default for Camera {
             iso_min: 100.0,
             iso_max: 32_000.0,
             meter_constant: 12.5,
-            gamma: Told::USUAL_GAMMA,
+            gamma: Encoding::USUAL_GAMMA,
             blur_sigma_px: Told::USUAL_BLUR_SIGMA_PX,
             exposure_bias_ev: 0.0,
             vignetting: false,

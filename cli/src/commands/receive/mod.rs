@@ -8,7 +8,7 @@ mod stage_times;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
-use link::camera::Camera;
+use link::camera::{Camera, Encoding};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 
@@ -50,7 +50,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     show: Option<PathBuf>,
     /// Exponent of the camera's encoding, 1 to 4.
-    #[arg(long, default_value_t = Camera::default().gamma, value_name = "G")]
+    #[arg(long, default_value_t = Encoding::USUAL_GAMMA as f32, value_name = "G")]
     gamma: f32,
     /// Standard deviation of the lens blur in pixels, 0.3 to 4.
     #[arg(long, default_value_t = Camera::default().blur_sigma_px, value_name = "PX")]

@@ -1,6 +1,6 @@
 //! The receiver at work on one frame after another.
 
-use link::camera::Camera;
+use link::camera::{Camera, Encoding};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{
     FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
@@ -45,7 +45,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     ) -> anyhow::Result<Self> {
         let settings = ReceiverSettings {
             camera: Camera {
-                gamma: arguments.gamma,
+                encoding: Encoding::Gamma(arguments.gamma),
                 blur_sigma_px: arguments.blur,
                 ..Camera::default()
             },

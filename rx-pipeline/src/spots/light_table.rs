@@ -1,0 +1,42 @@
+//! The light of grey levels.
+
+use link::camera::{Camera, MIDDLE_GREY};
+
+/// The light of each grey level by a camera's encoding, 1 at grey 118.
+#[derive(Clone, Debug)]
+pub(crate) struct LightTable {
+    light: [f32; 256],
+    /// By how much light grows with the grey level, at grey 118.
+    middle_slope: f32,
+    /// The least light that is read as white.
+    full: f32,
+}
+
+impl LightTable {
+    /// No light at all.
+    pub const DARK: Self = Self {
+        light: [0.0; 256],
+        middle_slope: 0.0,
+        full: 0.0,
+    };
+
+    pub fn new(camera: &Camera) -> Self {
+        Self {
+            light: core::array::from_fn(|grey| camera.light(grey as f32)),
+            middle_slope: camera.light(MIDDLE_GREY + 0.5) - camera.light(MIDDLE_GREY - 0.5),
+            full: camera.light(254.5),
+        }
+    }
+
+    pub fn of(&self, grey: u8) -> f32 {
+        self.light[usize::from(grey)]
+    }
+
+    pub fn middle_slope(&self) -> f32 {
+        self.middle_slope
+    }
+
+    pub fn full(&self) -> f32 {
+        self.full
+    }
+}
