@@ -9,10 +9,9 @@ use crate::air::Air;
 use crate::camera::clock::Moment;
 use crate::camera::noise::Noise;
 
-/// A factor on the light of each LED, frame by frame.
+/// A change of the light of each LED, frame by frame.
 pub trait LedStage: Send + Sync {
-    /// Multiplies each LED's own light over its exposure, which begins `delay_s` after the moment, by what the effect makes
-    /// of it.
+    /// Changes each LED's own light over its exposure, which begins `delay_s` after the moment: 1 where it is on.
     fn apply(
         &self,
         panel: usize,
@@ -29,6 +28,18 @@ pub trait RowStage: Send + Sync {
     fn apply(&self, x: usize, y: usize, row: &mut [f32]);
     /// The same in double precision.
     fn apply_exact(&self, x: usize, y: usize, row: &mut [f64]);
+}
+
+/// A change of the encoded frame, after noise and rounding.
+pub trait GreyStage: Send + Sync {
+    /// How many pixels away what changes a pixel may be.
+    fn reach_px(&self) -> usize;
+    /// The side of the blocks that it takes by themselves; they begin at the frame's first pixel.
+    fn block_px(&self) -> usize {
+        1
+    }
+    /// Changes a frame of that width, row by row.
+    fn apply(&self, width: usize, grey: &mut [u8]);
 }
 
 /// How light becomes an image: the sum of what the included effects ask for.
@@ -56,12 +67,14 @@ pub struct Formation {
     pub row_delay_s: f64,
     /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
     pub mix_symbols: bool,
-    /// Factors on the LEDs.
+    /// Changes of the LEDs' light.
     pub led_stages: Vec<Box<dyn LedStage>>,
     /// Changes of the linear image.
     pub row_stages: Vec<Box<dyn RowStage>>,
     /// The sensor's noise.
     pub noise: Option<Noise>,
+    /// Changes of the encoded frame.
+    pub grey_stages: Vec<Box<dyn GreyStage>>,
 }
 
 impl Formation {
@@ -82,6 +95,7 @@ impl Formation {
             led_stages: Vec::new(),
             row_stages: Vec::new(),
             noise: None,
+            grey_stages: Vec::new(),
         }
     }
 }

@@ -23,6 +23,14 @@ pub enum Purpose {
     Resampling = 6,
     /// The steps of a splitting towards rare errors.
     Splitting = 7,
+    /// Which of a panel's LEDs are broken.
+    BrokenLeds = 8,
+    /// What each pixel makes of light.
+    PhotoResponse = 9,
+    /// What each pixel reads in the dark.
+    DarkSignal = 10,
+    /// Which pixels are hot.
+    HotPixels = 11,
 }
 
 /// The random numbers of frame `frame` of seed `seed` for one purpose.
@@ -51,4 +59,73 @@ pub fn uniform(random: &mut impl Rng) -> f64 {
 /// A standard normal number.
 pub fn normal(random: &mut impl Rng) -> f64 {
     StandardNormal.sample(random)
+}
+
+/// What is fixed for each pixel of a sensor: 64 random bits by the pixel's place, of a seed and for one purpose.
+///
+/// ```
+/// use sim::random::{Fixed, Purpose};
+/// let fixed = Fixed::new(1, Purpose::HotPixels);
+/// assert_eq!(fixed.at(3, 4), fixed.at(3, 4));
+/// assert_ne!(fixed.at(3, 4), fixed.at(4, 3));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Fixed(u64);
+
+/// The golden ratio in 2⁻⁶⁴: the step of SplitMix64 (Steele, Lea & Flood 2014).
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+impl Fixed {
+    /// Of that seed, for that purpose.
+    pub fn new(seed: u64, purpose: Purpose) -> Self {
+        Self(mixed(mixed(seed).wrapping_add(purpose as u64)))
+    }
+
+    /// The bits of the pixel (`x`, `y`).
+    #[inline(always)]
+    pub fn at(self, x: usize, y: usize) -> u64 {
+        let place = (y as u64) << 32 | x as u64;
+        mixed(self.0.wrapping_add(place.wrapping_mul(GOLDEN)))
+    }
+}
+
+/// SplitMix64's function of its counter.
+#[inline(always)]
+fn mixed(counter: u64) -> u64 {
+    let bits = (counter ^ counter >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^ bits >> 31
+}
+
+/// [`bell`] is never farther than this from 0.
+pub const BELL_MOST: f64 = 4.881;
+
+/// A number of mean 0 and deviation 1, nearly normal: the sum of the eight bytes of `bits`, which has no outliers.
+#[inline(always)]
+pub fn bell(bits: u64) -> f64 {
+    const PAIRS: u64 = 0x00ff_00ff_00ff_00ff;
+    /// Of eight bytes, each with a variance of (256² − 1)/12.
+    const DEVIATION: f64 = 209.020_1;
+    let pairs = (bits & PAIRS) + (bits >> 8 & PAIRS);
+    let sum = pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48;
+    (sum as f64 - 1020.0) / DEVIATION
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bell_is_nearly_normal_and_bounded() {
+        assert!(bell(u64::MAX) <= BELL_MOST && bell(0) >= -BELL_MOST);
+        let fixed = Fixed::new(7, Purpose::PhotoResponse);
+        let values: Vec<f64> = (0..100_000)
+            .map(|k| bell(fixed.at(k % 317, k / 317)))
+            .collect();
+        let moment = |power: i32| values.iter().map(|v| v.powi(power)).sum::<f64>() / 1e5;
+        assert!(moment(1).abs() < 0.015, "{}", moment(1));
+        assert!((moment(2) - 1.0).abs() < 0.02, "{}", moment(2));
+        // A normal law has 3; eight bytes have 0.15 less.
+        assert!((moment(4) - 2.85).abs() < 0.08, "{}", moment(4));
+    }
 }

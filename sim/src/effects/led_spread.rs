@@ -18,7 +18,7 @@ impl Effect for LedSpread {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &["panel.led_spread"]
+        &["panel.led_spread", "panel.seed"]
     }
 
     fn cost(&self) -> &'static str {
@@ -46,10 +46,10 @@ impl Effect for LedSpread {
     }
 }
 
-/// The factors of one panel's LEDs: the same for the same panel index, whatever the seed of a run.
+/// The factors of one panel's LEDs: the same for the same panel index and seed, whatever the seed of a run.
 fn gains(panel: &Panel, index: usize) -> [f64; link::panel::LEDS] {
     let mut random = crate::random::stream(
-        0x1ed5_94ea_d000_0000,
+        0x1ed5_94ea_d000_0000 ^ u64::from(panel.seed),
         index as u64,
         crate::random::Purpose::Panel,
     );

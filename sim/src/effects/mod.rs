@@ -11,13 +11,17 @@
 //! To add one: write its file, named as it is in a scene, and put it on the list `ALL` below. The `[effects]` table of a scene,
 //! the plan, its cost, `vocc plan` and the test of its bound follow from there. It touches more only where it brings more: a
 //! scene key that no other reads goes into [`crate::scene`], and work of a kind that none of the formation's parts does, be
-//! they stages of LEDs, stages of rows or numbers, into those and the renderer.
+//! they stages of LEDs, of rows, of encoded frames or numbers, into those and the renderer.
 
 mod airlight;
 mod atmosphere;
 mod blur;
 mod board;
+mod broken_leds;
+mod codec;
 mod distortion;
+mod fixed_pattern;
+mod hot_pixels;
 mod led_spread;
 mod motion;
 mod noise;
@@ -27,6 +31,7 @@ mod photograph;
 mod pwm;
 mod rolling_shutter;
 mod scanning;
+mod sharpening;
 mod symbol_change;
 mod vignetting;
 
@@ -60,7 +65,8 @@ pub(crate) trait Effect: Sync {
 pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 16] = [
+pub(crate) const ALL: [&dyn Effect; 21] = [
+    &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
     &scanning::Scanning,
@@ -76,7 +82,11 @@ pub(crate) const ALL: [&dyn Effect; 16] = [
     &motion::Motion,
     LENS_BLUR,
     &vignetting::Vignetting,
+    &fixed_pattern::FixedPattern,
+    &hot_pixels::HotPixels,
     &noise::SensorNoise,
+    &sharpening::Sharpening,
+    &codec::Codec,
 ];
 
 /// The names of all effects.

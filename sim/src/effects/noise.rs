@@ -42,9 +42,8 @@ impl Effect for SensorNoise {
                 gamma,
             )
         };
-        (0..=200)
-            .map(|k| noise.rare_change_grey(level(k)))
-            .fold(0.0, f64::max)
+        let changes = (0..=200).map(|k| noise.rare_change_grey(level(k)));
+        range.sharpened(changes.fold(0.0, f64::max))
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {

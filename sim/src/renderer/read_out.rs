@@ -19,6 +19,7 @@ impl Renderer {
     pub fn read_out(&self, seed: u64, frame: u64, canvas: &Canvas<f32>, grey: &mut [u8]) {
         let mut random = stream(seed, frame, Purpose::Noise);
         self.read_pixels(canvas.values(), &mut random, grey);
+        self.process(canvas.region().width, grey);
     }
 
     /// The same of a canvas in double precision, by the formula itself.
@@ -27,6 +28,7 @@ impl Renderer {
             for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
                 *grey = grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8;
             }
+            self.process(canvas.region().width, grey);
             return;
         }
         let linear: Vec<f32> = canvas
@@ -35,6 +37,14 @@ impl Renderer {
             .map(|&linear| linear as f32)
             .collect();
         self.read_pixels(&linear, &mut stream(seed, frame, Purpose::Noise), grey);
+        self.process(canvas.region().width, grey);
+    }
+
+    /// What the camera does to encoded levels, row by row, before it gives them away: sharpening, compression.
+    pub fn process(&self, width: usize, grey: &mut [u8]) {
+        for stage in &self.formation.grey_stages {
+            stage.apply(width, grey);
+        }
     }
 
     /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
@@ -69,6 +79,7 @@ impl Renderer {
         {
             self.read_pixels(values, &mut random, &mut row[x..x + width]);
         }
+        self.process(sensor.width, grey);
     }
 
     /// Reads pixels out one after another.

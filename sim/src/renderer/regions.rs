@@ -19,7 +19,8 @@ impl Renderer {
         }
     }
 
-    /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel.
+    /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel, and for what the
+    /// camera does to encoded levels around.
     pub fn surroundings(&self, index: usize) -> Region {
         self.around(index, self.margin_px)
     }
@@ -47,6 +48,9 @@ impl Renderer {
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
                 (l.min(p), h.max(p))
             });
+        let stages = || self.formation.grey_stages.iter();
+        let margin_px = margin_px + stages().map(|stage| stage.reach_px()).sum::<usize>() as f64;
+        let block = stages().map(|stage| stage.block_px()).max().unwrap_or(1);
         let (low, high) = (low - margin_px - 2.0, high + margin_px + 3.0);
         let sensor = self.sensor();
         let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
@@ -54,11 +58,13 @@ impl Renderer {
             clip(low.x.floor(), sensor.width),
             clip(low.y.floor(), sensor.height),
         );
+        let (x, y) = (x - x % block, y - y % block);
+        let end = |high: f64, end: usize| clip(high.ceil(), end).next_multiple_of(block).min(end);
         Region {
             x,
             y,
-            width: clip(high.x.ceil(), sensor.width) - x,
-            height: clip(high.y.ceil(), sensor.height) - y,
+            width: end(high.x, sensor.width) - x,
+            height: end(high.y, sensor.height) - y,
         }
     }
 

@@ -88,6 +88,23 @@ pub struct Camera {
     pub readout_s: f64,
     /// Radial distortion: a point at radius ρ (in units of the focal length) is imaged at ρ·(1 + k₁·ρ²). −0.5 to 0.5.
     pub distortion_k1: f64,
+    /// How unlike pixels are in what they make of light (PRNU), the standard deviation in percent, 0 to 20.
+    pub prnu_percent: f64,
+    /// How unlike pixels are in what they read in the dark (DSNU), the standard deviation in electrons, 0 to 1000.
+    pub dsnu_e: f64,
+    /// Hot pixels among a million, 0 to 10 000.
+    pub hot_pixels_ppm: f64,
+    /// The grey level below which no hot pixel reads, 0 to 255.
+    pub hot_pixel_grey: f64,
+    /// Which camera of its kind it is: where its fixed pattern and its hot pixels are, 0 to 2³² − 1.
+    pub seed: u32,
+    /// Amount of the unsharp mask that the camera lays on its frames, 0 to 5.
+    pub sharpening: f64,
+    /// Standard deviation of that mask's mean, 0.3 to 10 px.
+    pub sharpening_radius_px: f64,
+    /// The quality at which each frame passes as JPEG, 1 to 100; none: no loss.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jpeg_quality: Option<u8>,
 }
 
 impl Default for Camera {
@@ -111,6 +128,14 @@ impl Default for Camera {
             read_noise_e: Told::USUAL_READ_NOISE_E,
             readout_s: 0.0,
             distortion_k1: 0.0,
+            prnu_percent: 0.0,
+            dsnu_e: 0.0,
+            hot_pixels_ppm: 0.0,
+            hot_pixel_grey: 255.0,
+            seed: 0,
+            sharpening: 0.0,
+            sharpening_radius_px: 1.0,
+            jpeg_quality: None,
         }
     }
 }
@@ -148,6 +173,17 @@ pub struct Panel {
     pub luminance_max_cd_m2: Option<f64>,
     /// Relative standard deviation of the luminance from LED to LED, 0 to 0.5.
     pub led_spread: f64,
+    /// LEDs that never light: how many, or which ones.
+    pub dead_leds: Leds,
+    /// LEDs that always light: how many, or which ones.
+    pub stuck_leds: Leds,
+    /// A row whose LEDs are dimmer, 0 (the upper) to 7; none: none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dim_row: Option<u8>,
+    /// The part of their luminance that LEDs of the dim row give, 0 to 1.
+    pub dim_row_light: f64,
+    /// Which panel of its kind it is: how bright which LED is, and which are broken, 0 to 2³² − 1.
+    pub seed: u32,
     /// Frequency of the dimming PWM, 0 (ideal dimming) to 10 MHz.
     pub pwm_hz: f64,
     /// Rows shown one after another; 0 is a static drive, else 1 to 8.
@@ -169,6 +205,11 @@ impl Default for Panel {
             luminance_min_cd_m2: None,
             luminance_max_cd_m2: None,
             led_spread: 0.0,
+            dead_leds: Leds::default(),
+            stuck_leds: Leds::default(),
+            dim_row: None,
+            dim_row_light: 0.5,
+            seed: 0,
             pwm_hz: 0.0,
             scan_rows: 0,
             board_reflectance: None,
@@ -181,6 +222,22 @@ impl Panel {
     /// Centre-to-centre distance of neighbouring LEDs: (1 + interval)·diameter, in metres.
     pub fn pitch_m(&self) -> f64 {
         (1.0 + self.interval) * self.led_diameter_m
+    }
+}
+
+/// Some of a panel's LEDs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Leds {
+    /// So many that the panel's seed picks, 0 to 64.
+    Count(u8),
+    /// Those of these numbers, 8·row + column.
+    List(Vec<u8>),
+}
+
+impl Default for Leds {
+    fn default() -> Self {
+        Self::Count(0)
     }
 }
 

@@ -86,6 +86,14 @@ full_well_e = 20000          # electrons at grey 255, ISO 100
 read_noise_e = 3
 readout_s = 0                # 0: global shutter
 distortion_k1 = 0
+prnu_percent = 0
+dsnu_e = 0
+hot_pixels_ppm = 0
+hot_pixel_grey = 255
+seed = 0                     # of the fixed pattern and the hot pixels
+sharpening = 0               # amount of an unsharp mask
+sharpening_radius_px = 1
+# jpeg_quality = 75          # left out: no loss
 
 [[panel]]                    # one or more
 led_diameter_m = 0.03
@@ -94,6 +102,11 @@ reflectance = 0.4
 # luminance_min_cd_m2 = 50   # left out: unlimited
 # luminance_max_cd_m2 = 8000
 led_spread = 0
+dead_leds = 0                # how many, or which: [3, 17] with 8*row + column
+stuck_leds = 0
+# dim_row = 2                # left out: none
+dim_row_light = 0.5
+seed = 0                     # of the spread and of which LEDs are broken
 pwm_hz = 0                   # 0: ideal dimming
 scan_rows = 0                # 0: static drive
 # board_reflectance = 0.05   # left out: no board

@@ -1,6 +1,8 @@
 //! The range of every key.
 
-use super::{L2a, Link, Pose, Scene};
+use link::panel::{LEDS, SIDE};
+
+use super::{L2a, Leds, Link, Pose, Scene};
 
 /// A value that is not allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -109,7 +111,27 @@ impl Scene {
             0.0,
             1.0 / camera.frame_rate_hz,
         )?;
-        within("camera.distortion_k1", camera.distortion_k1, -0.5, 0.5)
+        within("camera.distortion_k1", camera.distortion_k1, -0.5, 0.5)?;
+        within("camera.prnu_percent", camera.prnu_percent, 0.0, 20.0)?;
+        within("camera.dsnu_e", camera.dsnu_e, 0.0, 1000.0)?;
+        within(
+            "camera.hot_pixels_ppm",
+            camera.hot_pixels_ppm,
+            0.0,
+            10_000.0,
+        )?;
+        within("camera.hot_pixel_grey", camera.hot_pixel_grey, 0.0, 255.0)?;
+        within("camera.sharpening", camera.sharpening, 0.0, 5.0)?;
+        within(
+            "camera.sharpening_radius_px",
+            camera.sharpening_radius_px,
+            0.3,
+            10.0,
+        )?;
+        match camera.jpeg_quality {
+            Some(quality) => within("camera.jpeg_quality", quality.into(), 1.0, 100.0),
+            None => Ok(()),
+        }
     }
 
     fn validate_panel(&self, index: usize, panel: &super::Panel) -> Result<(), RangeError> {
@@ -123,6 +145,12 @@ impl Scene {
             within(&key("luminance_max_cd_m2"), top, floor.max(1e-3), 1e7)?;
         }
         within(&key("led_spread"), panel.led_spread, 0.0, 0.5)?;
+        within_leds(&key("dead_leds"), &panel.dead_leds)?;
+        within_leds(&key("stuck_leds"), &panel.stuck_leds)?;
+        if let Some(row) = panel.dim_row {
+            within(&key("dim_row"), row.into(), 0.0, (SIDE - 1) as f64)?;
+        }
+        within(&key("dim_row_light"), panel.dim_row_light, 0.0, 1.0)?;
         within(&key("pwm_hz"), panel.pwm_hz, 0.0, 1e7)?;
         within(&key("scan_rows"), f64::from(panel.scan_rows), 0.0, 8.0)?;
         if let Some(reflectance) = panel.board_reflectance {
@@ -151,6 +179,16 @@ impl Scene {
         )?;
         within("link.phase", link.phase, 0.0, 1.0)?;
         within("link.clock_ppm", link.clock_ppm, -10_000.0, 10_000.0)
+    }
+}
+
+/// That some of a panel's LEDs are not more than there are, or none that is not there.
+fn within_leds(key: &str, leds: &Leds) -> Result<(), RangeError> {
+    match leds {
+        Leds::Count(count) => within(key, (*count).into(), 0.0, LEDS as f64),
+        Leds::List(list) => list
+            .iter()
+            .try_for_each(|&led| within(key, led.into(), 0.0, (LEDS - 1) as f64)),
     }
 }
 

@@ -20,6 +20,8 @@ pub struct LinearRange {
     pub sigma_px: f64,
     /// How many panels may lie one behind the other in a pixel.
     pub layers: usize,
+    /// How many times as large what follows the encoding may make a difference between grey levels.
+    pub grey_gain: f64,
     gamma: f64,
     smallest_radius_px: f64,
 }
@@ -37,6 +39,7 @@ impl LinearRange {
             peak: 0.0,
             sigma_px: view.scene.camera.blur_sigma_px,
             layers: view.layers,
+            grey_gain: 1.0,
             gamma: view.scene.camera.gamma,
             smallest_radius_px: radii.fold(f64::INFINITY, f64::min),
         };
@@ -84,12 +87,18 @@ impl LinearRange {
 
     /// The most that a change of `linear_change` can move an unrounded grey level.
     pub fn change(&self, linear_change: f64) -> f64 {
-        grey::greatest_change(self.floor, linear_change, self.gamma)
+        self.sharpened(grey::greatest_change(self.floor, linear_change, self.gamma))
     }
 
     /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
     pub fn change_by_factor(&self, factor: f64) -> f64 {
-        grey::unrounded(self.peak, self.gamma) * (1.0 - factor.max(0.0).powf(1.0 / self.gamma))
+        let lost = 1.0 - factor.max(0.0).powf(1.0 / self.gamma);
+        self.sharpened(grey::unrounded(self.peak, self.gamma) * lost)
+    }
+
+    /// The most that a change of an encoded level can be after all that follows.
+    pub fn sharpened(&self, change_grey: f64) -> f64 {
+        (change_grey * self.grey_gain).min(255.0)
     }
 
     /// The whole range of unrounded grey levels.

@@ -166,6 +166,8 @@ impl Sampler {
         let inner = &mut workspace.inner;
         inner.shown.clone_from(&particle.shown);
         inner.grey.copy_from_slice(&particle.grey);
+        let width = self.evaluator.region().width;
+        self.evaluator.renderer().process(width, &mut inner.grey);
         let observed = self.evaluator.measure(particle.frame, inner)?;
         let (read, soft) = self
             .evaluator

@@ -32,14 +32,18 @@ pub struct Noise {
 /// as those of [`PixelNoise`] may be.
 const RARE: f64 = 6.12;
 
+/// Electrons of a pixel of linear value 1.
+pub fn electrons_per_linear(scene: &Scene, exposure: &Exposure) -> f64 {
+    let camera = &scene.camera;
+    camera.full_well_e * 100.0 / exposure.iso / grey::linear(255.0, camera.gamma)
+}
+
 impl Noise {
     /// The noise of the scene's camera at `exposure`.
     pub fn new(scene: &Scene, exposure: &Exposure) -> Self {
         let camera = &scene.camera;
         Self {
-            electrons_per_linear: camera.full_well_e * 100.0
-                / exposure.iso
-                / grey::linear(255.0, camera.gamma),
+            electrons_per_linear: electrons_per_linear(scene, exposure),
             read_noise_e: camera.read_noise_e,
             gamma: camera.gamma,
         }
