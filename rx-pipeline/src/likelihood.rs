@@ -24,7 +24,7 @@
 //!    saturated, groups that grow from each LED (Kernighan & Lin 1970). The likelihood that refitted levels win back is part of a set's
 //!    gain (a Schur complement): without it, wrong bits and wrong levels hold each other in place.
 //!
-//! What a panel's levels were in earlier frames is a [prior](LevelPrior) of those of the next one: it makes them surer, and reads panels
+//! What a panel's levels were in earlier frames is a [prior](Experience) of those of the next one: it makes them surer, and reads panels
 //! whose LEDs are all alike.
 //!
 //! # Soft values
@@ -46,6 +46,7 @@
 mod ascent;
 mod crop;
 mod estimate;
+mod experience;
 mod flip_search;
 mod flips;
 mod gauss_newton;
@@ -58,17 +59,19 @@ mod model;
 mod search;
 mod sphere_decoder;
 
-pub use level_prior::LevelPrior;
+pub use experience::Experience;
 
 use crate::camera::Learnt;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::parameters::likelihood::camera::BLUR_MIN;
+use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
 use crop::Crop;
 use estimate::Estimate;
+use level_prior::LevelPrior;
 use link::camera::Camera;
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
@@ -91,7 +94,7 @@ use model::Model;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
-    prior: LevelPrior,
+    experience: Experience,
     /// The side of a pixel of the last panel's image in px of the frame, and the variance in it of a spot without blur, in px².
     last_scale: [f32; 2],
     model: Model<PIXELS>,
@@ -109,7 +112,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// room in flash.
     pub const fn empty() -> Self {
         Self {
-            prior: LevelPrior::NONE,
+            experience: Experience::NONE,
             last_scale: [0.0; 2],
             model: Model::new(),
         }
@@ -119,12 +122,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// begins from no blur at all may have no end.
     pub fn prepare(&mut self, camera: Camera) {
         self.model.prepare(camera.clamped());
-        self.prior = LevelPrior::NONE;
+        self.experience = Experience::NONE;
     }
 
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
-        let levels = self.prior.mean_levels()?;
+        let levels = self.experience.levels.mean_levels()?;
         let [pixel_px, sharp] = self.last_scale;
         let blur = libm::sqrtf((levels.variance - sharp).max(0.0));
         let camera = Camera {
@@ -133,22 +136,22 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         Some(Learnt {
             camera: camera.clamped(),
-            blur_deviation_px: pixel_px * 0.5 * self.prior.variance_deviation()
+            blur_deviation_px: pixel_px * 0.5 * self.experience.levels.variance_deviation()
                 / blur.max(BLUR_MIN),
             noise_grey: self.model.noise_grey(levels.noise),
             broken: 0,
-            frames: self.prior.frames(),
+            frames: self.experience.levels.frames(),
         })
     }
 
-    /// What has been learnt of the levels so far.
-    pub const fn level_prior(&self) -> LevelPrior {
-        self.prior
+    /// What has been learnt from the frames so far.
+    pub const fn experience(&self) -> Experience {
+        self.experience
     }
 
     /// Goes on with what was learnt elsewhere.
-    pub fn set_level_prior(&mut self, prior: LevelPrior) {
-        self.prior = prior;
+    pub fn set_experience(&mut self, experience: Experience) {
+        self.experience = experience;
     }
 
     /// Reads the panel at `corners`, and learns from it.
@@ -177,12 +180,18 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         frame: &Frame<'_>,
         corners: &Corners,
     ) -> Result<Detection, DetectError> {
-        let crop = Crop::new(frame, corners, PIXELS);
+        let mut crop = Crop::new(frame, corners, PIXELS, self.experience.is_plain_around);
         self.last_scale = [crop.bin as f32, crop.sharp_variance()];
-        let mut best = self.model.search(frame, &crop, &self.prior)?;
-        if !self.prior.fits(best.levels.noise) {
-            let two = self.model.two_symbols(frame, &crop, before, &self.prior)?;
-            if let Some(two) = two.filter(|two| two.explain(&self.prior, before, best.levels.noise))
+        let mut best = self.model.search(frame, &crop, &self.experience.levels)?;
+        if self.look_around(frame, corners, &mut crop, &mut best)? {
+            best = self.model.search(frame, &crop, &self.experience.levels)?;
+        }
+        if !self.experience.levels.fits(best.levels.noise) {
+            let two = self
+                .model
+                .two_symbols(frame, &crop, before, &self.experience.levels)?;
+            if let Some(two) =
+                two.filter(|two| two.explain(&self.experience.levels, before, best.levels.noise))
             {
                 return Ok(two.detection());
             }
@@ -191,7 +200,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 best = anew;
             }
         }
-        let flip_cost = self.model.ascend_in_groups(&mut best, &self.prior);
+        let flip_cost = self
+            .model
+            .ascend_in_groups(&mut best, &self.experience.levels);
         let found = best.bits();
         let bits = bits_where(|led| found.led(led) != (flip_cost[led] < 0.0));
         let llr = core::array::from_fn(|led| {
@@ -202,7 +213,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
         });
         let least = flip_cost.iter().copied().fold(f32::INFINITY, f32::min);
-        let mixed = !self.prior.fits(best.levels.noise) && least < MIXED;
+        let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
             self.learn(&best);
@@ -213,14 +224,53 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         })
     }
 
+    /// Whether what is around the panel has turned out not to be plain, so that it has to be searched anew without. If it has turned out to
+    /// be, the estimate goes on with it.
+    fn look_around(
+        &mut self,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        crop: &mut Crop,
+        estimate: &mut Estimate,
+    ) -> Result<bool, DetectError> {
+        let noise = estimate.levels.noise;
+        if self.experience.is_plain_around {
+            self.experience.is_plain_around = self.model.is_plain_around(crop, noise);
+            if !self.experience.is_plain_around {
+                *crop = Crop::new(frame, corners, PIXELS, false);
+            }
+            return Ok(!self.experience.is_plain_around);
+        }
+        if self
+            .experience
+            .levels
+            .frames()
+            .is_multiple_of(LOOK_AROUND_FRAMES)
+        {
+            let wider = Crop::new(frame, corners, PIXELS, true);
+            let mut moved = *estimate;
+            self.model.move_to(frame, &wider, &mut moved)?;
+            self.experience.is_plain_around = self.model.is_plain_around(&wider, noise);
+            if self.experience.is_plain_around {
+                (*crop, *estimate) = (wider, moved);
+                self.model.fit(estimate, &self.experience.levels);
+                self.model.ascent(estimate).flip_singly();
+                self.model.fit(estimate, &self.experience.levels);
+            } else {
+                self.model.move_to(frame, crop, estimate)?;
+            }
+        }
+        Ok(false)
+    }
+
     fn learn(&mut self, estimate: &Estimate) {
         self.model.expect(estimate);
         let (levels, equations) = (
             &estimate.levels,
-            self.model.equations(estimate, &self.prior),
+            self.model.equations(estimate, &self.experience.levels),
         );
         if let Some(unsure) = equations.covariance(levels.noise) {
-            self.prior.update(levels, &unsure);
+            self.experience.levels.update(levels, &unsure);
         }
     }
 }

@@ -8,7 +8,7 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use rx_pipeline::locate::{Locator, LocatorMemory};
 use serde::Serialize;
 use studies::detectors::DetectorChoice;
@@ -144,7 +144,7 @@ impl Decoder {
             Method::Features(detector) => detector.detect(&features),
             Method::MaximumLikelihood => {
                 // Each image stands for itself.
-                self.likelihood.set_level_prior(LevelPrior::NONE);
+                self.likelihood.set_experience(Experience::NONE);
                 self.likelihood.detect(frame, corners)
             }
         }

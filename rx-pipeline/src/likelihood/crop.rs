@@ -1,8 +1,10 @@
 //! Which pixels of a frame tell of the panel, and where its LEDs are among them.
 
+use core::ops::Range;
+
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::{MARGIN_PX, PITCH_MAX_PX};
+use crate::parameters::likelihood::crop::{PITCH_MAX_PX, RIM_PX};
 use crate::parameters::reading::MIN_PITCH_PX;
 use crate::spots::{LANES, Window};
 use link::panel::{LEDS, SIDE};
@@ -16,26 +18,48 @@ pub(super) struct Crop {
     pub centre: [[f32; 2]; LEDS],
     /// Distance of neighbouring LEDs, in image pixels.
     pub pitch: f32,
+    /// The corners of the cells, in image pixels.
+    cells: Quadrilateral,
+    /// The corners of all pixels that are looked at: of the cells, or of a rim around them.
+    edge: Quadrilateral,
 }
 
+type Quadrilateral = [[f32; 2]; 4];
+
 impl Crop {
-    /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold.
-    pub fn new(frame: &Frame<'_>, corners: &Corners, capacity: usize) -> Self {
+    /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold; a rim around its cells is
+    /// looked at if what is there is plain.
+    pub fn new(
+        frame: &Frame<'_>,
+        corners: &Corners,
+        capacity: usize,
+        is_plain_around: bool,
+    ) -> Self {
         let homography = corners.homography();
         let centre: [[f32; 2]; LEDS] = core::array::from_fn(|led| {
             let panel = [(led % SIDE) as f64, (led / SIDE) as f64];
             homography.to_image(panel).map(|c| c as f32)
         });
         let pitch_px = corners.pitch_px();
-        let margin = 0.5 * pitch_px + MARGIN_PX;
+        let outline = |rim: f32| {
+            let [low, high] = [-rim, SIDE as f32 - 1.0 + rim].map(f64::from);
+            [[low, low], [high, low], [high, high], [low, high]]
+                .map(|panel| homography.to_image(panel).map(|c| c as f32))
+        };
+        let cells = outline(0.5);
+        let edge = if is_plain_around {
+            outline(0.5 + RIM_PX / pitch_px)
+        } else {
+            cells
+        };
         let range = |axis: usize, end: usize| {
-            let values = centre.iter().map(|centre| centre[axis]);
+            let values = edge.iter().map(|corner| corner[axis]);
             let (low, high) = values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), c| {
                 (low.min(c), high.max(c))
             });
             // A cast of what is negative is 0.
-            let from = libm::roundf(low - margin) as usize;
-            let to = (libm::roundf(high + margin).max(0.0) as usize + 1).min(end);
+            let from = libm::roundf(low) as usize;
+            let to = (libm::roundf(high).max(0.0) as usize + 1).min(end);
             (from, to.saturating_sub(from))
         };
         let ((x, width), (y, height)) = (range(0, frame.width()), range(1, frame.height()));
@@ -45,6 +69,7 @@ impl Crop {
             bin += 1.0;
         }
         let origin = [x, y].map(|first| first as f32 + 0.5 * (bin - 1.0));
+        let within = |[x, y]: [f32; 2]| [(x - origin[0]) / bin, (y - origin[1]) / bin];
         Self {
             window: Window {
                 x,
@@ -53,13 +78,42 @@ impl Crop {
                 height,
             },
             bin: bin as usize,
-            centre: centre.map(|[x, y]| [(x - origin[0]) / bin, (y - origin[1]) / bin]),
+            centre: centre.map(within),
             pitch: pitch_px / bin,
+            cells: cells.map(within),
+            edge: edge.map(within),
         }
+    }
+
+    /// The pixels of row `y` of the image, `width` wide, that are looked at.
+    pub fn columns(&self, y: usize, width: usize) -> Range<usize> {
+        columns(&self.edge, y, width)
+    }
+
+    /// Those of them that are in the cells.
+    pub fn cell_columns(&self, y: usize, width: usize) -> Range<usize> {
+        columns(&self.cells, y, width)
     }
 
     /// The variance of an LED's image without any blur, in px² of the image: of a disc about half a pitch wide, and of a pixel.
     pub fn sharp_variance(&self) -> f32 {
         self.pitch * self.pitch / 64.0 + 1.0 / 12.0
     }
+}
+
+/// The pixels of row `y`, `width` wide, in a convex quadrilateral.
+fn columns(corners: &Quadrilateral, y: usize, width: usize) -> Range<usize> {
+    let y = y as f32;
+    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+    for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let (before, after) = (y - from[1], to[1] - y);
+        if before * after >= 0.0 && from[1] != to[1] {
+            let x = from[0] + (to[0] - from[0]) * before / (before + after);
+            (low, high) = (low.min(x), high.max(x));
+        }
+    }
+    // Casts of what is negative are 0, and of infinity the greatest number.
+    let first = (libm::ceilf(low.max(0.0)) as usize).min(width);
+    let end = ((libm::floorf(high) + 1.0).max(0.0) as usize).min(width);
+    first..end.max(first)
 }

@@ -20,6 +20,16 @@ impl Estimate {
         bits_where(|led| self.share[led] > 0.5)
     }
 
+    /// On is what is brighter: where the contrast is negative, exchanges On and Off, which changes nothing of the image.
+    pub fn turn_upright(&mut self) {
+        let levels = &mut self.levels;
+        if levels.contrast < 0.0 {
+            levels.off += levels.contrast;
+            levels.contrast = -levels.contrast;
+            self.share = self.share.map(|share| 1.0 - share);
+        }
+    }
+
     /// Whether each LED is as good as On or Off.
     pub fn is_decided(&self) -> bool {
         self.share

@@ -2,11 +2,16 @@
 //!
 //! Both are in root light ([`RootMetric`]), in which all pixels weigh the same.
 
+use super::crop::Crop;
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
 use crate::parameters::likelihood::crop::OVEREXPOSED;
-use crate::spots::{LANES, RootMetric, SpotTable, Window};
+use crate::spots::{LANES, RootMetric, SpotTable};
 use link::panel::LEDS;
+
+/// Root light that is seen, and expected, of pixels that are left out: they are so bright that no LED changes them, and so
+/// nothing has to ask for them.
+const LEFT_OUT: f32 = 1e6;
 
 /// The longest side of an image.
 pub(super) const SIDE_MAX: usize = 128;
@@ -44,15 +49,15 @@ impl<const PIXELS: usize> Image<PIXELS> {
         }
     }
 
-    /// Takes in the `window` of a frame, `bin` × `bin` pixels as one; `offset` is that of the root. False if it does not fit.
+    /// Takes in the panel's pixels; `offset` is that of the root. False if they do not fit.
     pub fn load(
         &mut self,
         frame: &Frame<'_>,
-        window: Window,
-        bin: usize,
+        crop: &Crop,
         metric: &RootMetric,
         offset: f32,
     ) -> bool {
+        let Crop { window, bin, .. } = *crop;
         let [width, height] = [window.width / bin, window.height / bin];
         let stride = width.next_multiple_of(LANES);
         if width == 0
@@ -99,17 +104,22 @@ impl<const PIXELS: usize> Image<PIXELS> {
                     *to = to.min(self.full * BELOW);
                 }
             }
+            let panel = crop.columns(row, width);
+            let seen = &mut self.seen[row * stride..][..stride];
+            seen[..panel.start].fill(LEFT_OUT);
+            seen[panel.end..].fill(LEFT_OUT);
         }
         true
     }
 
     /// Whether so much of it is saturated that light is no longer linear in the bits.
     pub fn is_overexposed(&self) -> bool {
-        let count = self
-            .pixels()
-            .filter(|(seen, _)| **seen >= self.full)
-            .count();
-        count as f32 > OVEREXPOSED * (self.size[0] * self.size[1]) as f32
+        let (mut all, mut full) = (0usize, 0usize);
+        for (&seen, _) in self.pixels() {
+            all += usize::from(seen < LEFT_OUT);
+            full += usize::from((self.full..LEFT_OUT).contains(&seen));
+        }
+        full as f32 > OVEREXPOSED * all as f32
     }
 
     pub fn is_saturated(&self, row: usize) -> bool {
@@ -151,6 +161,25 @@ impl<const PIXELS: usize> Image<PIXELS> {
         sum / count.saturating_sub(free).max(1) as f32
     }
 
+    /// The mean square of root light about what is expected in the cells, and around them.
+    pub fn mean_squares_in_and_around(&self, crop: &Crop) -> [f32; 2] {
+        let (mut sums, mut counts) = ([0.0; 2], [0usize; 2]);
+        let [width, height] = self.size;
+        for row in 0..height {
+            let cells = crop.cell_columns(row, width);
+            let start = row * self.stride;
+            let seen = &self.seen[start..][..width];
+            for (x, (&seen, &root)) in seen.iter().zip(&self.root[start..]).enumerate() {
+                if seen < self.full {
+                    let around = usize::from(!cells.contains(&x));
+                    sums[around] += (seen - root) * (seen - root);
+                    counts[around] += 1;
+                }
+            }
+        }
+        [0, 1].map(|i| sums[i] / counts[i].max(1) as f32)
+    }
+
     /// The negative log-likelihood of all pixels at a variance of root light of `noise`, but for a constant.
     pub fn loss(&self, noise: f32) -> f32 {
         let per_deviation = 1.0 / libm::sqrtf(noise);
@@ -161,6 +190,46 @@ impl<const PIXELS: usize> Image<PIXELS> {
                 censored_loss((self.full - root) * per_deviation)
             }
         })
+    }
+
+    /// The mean light of the pixels that are as dark as the mean, or darker.
+    pub fn dark(&self) -> f32 {
+        let mean_below = |limit: f32| {
+            let (mut sum, mut count) = (0.0, 0usize);
+            for (&seen, _) in self.pixels() {
+                if seen < limit {
+                    sum += seen * seen - self.offset;
+                    count += 1;
+                }
+            }
+            (sum / count.max(1) as f32).max(0.0)
+        };
+        mean_below(root(mean_below(LEFT_OUT) + self.offset) * ABOVE)
+    }
+
+    /// Fills [`Image::root`] with the light that is seen, above a `background`.
+    pub fn start_from_light(&mut self, background: f32) {
+        let used = self.stride * self.size[1];
+        for (rest, &seen) in self.root[..used].iter_mut().zip(&self.seen[..used]) {
+            *rest = if seen < LEFT_OUT {
+                seen * seen - self.offset - background
+            } else {
+                0.0
+            };
+        }
+    }
+
+    /// Where [`Image::root`] holds what is left of the light: its mean square, in terms of root light.
+    pub fn mean_square_of_rest(&self) -> f32 {
+        let (mut sum, mut count) = (0.0, 0usize);
+        for (&seen, &rest) in self.pixels() {
+            if seen < self.full {
+                let slope = 0.5 / seen;
+                sum += (rest * slope) * (rest * slope);
+                count += 1;
+            }
+        }
+        sum / count.max(1) as f32
     }
 
     /// Root light as seen and as expected.
@@ -176,11 +245,19 @@ impl<const PIXELS: usize> Image<PIXELS> {
 
     fn take_roots(&mut self) {
         let used = self.stride * self.size[1];
-        for (root_light, &light) in self.root[..used].iter_mut().zip(&self.expected[..used]) {
-            *root_light = root(light);
+        let pixels = self.root[..used].iter_mut().zip(&mut self.expected[..used]);
+        for ((root_light, light), &seen) in pixels.zip(&self.seen[..used]) {
+            *light = if seen < LEFT_OUT {
+                *light
+            } else {
+                LEFT_OUT * LEFT_OUT
+            };
+            *root_light = root(*light);
         }
     }
 }
 
 /// Just below the limit, relatively.
 const BELOW: f32 = 0.9999;
+/// And just above.
+const ABOVE: f32 = 1.0001;

@@ -11,21 +11,21 @@ use link::panel::LEDS;
 pub(super) struct LeastSquares {
     pub background: f32,
     pub light: [f32; LEDS],
+    /// The mean square of root light that is left, about.
+    pub left: f32,
 }
 
 impl LeastSquares {
     /// Solves for the light in `image`, in whose roots it keeps what is left of the light.
     pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &SpotTable) -> Self {
         let [width, height] = image.size;
-        let used = image.stride * height;
-        for (rest, seen) in image.root[..used].iter_mut().zip(&image.seen[..used]) {
-            *rest = seen * seen - image.offset;
-        }
+        let background = image.dark();
+        image.start_from_light(background);
         let mut found = Self {
-            background: 0.0,
+            background,
             light: [0.0; LEDS],
+            left: 0.0,
         };
-        found.move_background(image, darkest_side(image));
         let weight: [f32; LEDS] = core::array::from_fn(|led| {
             let down: f32 = spots.down(led).iter().map(|d| d * d).sum();
             1.0 / (dot(spots.across(led), spots.across(led)) * down * (1.0 + RIDGE))
@@ -47,6 +47,7 @@ impl LeastSquares {
                 .sum();
             found.move_background(image, rest / (width * height) as f32);
         }
+        found.left = image.mean_square_of_rest();
         found
     }
 
@@ -129,24 +130,6 @@ pub(super) fn two_groups(mut values: [f32; LEDS]) -> [f32; 2] {
         }
     }
     means
-}
-
-/// The mean along that side of the image which is darkest.
-fn darkest_side<const PIXELS: usize>(image: &Image<PIXELS>) -> f32 {
-    let ([width, height], stride) = (image.size, image.stride);
-    let mean = |from: usize, step: usize, count: usize| {
-        let line = image.root[from..].iter().step_by(step).take(count);
-        line.sum::<f32>() / count as f32
-    };
-    [
-        mean(0, 1, width),
-        mean((height - 1) * stride, 1, width),
-        mean(0, stride, height),
-        mean(width - 1, stride, height),
-    ]
-    .into_iter()
-    .fold(f32::INFINITY, f32::min)
-    .max(0.0)
 }
 
 #[cfg(test)]

@@ -5,10 +5,9 @@ use crate::parameters::likelihood::level_prior::*;
 
 /// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
 ///
-/// Blur, noise and brightness hardly change from frame to frame, and where brightness does, it changes of Off and On LEDs together. What a
-/// receiver has learnt of them can be taken out, kept and given back, to it or to another one.
+/// Blur, noise and brightness hardly change from frame to frame, and where brightness does, it changes of Off and On LEDs together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelPrior {
+pub(super) struct LevelPrior {
     mean: [f32; LEVELS],
     covariance: [[f32; LEVELS]; LEVELS],
     /// The inverse of the covariance.
@@ -30,22 +29,22 @@ impl LevelPrior {
     };
 
     /// Their mean; none before the first frame.
-    pub(super) fn mean_levels(&self) -> Option<Levels> {
+    pub fn mean_levels(&self) -> Option<Levels> {
         (self.frames > 0).then(|| Levels::from_values(self.mean, self.noise))
     }
 
     /// Frames that it was learnt from, as far as they count.
-    pub(super) fn frames(&self) -> u32 {
+    pub fn frames(&self) -> u32 {
         self.frames
     }
 
     /// The standard deviation of the spots' variance, in px².
-    pub(super) fn variance_deviation(&self) -> f32 {
+    pub fn variance_deviation(&self) -> f32 {
         libm::sqrtf(self.covariance[3][3])
     }
 
     /// Whether brightness and contrast are well known.
-    pub(super) fn is_sure(&self) -> bool {
+    pub fn is_sure(&self) -> bool {
         let [_, _, contrast, ..] = self.mean;
         self.frames > 0
             && [1, 2]
@@ -54,7 +53,7 @@ impl LevelPrior {
     }
 
     /// Levels to begin a search with: the usual ones, and unless they are sure, usual ones of less and of more contrast.
-    pub(super) fn initial_levels(&self) -> impl Iterator<Item = Levels> {
+    pub fn initial_levels(&self) -> impl Iterator<Item = Levels> {
         let spread = libm::sqrtf(self.covariance[2][2]);
         let count = match (self.frames, self.is_sure()) {
             (0, _) => 0,
@@ -71,18 +70,18 @@ impl LevelPrior {
     }
 
     /// Whether a frame of that noise may be of the same panel in the same light.
-    pub(super) fn fits(&self, noise: f32) -> bool {
+    pub fn fits(&self, noise: f32) -> bool {
         self.frames < FRAMES_MIN || noise <= NOISIER * self.noise
     }
 
     /// Whether it certainly may, as there is something to compare it with.
-    pub(super) fn fits_surely(&self, noise: f32) -> bool {
+    pub fn fits_surely(&self, noise: f32) -> bool {
         self.frames >= FRAMES_MIN && self.fits(noise)
     }
 
     /// The prior's information and score at `levels`: the inverse covariance, and its product with the mean's distance from them; none
     /// before the first frame.
-    pub(super) fn information(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
+    pub fn information(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
         (self.frames > 0).then(|| {
             let precision = matrix(&self.precision);
             (
@@ -93,7 +92,7 @@ impl LevelPrior {
     }
 
     /// What it costs that the levels are unusual, in nats.
-    pub(super) fn loss(&self, levels: &Levels) -> f32 {
+    pub fn loss(&self, levels: &Levels) -> f32 {
         self.information(levels).map_or(0.0, |(_, score)| {
             0.5 * score.dot(&(Vector::from(self.mean) - Vector::from(levels.values())))
         })
@@ -103,7 +102,7 @@ impl LevelPrior {
     ///
     /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
     /// 1977).
-    pub(super) fn update(&mut self, levels: &Levels, unsure: &Matrix) {
+    pub fn update(&mut self, levels: &Levels, unsure: &Matrix) {
         if !self.fits(levels.noise) {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {

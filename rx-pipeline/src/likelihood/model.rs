@@ -11,6 +11,7 @@ use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels};
 use crate::detect::DetectError;
 use crate::frame::Frame;
+use crate::parameters::likelihood::crop::PLAIN;
 use crate::parameters::likelihood::search::OFFSET_STEP;
 use crate::spots::{RootMetric, SpotTable};
 use link::camera::{Camera, Encoding};
@@ -65,9 +66,20 @@ impl<const PIXELS: usize> Model<PIXELS> {
     ) -> Result<LeastSquares, DetectError> {
         self.load(frame, crop, levels.noise)?;
         self.spots.centre = crop.centre;
+        Ok(self.least_squares_of(levels.variance))
+    }
+
+    /// The same once the pixels are taken in, for spots of that variance.
+    pub fn least_squares_of(&mut self, variance: f32) -> LeastSquares {
+        self.spots
+            .place(variance, self.image.size, self.image.stride);
+        LeastSquares::solve(&mut self.image, &self.spots)
+    }
+
+    /// Places spots of the levels' width where they are.
+    pub fn place(&mut self, levels: &Levels) {
         self.spots
             .place(levels.variance, self.image.size, self.image.stride);
-        Ok(LeastSquares::solve(&mut self.image, &self.spots))
     }
 
     /// The height of an On LED above an Off one, in grey levels, about the background's grey.
@@ -114,6 +126,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// One step of the fit of the levels; nothing where the pixels do not determine them.
     pub fn fit(&mut self, estimate: &mut Estimate, prior: &LevelPrior) {
         self.equations(estimate, prior).step(&mut estimate.levels);
+        estimate.turn_upright();
         self.expect_with_noise(estimate);
     }
 
@@ -143,15 +156,36 @@ impl<const PIXELS: usize> Model<PIXELS> {
             .max(self.metric.rounding_variance())
     }
 
+    /// Whether what stands around the panel's cells is as plain as what is between its LEDs, as far as an estimate tells, in an image with
+    /// the rim.
+    pub fn is_plain_around(&self, crop: &Crop, noise: f32) -> bool {
+        let [inside, around] = self.image.mean_squares_in_and_around(crop);
+        around <= PLAIN * inside.max(noise)
+    }
+
+    /// Holds an estimate against the pixels of another crop.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn move_to(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        estimate: &mut Estimate,
+    ) -> Result<(), DetectError> {
+        self.load(frame, crop, estimate.levels.noise)?;
+        estimate.centre = crop.centre;
+        self.expect(estimate);
+        Ok(())
+    }
+
     /// Takes the panel's pixels in, in root light as befits the noise.
     ///
     /// # Errors
     /// [`DetectError::OutsideMemory`] if they do not fit.
     pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
         let offset = self.metric.offset(noise);
-        let fits = self
-            .image
-            .load(frame, crop.window, crop.bin, &self.metric, offset);
+        let fits = self.image.load(frame, crop, &self.metric, offset);
         fits.then_some(()).ok_or(DetectError::OutsideMemory {
             width: crop.window.width / crop.bin,
             height: crop.window.height / crop.bin,

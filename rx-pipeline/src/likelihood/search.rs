@@ -9,7 +9,8 @@ use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::parameters::detect::MIN_CONTRAST_GREY;
 use crate::parameters::likelihood::search::{
-    FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS,
+    FIRST_BLURS_PX, FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS,
+    VARIANCE_PITCH,
 };
 
 impl<const PIXELS: usize> Model<PIXELS> {
@@ -30,7 +31,22 @@ impl<const PIXELS: usize> Model<PIXELS> {
             noise: FIRST_NOISE,
         };
         let mut levels = prior.mean_levels().unwrap_or(first);
-        let squares = self.least_squares(frame, crop, &levels)?;
+        let mut squares = self.least_squares(frame, crop, &levels)?;
+        if prior.mean_levels().is_none() {
+            for blur in FIRST_BLURS_PX {
+                let blur = blur / crop.bin as f32;
+                let variance = blur * blur + crop.sharp_variance();
+                if variance > crop.pitch * crop.pitch * VARIANCE_PITCH {
+                    break;
+                }
+                let other = self.least_squares_of(variance);
+                if other.left < squares.left {
+                    squares = other;
+                    levels.variance = variance;
+                }
+            }
+            self.place(&levels);
+        }
         if !prior.is_sure() {
             squares.split(&mut levels);
             let range_grey = self.contrast_grey(&levels);

@@ -187,13 +187,13 @@ fn the_prior_can_be_handed_on() {
             },
         );
     }
-    other.set_level_prior(one.level_prior());
+    other.set_experience(one.experience());
     let scene = Scene {
         noise_grey: 2.0,
         ..Scene::PLAIN
     };
     assert_eq!(read(&mut one, &scene), read(&mut other, &scene));
-    assert_eq!(one.level_prior(), other.level_prior());
+    assert_eq!(one.experience(), other.experience());
 }
 
 #[test]

@@ -3,8 +3,13 @@
 /// Which pixels are looked at.
 pub mod crop {
     /// Pixels beyond the cells (px), where the frame has them: what the blur carries there tells of the outermost LEDs,
-    /// and of the background. More: slower, and clutter counts.
-    pub const MARGIN_PX: f32 = 2.0;
+    /// and of the background. More: slower, and what stands around the panel counts.
+    pub const RIM_PX: f32 = 2.0;
+    /// What is around the cells is plain if the mean square that is left there is at most this (multiple of that in the
+    /// cells). Higher: what stands around counts; lower: noise hides that nothing does.
+    pub const PLAIN: f32 = 1.5;
+    /// It is looked at anew after so many (frames).
+    pub const LOOK_AROUND_FRAMES: u32 = 8;
     /// The widest pitch that is looked at pixel by pixel (px): farther apart, larger pixels say as much. Wider: slower.
     pub const PITCH_MAX_PX: f32 = 8.0;
     /// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
@@ -27,6 +32,10 @@ pub mod least_squares {
 pub mod search {
     /// The variance of root light that is assumed of a first frame.
     pub const FIRST_NOISE: f32 = 1e-3;
+    /// Blurs that a first search may begin with beside the one that is told (px), in rising order. More of them: slower.
+    pub const FIRST_BLURS_PX: [f32; 5] = [0.7, 1.1, 1.7, 2.5, 3.6];
+    /// The widest spots of which neighbours can be told apart (variance over the squared pitch).
+    pub const VARIANCE_PITCH: f32 = 0.5;
     /// Searches begin at these multiples of the contrast found: least squares shrink it, and saturation does. More of
     /// them: slower.
     pub const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
@@ -81,7 +90,7 @@ pub mod fitting {
     /// The same of the LEDs' places (px).
     pub const USUAL_SHIFT_PX: f32 = 0.2;
     /// The spots' variance (px²).
-    pub const VARIANCE_PX2: RangeInclusive<f32> = 0.2..=9.0;
+    pub const VARIANCE_PX2: RangeInclusive<f32> = 0.2..=20.0;
     /// The most that one step shifts the LEDs (px).
     pub const SHIFT_MAX_PX: f32 = 0.5;
     /// The darkest background (light, 1 at middle grey).

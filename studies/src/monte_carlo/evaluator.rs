@@ -11,7 +11,7 @@ use rx_pipeline::detect::{
 };
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use sim::accuracy::Level;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
@@ -92,7 +92,7 @@ pub struct Evaluator {
     renderer: Renderer,
     settings: Settings,
     rule: DecisionRule,
-    prior: LevelPrior,
+    prior: Experience,
     region: Region,
     corners: Corners,
 }
@@ -132,7 +132,7 @@ impl Evaluator {
             renderer,
             settings,
             rule: DecisionRule::Receiver(Method::default()),
-            prior: LevelPrior::NONE,
+            prior: Experience::NONE,
             region,
             corners,
         };
@@ -149,7 +149,7 @@ impl Evaluator {
         let looks_at_features =
             matches!(evaluator.rule, DecisionRule::Receiver(Method::Features(_)));
         if !looks_at_features {
-            evaluator.prior = evaluator.learn_level_prior()?;
+            evaluator.prior = evaluator.gather_experience()?;
         }
         Ok(evaluator)
     }
@@ -178,7 +178,7 @@ impl Evaluator {
     }
 
     /// What maximum likelihood begins every frame with.
-    pub(crate) fn level_prior(&self) -> LevelPrior {
+    pub(crate) fn experience(&self) -> Experience {
         self.prior
     }
 
@@ -261,7 +261,7 @@ impl Evaluator {
     }
 
     /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
-    fn learn_level_prior(&self) -> Result<LevelPrior, EvaluateError> {
+    fn gather_experience(&self) -> Result<Experience, EvaluateError> {
         let mut workspace = self.workspace();
         let mut likelihood =
             MaximumLikelihood::<PANEL_PIXELS>::new(camera_of(&self.renderer.view().scene));
@@ -273,7 +273,7 @@ impl Evaluator {
             // A frame that cannot be read teaches nothing.
             let _ = likelihood.detect(&picture, &observed.corners);
         }
-        Ok(likelihood.level_prior())
+        Ok(likelihood.experience())
     }
 
     /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
@@ -309,7 +309,7 @@ impl Evaluator {
                 return Ok((decided.unwrap_or_default(), None));
             }
             DecisionRule::Receiver(Method::MaximumLikelihood) => {
-                likelihood.set_level_prior(self.prior);
+                likelihood.set_experience(self.prior);
                 likelihood.detect(&picture, &observed.corners)
             }
             DecisionRule::Genie(table) => {

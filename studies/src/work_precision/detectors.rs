@@ -9,7 +9,7 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{LevelPrior, MaximumLikelihood};
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 
 use super::counts;
 use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
@@ -201,7 +201,7 @@ fn diagram(
             }
             Method::MaximumLikelihood => {
                 candidates
-                    .push(panels.candidate(name, Reader::pixels(&scene, evaluator.level_prior())));
+                    .push(panels.candidate(name, Reader::pixels(&scene, evaluator.experience())));
             }
         }
     }
@@ -336,7 +336,7 @@ impl Panels {
                 })
             }
             Reader::Pixels { likelihood, prior } => {
-                likelihood.set_level_prior(**prior);
+                likelihood.set_experience(**prior);
                 let frame = Frame::new(pixels, self.region.width, self.region.height);
                 let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
                 detection
@@ -363,7 +363,7 @@ enum Reader {
     },
     Pixels {
         likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-        prior: Box<LevelPrior>,
+        prior: Box<Experience>,
     },
 }
 
@@ -386,7 +386,7 @@ impl Reader {
         }
     }
 
-    fn pixels(scene: &Scene, prior: LevelPrior) -> Self {
+    fn pixels(scene: &Scene, prior: Experience) -> Self {
         Self::Pixels {
             likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
             prior: Box::new(prior),
@@ -418,7 +418,7 @@ mod tests {
         )
         .unwrap();
         let of = |reader| panels.candidate("", reader).point.error;
-        let ml = of(Reader::pixels(&scene, LevelPrior::NONE));
+        let ml = of(Reader::pixels(&scene, Experience::NONE));
         let [kmeans, otsu] =
             [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
         assert!(ml < kmeans / 2.0 && kmeans < otsu, "{ml} {kmeans} {otsu}");

@@ -75,7 +75,7 @@ fn merged_leds_are_told_apart_where_the_inverse_amplifies_noise() {
             noise: 1e-3,
         };
         let rendered = scene.render();
-        let crop = Crop::new(&rendered.frame(), &scene.corners(), PIXELS);
+        let crop = Crop::new(&rendered.frame(), &scene.corners(), PIXELS, true);
         let found = model.least_squares(&rendered.frame(), &crop, &levels);
         ours += errors(&found.expect("a panel").light, scene.bits);
         let light = inverse(&model.image, &crop.centre, levels.variance.into());
