@@ -4,7 +4,6 @@ use link::panel::PanelFrame;
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
 use sim::accuracy::Level;
-use sim::camera::grey;
 use sim::effects;
 use sim::plan::Plan;
 use sim::renderer::canvas::Canvas;
@@ -82,7 +81,7 @@ fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
     canvas
         .values()
         .iter()
-        .map(|&linear| grey::unrounded(linear, scene.camera.gamma))
+        .map(|&linear| renderer.curve().unrounded(linear))
         .collect()
 }
 

@@ -3,7 +3,6 @@
 use link::panel::PanelFrame;
 use proptest::prelude::*;
 use sim::accuracy::Level;
-use sim::camera::grey;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::Scene;
@@ -84,7 +83,7 @@ proptest! {
             let renderer = Renderer::new(&scene, level).expect("a visible scene");
             let mut canvas = Canvas::<f32>::new(region);
             renderer.draw(&moment, &[shown(&renderer, bits, shift_px)], &mut canvas);
-            let grey = |linear: f64| grey::unrounded(linear, scene.camera.gamma);
+            let grey = |linear: f64| reference.curve().unrounded(linear);
             let pairs = canvas.values().iter().zip(exact.values());
             let worst = pairs
                 .map(|(&ours, &exact)| (grey(ours.into()) - grey(exact)).abs())

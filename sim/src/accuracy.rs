@@ -18,7 +18,7 @@
 //! | light beyond the drawn margin | [`Accuracy::truncation`] | the blur falls off as a Gaussian, so a tenth of the error costs half a pixel |
 //! | values between tabulated phases | [`Accuracy::phases`] | linear, for that is one vector operation; the table grows with the inverse root of the error |
 //! | rounding of f32 | none: [`Level::Reference`] draws in f64 | some 1e-7 of a pixel's value |
-//! | the gamma curve | none: [`crate::camera::grey::CURVE_ERROR_GREY`] | a polynomial of vectors that is closer than either level asks |
+//! | the encoding curve | none: [`crate::camera::encoder::CURVE_ERROR_GREY`] | a polynomial of vectors, or a table, that is closer than either level asks |
 //!
 //! The knobs of [`Accuracy`] act where a blur spreads each LED over its neighbourhood: there LEDs are drawn by a few
 //! [`Chords`](crate::disc::chords::Chords), and the blur is what makes few enough. Without a blur, or under one so small that no
@@ -31,7 +31,7 @@ use std::str::FromStr;
 
 use libm::erfc;
 
-use crate::camera::grey;
+use crate::camera::curve::Curve;
 use crate::disc::kernel::CURVATURE;
 
 /// A choice between exactness and time; see the [module](self).
@@ -90,15 +90,15 @@ pub struct Accuracy {
 
 impl Accuracy {
     /// The knobs that keep `level`'s bound where pixels are at least as bright as `floor` and LEDs exceed it by at most
-    /// `excess` (both linear), under a blur of `sigma_px` and a gamma of `gamma`.
+    /// `excess` (both linear), under a blur of `sigma_px`, encoded by `curve`.
     ///
     /// The bound is shared out in four equal parts: quadrature, truncation, table, and f32 with all else. No part is asked to be
     /// finer than f32 is, so the bound holds for scenes whose floor is at least a thousandth of their brightest LED.
-    pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
+    pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, curve: &Curve) -> Self {
         match level {
             Level::Reference => Self::even(REFERENCE),
             Level::Fine | Level::Fast => {
-                Self::within(level.error_bound_grey(), floor, excess, sigma_px, gamma)
+                Self::within(level.error_bound_grey(), floor, excess, sigma_px, curve)
             }
         }
     }
@@ -113,10 +113,10 @@ impl Accuracy {
     }
 
     /// The same for any bound, in grey levels before rounding.
-    pub fn within(bound_grey: f64, floor: f64, excess: f64, sigma_px: f64, gamma: f64) -> Self {
+    pub fn within(bound_grey: f64, floor: f64, excess: f64, sigma_px: f64, curve: &Curve) -> Self {
         let share = bound_grey / 4.0;
         // The curve is steepest at the floor, so what moves the grey by its share there does so nowhere less.
-        let allowed = grey::linear(grey::unrounded(floor, gamma) + share, gamma) - floor;
+        let allowed = curve.linear(curve.unrounded(floor) + share) - floor;
         let part = (allowed / excess.max(1e-3)).clamp(F32_STEP, 1e-2);
         // The table errs by CURVATURE/(8·σ²·n²), in each of up to about eight terms that overlap.
         let per_px = (CURVATURE / (sigma_px.max(0.1).powi(2) * part)).sqrt();

@@ -7,6 +7,7 @@ use link::panel::LEDS;
 
 use crate::air::Air;
 use crate::camera::clock::Moment;
+use crate::camera::curve::Curve;
 use crate::camera::noise::Noise;
 
 /// A change of the light of each LED, frame by frame.
@@ -71,6 +72,8 @@ pub struct Formation {
     pub led_stages: Vec<Box<dyn LedStage>>,
     /// Changes of the linear image.
     pub row_stages: Vec<Box<dyn RowStage>>,
+    /// The curve by which grey levels are made of linear values.
+    pub curve: Curve,
     /// The sensor's noise.
     pub noise: Option<Noise>,
     /// Changes of the encoded frame.
@@ -78,8 +81,8 @@ pub struct Formation {
 }
 
 impl Formation {
-    /// The formation without any effect, for a number of panels.
-    pub fn plain(panels: usize) -> Self {
+    /// The formation without any effect, for a number of panels and a gamma curve.
+    pub fn plain(panels: usize, curve: Curve) -> Self {
         Self {
             sigma_px: 0.0,
             exact_perspective: false,
@@ -94,6 +97,7 @@ impl Formation {
             mix_symbols: false,
             led_stages: Vec::new(),
             row_stages: Vec::new(),
+            curve,
             noise: None,
             grey_stages: Vec::new(),
         }

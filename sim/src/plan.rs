@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::camera::curve::Curve;
 use crate::effects::{self, Effect};
 use crate::formation::Formation;
 use crate::scene::Mode;
@@ -36,7 +37,7 @@ pub struct Decision {
 pub struct Plan {
     /// The decisions.
     pub decisions: Vec<Decision>,
-    /// The linear values that pixels can take, whatever is decided; its blur is what was decided.
+    /// The linear values that pixels can take, whatever is decided; its blur and its curve are what was decided.
     #[serde(skip)]
     pub range: LinearRange,
 }
@@ -54,6 +55,9 @@ impl Plan {
     /// ```
     pub fn of(view: &View) -> Self {
         let mut range = effects::linear_range(view);
+        if !decide(effects::ENCODING, view, &range).included {
+            range.curve = Curve::gamma(view.scene.camera.gamma);
+        }
         if !decide(effects::LENS_BLUR, view, &range).included {
             range.sigma_px = 0.0;
         }
@@ -99,7 +103,8 @@ impl Plan {
 
     /// The image formation that the included effects make.
     pub(crate) fn formation(&self, view: &View) -> Formation {
-        let mut formation = Formation::plain(view.panels.len());
+        let gamma = Curve::gamma(view.scene.camera.gamma);
+        let mut formation = Formation::plain(view.panels.len(), gamma);
         for effect in effects::ALL
             .iter()
             .filter(|effect| self.includes(effect.name()))

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-use link::camera::{Camera, Encoding};
+use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, FramingError};
 use link::l2a_table::Interval;
@@ -24,6 +24,7 @@ use tx_firmware::transmitter::Transmitter;
 
 use crate::accuracy::Level;
 use crate::camera::clock::{Moment, WINDOW};
+use crate::camera::curve::Curve;
 use crate::l2a::{self, L2aError};
 use crate::random::{Purpose, stream};
 use crate::renderer::canvas::Canvas;
@@ -314,7 +315,8 @@ impl Symbols {
 /// What a receiver's maker knows of a scene's camera.
 pub fn camera_of(scene: &Scene) -> Camera {
     Camera {
-        encoding: Encoding::Gamma(scene.camera.gamma as f32),
+        encoding: Curve::of(&scene.camera).told(),
+        black_grey: scene.camera.black_grey as f32,
         read_noise_e: scene.camera.read_noise_e as f32,
         ..Camera::default()
     }

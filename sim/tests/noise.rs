@@ -1,5 +1,6 @@
 //! Drawn grey levels against their law: whole distribution, tails and moments.
 
+use sim::camera::curve::Curve;
 use sim::camera::exposure::Exposure;
 use sim::camera::noise::{FlatNoise, Noise, PixelNoise};
 use sim::random::{Purpose, stream};
@@ -34,7 +35,7 @@ fn noise(camera: &[&str]) -> Noise {
     let set = camera.iter().filter(|set| !set.is_empty());
     let overrides: Vec<String> = set.map(|set| set.to_string()).collect();
     let scene = Scene::load("paper", &overrides).expect("a valid scene");
-    Noise::new(&scene, &Exposure::of(&scene))
+    Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera))
 }
 
 fn count(grey: &[u8]) -> [f64; 256] {

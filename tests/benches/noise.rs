@@ -10,8 +10,9 @@ use link::panel::PanelFrame;
 use rand::Rng;
 use rand_distr::{Distribution, Poisson};
 use sim::accuracy::Level;
+use sim::camera::curve::Curve;
 use sim::camera::exposure::Exposure;
-use sim::camera::grey::Encoder;
+use sim::camera::grey::GammaEncoder;
 use sim::camera::noise::{FlatNoise, Noise, PixelNoise};
 use sim::random::{Purpose, normal, stream};
 use sim::renderer::Renderer;
@@ -91,7 +92,7 @@ fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     let shown = [renderer.steady(0, PanelFrame::from_bits(0x9d2c_5680_efc6_0b3a))];
     renderer.draw(&renderer.moment(0), &shown, &mut canvas);
     let (mut grey, mut frame) = (vec![0; PIXELS], 0);
-    let encoder = Encoder::new(scene.camera.gamma);
+    let encoder = GammaEncoder::new(scene.camera.gamma);
     let iso = Exposure::of(&scene).iso;
     let electrons_per_linear = scene.camera.full_well_e * 100.0
         / iso
@@ -126,7 +127,7 @@ fn random_bits_alone(bencher: Bencher, bytes_a_pixel: usize) {
 
 fn noise(preset: &str) -> Noise {
     let scene = Scene::load(preset, &[]).expect("a preset");
-    Noise::new(&scene, &Exposure::of(&scene))
+    Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera))
 }
 
 /// A frame's pixels of one value.

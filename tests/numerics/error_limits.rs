@@ -8,7 +8,7 @@ use std::path::Path;
 use link::l2a_table::{L2A_ERROR_MAX, LOG2_ERROR_MAX};
 use micromath::F32Ext;
 use rx_pipeline::approximate::{CENSORED_LOSS_ERROR, INVERSE_SQRT_ERROR, ROOT_ERROR};
-use sim::camera::grey::CURVE_ERROR_GREY;
+use sim::camera::encoder::CURVE_ERROR_GREY;
 use sim::camera::noise::LAW_ERROR;
 use sim::disc::kernel::CURVATURE;
 use tx_firmware::ambient::FILTER_ERROR_OCTAVES;
@@ -80,7 +80,7 @@ fn table() -> Vec<Row> {
             "beyond 10: up to 14 % too little",
         ),
         row(
-            "sim::camera::grey::Encoder",
+            "sim::camera::grey::GammaEncoder",
             "γ 1 to 4, all light",
             Absolute,
             CURVE_ERROR_GREY,

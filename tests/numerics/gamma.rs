@@ -3,8 +3,9 @@
 use link::panel::PanelFrame;
 use micromath::F32Ext;
 use sim::accuracy::Level;
+use sim::camera::encoder::CURVE_ERROR_GREY;
 use sim::camera::exposure::Exposure;
-use sim::camera::grey::{self, CURVE_ERROR_GREY, Encoder};
+use sim::camera::grey::{self, GammaEncoder};
 use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
 use sim::scene::{L2a, Scene};
@@ -32,7 +33,7 @@ const ODD: [f32; 14] = [
 #[test]
 fn the_gamma_curve_is_defined_at_0_at_subnormal_and_at_huge_light() {
     for gamma in GAMMAS {
-        let encoder = Encoder::new(gamma);
+        let encoder = GammaEncoder::new(gamma);
         for light in ODD {
             let exact = grey::unrounded(light.into(), gamma);
             assert!(
@@ -69,7 +70,7 @@ fn by_micromath(light: f32) -> f64 {
 fn the_curve_is_nowhere_off_by_a_thousandth_of_a_grey_level_and_never_falls() {
     let mut naive_worst = 0.0f64;
     for gamma in GAMMAS {
-        let encoder = Encoder::new(gamma);
+        let encoder = GammaEncoder::new(gamma);
         let mut last = 0.0;
         // From grey 0 to 255, in steps of about a thousandth of the value.
         let bits = 1e-21f32.to_bits()..1e4f32.to_bits();

@@ -6,8 +6,9 @@ use libm::{erf, erfc};
 use link::l2a_table::{Illuminance, Interval, L2aTable, log2};
 use micromath::F32Ext;
 use rx_pipeline::approximate::{CENSORED_LOSS_ERROR, ROOT_MIN, censored_loss, inverse_sqrt, root};
+use sim::camera::curve::Curve;
 use sim::camera::exposure::Exposure;
-use sim::camera::grey::{self, Encoder};
+use sim::camera::grey::{self, GammaEncoder};
 use sim::camera::noise::{Noise, PixelNoise};
 use sim::disc::chords::Chords;
 use sim::disc::gauss;
@@ -74,7 +75,7 @@ pub fn of_censored_loss() -> f64 {
 
 pub fn of_encoder() -> f64 {
     worst([1.0, 1.3, 1.8, 2.2, 2.4, 3.1, 4.0].map(|gamma| {
-        let encoder = Encoder::new(gamma);
+        let encoder = GammaEncoder::new(gamma);
         let lights = (1e-30f32.to_bits()..1e5f32.to_bits())
             .step_by(9973)
             .map(f32::from_bits);
@@ -139,7 +140,7 @@ pub fn of_noise() -> f64 {
     worst(["20000", "500", "50"].map(|illuminance| {
         let scene = Scene::load("paper", &[format!("ambient.illuminance_lx={illuminance}")])
             .expect("a scene");
-        let noise = Noise::new(&scene, &Exposure::of(&scene));
+        let noise = Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera));
         let pixels = PixelNoise::new(&noise);
         worst((0..60).map(|k| {
             let light = (1e-4 * 2e5f64.powf(f64::from(k) / 60.0)) as f32;

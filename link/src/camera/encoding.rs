@@ -138,8 +138,8 @@ const SRGB: Footed<f64> = Footed {
 
 const REC_709: Footed<f64> = Footed {
     slope: 4.5,
-    foot: 0.081,
-    lift: 0.099,
+    foot: 0.081_242_858_298_635_13,
+    lift: 0.099_296_826_809_442_94,
     exponent: 1.0 / 0.45,
 };
 

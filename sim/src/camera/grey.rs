@@ -10,7 +10,12 @@ pub const MIDDLE_GREY: f64 = link::camera::MIDDLE_GREY as f64;
 /// assert_eq!(sim::camera::grey::unrounded(100.0, 2.2), 255.0);
 /// ```
 pub fn unrounded(linear: f64, gamma: f64) -> f64 {
-    (MIDDLE_GREY * linear.max(0.0).powf(1.0 / gamma)).min(255.0)
+    unclipped(linear, gamma).min(255.0)
+}
+
+/// The same without an end at white.
+pub(super) fn unclipped(linear: f64, gamma: f64) -> f64 {
+    MIDDLE_GREY * linear.max(0.0).powf(1.0 / gamma)
 }
 
 /// The linear value of a grey level: the inverse of [`unrounded`] below 255; 0 of negative levels and NaN.
@@ -18,22 +23,12 @@ pub fn linear(grey: f64, gamma: f64) -> f64 {
     (grey.max(0.0) / MIDDLE_GREY).powf(gamma)
 }
 
-/// The most that a change of `linear_change` can move the unrounded grey of a pixel not darker than `floor`.
-///
-/// The curve is concave, so the change is greatest at the floor.
-pub fn greatest_change(floor: f64, linear_change: f64, gamma: f64) -> f64 {
-    unrounded(floor + linear_change.abs(), gamma) - unrounded(floor, gamma)
-}
-
-/// What [`Encoder`] may differ from [`unrounded`] before it rounds, in grey levels.
-pub const CURVE_ERROR_GREY: f64 = 5e-4;
-
 /// Encodes whole rows of f32 linear values, a vector at a time.
 ///
 /// With x = m·2^e the curve is 118·m^(1/γ)·2^(e/γ): a polynomial in the mantissa, and one in the fractional part of e/γ whose whole
 /// part goes into the exponent. Both are interpolated at Chebyshev's nodes when the encoder is made.
 #[derive(Clone, Copy, Debug)]
-pub struct Encoder {
+pub struct GammaEncoder {
     inverse_gamma: f32,
     /// Of m − 1.5, for m from 1 to 2.
     mantissa: [f32; 8],
@@ -42,12 +37,12 @@ pub struct Encoder {
 }
 
 /// Adding this rounds a number below 2²² in size to an integer, which then stands in the last bits.
-const ROUNDING: f32 = 12_582_912.0;
-/// Darker values are grey level 0 at any γ up to 4, to within [`CURVE_ERROR_GREY`]; brighter ones 255.
+pub(super) const ROUNDING: f32 = 12_582_912.0;
+/// Darker values are grey level 0 at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`]; brighter ones 255.
 const DARKEST: f32 = 1e-24;
 const BRIGHTEST: f32 = 1e3;
 
-impl Encoder {
+impl GammaEncoder {
     /// The encoder for a gamma of 1 to 4.
     pub fn new(gamma: f64) -> Self {
         Self {
@@ -117,11 +112,12 @@ fn interpolation<const N: usize>(half_width: f64, f: impl Fn(f64) -> f64) -> [f3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::encoder::CURVE_ERROR_GREY;
 
     #[test]
     fn the_curve_keeps_its_bound() {
         for gamma in [1.0, 1.8, 2.2, 2.4, 4.0] {
-            let encoder = Encoder::new(gamma);
+            let encoder = GammaEncoder::new(gamma);
             let mut linear = 1e-9f32;
             while linear < 40.0 {
                 let error = f64::from(encoder.unrounded(linear)) - unrounded(linear.into(), gamma);

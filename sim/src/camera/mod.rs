@@ -2,9 +2,12 @@
 //!
 //! - [`exposure`]: time and ISO, luminances to linear values. [`clock`]: which symbols an exposure sees.
 //! - [`projection`]: places before the camera to pixels.
-//! - [`grey`]: linear values to grey levels. [`noise`]: the sensor's noise in them.
+//! - [`curve`]: linear values to grey levels, [`encoder`] whole rows of them, [`grey`] by the gamma curve. [`noise`]: the sensor's
+//!   noise in them.
 
 pub mod clock;
+pub mod curve;
+pub mod encoder;
 pub mod exposure;
 pub mod grey;
 pub mod noise;

@@ -98,12 +98,13 @@ impl RowStage for Pattern {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::curve::Curve;
 
     #[test]
     fn the_pattern_spreads_as_the_scene_says_and_stays_where_it_is() {
         let settings = ["camera.prnu_percent=2", "camera.dsnu_e=5"].map(String::from);
         let view = View::new(&Scene::load("night", &settings).unwrap()).unwrap();
-        let mut formation = Formation::plain(1);
+        let mut formation = Formation::plain(1, Curve::gamma(2.2));
         FixedPattern.include(&view, &mut formation);
         let rows = |light: f64| {
             let row = |y| {

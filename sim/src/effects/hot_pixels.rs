@@ -2,6 +2,7 @@
 
 use super::Effect;
 use crate::air::Air;
+use crate::camera::curve::Curve;
 use crate::formation::{Formation, RowStage};
 use crate::random::{Fixed, Purpose};
 use crate::view::{LinearRange, View};
@@ -56,8 +57,7 @@ impl Effect for HotPixels {
 /// The linear value of hot pixels, where there are any.
 fn level(view: &View) -> Option<f64> {
     let camera = &view.scene.camera;
-    (camera.hot_pixels_ppm > 0.0)
-        .then(|| crate::camera::grey::linear(camera.hot_pixel_grey, camera.gamma))
+    (camera.hot_pixels_ppm > 0.0).then(|| Curve::of(camera).linear(camera.hot_pixel_grey))
 }
 
 struct Heat {
@@ -99,7 +99,7 @@ mod tests {
     fn about_as_many_are_hot_as_the_scene_says() {
         let settings = ["camera.hot_pixels_ppm=500", "camera.hot_pixel_grey=200"].map(String::from);
         let view = View::new(&Scene::load("day", &settings).unwrap()).unwrap();
-        let mut formation = Formation::plain(1);
+        let mut formation = Formation::plain(1, Curve::gamma(2.2));
         HotPixels.include(&view, &mut formation);
         let hot = (0..1000).flat_map(|y| {
             let mut row = vec![0f32; 1000];
@@ -108,7 +108,7 @@ mod tests {
         });
         let hot: Vec<f32> = hot.filter(|&value| value > 0.0).collect();
         assert!((400..600).contains(&hot.len()), "{}", hot.len());
-        let grey = crate::camera::grey::unrounded(hot[0].into(), 2.2);
+        let grey = Curve::gamma(2.2).unrounded(hot[0].into());
         assert!((grey - 200.0).abs() < 1e-3, "{grey}");
     }
 }

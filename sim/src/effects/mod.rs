@@ -20,6 +20,7 @@ mod board;
 mod broken_leds;
 mod codec;
 mod distortion;
+mod encoding;
 mod fixed_pattern;
 mod hot_pixels;
 mod led_spread;
@@ -64,8 +65,11 @@ pub(crate) trait Effect: Sync {
 /// The effect that all bounds of geometry depend on: a blurred image changes less where something moves.
 pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 
+/// The effect that all bounds depend on: it says what a change of light is in grey levels.
+pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
+
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 21] = [
+pub(crate) const ALL: [&dyn Effect; 22] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
@@ -84,6 +88,7 @@ pub(crate) const ALL: [&dyn Effect; 21] = [
     &vignetting::Vignetting,
     &fixed_pattern::FixedPattern,
     &hot_pixels::HotPixels,
+    ENCODING,
     &noise::SensorNoise,
     &sharpening::Sharpening,
     &codec::Codec,

@@ -1,7 +1,7 @@
 //! Shot noise and read noise. A pixel at grey 255 holds `full_well_e`·100/ISO electrons.
 
 use super::Effect;
-use crate::camera::grey;
+use crate::camera::noise::Noise;
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -32,24 +32,18 @@ impl Effect for SensorNoise {
 
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
-        let noise = crate::camera::noise::Noise::new(&view.scene, &view.exposure);
-        let gamma = view.scene.camera.gamma;
+        let noise = Noise::new(&view.scene, &view.exposure, range.curve);
         let [darkest, brightest] =
-            [range.floor, range.peak].map(|linear| grey::unrounded(linear, gamma));
+            [range.floor, range.peak].map(|linear| range.curve.unrounded(linear));
         let level = |k: i32| {
-            grey::linear(
-                darkest + (brightest - darkest) * f64::from(k) / 200.0,
-                gamma,
-            )
+            let grey = darkest + (brightest - darkest) * f64::from(k) / 200.0;
+            range.curve.linear(grey)
         };
         let changes = (0..=200).map(|k| noise.rare_change_grey(level(k)));
         range.sharpened(changes.fold(0.0, f64::max))
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {
-        formation.noise = Some(crate::camera::noise::Noise::new(
-            &view.scene,
-            &view.exposure,
-        ));
+        formation.noise = Some(Noise::new(&view.scene, &view.exposure, formation.curve));
     }
 }

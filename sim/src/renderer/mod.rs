@@ -18,8 +18,9 @@ use link::panel::PanelFrame;
 
 use crate::accuracy::{Accuracy, Level};
 use crate::camera::clock::{Moment, WINDOW};
+use crate::camera::curve::Curve;
+use crate::camera::encoder::Encoder;
 use crate::camera::exposure::LedLight;
-use crate::camera::grey::Encoder;
 use crate::camera::noise::PixelNoise;
 use crate::disc::kernel::{Exact, Tabulated};
 use crate::effects;
@@ -102,7 +103,7 @@ impl Renderer {
             range.floor,
             range.peak - range.floor,
             formation.sigma_px,
-            view.scene.camera.gamma,
+            &formation.curve,
         );
         Self::with(view, plan, formation, level, accuracy)
     }
@@ -164,7 +165,7 @@ impl Renderer {
         let mut renderer = Self {
             exact: Exact::new(formation.sigma_px),
             table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
-            encoder: Encoder::new(scene.camera.gamma),
+            encoder: Encoder::new(&formation.curve),
             margin_px,
             layouts,
             boards,
@@ -230,6 +231,11 @@ impl Renderer {
     /// What is simulated and why.
     pub fn plan(&self) -> &Plan {
         &self.plan
+    }
+
+    /// The curve by which grey levels are made of linear values.
+    pub fn curve(&self) -> Curve {
+        self.formation.curve
     }
 
     /// The accuracy level.

@@ -10,7 +10,6 @@ use super::Shown;
 use super::backdrop::Backdrop;
 use super::canvas::{Canvas, Region};
 use crate::camera::clock::Moment;
-use crate::camera::grey;
 use crate::camera::noise::{FlatNoise, PixelNoise};
 use crate::random::{Purpose, stream};
 
@@ -26,7 +25,7 @@ impl Renderer {
     pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
         if self.formation.noise.is_none() {
             for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
-                *grey = grey::unrounded(linear, self.view.scene.camera.gamma).round() as u8;
+                *grey = self.formation.curve.unrounded(linear).round() as u8;
             }
             self.process(canvas.region().width, grey);
             return;

@@ -10,7 +10,7 @@ mod validate;
 
 use std::collections::BTreeMap;
 
-use link::camera::{Camera as Told, Encoding};
+use link::camera::{Camera as Told, Encoding as Standard};
 use serde::{Deserialize, Serialize};
 
 pub use error::SceneError;
@@ -72,8 +72,12 @@ pub struct Camera {
     pub iso_max: f64,
     /// Reflected-light meter constant K of ISO 2720, 5 to 30.
     pub meter_constant: f64,
-    /// Gamma of the encoding, 1 to 4.
+    /// The curve that makes grey levels of light.
+    pub encoding: Encoding,
+    /// γ of the curves `gamma` and `shoulder`, 1 to 4.
     pub gamma: f64,
+    /// The grey level of no light, 0 to 64.
+    pub black_grey: f64,
     /// Standard deviation of the lens blur, 0 to 20 px.
     pub blur_sigma_px: f64,
     /// How far the exposure is set from the meter's, −8 to 8 EV.
@@ -120,7 +124,9 @@ impl Default for Camera {
             iso_min: 100.0,
             iso_max: 32_000.0,
             meter_constant: 12.5,
-            gamma: Encoding::USUAL_GAMMA,
+            encoding: Encoding::Gamma,
+            gamma: Standard::USUAL_GAMMA,
+            black_grey: 0.0,
             blur_sigma_px: Told::USUAL_BLUR_SIGMA_PX,
             exposure_bias_ev: 0.0,
             vignetting: false,
@@ -153,6 +159,23 @@ impl Camera {
             (self.height_px as f64 - 1.0) / 2.0,
         ]
     }
+}
+
+/// The curve by which a camera makes grey levels of light: see [`crate::camera::curve`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Encoding {
+    /// grey = 118·x^(1/γ) (Do & Yoo 2020, Eq. 11).
+    #[default]
+    Gamma,
+    /// In proportion to light.
+    Linear,
+    /// IEC 61966-2-1.
+    Srgb,
+    /// ITU-R BT.709.
+    Rec709,
+    /// The gamma curve, bent from grey 150 on so that bright things clip later.
+    Shoulder,
 }
 
 /// One 8×8 LED panel.

@@ -96,6 +96,7 @@ impl Scene {
         within("camera.iso_max", camera.iso_max, camera.iso_min, 1e7)?;
         within("camera.meter_constant", camera.meter_constant, 5.0, 30.0)?;
         within("camera.gamma", camera.gamma, 1.0, 4.0)?;
+        within("camera.black_grey", camera.black_grey, 0.0, 64.0)?;
         within("camera.blur_sigma_px", camera.blur_sigma_px, 0.0, 20.0)?;
         within(
             "camera.exposure_bias_ev",

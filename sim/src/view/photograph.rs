@@ -6,7 +6,7 @@ use image::GrayImage;
 use image::imageops::{FilterType, resize};
 
 use super::error::ViewError;
-use crate::camera::grey;
+use crate::camera::curve::Curve;
 use crate::scene::Scene;
 
 /// A photograph scaled to the sensor, its mean linear value 1. Copies share it.
@@ -16,7 +16,7 @@ pub struct Photograph {
     range: [f64; 2],
     path: String,
     size_px: [usize; 2],
-    gamma: f64,
+    curve: Curve,
 }
 
 impl Photograph {
@@ -53,9 +53,9 @@ impl Photograph {
         let size_px = [scene.camera.width_px, scene.camera.height_px];
         let [width, height] = size_px.map(|side| side as u32);
         let fitted = resize(picture, width, height, FilterType::Triangle).into_raw();
-        let gamma = scene.camera.gamma;
+        let curve = Curve::of(&scene.camera);
         let table: Vec<f64> = (0..256)
-            .map(|level| grey::linear(f64::from(level), gamma))
+            .map(|level| curve.linear(f64::from(level)))
             .collect();
         let linear = |&level: &u8| table[usize::from(level)];
         let mean = fitted.iter().map(linear).sum::<f64>() / fitted.len() as f64;
@@ -75,7 +75,7 @@ impl Photograph {
             range: range.map(f64::from),
             path: path.into(),
             size_px,
-            gamma,
+            curve,
         })
     }
 
@@ -84,7 +84,7 @@ impl Photograph {
         let camera = &scene.camera;
         scene.ambient.background_image.as_ref() == Some(&self.path)
             && self.size_px == [camera.width_px, camera.height_px]
-            && self.gamma == camera.gamma
+            && self.curve == Curve::of(camera)
     }
 
     /// Linear values over their mean, row by row.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use super::View;
 use crate::air::Air;
-use crate::camera::grey;
+use crate::camera::curve::Curve;
 use crate::camera::projection::Ellipse;
 
 /// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
@@ -22,7 +22,8 @@ pub struct LinearRange {
     pub layers: usize,
     /// How many times as large what follows the encoding may make a difference between grey levels.
     pub grey_gain: f64,
-    gamma: f64,
+    /// The curve that makes grey levels: gamma where the encoding is left out.
+    pub curve: Curve,
     smallest_radius_px: f64,
 }
 
@@ -40,7 +41,7 @@ impl LinearRange {
             sigma_px: view.scene.camera.blur_sigma_px,
             layers: view.layers,
             grey_gain: 1.0,
-            gamma: view.scene.camera.gamma,
+            curve: Curve::of(&view.scene.camera),
             smallest_radius_px: radii.fold(f64::INFINITY, f64::min),
         };
         range.widen(view.background, view.background_air);
@@ -87,13 +88,12 @@ impl LinearRange {
 
     /// The most that a change of `linear_change` can move an unrounded grey level.
     pub fn change(&self, linear_change: f64) -> f64 {
-        self.sharpened(grey::greatest_change(self.floor, linear_change, self.gamma))
+        self.sharpened(self.curve.greatest_change(self.floor, linear_change))
     }
 
     /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
     pub fn change_by_factor(&self, factor: f64) -> f64 {
-        let lost = 1.0 - factor.max(0.0).powf(1.0 / self.gamma);
-        self.sharpened(grey::unrounded(self.peak, self.gamma) * lost)
+        self.sharpened(self.curve.greatest_loss(self.peak, factor))
     }
 
     /// The most that a change of an encoded level can be after all that follows.

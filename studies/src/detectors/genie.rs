@@ -18,8 +18,8 @@
 use link::panel::{LEDS, PanelFrame};
 
 use sim::camera::clock::Moment;
-use sim::camera::grey;
-use sim::camera::noise::Noise;
+use sim::camera::curve::Curve;
+use sim::camera::noise::{Noise, electrons_per_linear};
 use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 
@@ -45,16 +45,15 @@ impl LikelihoodTable {
     /// For a renderer's camera, with noise if the renderer simulates it.
     pub fn new(renderer: &Renderer) -> Self {
         let view = renderer.view();
-        let gamma = view.scene.camera.gamma;
+        let curve = renderer.curve();
         let noise = renderer
             .plan()
             .includes("noise")
-            .then(|| Noise::new(&view.scene, &view.exposure));
-        let brightest = (2.0 * renderer.plan().range.peak).max(grey::linear(255.0, gamma));
+            .then(|| Noise::new(&view.scene, &view.exposure, curve));
+        let brightest = (2.0 * renderer.plan().range.peak).max(curve.linear(255.0));
         let steps_per_root = (STEPS - 1) as f64 / brightest.sqrt();
         let mut log = vec![vec![0.0; STEPS]; 256];
-        let electrons =
-            view.scene.camera.full_well_e * 100.0 / view.exposure.iso / grey::linear(255.0, gamma);
+        let electrons = electrons_per_linear(&view.scene, &view.exposure);
         for step in 0..STEPS {
             let linear = (step as f64 / steps_per_root).powi(2);
             let probability = match &noise {
@@ -62,9 +61,9 @@ impl LikelihoodTable {
                 Some(_) => {
                     let read = view.scene.camera.read_noise_e;
                     let deviation = (linear * electrons + read * read).sqrt() / electrons;
-                    normal(linear, deviation.max(1e-6), gamma)
+                    normal(linear, deviation.max(1e-6), curve)
                 }
-                None => rounding(linear, gamma),
+                None => rounding(linear, curve),
             };
             for (level, &p) in log.iter_mut().zip(&probability) {
                 level[step] = (p.ln() as f32).max(LEAST_LOG);
@@ -86,13 +85,13 @@ impl LikelihoodTable {
 }
 
 /// A pixel of normally distributed light.
-fn normal(linear: f64, deviation: f64, gamma: f64) -> [f64; 256] {
+fn normal(linear: f64, deviation: f64, curve: Curve) -> [f64; 256] {
     // The tails beyond what erfc can tell from 0 count as parabolas would have it.
     let below = |level: usize| match level {
         0 => 0.0,
         256 => 1.0,
         level => {
-            let t = (grey::linear(level as f64 - 0.5, gamma) - linear) / deviation;
+            let t = (curve.linear(level as f64 - 0.5) - linear) / deviation;
             0.5 * libm::erfc(-t * std::f64::consts::FRAC_1_SQRT_2)
         }
     };
@@ -100,7 +99,7 @@ fn normal(linear: f64, deviation: f64, gamma: f64) -> [f64; 256] {
         0 => 1.0,
         256 => 0.0,
         level => {
-            let t = (grey::linear(level as f64 - 0.5, gamma) - linear) / deviation;
+            let t = (curve.linear(level as f64 - 0.5) - linear) / deviation;
             0.5 * libm::erfc(t * std::f64::consts::FRAC_1_SQRT_2)
         }
     };
@@ -111,8 +110,8 @@ fn normal(linear: f64, deviation: f64, gamma: f64) -> [f64; 256] {
 }
 
 /// A pixel without noise: its grey level, give or take what drawing it may err by.
-fn rounding(linear: f64, gamma: f64) -> [f64; 256] {
-    let expected = grey::unrounded(linear, gamma);
+fn rounding(linear: f64, curve: Curve) -> [f64; 256] {
+    let expected = curve.unrounded(linear);
     let weight = |level: usize| {
         let beyond = ((level as f64 - expected).abs() - 0.5).max(0.0);
         (-0.5 * (beyond / 0.1).powi(2)).exp()

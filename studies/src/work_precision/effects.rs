@@ -10,7 +10,6 @@ use super::pareto;
 use super::scale::Scale;
 use super::timing::{Candidate, time_by_turns};
 use sim::accuracy::Level;
-use sim::camera::grey;
 use sim::effects;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
@@ -253,13 +252,13 @@ impl Drive {
 
     /// Unrounded grey levels of all frames.
     fn greys(&self, renderer: &Renderer) -> Vec<Vec<f64>> {
-        let gamma = renderer.view().scene.camera.gamma;
+        let curve = renderer.curve();
         let mut canvas = Canvas::<f64>::new(self.region);
         let frames = (0..).zip(&self.frames);
         frames
             .map(|(number, &shown)| {
                 renderer.draw_exact(&renderer.moment(number), &[shown], &mut canvas);
-                let grey = |&linear: &f64| grey::unrounded(linear, gamma);
+                let grey = |&linear: &f64| curve.unrounded(linear);
                 canvas.values().iter().map(grey).collect()
             })
             .collect()

@@ -15,7 +15,6 @@ use super::timing::{Candidate, time_by_turns};
 use crate::baselines::supersampled;
 use crate::baselines::{Panel, straightforward};
 use sim::accuracy::{Accuracy, Level};
-use sim::camera::grey;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
@@ -238,7 +237,8 @@ impl TestScene {
     fn variants(&self) -> Vec<(Point, Way)> {
         let range = self.reference.plan().range;
         let (floor, excess) = (range.floor, range.peak - range.floor);
-        let within = |bound| Accuracy::within(bound, floor, excess, self.sigma_px(), self.gamma());
+        let curve = self.reference.curve();
+        let within = |bound| Accuracy::within(bound, floor, excess, self.sigma_px(), &curve);
         let single =
             |accuracy| Way::Single(Renderer::with_accuracy(self.view(), Level::Fine, accuracy));
         let fine = within(Level::Fine.error_bound_grey());
@@ -330,7 +330,7 @@ impl TestScene {
                 supersampled::linear(&self.panel(shown), self.sigma_px(), self.side(), *finer)
             }
         };
-        let grey = |linear| grey::unrounded(linear, self.gamma());
+        let grey = |linear| self.reference.curve().unrounded(linear);
         linear.into_iter().map(grey).collect()
     }
 

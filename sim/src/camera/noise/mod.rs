@@ -15,8 +15,8 @@ mod pixel;
 pub use flat::FlatNoise;
 pub use pixel::{LAW_ERROR, PixelLaw, PixelNoise, Site};
 
+use crate::camera::curve::Curve;
 use crate::camera::exposure::Exposure;
-use crate::camera::grey;
 use crate::scene::Scene;
 use law::Law;
 
@@ -25,27 +25,29 @@ use law::Law;
 pub struct Noise {
     electrons_per_linear: f64,
     read_noise_e: f64,
-    gamma: f64,
+    curve: Curve,
 }
 
 /// A normal number exceeds this many standard deviations on either side in one of 10⁹ cases, be they larger by a thousandth
 /// as those of [`PixelNoise`] may be.
 const RARE: f64 = 6.12;
 
+/// So few electrons are never read: levels below black do not occur.
+const NEVER_E: f64 = -1e12;
+
 /// Electrons of a pixel of linear value 1.
 pub fn electrons_per_linear(scene: &Scene, exposure: &Exposure) -> f64 {
     let camera = &scene.camera;
-    camera.full_well_e * 100.0 / exposure.iso / grey::linear(255.0, camera.gamma)
+    camera.full_well_e * 100.0 / exposure.iso / Curve::of(camera).linear(255.0)
 }
 
 impl Noise {
-    /// The noise of the scene's camera at `exposure`.
-    pub fn new(scene: &Scene, exposure: &Exposure) -> Self {
-        let camera = &scene.camera;
+    /// The noise of the scene's camera at `exposure`, its grey levels made by `curve`.
+    pub fn new(scene: &Scene, exposure: &Exposure, curve: Curve) -> Self {
         Self {
             electrons_per_linear: electrons_per_linear(scene, exposure),
-            read_noise_e: camera.read_noise_e,
-            gamma: camera.gamma,
+            read_noise_e: scene.camera.read_noise_e,
+            curve,
         }
     }
 
@@ -56,8 +58,7 @@ impl Noise {
         let expected = linear * self.electrons_per_linear;
         let spread = RARE * (expected + self.read_noise_e.powi(2)).sqrt();
         let skew = (RARE * RARE - 1.0) / 6.0;
-        let level =
-            |electrons: f64| grey::unrounded(electrons / self.electrons_per_linear, self.gamma);
+        let level = |electrons: f64| self.curve.unrounded(electrons / self.electrons_per_linear);
         let centre = level(expected);
         (level(expected + spread + skew) - centre).max(centre - level(expected - spread))
     }
@@ -74,7 +75,12 @@ impl Noise {
     /// The law of the grey level.
     fn law(&self) -> Law {
         let threshold = |level: i32| {
-            grey::linear(f64::from(level) - 0.5, self.gamma) * self.electrons_per_linear
+            let below = f64::from(level) - 0.5;
+            if below < self.curve.black_grey() {
+                NEVER_E
+            } else {
+                self.curve.linear(below) * self.electrons_per_linear
+            }
         };
         Law::new((1..256).map(threshold).collect(), self.read_noise_e)
     }
@@ -91,7 +97,8 @@ mod tests {
         ];
         let scene = Scene::load("paper", &overrides).unwrap();
         let exposure = Exposure::of(&scene);
-        (Noise::new(&scene, &exposure), exposure)
+        let curve = Curve::of(&scene.camera);
+        (Noise::new(&scene, &exposure, curve), exposure)
     }
 
     #[test]
@@ -116,7 +123,7 @@ mod tests {
             let (noise, _) = noise_at(illuminance, read_noise);
             let pixels = PixelNoise::new(&noise);
             for linear in [0.001f32, 0.03, 0.2, 1.0, 1.37, 2.9, 5.2] {
-                let centre = grey::unrounded(linear.into(), noise.gamma);
+                let centre = noise.curve.unrounded(linear.into());
                 let bound = noise.rare_change_grey(linear.into());
                 for law in [
                     noise.distribution(linear.into()),

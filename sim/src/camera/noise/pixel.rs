@@ -260,13 +260,14 @@ fn scale(noise: &Noise, laws: &mut ManyLaws) -> Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::curve::Curve;
     use crate::camera::exposure::Exposure;
     use crate::scene::Scene;
 
     fn noise(overrides: &[&str]) -> Noise {
         let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
         let scene = Scene::load("paper", &overrides).unwrap();
-        Noise::new(&scene, &Exposure::of(&scene))
+        Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera))
     }
 
     /// Cameras from ISO 100 to 32 000, without read noise, with little, the usual and much, and with few electrons.

@@ -1,0 +1,37 @@
+//! The curve from light to grey levels, where it is not the gamma curve.
+
+use super::Effect;
+use crate::camera::curve::Curve;
+use crate::formation::Formation;
+use crate::view::{LinearRange, View};
+
+/// See the [module](self).
+pub(super) struct Encoding;
+
+impl Effect for Encoding {
+    fn name(&self) -> &'static str {
+        "encoding"
+    }
+
+    fn model(&self) -> &'static str {
+        "the curve of sRGB (IEC 61966-2-1), of ITU-R BT.709, a straight line, or gamma with a shoulder, above a black level; else gamma"
+    }
+
+    fn keys(&self) -> &'static [&'static str] {
+        &["camera.encoding", "camera.black_grey", "camera.gamma"]
+    }
+
+    fn cost(&self) -> &'static str {
+        "a look-up a pixel instead of two polynomials"
+    }
+
+    fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
+        let camera = &view.scene.camera;
+        let difference = Curve::of(camera).greatest_difference(&Curve::gamma(camera.gamma));
+        range.sharpened(difference)
+    }
+
+    fn include(&self, view: &View, formation: &mut Formation) {
+        formation.curve = Curve::of(&view.scene.camera);
+    }
+}
