@@ -9,9 +9,11 @@
 //! - [`results`] keeps what long runs have finished, [`pictures`] and [`streams`] read and write frames, [`show`] draws what the
 //!   receiver sees, [`files`] are written whole or not at all, [`device`] talks to transmitters.
 
+mod camera;
 mod commands;
 mod device;
 mod files;
+mod frames;
 mod numbers;
 mod options;
 mod output;
@@ -21,7 +23,6 @@ mod progress;
 mod report;
 mod results;
 mod show;
-mod streams;
 
 use std::process::ExitCode;
 

@@ -1,38 +1,10 @@
-//! Reading and writing grey images.
+//! Writing grey images and matrices.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use anyhow::{Context, bail, ensure};
-use image::{DynamicImage, GrayImage, ImageReader};
-
 use crate::files::write_aside;
-
-/// An 8-bit grey image from a PNG, JPEG or PGM file.
-pub fn read_grey(path: &Path) -> anyhow::Result<GrayImage> {
-    let decoded = ImageReader::open(path)
-        .and_then(ImageReader::with_guessed_format)
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    let image = decoded
-        .decode()
-        .with_context(|| format!("{} is no whole PNG, JPEG or PGM image", path.display()))?;
-    ensure!(
-        image.width() > 0 && image.height() > 0,
-        "{} has no pixels ({} × {}): give a frame of the camera",
-        path.display(),
-        image.width(),
-        image.height()
-    );
-    match image {
-        DynamicImage::ImageLuma8(grey) => Ok(grey),
-        other => bail!(
-            "{} is {:?}: frames are 8-bit grey; convert it, such as by `ffmpeg -i IN -pix_fmt gray OUT.png`",
-            path.display(),
-            other.color()
-        ),
-    }
-}
 
 /// Writes a grey image as PNG: whole or not at all.
 pub fn write_png(path: &Path, grey: &[u8], width: usize, height: usize) -> anyhow::Result<()> {

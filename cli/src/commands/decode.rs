@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Method};
@@ -13,9 +12,11 @@ use rx_pipeline::locate::{Locator, LocatorMemory};
 use serde::Serialize;
 use studies::detectors::DetectorChoice;
 
+use crate::camera::{CameraArguments, Told};
+use crate::frames::PixelArguments;
+use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
-use crate::pictures;
 
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 512 * 512;
@@ -27,7 +28,7 @@ const WINDOW_PIXELS: usize = 160 * 160;
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Frames: 8-bit grey PNG, JPEG or PGM.
+    /// Frames: PNG, JPEG or PGM, grey or in colour, of 8 to 16 bits.
     #[arg(required = true)]
     images: Vec<PathBuf>,
     /// best, ml, kmeans, kmeans-raw or otsu.
@@ -36,6 +37,10 @@ pub struct Arguments {
     /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
     #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]
     corners: Option<Corners>,
+    #[command(flatten)]
+    camera: CameraArguments,
+    #[command(flatten)]
+    pixels: PixelArguments,
 }
 
 #[derive(Serialize)]
@@ -51,17 +56,20 @@ struct Report<'a> {
 
 /// Decodes each image; a bad one does not keep the others from being decoded.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let told = arguments.camera.told(arguments.pixels)?;
+    let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut decoder = Decoder {
         method: options::untrained(arguments.detector)?,
-        locator: Locator::new(Camera::default())?,
+        told,
+        locator: Locator::new(told.camera)?,
         window: Box::default(),
         map: Box::new(CellMap::empty()),
-        likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
+        likelihood: Box::new(MaximumLikelihood::new(told.camera)),
     };
     let mut answer = Answer::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decoder.decode(path, arguments.corners) {
+        match decoder.decode(&mut pictures, path, arguments.corners) {
             Ok(read) => {
                 if read.is_err() {
                     answer = Answer::No;
@@ -105,6 +113,7 @@ fn corners(text: &str) -> Result<Corners, String> {
 /// What single images are read with.
 struct Decoder {
     method: Method,
+    told: Told,
     locator: Locator,
     window: Box<LocatorMemory<WINDOW_PIXELS>>,
     map: Box<CellMap<PANEL_PIXELS>>,
@@ -115,10 +124,16 @@ impl Decoder {
     /// What one image shows, or why no panel can be read in it; an error where the input itself is at fault.
     fn decode(
         &mut self,
+        pictures: &mut PictureReader,
         path: &Path,
         given: Option<Corners>,
     ) -> anyhow::Result<Result<(Corners, Detection), String>> {
-        let image = pictures::read_grey(path)?;
+        let image = pictures.read(path)?;
+        if pictures.deep_white() > 0 {
+            let camera = self.told.of_pixels(true);
+            self.locator = Locator::new(camera)?;
+            self.likelihood.prepare(camera);
+        }
         let (width, height) = (image.width() as usize, image.height() as usize);
         let frame = Frame::new(image.as_raw(), width, height)?;
         let corners = match given {

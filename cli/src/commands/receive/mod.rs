@@ -1,6 +1,6 @@
 //! `vocc receive`: messages from a sequence of frames.
 
-mod frames;
+mod diagnosis;
 mod reception;
 mod report;
 mod stage_times;
@@ -8,14 +8,16 @@ mod stage_times;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
-use link::camera::{Camera, Encoding};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 
 use crate::options::Shared;
 use crate::output::{self, Answer};
-use crate::pictures;
-use crate::streams::{SIDE_MAX, Stream};
+use crate::camera::CameraArguments;
+use crate::frames::picture::PictureReader;
+use crate::frames::stream::{SIDE_MAX, Stream};
+use crate::frames::PixelArguments;
+use crate::frames::files::{self, FrameFile};
 
 use reception::Reception;
 
@@ -31,9 +33,9 @@ pub struct Arguments {
     /// Size of the raw frames on standard input.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
-    /// Frames a second of the camera.
-    #[arg(long, default_value_t = 100.0, value_name = "F")]
-    fps: f32,
+    /// Frames a second of the camera; by default those that a y4m stream tells, else 100.
+    #[arg(long, value_name = "F")]
+    fps: Option<f32>,
     /// Panels a second of the transmitter.
     #[arg(long, default_value_t = 100.0, value_name = "F")]
     symbol_rate: f32,
@@ -49,12 +51,13 @@ pub struct Arguments {
     /// Draw what is seen in each frame into this folder: outline, cells and bits.
     #[arg(long, value_name = "DIR")]
     show: Option<PathBuf>,
-    /// Exponent of the camera's encoding, 1 to 4.
-    #[arg(long, default_value_t = Encoding::USUAL_GAMMA as f32, value_name = "G")]
-    gamma: f32,
-    /// Standard deviation of the lens blur in pixels, 0.3 to 4.
-    #[arg(long, default_value_t = Camera::default().blur_sigma_px, value_name = "PX")]
-    blur: f32,
+    #[command(flatten)]
+    camera: CameraArguments,
+    #[command(flatten)]
+    pixels: PixelArguments,
+    /// Write what was learnt of the camera into this file, for --camera.
+    #[arg(long, value_name = "FILE")]
+    save_camera: Option<PathBuf>,
     /// Print how long each stage took, on standard error.
     #[arg(long)]
     profile: bool,
@@ -95,16 +98,21 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
     let files = if is_stream {
         Vec::new()
     } else {
-        frames::of(&arguments.sources)?
+        files::of(&arguments.sources)?
     };
     let total = (!is_stream).then_some(files.len() as u64);
-    let mut reception = Reception::<PANELS>::new(arguments, shared, total)?;
+    let told = arguments.camera.told(arguments.pixels)?;
+    let mut reception = Reception::<PANELS>::new(arguments, told, shared, total)?;
     if is_stream {
-        let mut stream = Stream::open(std::io::stdin().lock(), arguments.raw)?;
+        let channel = told.pixels.channel.unwrap_or_default();
+        let mut stream = Stream::open(std::io::stdin().lock(), arguments.raw, channel)?;
         let (width, height) = stream.size();
+        if let Some(rate) = stream.rate() {
+            reception.by_default(rate)?;
+        }
         loop {
             match stream.next_frame() {
-                Ok(Some(grey)) => reception.take(&Frame::new(grey, width, height)?)?,
+                Ok(Some(grey)) => reception.take_next(&Frame::new(grey, width, height)?)?,
                 Ok(None) => return reception.finish(),
                 Err(error) => {
                     // What came before it is not lost.
@@ -114,21 +122,26 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
             }
         }
     }
+    let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut bad = 0;
-    for path in &files {
-        let image = match pictures::read_grey(path) {
+    for FrameFile { path, number } in &files {
+        let image = pictures.read(path).and_then(|image| {
+            reception.check_size((image.width() as usize, image.height() as usize))?;
+            Ok(image)
+        });
+        let image = match image {
             Ok(image) => image,
             Err(error) => {
                 bad += 1;
-                reception.lose(&output::explain(&error));
+                reception.lose(*number, &output::explain(&error));
                 continue;
             }
         };
-        reception.take(&Frame::new(
-            image.as_raw(),
-            image.width() as usize,
-            image.height() as usize,
-        )?)?;
+        if pictures.deep_white() > 0 {
+            reception.is_deep();
+        }
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        reception.take(*number, &Frame::new(image.as_raw(), width, height)?)?;
     }
     let answer = reception.finish()?;
     ensure!(

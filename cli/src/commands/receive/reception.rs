@@ -1,6 +1,6 @@
 //! The receiver at work on one frame after another.
 
-use link::camera::{Camera, Encoding};
+use anyhow::ensure;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{
     FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
@@ -9,6 +9,7 @@ use rx_pipeline::receiver::{
 use super::Arguments;
 use super::report::Report;
 use super::stage_times::StageTimes;
+use crate::camera::{self, Told};
 use crate::options::{self, Shared};
 use crate::output::Answer;
 
@@ -20,10 +21,13 @@ pub struct Reception<'a, const PANELS: usize> {
     /// Made for the size of the first frame.
     receiver: Option<Receiving<PANELS>>,
     settings: ReceiverSettings,
+    told: Told,
+    arguments: &'a Arguments,
     report: Report<'a>,
-    frames: u64,
+    /// The next frame's number, if it follows the last one.
+    next: u64,
+    size: Option<(usize, usize)>,
     times: StageTimes,
-    prints_times: bool,
 }
 
 type Receiving<const PANELS: usize> = Receiver<
@@ -33,6 +37,9 @@ type Receiving<const PANELS: usize> = Receiver<
     PANELS,
 >;
 
+/// Frames a second where nobody tells.
+const USUAL_FPS: f32 = 100.0;
+
 /// Frames that are kept to see what blinks.
 const KEPT_FRAMES: usize = 2;
 
@@ -40,34 +47,66 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// For so many frames, if that is known.
     pub fn new(
         arguments: &'a Arguments,
+        told: Told,
         shared: &Shared,
         total: Option<u64>,
     ) -> anyhow::Result<Self> {
         let settings = ReceiverSettings {
-            camera: Camera {
-                encoding: Encoding::Gamma(arguments.gamma),
-                blur_sigma_px: arguments.blur,
-                ..Camera::default()
-            },
+            camera: told.camera,
             method: options::untrained(arguments.detector)?,
-            symbols_per_frame: arguments.symbol_rate / arguments.fps,
+            symbols_per_frame: arguments.symbol_rate / arguments.fps.unwrap_or(USUAL_FPS),
         };
         // Settings are refused before the first frame, not with it.
         receiver::<PANELS>(settings, 0)?;
         Ok(Self {
             receiver: None,
             settings,
+            told,
+            arguments,
             report: Report::new(arguments, shared.json, total),
-            frames: 0,
+            next: 0,
+            size: None,
             times: StageTimes::default(),
-            prints_times: arguments.profile,
         })
     }
 
-    /// Receives a frame.
-    pub fn take(&mut self, frame: &Frame) -> anyhow::Result<()> {
-        let number = self.frames;
-        self.frames += 1;
+    /// Goes by so many frames a second, unless others were told.
+    pub fn by_default(&mut self, fps: f32) -> anyhow::Result<()> {
+        if self.arguments.fps.is_none() {
+            self.settings.symbols_per_frame = self.arguments.symbol_rate / fps;
+            receiver::<PANELS>(self.settings, 0)?;
+        }
+        Ok(())
+    }
+
+    /// The frames to come have been brought to 8 bits from more.
+    pub fn is_deep(&mut self) {
+        self.settings.camera = self.told.of_pixels(true);
+    }
+
+    /// Whether a frame is as large as those before.
+    pub fn check_size(&mut self, size: (usize, usize)) -> anyhow::Result<()> {
+        let film = *self.size.get_or_insert(size);
+        ensure!(
+            size == film,
+            "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
+            size.0,
+            size.1,
+            film.0,
+            film.1
+        );
+        Ok(())
+    }
+
+    /// Receives a frame that follows the one before.
+    pub fn take_next(&mut self, frame: &Frame) -> anyhow::Result<()> {
+        self.take(self.next, frame)
+    }
+
+    /// Receives frame `number` of the camera.
+    pub fn take(&mut self, number: u64, frame: &Frame) -> anyhow::Result<()> {
+        self.next = number + 1;
+        self.report.begin(number);
         if self.receiver.is_none() {
             self.receiver = Some(receiver(self.settings, frame.width() * frame.height())?);
         }
@@ -77,20 +116,21 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let report = &mut self.report;
         let mut told = Ok(());
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
-            let done = report.frame(number, panel, frame, &outcome);
+            let done = report.frame(panel, frame, &outcome);
             let said = report.event(&outcome.event, panel);
             if told.is_ok() {
                 told = done.and(said);
             }
         });
-        self.report.done(self.frames);
+        self.report.done();
         told
     }
 
     /// Counts a frame that cannot be used.
-    pub fn lose(&mut self, why: &str) {
-        self.report.say(&format!("frame {}: {why}", self.frames));
-        self.frames += 1;
+    pub fn lose(&mut self, number: u64, why: &str) {
+        self.next = number + 1;
+        self.report.begin(number);
+        self.report.lose(why);
     }
 
     /// Tells what is left, and whether there was a message.
@@ -106,15 +146,26 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             });
         }
         told?;
-        let messages = self.report.end();
-        if self.prints_times {
+        let learnt = self.receiver.as_ref().map(Receiver::learnt_each);
+        for (panel, learnt) in learnt.into_iter().flatten().enumerate() {
+            if let Some(learnt) = &learnt {
+                self.report.learnt(panel, learnt)?;
+            }
+        }
+        let learnt = learnt.into_iter().flatten().flatten().next();
+        if let Some(path) = &self.arguments.save_camera {
+            match &learnt {
+                Some(learnt) => camera::save(path, learnt)?,
+                None => self.report.say(&format!(
+                    "no panel was read, so nothing was learnt of the camera: {} is not written",
+                    path.display()
+                )),
+            }
+        }
+        if self.arguments.profile {
             self.times.print();
         }
-        if messages > 0 {
-            return Ok(Answer::Yes);
-        }
-        eprintln!("no message in {} frames", self.frames);
-        Ok(Answer::No)
+        Ok(self.report.end())
     }
 }
 

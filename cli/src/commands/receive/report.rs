@@ -4,8 +4,12 @@ use link::framing::{Delivery, Event, SegmentOutcome};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Outcome, Reading};
 
+use rx_pipeline::camera::Learnt;
+
 use super::Arguments;
-use crate::output::{self, line};
+use super::diagnosis::Diagnosis;
+use crate::camera;
+use crate::output::{self, Answer, line};
 use crate::progress::Progress;
 use crate::show;
 
@@ -14,6 +18,9 @@ pub struct Report<'a> {
     arguments: &'a Arguments,
     as_json: bool,
     messages: u64,
+    /// The numbers of all frames so far: a frame is told of by its place among them.
+    numbers: Vec<u64>,
+    diagnosis: Diagnosis,
     progress: Progress,
 }
 
@@ -28,18 +35,59 @@ impl<'a> Report<'a> {
             arguments,
             as_json,
             messages: 0,
+            numbers: Vec::new(),
+            diagnosis: Diagnosis::default(),
             progress,
         }
     }
 
-    /// Shows that so many frames are done.
-    pub fn done(&mut self, frames: u64) {
-        self.progress.done(frames);
+    /// Begins a frame that the camera took as its `number`th.
+    pub fn begin(&mut self, number: u64) {
+        self.numbers.push(number);
     }
 
-    /// Ends the progress; how many messages there were.
-    pub fn end(self) -> u64 {
-        self.messages
+    /// Shows that it is done.
+    pub fn done(&mut self) {
+        self.progress.done(self.numbers.len() as u64);
+    }
+
+    /// Says why it cannot be used.
+    pub fn lose(&mut self, why: &str) {
+        self.say(&format!("frame {}: {why}", self.place()));
+        self.done();
+    }
+
+    /// Says why there was no message, if there was none.
+    pub fn end(self) -> Answer {
+        if self.messages > 0 {
+            return Answer::Yes;
+        }
+        let frames = self.numbers.len();
+        self.say(&format!("no message in {frames} frames"));
+        for line in self.diagnosis.lines() {
+            self.say(&line);
+        }
+        Answer::No
+    }
+
+    /// The place of the frame at hand among all.
+    fn place(&self) -> usize {
+        self.numbers.len().saturating_sub(1)
+    }
+
+    /// The place of the frame of that number.
+    fn place_of(&self, number: u64) -> usize {
+        self.numbers.partition_point(|&other| other < number)
+    }
+
+    /// Prints what was learnt of the camera by a panel.
+    pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
+        self.diagnosis.learn(learnt);
+        if self.as_json {
+            return output::json(&camera::as_json(panel, learnt));
+        }
+        self.say(&camera::as_text(learnt));
+        Ok(())
     }
 
     /// Says something on standard error.
@@ -59,8 +107,7 @@ impl<'a> Report<'a> {
 
     /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
     pub fn frame(
-        &self,
-        number: u64,
+        &mut self,
         panel: usize,
         frame: &Frame,
         outcome: &Outcome,
@@ -70,6 +117,8 @@ impl<'a> Report<'a> {
         } else {
             String::new()
         };
+        let number = self.place();
+        self.diagnosis.take(&outcome.reading);
         let reading = match &outcome.reading {
             Ok(reading) => reading,
             Err(loss) => {
@@ -89,7 +138,7 @@ impl<'a> Report<'a> {
 
     fn bits(
         &self,
-        number: u64,
+        number: usize,
         panel: usize,
         of_panel: &str,
         reading: &Reading,
@@ -113,7 +162,10 @@ impl<'a> Report<'a> {
                 self.messages += 1;
                 self.message(delivery, panel)?;
             }
-            Event::Rejected(why) => self.say(&why.to_string()),
+            Event::Rejected(why) => {
+                self.diagnosis.reject();
+                self.say(&why.to_string());
+            }
             Event::UnsupportedVersion(version) => self.say(&format!(
                 "a transmitter of format version {version} was seen; this receiver reads version {}",
                 link::framing::VERSION
@@ -133,7 +185,7 @@ impl<'a> Report<'a> {
 
     fn message(&self, delivery: &Delivery<'_>, panel: usize) -> anyhow::Result<()> {
         let text = String::from_utf8_lossy(delivery.message);
-        let (first, last) = (delivery.first_stamp, delivery.last_stamp);
+        let [first, last] = [delivery.first_stamp, delivery.last_stamp].map(|stamp| self.place_of(stamp));
         let corrected = delivery.corrected_bits;
         let of_panel = if self.arguments.panels > 1 {
             format!("panel {panel}: ")

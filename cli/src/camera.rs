@@ -1,0 +1,291 @@
+//! What a person tells of a camera: in a file, or in single options.
+//!
+//! Everything is a hint, from which the receiver learns on. A file holds any of these keys:
+//!
+//! ```toml
+//! encoding = { gamma = 2.2 }   # or "srgb", or "rec709"
+//! black_grey = 0.0             # grey level of no light, of 255
+//! blur_sigma_px = 1.5          # lens blur, standard deviation
+//! blur_aspect = 1.0            # the blur along x over that along y
+//! read_noise_e = 3.0
+//! channel = "brightest"        # how pixels are to be taken: see `frames`
+//! bayer = "RGGB"
+//! depth = 12
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use link::camera::{Camera, Encoding};
+use link::panel::{LEDS, SIDE};
+use rx_pipeline::camera::Learnt;
+use serde::Deserialize;
+
+use crate::files::write;
+use crate::frames::PixelArguments;
+use crate::frames::colour::Channel;
+
+/// The largest file that is read.
+const FILE_MAX: u64 = 64 * 1024;
+
+/// Options that tell of a camera.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct CameraArguments {
+    /// What is known of the camera, as `vocc receive --save-camera` writes it; the options below overrule it. All are hints: the
+    /// receiver learns the rest.
+    #[arg(long, value_name = "FILE")]
+    camera: Option<PathBuf>,
+    /// The camera's encoding: linear, srgb, rec709, or gamma's number from 1 to 4.
+    #[arg(long, value_name = "CURVE", value_parser = encoding, visible_alias = "gamma")]
+    encoding: Option<Encoding>,
+    /// Grey level of no light, 0 to 64.
+    #[arg(long, value_name = "GREY")]
+    black: Option<f32>,
+    /// Standard deviation of the lens blur in pixels, 0.3 to 4.
+    #[arg(long, value_name = "PX")]
+    blur: Option<f32>,
+}
+
+/// A camera's file.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    encoding: Option<Encoding>,
+    black_grey: Option<f32>,
+    blur_sigma_px: Option<f32>,
+    blur_aspect: Option<f32>,
+    read_noise_e: Option<f32>,
+    channel: Option<Channel>,
+    bayer: Option<crate::frames::Bayer>,
+    depth: Option<u8>,
+}
+
+/// What has been told of a camera, checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Told {
+    /// The camera, and the usual one where nothing was told.
+    pub camera: Camera,
+    /// The encoding, if it was told.
+    pub encoding: Option<Encoding>,
+    /// How pixels are to be taken.
+    pub pixels: PixelArguments,
+}
+
+impl CameraArguments {
+    /// Whether anything was told.
+    pub fn is_told(&self) -> bool {
+        self.camera.is_some()
+            || self.encoding.is_some()
+            || self.black.is_some()
+            || self.blur.is_some()
+    }
+
+    /// Reads the file, if there is one, and checks all values.
+    pub fn told(&self, pixels: PixelArguments) -> anyhow::Result<Told> {
+        let file = match &self.camera {
+            Some(path) => read(path)?,
+            None => File::default(),
+        };
+        let usual = Camera::default();
+        let encoding = self.encoding.or(file.encoding);
+        let camera = Camera {
+            encoding: encoding.unwrap_or(usual.encoding),
+            black_grey: self.black.or(file.black_grey).unwrap_or(usual.black_grey),
+            blur_sigma_px: self
+                .blur
+                .or(file.blur_sigma_px)
+                .unwrap_or(usual.blur_sigma_px),
+            blur_aspect: file.blur_aspect.unwrap_or(usual.blur_aspect),
+            read_noise_e: file.read_noise_e.unwrap_or(usual.read_noise_e),
+        };
+        let checked = camera.checked();
+        let camera = match &self.camera {
+            Some(path) => checked.with_context(|| format!("in the camera's file {}", path.display()))?,
+            None => checked?,
+        };
+        let pixels = pixels.or(PixelArguments {
+            channel: file.channel,
+            bayer: file.bayer,
+            depth: file.depth,
+        });
+        Ok(Told {
+            camera,
+            encoding,
+            pixels,
+        })
+    }
+}
+
+impl Told {
+    /// The encoding of the pixels that the receiver gets: deep pictures in proportion to light are encoded for it.
+    pub fn of_pixels(&self, deep: bool) -> Camera {
+        let linear = self.encoding.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR;
+        Camera {
+            encoding: if deep && linear {
+                Encoding::default()
+            } else {
+                self.camera.encoding
+            },
+            ..self.camera
+        }
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<File> {
+    let about = || format!("cannot read the camera's file {}", path.display());
+    let size = std::fs::metadata(path).with_context(about)?.len();
+    ensure!(
+        size <= FILE_MAX,
+        "{} has {size} bytes, and a camera's file at most {FILE_MAX}: give what `vocc receive --save-camera` writes",
+        path.display()
+    );
+    let text = std::fs::read_to_string(path).with_context(about)?;
+    let file: File = toml::from_str(&text).with_context(about)?;
+    if let Some(depth) = file.depth {
+        ensure!(
+            (9..=16).contains(&depth),
+            "{}: a depth of {depth} bits is not 9 to 16",
+            path.display()
+        );
+    }
+    Ok(file)
+}
+
+/// Writes what was learnt as a file that `--camera` reads: whole or not at all.
+pub fn save(path: &Path, learnt: &Learnt) -> anyhow::Result<()> {
+    let text = format!("# {}\n{}", as_text(learnt), toml::to_string(&learnt.camera)?);
+    write(path, text)
+}
+
+/// What was learnt, as one line of JSON.
+pub fn as_json(panel: usize, learnt: &Learnt) -> serde_json::Value {
+    let Learnt {
+        camera,
+        blur_deviation_px,
+        noise_grey,
+        broken,
+        frames,
+    } = learnt;
+    serde_json::json!({
+        "panel": panel, "camera": camera, "blur_deviation_px": blur_deviation_px, "noise_grey": noise_grey,
+        "broken_leds": leds(*broken), "frames": frames,
+    })
+}
+
+/// What was learnt, for a person.
+pub fn as_text(learnt: &Learnt) -> String {
+    let Camera {
+        encoding,
+        black_grey,
+        blur_sigma_px,
+        blur_aspect,
+        ..
+    } = learnt.camera;
+    let encoding = match encoding {
+        Encoding::Gamma(gamma) => format!("gamma {gamma:.2}"),
+        Encoding::Srgb => "sRGB".to_owned(),
+        Encoding::Rec709 => "BT.709".to_owned(),
+    };
+    let broken = leds(learnt.broken);
+    let broken = if broken.is_empty() {
+        String::new()
+    } else {
+        let places: Vec<String> = broken
+            .iter()
+            .map(|led| format!("row {} column {}", led / SIDE + 1, led % SIDE + 1))
+            .collect();
+        format!("; broken LEDs: {}", places.join(", "))
+    };
+    format!(
+        "camera as learnt from {} frames: blur {blur_sigma_px:.2} ± {:.2} px, {blur_aspect:.2} times as wide as high, {encoding}, black at \
+         {black_grey:.0}, noise {:.1} grey levels{broken}",
+        learnt.frames, learnt.blur_deviation_px, learnt.noise_grey
+    )
+}
+
+/// The LEDs of a mask, by their numbers 8·row + column.
+fn leds(mask: u64) -> Vec<usize> {
+    (0..LEDS).filter(|led| mask >> led & 1 == 1).collect()
+}
+
+/// "linear", "srgb", "rec709" or the number of a gamma.
+fn encoding(text: &str) -> Result<Encoding, String> {
+    match text {
+        "linear" => Ok(Encoding::LINEAR),
+        "srgb" => Ok(Encoding::Srgb),
+        "rec709" => Ok(Encoding::Rec709),
+        number => number.parse().map(Encoding::Gamma).map_err(|_| {
+            format!("{text:?} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4")
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(text: &str) -> anyhow::Result<Told> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("camera.toml");
+        std::fs::write(&path, text)?;
+        let arguments = CameraArguments {
+            camera: Some(path),
+            ..CameraArguments::default()
+        };
+        arguments.told(PixelArguments::default())
+    }
+
+    #[test]
+    fn a_camera_that_was_written_is_read() {
+        let camera = Camera {
+            encoding: Encoding::Srgb,
+            black_grey: 16.0,
+            blur_sigma_px: 0.75,
+            blur_aspect: 1.25,
+            read_noise_e: 5.0,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let learnt = Learnt {
+            camera,
+            blur_deviation_px: 0.01,
+            noise_grey: 1.0,
+            broken: 1 << 9,
+            frames: 20,
+        };
+        save(&path, &learnt).unwrap();
+        assert!(as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
+        let arguments = CameraArguments {
+            camera: Some(path),
+            blur: Some(2.0),
+            ..CameraArguments::default()
+        };
+        let told = arguments.told(PixelArguments::default()).unwrap();
+        let overruled = Camera {
+            blur_sigma_px: 2.0,
+            ..camera
+        };
+        assert_eq!(told.camera, overruled);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert_eq!(told("").unwrap().camera, Camera::default());
+        let gamma = told("encoding = { gamma = 1.8 }\nbayer = \"grbg\"\nchannel = \"red\"").unwrap();
+        assert_eq!(gamma.camera.encoding, Encoding::Gamma(1.8));
+        assert!(gamma.pixels.bayer.is_some());
+        for nonsense in [
+            "blur = 2",
+            "encoding = \"log\"",
+            "encoding = { gamma = 9 }",
+            "blur_sigma_px = nan",
+            "blur_sigma_px = \"wide\"",
+            "black_grey = -1",
+            "bayer = \"RGB\"",
+            "depth = 8",
+            "]",
+        ] {
+            assert!(told(nonsense).is_err(), "{nonsense}");
+        }
+    }
+}

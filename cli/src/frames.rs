@@ -1,0 +1,44 @@
+//! Frames as cameras give them: files or a stream, of any depth, in colour or not, made into the 8-bit grey that the receiver reads.
+//!
+//! | part | makes |
+//! |---|---|
+//! | [`files`] | the frames of a folder, and the numbers that their names give them |
+//! | [`picture`] | grey of a PNG, JPEG or PGM file |
+//! | [`stream`] | grey of y4m or raw bytes |
+//! | [`colour`], [`mosaic`] | one channel of a colour picture, or of the mosaic before a sensor's colour filters |
+//! | [`deep`] | 8 bits of 9 to 16 |
+
+pub mod colour;
+mod deep;
+pub mod files;
+mod mosaic;
+pub mod picture;
+pub mod stream;
+
+use colour::Channel;
+pub use mosaic::Mosaic as Bayer;
+
+/// How the pixels of files are to be taken.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct PixelArguments {
+    /// What to read of colours: the brightest channel of each pixel, or one of red, green, blue or grey.
+    #[arg(long, value_name = "CHANNEL")]
+    pub channel: Option<Channel>,
+    /// The sensor's colour filters, where frames are its raw mosaic: RGGB, BGGR, GRBG or GBRG, from the top-left pixel on.
+    #[arg(long, value_name = "FILTERS")]
+    pub bayer: Option<Bayer>,
+    /// Bits of a sample in pictures of more than 8, 9 to 16; as many as the first picture needs by default.
+    #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(9..=16))]
+    pub depth: Option<u8>,
+}
+
+impl PixelArguments {
+    /// What these do not say, by others.
+    pub fn or(self, others: Self) -> Self {
+        Self {
+            channel: self.channel.or(others.channel),
+            bayer: self.bayer.or(others.bayer),
+            depth: self.depth.or(others.depth),
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The frames of a recording, by name.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+
+/// A frame's file, and when it was taken: in frames of the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameFile {
+    pub path: PathBuf,
+    pub number: u64,
+}
+
+/// The frames of folders, in the order of their names, and single files.
+///
+/// Where the names end in numbers that mostly rise by one, those are the frames' numbers, and a number that is missing is a frame that
+/// the camera lost. Otherwise each frame follows the one before.
+pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
+    let mut frames = Vec::new();
+    for source in sources {
+        ensure!(
+            source.as_os_str() != "-",
+            "standard input (-) cannot be mixed with files: give it alone"
+        );
+        if !source.is_dir() {
+            frames.push(source.clone());
+            continue;
+        }
+        let entries = std::fs::read_dir(source)
+            .with_context(|| format!("cannot read the folder {}", source.display()))?;
+        let mut inside = entries
+            .map(|entry| Ok(entry?.path()))
+            .collect::<std::io::Result<Vec<_>>>()
+            .with_context(|| format!("cannot read the folder {}", source.display()))?;
+        inside.retain(|path| {
+            path.extension().is_some_and(|kind| {
+                ["png", "jpg", "jpeg", "pgm"]
+                    .iter()
+                    .any(|known| kind.eq_ignore_ascii_case(known))
+            })
+        });
+        ensure!(
+            !inside.is_empty(),
+            "the folder {} has no PNG, JPEG or PGM files; pipe a video, such as from `ffmpeg -i VIDEO -f yuv4mpegpipe - | vocc receive -`",
+            source.display()
+        );
+        inside.sort();
+        frames.extend(inside);
+    }
+    let numbers = numbers(&frames);
+    Ok(frames
+        .into_iter()
+        .zip(numbers)
+        .map(|(path, number)| FrameFile { path, number })
+        .collect())
+}
+
+/// The frames' numbers from 0 on.
+fn numbers(paths: &[PathBuf]) -> Vec<u64> {
+    let counted = || (0..paths.len() as u64).collect();
+    let Some(named) = paths.iter().map(|path| number(path)).collect::<Option<Vec<u64>>>() else {
+        return counted();
+    };
+    let steps = || named.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
+    let by_one = steps().filter(|&step| step == 1).count();
+    if steps().any(|step| step == 0) || 2 * by_one < paths.len() - 1 {
+        return counted();
+    }
+    named.iter().map(|number| number - named[0]).collect()
+}
+
+/// The number that a name ends in.
+fn number(path: &Path) -> Option<u64> {
+    let stem = path.file_stem()?.to_str()?;
+    let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    stem[stem.len() - digits..].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbered(names: &[&str]) -> Vec<u64> {
+        numbers(&names.iter().map(PathBuf::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn missing_numbers_are_lost_frames() {
+        assert_eq!(numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]), [0, 1, 3, 4]);
+        // Times, every second frame, no numbers, two folders: one after the other.
+        for names in [
+            &["1000.png", "1010.png", "1021.png"][..],
+            &["0.png", "2.png", "4.png"],
+            &["a.png", "b1.png", "c2.png"],
+            &["a/1.png", "a/2.png", "b/1.png", "b/2.png"],
+            &["99999999999999999999.png", "99999999999999999998.png"],
+        ] {
+            let counted: Vec<u64> = (0..names.len() as u64).collect();
+            assert_eq!(numbered(names), counted, "{names:?}");
+        }
+        assert!(numbered(&[]).is_empty());
+        assert_eq!(numbered(&["x.png"]), [0]);
+    }
+}

@@ -1,0 +1,106 @@
+//! Single pictures from files.
+
+use std::path::Path;
+
+use anyhow::{Context, bail, ensure};
+use image::{DynamicImage, GrayImage, ImageFormat, ImageReader};
+use link::camera::Encoding;
+
+use super::PixelArguments;
+use super::deep::Compander;
+
+/// Reads the pictures of one camera.
+pub struct PictureReader {
+    pixels: PixelArguments,
+    deep: Compander,
+}
+
+impl PictureReader {
+    /// For pixels as they are told to be. Deep ones are in proportion to light, unless another encoding is told.
+    pub fn new(pixels: PixelArguments, encoding: Option<Encoding>) -> Self {
+        Self {
+            pixels,
+            deep: Compander::new(pixels.depth, encoding.unwrap_or(Encoding::LINEAR)),
+        }
+    }
+
+    /// White in the deep pictures so far; 0 where there were none.
+    pub fn deep_white(&self) -> u16 {
+        self.deep.white()
+    }
+
+    /// An 8-bit grey image from a PNG, JPEG or PGM file.
+    pub fn read(&mut self, path: &Path) -> anyhow::Result<GrayImage> {
+        let image = decoded(path)?;
+        let (width, height) = (image.width(), image.height());
+        ensure!(
+            width > 0 && height > 0,
+            "{} has no pixels ({width} × {height}): give a frame of the camera",
+            path.display(),
+        );
+        let grey = self
+            .grey(image)
+            .with_context(|| format!("cannot take {} for a frame", path.display()))?;
+        GrayImage::from_raw(width, height, grey)
+            .with_context(|| format!("{} has other pixels than its size says", path.display()))
+    }
+
+    fn grey(&mut self, image: DynamicImage) -> anyhow::Result<Vec<u8>> {
+        let size = (image.width() as usize, image.height() as usize);
+        let channel = self.pixels.channel.unwrap_or_default();
+        if let Some(mosaic) = self.pixels.bayer {
+            return match image {
+                DynamicImage::ImageLuma8(grey) => mosaic.channel(grey.as_raw(), size, channel),
+                DynamicImage::ImageLuma16(deep) => {
+                    let deep = mosaic.channel(deep.as_raw(), size, channel)?;
+                    Ok(self.deep.grey(&deep))
+                }
+                other => bail!(
+                    "it is {:?}, and a mosaic is grey: leave --bayer out where a picture has its colours",
+                    other.color()
+                ),
+            };
+        }
+        Ok(match image {
+            DynamicImage::ImageLuma8(grey) => grey.into_raw(),
+            DynamicImage::ImageLumaA8(_) => image.into_luma8().into_raw(),
+            DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => {
+                channel.of_rgb(image.into_rgb8().as_raw())
+            }
+            DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_) => {
+                self.deep.grey(image.into_luma16().as_raw())
+            }
+            DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
+                let deep = channel.of_rgb(image.into_rgb16().as_raw());
+                self.deep.grey(&deep)
+            }
+            other => bail!(
+                "it is {:?}: frames are grey or colour of 8 to 16 bits",
+                other.color()
+            ),
+        })
+    }
+}
+
+fn decoded(path: &Path) -> anyhow::Result<DynamicImage> {
+    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let reader = ImageReader::new(std::io::Cursor::new(&bytes))
+        .with_guessed_format()
+        .with_context(|| format!("cannot read {}", path.display()))?;
+    let whole = || format!("{} is no whole PNG, JPEG or PGM image", path.display());
+    // The decoder fills what is missing of a JPEG with grey, which would pass for a frame.
+    if reader.format() == Some(ImageFormat::Jpeg) {
+        ensure!(ends(&bytes), "{}: it ends too soon", whole());
+    }
+    reader.decode().with_context(whole)
+}
+
+/// Whether a JPEG has its end-of-image marker after the last scan.
+fn ends(jpeg: &[u8]) -> bool {
+    let scan = jpeg
+        .windows(2)
+        .rposition(|marker| marker == [0xff, 0xda])
+        .unwrap_or(0);
+    jpeg[scan..].windows(2).any(|marker| marker == [0xff, 0xd9])
+}
+

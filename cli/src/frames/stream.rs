@@ -1,0 +1,406 @@
+//! Frames on standard input: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it, of 8 to 16 bits, with colours or without.
+//!
+//! The crate y4m (0.8) takes a stream that is cut inside a frame for its end, and multiplies the sides in the header unchecked;
+//! to guard it against both takes more lines than the format.
+
+use std::io::{BufRead, Read};
+
+use anyhow::{Context, bail, ensure};
+
+use super::colour::{Channel, Standard};
+
+/// The most columns or rows of a frame.
+pub const SIDE_MAX: usize = 8192;
+/// What a y4m stream begins with.
+const Y4M: &[u8] = b"YUV4MPEG2";
+/// What each of its frames begins with.
+const FRAME: &[u8] = b"FRAME";
+/// The longest line of a y4m header.
+const LINE_MAX: u64 = 1024;
+
+/// A stream of grey frames of one size.
+pub struct Stream<R> {
+    input: R,
+    size: (usize, usize),
+    /// How frames of y4m are made up; none of raw streams.
+    video: Option<Video>,
+    channel: Channel,
+    grey: Vec<u8>,
+    colours: Vec<u8>,
+    /// By how much each pixel of a row is brighter than its luma.
+    above: Vec<i16>,
+}
+
+/// How y4m frames are made up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Video {
+    /// Columns and rows of pixels that share a colour; none without colours.
+    sharing: Option<(usize, usize)>,
+    /// Bits of a sample.
+    bits: u32,
+    /// Whether luma is 16 to 235, not 0 to 255.
+    limited: bool,
+    standard: Standard,
+    /// Frames a second.
+    rate: Option<f32>,
+}
+
+impl<R: BufRead> Stream<R> {
+    /// Opens a stream: y4m by its own header, or raw frames of the size given. Of colours it gives one `channel`.
+    pub fn open(
+        mut input: R,
+        raw: Option<(usize, usize)>,
+        channel: Channel,
+    ) -> anyhow::Result<Self> {
+        let (size, video) = match raw {
+            Some(size) => (size, None),
+            None => {
+                let header = line(&mut input)?.unwrap_or_default();
+                ensure!(
+                    begins_with(&header, Y4M),
+                    "frames on standard input have no size: give it with --raw WIDTHxHEIGHT, or pipe y4m, such as from \
+                     `ffmpeg -i VIDEO -f yuv4mpegpipe -`"
+                );
+                let (size, video) = y4m_header(&String::from_utf8_lossy(&header))?;
+                (size, Some(video))
+            }
+        };
+        let samples = size.0 * size.1;
+        let colours = video.map_or(0, |video| video.colours(size));
+        let bytes = |samples: usize| samples * video.map_or(1, |video| video.bytes());
+        Ok(Self {
+            input,
+            size,
+            video,
+            channel,
+            grey: vec![0; bytes(samples)],
+            colours: vec![0; bytes(colours)],
+            above: vec![0; size.0],
+        })
+    }
+
+    /// Columns and rows of all frames.
+    pub fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// Frames a second, where the stream says so.
+    pub fn rate(&self) -> Option<f32> {
+        self.video?.rate
+    }
+
+    /// The next frame; none at the stream's end.
+    pub fn next_frame(&mut self) -> anyhow::Result<Option<&[u8]>> {
+        if self.video.is_some() {
+            match line(&mut self.input)? {
+                None => return Ok(None),
+                Some(start) => ensure!(
+                    begins_with(&start, FRAME),
+                    "the y4m stream has something else where a frame should begin"
+                ),
+            }
+        }
+        let filled = fill(&mut self.input, &mut self.grey)?;
+        if filled == 0 && self.video.is_none() {
+            return Ok(None);
+        }
+        let whole = self.grey.len();
+        ensure!(
+            filled == whole,
+            "standard input ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
+            self.size.0,
+            self.size.1
+        );
+        ensure!(
+            fill(&mut self.input, &mut self.colours)? == self.colours.len(),
+            "standard input ends inside a frame's colours"
+        );
+        let samples = self.size.0 * self.size.1;
+        if let Some(video) = self.video {
+            video.to_8_bits(&mut self.grey);
+            video.to_8_bits(&mut self.colours);
+            video.widen(&mut self.grey[..samples]);
+            self.add_colours(video);
+        }
+        Ok(self.grey.get(..samples))
+    }
+
+    /// Makes luma the channel that is asked for.
+    fn add_colours(&mut self, video: Video) {
+        let Some((columns, rows)) = video.sharing else {
+            return;
+        };
+        if self.channel == Channel::Grey {
+            return;
+        }
+        let (width, height) = self.size;
+        let row = width.div_ceil(columns);
+        let (blue, red) = self.colours.split_at(row * height.div_ceil(rows));
+        let greys = self.grey[..width * height].chunks_exact_mut(width);
+        for (y, grey) in greys.enumerate() {
+            if y % rows == 0 {
+                let at = y / rows * row;
+                for (x, above) in self.above.iter_mut().enumerate() {
+                    let at = at + x / columns;
+                    *above = self
+                        .channel
+                        .above_luma(blue[at], red[at], video.standard);
+                }
+            }
+            for (grey, &above) in grey.iter_mut().zip(&self.above) {
+                *grey = (i16::from(*grey) + above).clamp(0, 255) as u8;
+            }
+        }
+    }
+}
+
+impl Video {
+    /// Samples of colour in a frame.
+    fn colours(self, (width, height): (usize, usize)) -> usize {
+        self.sharing.map_or(0, |(columns, rows)| {
+            2 * width.div_ceil(columns) * height.div_ceil(rows)
+        })
+    }
+
+    /// Bytes of a sample.
+    fn bytes(self) -> usize {
+        if self.bits > 8 { 2 } else { 1 }
+    }
+
+    /// Brings deep samples, the low byte first, to 8 bits in the first half of their bytes.
+    fn to_8_bits(self, bytes: &mut [u8]) {
+        if self.bits <= 8 {
+            return;
+        }
+        let (half, most) = (1u32 << (self.bits - 9), 255);
+        for at in 0..bytes.len() / 2 {
+            let sample = u32::from(bytes[2 * at]) | u32::from(bytes[2 * at + 1]) << 8;
+            bytes[at] = ((sample + half) >> (self.bits - 8)).min(most) as u8;
+        }
+    }
+
+    /// Brings luma of 16 to 235 to 0 to 255: a clipped lamp then is white.
+    fn widen(self, luma: &mut [u8]) {
+        if self.limited {
+            for luma in luma {
+                let above = u32::from(luma.saturating_sub(16));
+                *luma = ((above * 255 + 109) / 219).min(255) as u8;
+            }
+        }
+    }
+}
+
+/// Reads until the buffer is full or the input ends.
+fn fill(input: &mut impl Read, buffer: &mut [u8]) -> anyhow::Result<usize> {
+    let mut filled = 0;
+    while filled < buffer.len() {
+        match input.read(&mut buffer[filled..]) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error).context("cannot read standard input"),
+        }
+    }
+    Ok(filled)
+}
+
+/// One line without its end; none where the input has ended.
+fn line(input: &mut impl BufRead) -> anyhow::Result<Option<Vec<u8>>> {
+    let mut line = Vec::new();
+    input
+        .take(LINE_MAX)
+        .read_until(b'\n', &mut line)
+        .context("cannot read standard input")?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    ensure!(
+        line.pop() == Some(b'\n'),
+        "standard input has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their \
+         size with --raw WIDTHxHEIGHT"
+    );
+    Ok(Some(line))
+}
+
+/// Whether the first word of a header is this one.
+fn begins_with(header: &[u8], word: &[u8]) -> bool {
+    let rest = header.strip_prefix(word);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(b" "))
+}
+
+/// The size of the frames, and how they are made up.
+fn y4m_header(header: &str) -> anyhow::Result<((usize, usize), Video)> {
+    let field = |tag: &str| {
+        header
+            .split(' ')
+            .skip(1)
+            .find_map(|field| field.strip_prefix(tag))
+    };
+    let side = |tag: &str| -> anyhow::Result<usize> {
+        let side = field(tag)
+            .and_then(|side| side.parse().ok())
+            .filter(|side| (1..=SIDE_MAX).contains(side));
+        side.with_context(|| format!("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}"))
+    };
+    let (width, height) = (side("W")?, side("H")?);
+    ensure!(
+        matches!(field("I"), None | Some("p" | "?")),
+        "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
+         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has twice \
+         as many frames a second"
+    );
+    let kind = field("C").unwrap_or("420");
+    let (layout, bits) = depth(kind);
+    let sharing = match layout {
+        "mono" => None,
+        "420" | "420jpeg" | "420paldv" | "420mpeg2" => Some((2, 2)),
+        "422" => Some((2, 1)),
+        "444" => Some((1, 1)),
+        _ => bail!(
+            "y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`"
+        ),
+    };
+    let limited = match field("XCOLORRANGE=") {
+        Some(range) => range == "LIMITED",
+        None => sharing.is_some() && layout != "420jpeg",
+    };
+    let standard = if height > 576 {
+        Standard::Bt709
+    } else {
+        Standard::Bt601
+    };
+    let video = Video {
+        sharing,
+        bits,
+        limited,
+        standard,
+        rate: field("F").and_then(rate),
+    };
+    Ok(((width, height), video))
+}
+
+/// Of the kind of y4m frames, how colours are shared, and the bits of a sample: "420p10" has 10, "mono12" 12.
+fn depth(kind: &str) -> (&str, u32) {
+    const DEEP: [u32; 5] = [9, 10, 12, 14, 16];
+    for bits in DEEP {
+        let digits = bits.to_string();
+        if let Some(layout) = kind.strip_suffix(digits.as_str())
+            && (layout == "mono" || layout.ends_with('p'))
+        {
+            return (layout.trim_end_matches('p'), bits);
+        }
+    }
+    (kind, 8)
+}
+
+/// "30000:1001" as a number above 0.
+fn rate(text: &str) -> Option<f32> {
+    let (frames, seconds) = text.split_once(':')?;
+    let rate = frames.parse::<f32>().ok()? / seconds.parse::<f32>().ok()?;
+    (rate.is_finite() && rate > 0.0).then_some(rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(bytes: &[u8]) -> anyhow::Result<Stream<&[u8]>> {
+        Stream::open(bytes, None, Channel::Brightest)
+    }
+
+    #[test]
+    fn video_of_16_to_235_becomes_0_to_255() {
+        let bytes = b"YUV4MPEG2 W4 H1 F30000:1001 C444\nFRAME\n\x00\x10\x7e\xeb\x80\x80\x80\x80\x80\x80\x80\x80";
+        let mut stream = open(bytes).unwrap();
+        assert!((stream.rate().unwrap() - 29.97).abs() < 0.01);
+        assert_eq!(stream.next_frame().unwrap(), Some(&[0, 0, 128, 255][..]));
+    }
+
+    #[test]
+    fn a_red_lamp_is_as_bright_as_its_red() {
+        let bytes = b"YUV4MPEG2 W2 H2 C420jpeg\nFRAME\n\x52\x52\x20\xf0\x6f\xcb";
+        let read = |channel| {
+            let mut stream = Stream::open(&bytes[..], None, channel).unwrap();
+            stream.next_frame().unwrap().unwrap().to_vec()
+        };
+        // By BT.601: 1.402·(203 − 128) = 105 above luma.
+        assert_eq!(read(Channel::Brightest), [187, 187, 137, 255]);
+        assert_eq!(read(Channel::Grey), [82, 82, 32, 240]);
+        assert_eq!(read(Channel::Blue), [52, 52, 2, 210]);
+    }
+
+    #[test]
+    fn deep_video_is_read() {
+        for (kind, low) in [("Cmono10", 2), ("C420p10 XCOLORRANGE=FULL", 2), ("Cmono12", 4)] {
+            let mut bytes = format!("YUV4MPEG2 W2 H1 {kind}\nFRAME\n").into_bytes();
+            for sample in [1u16, 200] {
+                bytes.extend((sample << low).to_le_bytes());
+            }
+            if kind.starts_with("C420") {
+                bytes.extend([0, 2, 0, 2]);
+            }
+            let mut stream = open(&bytes).unwrap();
+            assert_eq!(stream.next_frame().unwrap(), Some(&[1, 200][..]), "{kind}");
+            assert_eq!(stream.next_frame().unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn y4m_of_all_kinds_gives_its_brightness() {
+        for (kind, colour) in [
+            ("Cmono", 0),
+            ("C420jpeg", 4),
+            ("C422 XCOLORRANGE=FULL", 8),
+            ("C444 XCOLORRANGE=FULL", 12),
+            ("XCOLORRANGE=FULL", 4),
+        ] {
+            let mut bytes = format!("YUV4MPEG2 W3 H2 F25:1 {kind}\n").into_bytes();
+            for frame in 0..2u8 {
+                bytes.extend(b"FRAME\n");
+                bytes.extend([10 + frame; 6]);
+                bytes.extend(std::iter::repeat_n(128, colour));
+            }
+            let mut stream = open(bytes.as_slice()).unwrap();
+            assert_eq!(stream.size(), (3, 2));
+            assert_eq!(stream.next_frame().unwrap(), Some(&[10; 6][..]), "{kind}");
+            assert_eq!(stream.next_frame().unwrap(), Some(&[11; 6][..]), "{kind}");
+            assert_eq!(stream.next_frame().unwrap(), None);
+        }
+    }
+
+    #[test]
+    fn broken_streams_are_refused() {
+        
+        for bytes in [
+            &b"P5 3 2"[..],
+            b"",
+            b"YUV4MPEG2 W3\n",
+            b"YUV4MPEG2 W0 H2\n",
+            b"YUV4MPEG2 W3 H2 C411\n",
+            b"YUV4MPEG2 W3 H2 It Cmono\n",
+            b"YUV4MPEG2 W3 H2 C420p11\n",
+            b"YUV4MPEG29 W3 H2\n",
+            b"YUV4MPEG2W3 H2\n",
+            b"YUV4MPEG2 W3 H2",
+            b"YUV4MPEG2 W18446744073709551615 H2\n",
+        ] {
+            assert!(open(bytes).is_err(), "{bytes:?}");
+        }
+        let cut = b"YUV4MPEG2 W2 H1 Cmono\nFRAME\n\x01";
+        assert!(open(cut).unwrap().next_frame().is_err());
+        for strange in [
+            &b"FRAM\n\x01\x02"[..],
+            b"FRAMEX\n\x01\x02",
+            b"\n",
+            b"\nFRAME\n\x01\x02",
+            b"FRAME",
+        ] {
+            let bytes = [b"YUV4MPEG2 W2 H1 Cmono\n", strange].concat();
+            let mut stream = open(bytes.as_slice()).unwrap();
+            assert!(stream.next_frame().is_err(), "{strange:?}");
+        }
+        let mut raw = Stream::open(&[1, 2, 3][..], Some((2, 1)), Channel::Brightest).unwrap();
+        assert_eq!(raw.next_frame().unwrap(), Some(&[1, 2][..]));
+        assert!(raw.next_frame().is_err());
+    }
+}
