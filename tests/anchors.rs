@@ -54,6 +54,7 @@ fn evaluated((l2a, interval, distance_m, _): &Anchor) -> Distinguishability {
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
+        camera: None,
     };
     Evaluator::new(&scene, settings)
         .expect("a visible scene")

@@ -13,6 +13,7 @@ fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
         random_reflectance: true,
         detector,
         level: Level::Fast,
+        camera: None,
     };
     let evaluator = Evaluator::new(scene, settings).expect("a visible scene");
     evaluator

@@ -1,5 +1,6 @@
 //! The whole link: the transmitter's code, a rendered road, the receiver's code.
 
+use link::camera::Camera;
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
@@ -15,6 +16,7 @@ fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
         seed: 1,
         level: Level::Fast,
         code: None,
+        camera: Camera::default(),
         true_corners: false,
     }
 }
@@ -216,6 +218,7 @@ fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
             let settings = LinkSettings {
                 seed,
                 // Looking for the panel at night is not what is tested here.
+                camera: Camera::default(),
                 true_corners: true,
                 ..settings(&scene, DetectorChoice::Best)
             };

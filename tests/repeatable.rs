@@ -19,6 +19,7 @@ fn evaluate(
         random_reflectance: true,
         detector,
         level: Level::Fast,
+        camera: None,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -59,6 +60,7 @@ fn a_frame_does_not_depend_on_those_before_it() {
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
+        camera: None,
     };
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();

@@ -73,11 +73,20 @@ pub struct Told {
 
 impl CameraArguments {
     /// Whether anything was told.
-    pub fn is_told(&self) -> bool {
+    fn is_told(&self) -> bool {
         self.camera.is_some()
             || self.encoding.is_some()
             || self.black.is_some()
             || self.blur.is_some()
+    }
+
+    /// The camera, if anything was told of one, for frames that come from no file.
+    pub fn told_if_any(&self) -> anyhow::Result<Option<Camera>> {
+        if self.is_told() {
+            let told = self.told(PixelArguments::default())?;
+            return Ok(Some(told.camera));
+        }
+        Ok(None)
     }
 
     /// Reads the file, if there is one, and checks all values.
@@ -100,7 +109,9 @@ impl CameraArguments {
         };
         let checked = camera.checked();
         let camera = match &self.camera {
-            Some(path) => checked.with_context(|| format!("in the camera's file {}", path.display()))?,
+            Some(path) => {
+                checked.with_context(|| format!("in the camera's file {}", path.display()))?
+            }
             None => checked?,
         };
         let pixels = pixels.or(PixelArguments {
@@ -153,12 +164,16 @@ fn read(path: &Path) -> anyhow::Result<File> {
 
 /// Writes what was learnt as a file that `--camera` reads: whole or not at all.
 pub fn save(path: &Path, learnt: &Learnt) -> anyhow::Result<()> {
-    let text = format!("# {}\n{}", as_text(learnt), toml::to_string(&learnt.camera)?);
+    let text = format!(
+        "# {}\n{}",
+        as_text(learnt),
+        toml::to_string(&learnt.camera)?
+    );
     write(path, text)
 }
 
-/// What was learnt, as one line of JSON.
-pub fn as_json(panel: usize, learnt: &Learnt) -> serde_json::Value {
+/// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
+pub fn as_json(learnt: &Learnt) -> serde_json::Value {
     let Learnt {
         camera,
         blur_deviation_px,
@@ -167,8 +182,9 @@ pub fn as_json(panel: usize, learnt: &Learnt) -> serde_json::Value {
         frames,
     } = learnt;
     serde_json::json!({
-        "panel": panel, "camera": camera, "blur_deviation_px": blur_deviation_px, "noise_grey": noise_grey,
-        "broken_leds": leds(*broken), "frames": frames,
+        "encoding": camera.encoding, "black_grey": camera.black_grey, "blur_sigma_px": camera.blur_sigma_px,
+        "blur_aspect": camera.blur_aspect, "read_noise_e": camera.read_noise_e, "blur_deviation_px": blur_deviation_px,
+        "noise_grey": noise_grey, "broken_leds": leds(*broken), "frames": frames,
     })
 }
 
@@ -271,7 +287,8 @@ mod tests {
     #[test]
     fn nonsense_is_refused() {
         assert_eq!(told("").unwrap().camera, Camera::default());
-        let gamma = told("encoding = { gamma = 1.8 }\nbayer = \"grbg\"\nchannel = \"red\"").unwrap();
+        let gamma =
+            told("encoding = { gamma = 1.8 }\nbayer = \"grbg\"\nchannel = \"red\"").unwrap();
         assert_eq!(gamma.camera.encoding, Encoding::Gamma(1.8));
         assert!(gamma.pixels.bayer.is_some());
         for nonsense in [

@@ -106,12 +106,23 @@ fn bad_messages_are_refused() {
 fn bad_images_are_refused() {
     let folder = folder("images");
     let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
-    image::ImageBuffer::<image::Luma<u16>, _>::from_pixel(64, 64, image::Luma([9]))
-        .save(path("deep.png"))
-        .expect("a file");
     image::RgbImage::from_pixel(64, 64, image::Rgb([1, 2, 3]))
         .save(path("colour.png"))
         .expect("a file");
+    image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([(x * y) as u8; 3]))
+        .save(path("whole.jpg"))
+        .expect("a file");
+    let photograph = std::fs::read(path("whole.jpg")).expect("a file");
+    std::fs::write(
+        path("truncated.jpg"),
+        &photograph[..photograph.len() * 3 / 4],
+    )
+    .expect("a file");
+    image::GrayImage::from_pixel(63, 64, image::Luma([7]))
+        .save(path("odd.png"))
+        .expect("a file");
+    std::fs::write(path("nonsense.toml"), "blur_sigma_px = \"wide\"").expect("a file");
+    std::fs::write(path("impossible.toml"), "encoding = { gamma = 9 }").expect("a file");
     image::GrayImage::from_pixel(64, 64, image::Luma([7]))
         .save(path("black.png"))
         .expect("a file");
@@ -119,10 +130,43 @@ fn bad_images_are_refused() {
     std::fs::write(path("truncated.png"), &whole[..whole.len() / 2]).expect("a file");
     std::fs::write(path("empty.png"), b"").expect("a file");
     std::fs::write(path("none.pgm"), b"P5\n0 0\n255\n").expect("a file");
-    refused(&["decode", &path("deep.png")], &["deep.png", "8-bit grey"]);
     refused(
-        &["decode", &path("colour.png")],
-        &["colour.png", "8-bit grey"],
+        &["decode", &path("colour.png"), "--bayer", "RGGB"],
+        &["colour.png", "leave --bayer out"],
+    );
+    refused(
+        &["decode", &path("odd.png"), "--bayer", "rggb"],
+        &["odd.png", "63 × 64", "even"],
+    );
+    refused(&["decode", &path("odd.png"), "--bayer", "RGBG"], &["GRBG"]);
+    refused(
+        &["decode", &path("truncated.jpg")],
+        &["truncated.jpg", "ends too soon"],
+    );
+    for command in ["decode", "receive"] {
+        for (file, words) in [
+            ("nonsense.toml", "blur_sigma_px"),
+            ("impossible.toml", "gamma of 9"),
+            ("missing.toml", "missing.toml"),
+        ] {
+            refused(
+                &[command, &path("black.png"), "--camera", &path(file)],
+                &[file, words],
+            );
+        }
+    }
+    refused(
+        &["evaluate", "--camera", &path("impossible.toml")],
+        &["gamma of 9"],
+    );
+    refused(
+        &["link", "--camera", &path("impossible.toml")],
+        &["gamma of 9"],
+    );
+    let film = [&path("black.png"), &path("odd.png")];
+    refused(
+        &["receive", film[0], film[1]],
+        &["63 × 64", "64 × 64", "one size"],
     );
     refused(&["decode", &path("truncated.png")], &["truncated.png"]);
     refused(&["decode", &path("empty.png")], &["empty.png"]);

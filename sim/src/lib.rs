@@ -32,6 +32,7 @@
 //!     seed: 1,
 //!     level: Level::Fast,
 //!     code: None,
+//!     camera: Default::default(),
 //!     true_corners: false,
 //! };
 //! let mut road = Road::new(&Scene::load("paper", &small)?, &settings)?;

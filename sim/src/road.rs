@@ -71,6 +71,8 @@ pub struct LinkSettings {
     pub level: Level,
     /// The code; none: the one for the message's length.
     pub code: Option<Code>,
+    /// What the receiver is told of the camera; it learns the rest.
+    pub camera: Camera,
     /// Whether the receiver is told where the panel is, and need not look for it.
     pub true_corners: bool,
 }
@@ -142,15 +144,10 @@ impl Road {
         let renderer = Renderer::new(scene, settings.level)?;
         let transmitter = transmitter(scene, settings)?;
         let sensor = renderer.sensor();
-        // The locator has to be told of the blur.
-        let camera = Camera {
-            blur_sigma_px: scene.camera.blur_sigma_px as f32,
-            ..camera_of(scene)
-        };
         let history = vec![0; 2 * sensor.width * sensor.height];
         let receiver = Receiver::new(
             ReceiverSettings {
-                camera: camera.clamped(),
+                camera: settings.camera,
                 method: settings.method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
             },

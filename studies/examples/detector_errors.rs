@@ -50,6 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 random_reflectance: true,
                 detector,
                 level: Level::Fast,
+                camera: None,
             };
             let evaluation = Evaluator::new(&scene(point)?, settings)?.run(|_| true)?;
             print!(" {:.5} |", evaluation.errors.rate());

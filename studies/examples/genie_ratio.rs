@@ -43,6 +43,7 @@ fn main() -> Result<(), Failure> {
                         random_reflectance: !followed,
                         detector,
                         level: Level::Fast,
+                        camera: None,
                     };
                     let scene = scene(distance, interval, l2a, iso)?;
                     let errors = DETECTORS.map(|detector| errors(&scene, settings(detector)));

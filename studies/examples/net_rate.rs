@@ -74,6 +74,7 @@ fn run(
         seed,
         level: Level::Fast,
         code: Some(code),
+        camera: link::camera::Camera::default(),
         true_corners,
     };
     let (mut road, mut errors) = (Road::new(scene, &settings)?, FrameErrors::default());

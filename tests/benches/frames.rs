@@ -39,6 +39,7 @@ fn settings(level: Level) -> Settings {
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level,
+        camera: None,
     }
 }
 

@@ -94,6 +94,7 @@ impl Course {
             random_reflectance: false,
             detector: DetectorChoice::KMeans,
             level: Level::Fast,
+            camera: None,
         };
         let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
         Self {

@@ -105,6 +105,7 @@ fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
         random_reflectance: true,
         detector: choice,
         level: Level::Fast,
+        camera: None,
     };
     let evaluator = Evaluator::new(scene, settings).expect("a panel in view");
     match evaluator.method().expect("a receiver's detector") {

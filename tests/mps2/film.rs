@@ -1,5 +1,6 @@
 //! What the board is shown: a panel that drives past a camera, and the regions around it.
 
+use link::camera::Camera;
 use rx_pipeline::board::{MethodChoice, Region, Settings};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
@@ -52,6 +53,7 @@ impl Film {
             seed: SEED,
             level: Level::Fast,
             code: None,
+            camera: Camera::default(),
             true_corners: false,
         };
         let mut road = Road::new(scene, &settings).expect("a link");

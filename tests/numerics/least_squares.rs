@@ -29,6 +29,7 @@ fn the_likeliest_bits_at_150_m_are_no_worse_than_otsu_s_and_near_the_genie_s() {
             random_reflectance: true,
             detector,
             level: Level::Fast,
+            camera: None,
         };
         let evaluator = Evaluator::new(&scene(), settings).expect("a visible scene");
         evaluator

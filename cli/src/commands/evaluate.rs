@@ -9,6 +9,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
+use crate::camera::CameraArguments;
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer};
 use crate::progress::Progress;
@@ -47,6 +48,8 @@ pub struct Arguments {
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
     resume: bool,
+    #[command(flatten)]
+    camera: CameraArguments,
 }
 
 /// A level that the Monte Carlo can run at.
@@ -67,6 +70,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         random_reflectance: arguments.random_reflectance,
         detector: arguments.detector,
         level: arguments.level,
+        camera: arguments.camera.told_if_any()?,
     };
     let mut sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);
     sweep.rare_events = arguments.rare_events;

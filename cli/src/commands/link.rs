@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use link::camera::Camera;
 use link::fec::Code;
 use link::framing::Framer;
 use serde::Serialize;
@@ -14,6 +15,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
+use crate::camera::CameraArguments;
 use crate::options::{Message, Shared, until_interrupted};
 use crate::output::{self, Answer, line};
 use crate::pictures;
@@ -39,6 +41,8 @@ pub struct Arguments {
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fine", value_parser = super::evaluate::single_precision)]
     level: Level,
+    #[command(flatten)]
+    camera: CameraArguments,
 }
 
 /// The message of a run that is given none.
@@ -94,6 +98,7 @@ pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
         seed: shared.seed,
         level: Level::Fine,
         code: None,
+        camera: Camera::default(),
         true_corners: false,
     };
     send(
@@ -115,6 +120,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         seed: shared.seed,
         level: arguments.level,
         code: None,
+        camera: arguments.camera.told_if_any()?.unwrap_or_default(),
         true_corners: false,
     };
     let save = arguments.save.as_deref().map_or(Save::None, Save::All);

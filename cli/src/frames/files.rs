@@ -58,12 +58,16 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
 /// The frames' numbers from 0 on.
 fn numbers(paths: &[PathBuf]) -> Vec<u64> {
     let counted = || (0..paths.len() as u64).collect();
-    let Some(named) = paths.iter().map(|path| number(path)).collect::<Option<Vec<u64>>>() else {
+    let Some(named) = paths
+        .iter()
+        .map(|path| number(path))
+        .collect::<Option<Vec<u64>>>()
+    else {
         return counted();
     };
     let steps = || named.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
     let by_one = steps().filter(|&step| step == 1).count();
-    if steps().any(|step| step == 0) || 2 * by_one < paths.len() - 1 {
+    if steps().any(|step| step == 0) || 2 * by_one < paths.len().saturating_sub(1) {
         return counted();
     }
     named.iter().map(|number| number - named[0]).collect()
@@ -86,7 +90,10 @@ mod tests {
 
     #[test]
     fn missing_numbers_are_lost_frames() {
-        assert_eq!(numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]), [0, 1, 3, 4]);
+        assert_eq!(
+            numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]),
+            [0, 1, 3, 4]
+        );
         // Times, every second frame, no numbers, two folders: one after the other.
         for names in [
             &["1000.png", "1010.png", "1021.png"][..],

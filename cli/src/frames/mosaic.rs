@@ -52,14 +52,23 @@ impl Mosaic {
             let near_rows = [mirrored(y, -1, height), y, mirrored(y, 1, height)];
             for x in 0..width {
                 let near = [mirrored(x, -1, width), x, mirrored(x, 1, width)];
-                channels.push(channel.of(self.colours(near_rows.map(|y| near.map(|x| rows[y][x])), x, y)));
+                channels.push(channel.of(self.colours(
+                    near_rows.map(|y| near.map(|x| rows[y][x])),
+                    x,
+                    y,
+                )));
             }
         }
         Ok(channels)
     }
 
     /// Red, green and blue in the middle of 3×3 samples.
-    fn colours<T: Copy + Into<u32> + TryFrom<u32>>(self, near: [[T; 3]; 3], x: usize, y: usize) -> [T; 3] {
+    fn colours<T: Copy + Into<u32> + TryFrom<u32>>(
+        self,
+        near: [[T; 3]; 3],
+        x: usize,
+        y: usize,
+    ) -> [T; 3] {
         let own = self.0[y % 2][x % 2];
         let mut sums = [(0u32, 0u32); 3];
         for (j, row) in near.iter().enumerate() {

@@ -103,4 +103,3 @@ fn ends(jpeg: &[u8]) -> bool {
         .unwrap_or(0);
     jpeg[scan..].windows(2).any(|marker| marker == [0xff, 0xd9])
 }
-

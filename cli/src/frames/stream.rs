@@ -142,9 +142,7 @@ impl<R: BufRead> Stream<R> {
                 let at = y / rows * row;
                 for (x, above) in self.above.iter_mut().enumerate() {
                     let at = at + x / columns;
-                    *above = self
-                        .channel
-                        .above_luma(blue[at], red[at], video.standard);
+                    *above = self.channel.above_luma(blue[at], red[at], video.standard);
                 }
             }
             for (grey, &above) in grey.iter_mut().zip(&self.above) {
@@ -331,7 +329,11 @@ mod tests {
 
     #[test]
     fn deep_video_is_read() {
-        for (kind, low) in [("Cmono10", 2), ("C420p10 XCOLORRANGE=FULL", 2), ("Cmono12", 4)] {
+        for (kind, low) in [
+            ("Cmono10", 2),
+            ("C420p10 XCOLORRANGE=FULL", 2),
+            ("Cmono12", 4),
+        ] {
             let mut bytes = format!("YUV4MPEG2 W2 H1 {kind}\nFRAME\n").into_bytes();
             for sample in [1u16, 200] {
                 bytes.extend((sample << low).to_le_bytes());
@@ -370,7 +372,6 @@ mod tests {
 
     #[test]
     fn broken_streams_are_refused() {
-        
         for bytes in [
             &b"P5 3 2"[..],
             b"",

@@ -1,6 +1,7 @@
 //! Renders, measures and reads random frames.
 
 use fearless_simd::{self as simd, dispatch};
+use link::camera::Camera;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 use rand::Rng;
 use rayon::prelude::*;
@@ -50,6 +51,8 @@ pub struct Settings {
     pub detector: DetectorChoice,
     /// How exactly frames are drawn.
     pub level: Level,
+    /// What the receiver is told of the camera; none: what a maker knows of the scene's.
+    pub camera: Option<Camera>,
 }
 
 /// The scene as an evaluation sees it: with bounds that hold for all reflectances it will draw.
@@ -79,6 +82,7 @@ pub fn receiving_method(
                 random_reflectance: false,
                 detector,
                 level,
+                camera: None,
             };
             Evaluator::new(scene, settings)?
                 .method()
@@ -182,15 +186,19 @@ impl Evaluator {
         self.prior
     }
 
+    /// What the receiver is told of the camera.
+    fn camera(&self) -> Camera {
+        let scene = &self.renderer.view().scene;
+        self.settings.camera.unwrap_or_else(|| camera_of(scene))
+    }
+
     /// Room to work on frames in.
     pub fn workspace(&self) -> Workspace {
         Workspace {
             canvas: Canvas::new(self.region),
             grey: vec![0; self.region.width * self.region.height],
             map: Box::new(CellMap::empty()),
-            likelihood: Box::new(MaximumLikelihood::new(camera_of(
-                &self.renderer.view().scene,
-            ))),
+            likelihood: Box::new(MaximumLikelihood::new(self.camera())),
             shown: (0..self.renderer.view().panels.len())
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect(),
@@ -263,8 +271,7 @@ impl Evaluator {
     /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
     fn gather_experience(&self) -> Result<Experience, EvaluateError> {
         let mut workspace = self.workspace();
-        let mut likelihood =
-            MaximumLikelihood::<PANEL_PIXELS>::new(camera_of(&self.renderer.view().scene));
+        let mut likelihood = MaximumLikelihood::<PANEL_PIXELS>::new(self.camera());
         for frame in 0..EXPERIENCE_FRAMES {
             let observed =
                 self.observe_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;

@@ -83,6 +83,7 @@ impl Search {
             random_reflectance: self.random_reflectance,
             detector: self.detector,
             level: self.level,
+            camera: None,
         }
     }
 }

@@ -227,6 +227,7 @@ mod tests {
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
+        camera: None,
     };
 
     fn scene(distance_m: u32) -> Scene {

@@ -73,6 +73,7 @@ impl Batches {
             random_reflectance: true,
             detector: DetectorChoice::KMeans,
             level: Level::Fast,
+            camera: None,
         };
         let evaluator = Evaluator::new(scene, settings)?;
         let frames = frames.div_ceil(BATCHES as u64).max(1);
@@ -143,6 +144,7 @@ mod tests {
             random_reflectance: true,
             detector: DetectorChoice::KMeans,
             level: Level::Fast,
+            camera: None,
         };
         let evaluation = Evaluator::new(&scene, settings)
             .unwrap()

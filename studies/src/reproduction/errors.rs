@@ -76,6 +76,7 @@ pub fn count(
         random_reflectance: true,
         detector,
         level: Level::Fast,
+        camera: None,
     };
     let prepare = |&(interval, l2a): &(f64, f64)| {
         let setting = OperatingPoint {

@@ -122,6 +122,7 @@ pub fn scatter(scene: &Scene, frames: u64, seed: u64) -> Result<Vec<Feature>, Ev
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
+        camera: None,
     };
     let evaluator = Evaluator::new(scene, settings)?;
     let mut workspace = evaluator.workspace();

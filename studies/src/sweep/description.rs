@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use link::camera::Camera;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -38,6 +39,9 @@ pub struct Sweep {
     /// Whether errors are reached by splitting ([`crate::splitting`]) instead of counted; frames are then those that swarms begin with,
     /// in whole swarms.
     pub rare_events: bool,
+    /// What receivers are told of the camera; none: what a maker knows of each scene's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Camera>,
 }
 
 /// One key of a scene and its values, as they would be written after `--set KEY=`.
@@ -129,6 +133,7 @@ impl Sweep {
             random_reflectance: settings.random_reflectance,
             level: settings.level,
             rare_events: false,
+            camera: settings.camera,
         }
     }
 
@@ -251,6 +256,7 @@ impl Sweep {
             random_reflectance: self.random_reflectance,
             detector: self.cell(index).detector,
             level: self.level,
+            camera: self.camera,
         }
     }
 

@@ -204,6 +204,7 @@ impl Sweep {
             random_reflectance: written.random_reflectance,
             level: written.level,
             rare_events: written.rare_events,
+            camera: None,
         };
         if let Some(axis) = sweep.grid.iter().find(|axis| names(&set, &axis.key)) {
             let key = axis.key.clone();

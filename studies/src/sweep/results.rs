@@ -286,6 +286,7 @@ fn differences(one: &Sweep, other: &Sweep) -> Vec<&'static str> {
         ),
         ("level", one.level == other.level),
         ("rare events", one.rare_events == other.rare_events),
+        ("camera told", one.camera == other.camera),
     ];
     let differing = parts.into_iter().filter(|(_, same)| !same);
     differing.map(|(name, _)| name).collect()

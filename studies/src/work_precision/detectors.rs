@@ -265,6 +265,7 @@ fn settings(detector: DetectorChoice, frames: u64, scale: &Scale) -> Settings {
         random_reflectance: true,
         detector,
         level: Level::Fast,
+        camera: None,
     }
 }
 

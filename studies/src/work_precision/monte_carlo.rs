@@ -85,6 +85,7 @@ fn settings(frames: u64, seed: u64) -> Settings {
         random_reflectance: true,
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
+        camera: None,
     }
 }
 

@@ -11,13 +11,13 @@ use anyhow::{Context, ensure};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 
-use crate::options::Shared;
-use crate::output::{self, Answer};
 use crate::camera::CameraArguments;
-use crate::frames::picture::PictureReader;
-use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile};
+use crate::frames::picture::PictureReader;
+use crate::frames::stream::{SIDE_MAX, Stream};
+use crate::options::Shared;
+use crate::output::{self, Answer};
 
 use reception::Reception;
 

@@ -117,13 +117,15 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let mut told = Ok(());
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
             let done = report.frame(panel, frame, &outcome);
-            let said = report.event(&outcome.event, panel);
+            report.event(&outcome.event, panel);
             if told.is_ok() {
-                told = done.and(said);
+                told = done;
             }
         });
+        told?;
+        report.deliver(&receiver.learnt_each())?;
         self.report.done();
-        told
+        Ok(())
     }
 
     /// Counts a frame that cannot be used.
@@ -135,24 +137,18 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
 
     /// Tells what is left, and whether there was a message.
     pub fn finish(mut self) -> anyhow::Result<Answer> {
-        let report = &mut self.report;
-        let mut told = Ok(());
+        let mut learnt = [None; PANELS];
         if let Some(receiver) = &mut self.receiver {
-            receiver.finish_each(|panel, event| {
-                let said = report.event(&event, panel);
-                if told.is_ok() {
-                    told = said;
-                }
-            });
+            receiver.finish_each(|panel, event| self.report.event(&event, panel));
+            learnt = receiver.learnt_each();
         }
-        told?;
-        let learnt = self.receiver.as_ref().map(Receiver::learnt_each);
-        for (panel, learnt) in learnt.into_iter().flatten().enumerate() {
-            if let Some(learnt) = &learnt {
+        self.report.deliver(&learnt)?;
+        for (panel, learnt) in learnt.iter().enumerate() {
+            if let Some(learnt) = learnt {
                 self.report.learnt(panel, learnt)?;
             }
         }
-        let learnt = learnt.into_iter().flatten().flatten().next();
+        let learnt = learnt.into_iter().flatten().next();
         if let Some(path) = &self.arguments.save_camera {
             match &learnt {
                 Some(learnt) => camera::save(path, learnt)?,

@@ -1,6 +1,6 @@
 //! What is told of frames: messages and bits on standard output, losses and progress on standard error.
 
-use link::framing::{Delivery, Event, SegmentOutcome};
+use link::framing::{Event, SegmentOutcome};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Outcome, Reading};
 
@@ -21,6 +21,7 @@ pub struct Report<'a> {
     /// The numbers of all frames so far: a frame is told of by its place among them.
     numbers: Vec<u64>,
     diagnosis: Diagnosis,
+    whole: Vec<Whole>,
     progress: Progress,
 }
 
@@ -37,6 +38,7 @@ impl<'a> Report<'a> {
             messages: 0,
             numbers: Vec::new(),
             diagnosis: Diagnosis::default(),
+            whole: Vec::new(),
             progress,
         }
     }
@@ -80,13 +82,18 @@ impl<'a> Report<'a> {
         self.numbers.partition_point(|&other| other < number)
     }
 
-    /// Prints what was learnt of the camera by a panel.
+    /// Says what was learnt of the camera by a panel; where no message could, in JSON too.
     pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
         self.diagnosis.learn(learnt);
         if self.as_json {
-            return output::json(&camera::as_json(panel, learnt));
+            if self.messages == 0 {
+                output::json(
+                    &serde_json::json!({ "panel": panel, "camera": camera::as_json(learnt) }),
+                )?;
+            }
+        } else {
+            self.say(&camera::as_text(learnt));
         }
-        self.say(&camera::as_text(learnt));
         Ok(())
     }
 
@@ -106,12 +113,7 @@ impl<'a> Report<'a> {
     }
 
     /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
-    pub fn frame(
-        &mut self,
-        panel: usize,
-        frame: &Frame,
-        outcome: &Outcome,
-    ) -> anyhow::Result<()> {
+    pub fn frame(&mut self, panel: usize, frame: &Frame, outcome: &Outcome) -> anyhow::Result<()> {
         let of_panel = if self.arguments.panels > 1 {
             format!(", panel {panel}")
         } else {
@@ -155,12 +157,18 @@ impl<'a> Report<'a> {
         )
     }
 
-    /// Prints a message, and says why a part of one was lost.
-    pub fn event(&mut self, event: &Event<'_>, panel: usize) -> anyhow::Result<()> {
+    /// Keeps a message for [`Report::deliver`], and says why a part of one was lost.
+    pub fn event(&mut self, event: &Event<'_>, panel: usize) {
         match event {
             Event::Delivered(delivery) => {
                 self.messages += 1;
-                self.message(delivery, panel)?;
+                self.whole.push(Whole {
+                    panel,
+                    text: String::from_utf8_lossy(delivery.message).into_owned(),
+                    first: self.place_of(delivery.first_stamp),
+                    last: self.place_of(delivery.last_stamp),
+                    corrected: delivery.corrected_bits,
+                });
             }
             Event::Rejected(why) => {
                 self.diagnosis.reject();
@@ -180,13 +188,26 @@ impl<'a> Report<'a> {
             )),
             _ => {}
         }
+    }
+
+    /// Prints the messages that have become whole, with what is learnt of each panel's camera.
+    pub fn deliver(&mut self, learnt: &[Option<Learnt>]) -> anyhow::Result<()> {
+        for message in std::mem::take(&mut self.whole) {
+            let panel = message.panel;
+            let learnt = learnt.get(panel).and_then(Option::as_ref);
+            self.message(&message, learnt)?;
+        }
         Ok(())
     }
 
-    fn message(&self, delivery: &Delivery<'_>, panel: usize) -> anyhow::Result<()> {
-        let text = String::from_utf8_lossy(delivery.message);
-        let [first, last] = [delivery.first_stamp, delivery.last_stamp].map(|stamp| self.place_of(stamp));
-        let corrected = delivery.corrected_bits;
+    fn message(&self, message: &Whole, learnt: Option<&Learnt>) -> anyhow::Result<()> {
+        let Whole {
+            panel,
+            text,
+            first,
+            last,
+            corrected,
+        } = message;
         let of_panel = if self.arguments.panels > 1 {
             format!("panel {panel}: ")
         } else {
@@ -196,7 +217,17 @@ impl<'a> Report<'a> {
             &format!("{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected"),
             &serde_json::json!({
                 "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
+                "camera": learnt.map(camera::as_json),
             }),
         )
     }
+}
+
+/// A message that has become whole in the frame at hand.
+struct Whole {
+    panel: usize,
+    text: String,
+    first: usize,
+    last: usize,
+    corrected: u32,
 }
