@@ -52,6 +52,7 @@ mod flips;
 mod gauss_newton;
 mod image;
 mod least_squares;
+mod leds;
 mod level_prior;
 mod levels;
 mod mixture;
@@ -69,7 +70,7 @@ use crate::parameters::likelihood::camera::BLUR_MIN;
 use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
-use crop::Crop;
+use crop::{Crop, Sight};
 use estimate::Estimate;
 use level_prior::LevelPrior;
 use link::camera::Camera;
@@ -95,8 +96,8 @@ use model::Model;
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
     experience: Experience,
-    /// The side of a pixel of the last panel's image in px of the frame, and the variance in it of a spot without blur, in px².
-    last_scale: [f32; 2],
+    /// The variance of a spot without blur in the last panel's image, in its px².
+    sharp_variance: f32,
     model: Model<PIXELS>,
 }
 
@@ -113,7 +114,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub const fn empty() -> Self {
         Self {
             experience: Experience::NONE,
-            last_scale: [0.0; 2],
+            sharp_variance: 0.0,
             model: Model::new(),
         }
     }
@@ -128,8 +129,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;
-        let [pixel_px, sharp] = self.last_scale;
-        let blur = libm::sqrtf((levels.variance - sharp).max(0.0));
+        let pixel_px = self.experience.bin as f32;
+        let blur = libm::sqrtf((levels.variance - self.sharp_variance).max(0.0));
         let camera = Camera {
             blur_sigma_px: pixel_px * blur,
             ..self.model.camera
@@ -139,7 +140,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             blur_deviation_px: pixel_px * 0.5 * self.experience.levels.variance_deviation()
                 / blur.max(BLUR_MIN),
             noise_grey: self.model.noise_grey(levels.noise),
-            broken: 0,
+            broken: self.model.leds.broken(),
             frames: self.experience.levels.frames(),
         })
     }
@@ -180,11 +181,20 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         frame: &Frame<'_>,
         corners: &Corners,
     ) -> Result<Detection, DetectError> {
-        let mut crop = Crop::new(frame, corners, PIXELS, self.experience.is_plain_around);
-        self.last_scale = [crop.bin as f32, crop.sharp_variance()];
-        let mut best = self.model.search(frame, &crop, &self.experience.levels)?;
+        let (mut crop, variance) = self.look(frame, corners)?;
+        self.experience.set_bin(crop.bin);
+        self.sharp_variance = crop.sharp_variance();
+        let Experience {
+            leds, light_noise, ..
+        } = &self.experience;
+        self.model.leds = leds.levels(*light_noise);
+        let mut best = self
+            .model
+            .search(frame, &crop, &self.experience.levels, variance)?;
         if self.look_around(frame, corners, &mut crop, &mut best)? {
-            best = self.model.search(frame, &crop, &self.experience.levels)?;
+            best = self
+                .model
+                .search(frame, &crop, &self.experience.levels, variance)?;
         }
         if !self.experience.levels.fits(best.levels.noise) {
             let two = self
@@ -195,7 +205,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             {
                 return Ok(two.detection());
             }
-            let anew = self.model.search(frame, &crop, &LevelPrior::NONE)?;
+            let anew = self
+                .model
+                .search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
             if anew.levels.noise < best.levels.noise {
                 best = anew;
             }
@@ -206,22 +218,56 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let found = best.bits();
         let bits = bits_where(|led| found.led(led) != (flip_cost[led] < 0.0));
         let llr = core::array::from_fn(|led| {
-            if found.led(led) {
+            if !self.model.leds.follows(led) {
+                0.0
+            } else if found.led(led) {
                 flip_cost[led]
             } else {
                 -flip_cost[led]
             }
         });
-        let least = flip_cost.iter().copied().fold(f32::INFINITY, f32::min);
+        let least = self.model.least_cost(&flip_cost);
         let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
-            self.learn(&best);
+            self.learn(&mut best);
         }
         Ok(Detection {
             mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr)
         })
+    }
+
+    /// What is known of the panel's image.
+    fn sight(&self, is_plain_around: bool) -> Sight {
+        Sight {
+            is_plain_around,
+            spot_sigma_px: self.experience.spot_sigma_px().unwrap_or(0.0),
+        }
+    }
+
+    /// The panel in pixels as wide as befits its spots, and the variance to begin with of those.
+    fn look(&mut self, frame: &Frame<'_>, corners: &Corners) -> Result<(Crop, f32), DetectError> {
+        let sight = self.sight(self.experience.is_plain_around);
+        let crop = Crop::new(frame, corners, PIXELS, sight);
+        if self.experience.spot_sigma_px().is_some() {
+            return Ok((crop, sight.spot_sigma_px * sight.spot_sigma_px));
+        }
+        let blur = self.model.camera.blur_sigma_px / crop.bin as f32;
+        let usual = blur * blur + crop.sharp_variance();
+        let variance = self.model.first_variance(frame, &crop, usual)?;
+        let spot_sigma_px = crop.bin as f32 * libm::sqrtf(variance);
+        let wider = Crop::new(
+            frame,
+            corners,
+            PIXELS,
+            Sight {
+                spot_sigma_px,
+                ..sight
+            },
+        );
+        let ratio = crop.bin as f32 / wider.bin as f32;
+        Ok((wider, variance * ratio * ratio))
     }
 
     /// Whether what is around the panel has turned out not to be plain, so that it has to be searched anew without. If it has turned out to
@@ -234,36 +280,44 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         estimate: &mut Estimate,
     ) -> Result<bool, DetectError> {
         let noise = estimate.levels.noise;
+        let sight = |is_plain_around| Sight {
+            is_plain_around,
+            spot_sigma_px: crop.bin as f32 * libm::sqrtf(estimate.levels.variance),
+        };
         if self.experience.is_plain_around {
             self.experience.is_plain_around = self.model.is_plain_around(crop, noise);
             if !self.experience.is_plain_around {
-                *crop = Crop::new(frame, corners, PIXELS, false);
+                *crop = Crop::new(frame, corners, PIXELS, sight(false));
             }
             return Ok(!self.experience.is_plain_around);
         }
-        if self
+        if !self
             .experience
             .levels
             .frames()
             .is_multiple_of(LOOK_AROUND_FRAMES)
         {
-            let wider = Crop::new(frame, corners, PIXELS, true);
-            let mut moved = *estimate;
-            self.model.move_to(frame, &wider, &mut moved)?;
-            self.experience.is_plain_around = self.model.is_plain_around(&wider, noise);
-            if self.experience.is_plain_around {
-                (*crop, *estimate) = (wider, moved);
-                self.model.fit(estimate, &self.experience.levels);
-                self.model.ascent(estimate).flip_singly();
-                self.model.fit(estimate, &self.experience.levels);
-            } else {
-                self.model.move_to(frame, crop, estimate)?;
-            }
+            return Ok(false);
+        }
+        let wider = Crop::new(frame, corners, PIXELS, sight(true));
+        if wider.bin != crop.bin {
+            return Ok(false);
+        }
+        let mut moved = *estimate;
+        self.model.move_to(frame, &wider, &mut moved)?;
+        self.experience.is_plain_around = self.model.is_plain_around(&wider, noise);
+        if self.experience.is_plain_around {
+            (*crop, *estimate) = (wider, moved);
+            self.model.fit(estimate, &self.experience.levels);
+            self.model.ascent(estimate).flip_singly();
+            self.model.fit(estimate, &self.experience.levels);
+        } else {
+            self.model.move_to(frame, crop, estimate)?;
         }
         Ok(false)
     }
 
-    fn learn(&mut self, estimate: &Estimate) {
+    fn learn(&mut self, estimate: &mut Estimate) {
         self.model.expect(estimate);
         let (levels, equations) = (
             &estimate.levels,
@@ -271,6 +325,18 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         );
         if let Some(unsure) = equations.covariance(levels.noise) {
             self.experience.levels.update(levels, &unsure);
+        }
+        let Experience {
+            levels,
+            leds,
+            light_noise,
+            ..
+        } = &mut self.experience;
+        let panel = estimate.bits();
+        if levels.fits_surely(estimate.levels.noise) && leds.is_new(panel) {
+            let (lit, noise) = self.model.ascent(estimate).measure_light();
+            leds.update(panel, &lit);
+            *light_noise = noise;
         }
     }
 }

@@ -4,7 +4,9 @@ use super::estimate::hard;
 use super::flips::FlipGains;
 use super::gauss_newton::SchurFactor;
 use super::image::{Image, SIDE_MAX, censored_loss, root};
+use super::leds::LedLevels;
 use super::levels::Levels;
+use crate::parameters::likelihood::leds::LIGHT_SWEEPS;
 use crate::parameters::likelihood::search::{ASCENT_ROUNDS, LEAST_GAIN, NEIGHBOURS};
 use crate::parameters::spots::SPOT_PX;
 use crate::spots::{LANES, SpotTable, dot};
@@ -15,6 +17,7 @@ pub(super) struct Ascent<'a, const PIXELS: usize> {
     pub image: &'a mut Image<PIXELS>,
     pub spots: &'a SpotTable,
     pub levels: &'a Levels,
+    pub leds: &'a LedLevels,
     /// For which share of the exposure each LED is On: 0 or 1 but where [`Ascent::cancel_interference`] is at work.
     pub share: &'a mut [f32; LEDS],
 }
@@ -24,8 +27,8 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     pub fn cancel_interference(&mut self) {
         for led in 0..LEDS {
             let share = self.share[led];
-            let on = self.gain_of(led, (1.0 - share) * self.levels.contrast);
-            let off = self.gain_of(led, -share * self.levels.contrast);
+            let on = self.gain_of_share(led, 1.0 - share);
+            let off = self.gain_of_share(led, -share);
             self.set(led, 1.0 / (1.0 + libm::expf(off - on)));
         }
     }
@@ -103,7 +106,8 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// flips at once that make up for one another.
     pub fn gains_by_slopes(&self, schur: &SchurFactor, gains: &mut FlipGains) {
         let scale = self.levels.contrast / self.levels.noise;
-        let sign = self.share.map(|share| 1.0 - 2.0 * share);
+        let sign: [f32; LEDS] =
+            core::array::from_fn(|led| (1.0 - 2.0 * self.share[led]) * self.leds.gain[led]);
         let mut patch = [[0.0; SIDE_MAX]; SPOT_PX];
         for led in 0..LEDS {
             gains.slope[led] = scale * sign[led] * self.weighted_spot(led, &mut patch);
@@ -149,7 +153,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let (image, across) = (&*self.image, self.spots.across(led));
         let [x, y] = self.spots.first[led];
-        let flip = self.levels.contrast * self.spots.peak();
+        let flip = (self.contrast(led) * self.spots.peak()).max(f32::MIN_POSITIVE);
         let mut left = 0.0;
         for ((row, &down), to) in (y..).zip(self.spots.down(led)).zip(patch) {
             to[..image.stride].fill(0.0);
@@ -191,8 +195,13 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// Makes an LED On for a share of the exposure.
     pub fn set(&mut self, led: usize, share: f32) {
-        let change = (share - self.share[led]) * self.levels.contrast;
+        let change = (share - self.share[led]) * self.contrast(led);
         self.share[led] = share;
+        self.add(led, change);
+    }
+
+    /// Adds light to an LED.
+    fn add(&mut self, led: usize, change: f32) {
         let [x, y] = self.spots.first[led];
         let across = self.spots.across(led);
         for (row, &down) in (y..).zip(self.spots.down(led)) {
@@ -209,7 +218,63 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     }
 
     fn gain(&self, led: usize) -> f32 {
-        self.gain_of(led, (1.0 - 2.0 * self.share[led]) * self.levels.contrast)
+        self.gain_of_share(led, 1.0 - 2.0 * self.share[led])
+    }
+
+    /// By how much the light of an LED rises as it is switched on.
+    fn contrast(&self, led: usize) -> f32 {
+        self.levels.contrast * self.leds.gain[led]
+    }
+
+    /// By how much the log-likelihood rises if an LED is On for more of the exposure by `change`, in nats.
+    pub fn gain_of_share(&self, led: usize, change: f32) -> f32 {
+        self.gain_of(led, change * self.contrast(led))
+    }
+
+    /// The light of each LED that explains most, given that of its neighbours, in contrasts above Off; and the variance that noise leaves
+    /// it. The image holds that light afterwards, and no more what is expected of the bits.
+    pub fn measure_light(&mut self) -> ([f32; LEDS], f32) {
+        let mut lit = self.leds.lit(self.share);
+        let mut information = 0.0;
+        for _ in 0..LIGHT_SWEEPS {
+            information = 0.0;
+            for (led, lit) in lit.iter_mut().enumerate() {
+                let [slope, curvature] = self.slope(led);
+                let change = slope / (curvature + f32::MIN_POSITIVE);
+                information += curvature / LEDS as f32;
+                *lit += change / self.levels.contrast;
+                self.add(led, change);
+            }
+        }
+        let scale = self.levels.contrast * self.levels.contrast * self.spots.independence();
+        (
+            lit,
+            self.levels.noise / (information * scale).max(f32::MIN_POSITIVE),
+        )
+    }
+
+    /// The slope of half the sum of squares with an LED's light, downwards, and its curvature; saturated pixels apart.
+    fn slope(&self, led: usize) -> [f32; 2] {
+        let [x, y] = self.spots.first[led];
+        let across = self.spots.across(led);
+        let (mut slope, mut curvature) = (0.0, 0.0);
+        for (row, &down) in (y..).zip(self.spots.down(led)) {
+            let start = row * self.image.stride + x;
+            let range = start..start + across.len();
+            let pixels = self.image.seen[range.clone()]
+                .iter()
+                .zip(&self.image.root[range]);
+            for ((&seen, &root), &across) in pixels.zip(across) {
+                let spot = if seen < self.image.full {
+                    0.5 * down * across / root
+                } else {
+                    0.0
+                };
+                slope += spot * (seen - root);
+                curvature += spot * spot;
+            }
+        }
+        [slope, curvature]
     }
 
     /// By how much the log-likelihood rises if the light of an LED changes, in nats.

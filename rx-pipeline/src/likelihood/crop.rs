@@ -4,10 +4,19 @@ use core::ops::Range;
 
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::{PITCH_MAX_PX, RIM_PX};
+use crate::parameters::likelihood::crop::{PITCH_MAX_PX, RIM_PX, SIGMA_MAX_PX, WIDE_PITCH_MIN_PX};
 use crate::parameters::reading::MIN_PITCH_PX;
 use crate::spots::{LANES, Window};
 use link::panel::{LEDS, SIDE};
+
+/// What is known of a panel's image before it is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    /// Whether what stands around its cells is plain, so that it is looked at too.
+    pub is_plain_around: bool,
+    /// The standard deviation of its spots, in px of the frame; 0 where that is not known.
+    pub spot_sigma_px: f32,
+}
 
 /// A panel in a frame, as the likelihood looks at it.
 pub(super) struct Crop {
@@ -27,13 +36,15 @@ pub(super) struct Crop {
 type Quadrilateral = [[f32; 2]; 4];
 
 impl Crop {
-    /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold; a rim around its cells is
-    /// looked at if what is there is plain.
+    /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold.
     pub fn new(
         frame: &Frame<'_>,
         corners: &Corners,
         capacity: usize,
-        is_plain_around: bool,
+        Sight {
+            is_plain_around,
+            spot_sigma_px,
+        }: Sight,
     ) -> Self {
         let homography = corners.homography();
         let centre: [[f32; 2]; LEDS] = core::array::from_fn(|led| {
@@ -64,6 +75,9 @@ impl Crop {
         };
         let ((x, width), (y, height)) = (range(0, frame.width()), range(1, frame.height()));
         let mut bin = libm::ceilf(pitch_px / PITCH_MAX_PX).max(1.0);
+        while spot_sigma_px > SIGMA_MAX_PX * bin && pitch_px >= WIDE_PITCH_MIN_PX * (bin + 1.0) {
+            bin += 1.0;
+        }
         let pixels = |bin: f32| ((width as f32 / bin) + LANES as f32) * (height as f32 / bin);
         while pixels(bin) > capacity as f32 && pitch_px / bin > 2.0 * MIN_PITCH_PX {
             bin += 1.0;

@@ -24,6 +24,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
                 &self.image,
                 &self.spots,
                 &estimate.share,
+                &self.leds,
                 &estimate.levels,
                 prior,
             ) else {
@@ -105,6 +106,14 @@ impl<const PIXELS: usize> Model<PIXELS> {
         best > LEAST_GAIN
     }
 
+    /// The least that the flip of an LED costs which follows the message.
+    pub fn least_cost(&self, flip_cost: &[f32; LEDS]) -> f32 {
+        (0..LEDS)
+            .filter(|&led| self.leds.follows(led))
+            .map(|led| flip_cost[led])
+            .fold(f32::INFINITY, f32::min)
+    }
+
     /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
     pub fn is_clear(
         &self,
@@ -112,7 +121,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         flip_cost: &[f32; LEDS],
         prior: &LevelPrior,
     ) -> bool {
-        let least = flip_cost.iter().copied().fold(f32::INFINITY, f32::min);
+        let least = self.least_cost(flip_cost);
         prior.fits_surely(estimate.levels.noise) && least * self.spots.independence() > CLEAR
     }
 

@@ -1,6 +1,7 @@
 //! Levels fitted to a frame by Gauss and Newton's method, in root light.
 
 use super::image::{Image, SIDE_MAX};
+use super::leds::LedLevels;
 use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
 use crate::parameters::likelihood::fitting::*;
@@ -24,15 +25,15 @@ pub(super) struct NormalEquations {
 pub(super) type SchurFactor = [[f32; LEVELS]; LEDS];
 
 impl NormalEquations {
-    /// The equations where the image holds what is expected of `share` and `levels`.
+    /// The equations where the image holds what is expected of LEDs `lit` so many contrasts above Off, and `levels`.
     pub fn of<const PIXELS: usize>(
         image: &Image<PIXELS>,
         spots: &SpotTable,
-        share: &[f32; LEDS],
+        lit: &[f32; LEDS],
         levels: &Levels,
         prior: &LevelPrior,
     ) -> Self {
-        Self::with_slopes(image, spots, share, levels, prior, |_, _, _| ())
+        Self::with_slopes(image, spots, lit, levels, prior, |_, _, _| ())
     }
 
     /// The [`SchurFactor`] of such an image; none where the levels are not determined.
@@ -40,14 +41,21 @@ impl NormalEquations {
         image: &Image<PIXELS>,
         spots: &SpotTable,
         share: &[f32; LEDS],
+        leds: &LedLevels,
         levels: &Levels,
         prior: &LevelPrior,
     ) -> Option<SchurFactor> {
         let mut schur = [[0.0; LEVELS]; LEDS];
-        let equations =
-            Self::with_slopes(image, spots, share, levels, prior, |y, rows, weights| {
+        let equations = Self::with_slopes(
+            image,
+            spots,
+            &leds.lit(share),
+            levels,
+            prior,
+            |y, rows, weights| {
                 add_products(spots, y, rows, weights, &mut schur);
-            });
+            },
+        );
         let mut normal = equations.normal;
         for i in [1, 2] {
             let usual = TRUSTED * levels.contrast;
@@ -56,8 +64,8 @@ impl NormalEquations {
         }
         let factor = normal.cholesky()?.l();
         let per_deviation = levels.contrast / libm::sqrtf(levels.noise);
-        for (schur, share) in schur.iter_mut().zip(share) {
-            let change = (1.0 - 2.0 * share) * per_deviation;
+        for ((schur, share), gain) in schur.iter_mut().zip(share).zip(&leds.gain) {
+            let change = (1.0 - 2.0 * share) * gain * per_deviation;
             let mut vector = Vector::from(*schur).component_mul(&equations.scale) * change;
             factor.solve_lower_triangular_mut(&mut vector);
             *schur = vector.into();
@@ -68,12 +76,12 @@ impl NormalEquations {
     fn with_slopes<const PIXELS: usize>(
         image: &Image<PIXELS>,
         spots: &SpotTable,
-        share: &[f32; LEDS],
+        lit: &[f32; LEDS],
         levels: &Levels,
         prior: &LevelPrior,
         mut with_row: impl FnMut(usize, &Rows, &[f32; SIDE_MAX]),
     ) -> Self {
-        let light = levels.light(share);
+        let light = levels.light(lit);
         let [width, height] = image.size;
         let (mut rows, mut weights) = ([[0.0; SIDE_MAX]; ROWS], [0.0; SIDE_MAX]);
         let mut products = [[0.0f32; ROWS]; LEVELS];
@@ -82,7 +90,7 @@ impl NormalEquations {
                 row[..image.stride].fill(0.0);
             }
             rows[0][..width].fill(1.0);
-            add_slopes(spots, share, &light, y, &mut rows);
+            add_slopes(spots, lit, &light, y, &mut rows);
             weigh(image, y, &mut rows, &mut weights);
             with_row(y, &rows, &weights);
             for (i, products) in products.iter_mut().enumerate() {
@@ -175,7 +183,7 @@ fn weigh<const PIXELS: usize>(
 /// Adds the change of light in row `y` with Off light, contrast, variance and shift.
 fn add_slopes(
     spots: &SpotTable,
-    share: &[f32; LEDS],
+    lit: &[f32; LEDS],
     light: &[f32; LEDS],
     y: usize,
     [_, all, on, variance, x_shift, y_shift, _]: &mut Rows,
@@ -186,7 +194,7 @@ fn add_slopes(
             continue;
         };
         let [centre_x, centre_y] = spots.centre[led];
-        let (lit, is_on) = (down * light[led], down * share[led]);
+        let (bright, is_on) = (down * light[led], down * lit[led]);
         let dy = (y as f32 - centre_y) * precision;
         let around = dy * dy - 2.0 * precision;
         let across = spots.across(led);
@@ -197,7 +205,7 @@ fn add_slopes(
         let offset = left as f32 - centre_x;
         for (i, &across) in across.iter().enumerate() {
             let dx = (offset + i as i32 as f32) * precision;
-            let shaped = lit * across;
+            let shaped = bright * across;
             all[i] += down * across;
             on[i] += is_on * across;
             variance[i] += 0.5 * shaped * (dx * dx + around);

@@ -107,10 +107,10 @@ impl LeastSquares {
         (levels.background, levels.off, levels.contrast) = (self.background, low, high - low);
     }
 
-    /// The share of the exposure for which each LED was On, were the levels right.
-    pub fn shares(&self, levels: &Levels) -> [f32; LEDS] {
+    /// How many contrasts above Off each LED is, were the levels right.
+    pub fn lit(&self, levels: &Levels) -> [f32; LEDS] {
         self.light
-            .map(|light| ((light - levels.off) / levels.contrast).clamp(0.0, 1.0))
+            .map(|light| (light - levels.off) / levels.contrast)
     }
 }
 

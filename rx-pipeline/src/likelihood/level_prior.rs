@@ -91,6 +91,18 @@ impl LevelPrior {
         })
     }
 
+    /// Goes on in pixels of which `ratio` are one of those before.
+    pub fn rescale(&mut self, ratio: f32) {
+        let area = ratio * ratio;
+        let scale = Vector::from([1.0, area, area, area, ratio, ratio]);
+        self.mean = Vector::from(self.mean).component_mul(&scale).into();
+        let covariance = matrix(&self.covariance).component_mul(&(scale * scale.transpose()));
+        self.covariance = covariance.into();
+        self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
+        // As many pixels less, as much less noise in each.
+        self.noise *= area;
+    }
+
     /// What it costs that the levels are unusual, in nats.
     pub fn loss(&self, levels: &Levels) -> f32 {
         self.information(levels).map_or(0.0, |(_, score)| {

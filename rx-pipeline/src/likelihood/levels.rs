@@ -21,9 +21,9 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    /// Light above the background, times its area, of LEDs that are On for a `share` of the exposure.
-    pub fn light(&self, share: &[f32; LEDS]) -> [f32; LEDS] {
-        share.map(|share| self.off + self.contrast * share)
+    /// Light above the background, times its area, of LEDs `lit` so many contrasts above Off.
+    pub fn light(&self, lit: &[f32; LEDS]) -> [f32; LEDS] {
+        lit.map(|lit| self.off + self.contrast * lit)
     }
 
     /// All but the noise.

@@ -87,7 +87,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
             Some(levels) if *before != SoftPanel::ERASED => levels,
             _ => return Ok(None),
         };
-        let seen = self.least_squares(frame, crop, &levels)?.shares(&levels);
+        let seen = self.least_squares(frame, crop, &levels)?.lit(&levels);
+        let seen = self.leds.shares(&seen);
         let ended = before.hard().shares();
         let changed = core::array::from_fn(|led| (seen[led] - ended[led]).abs());
         let [_, share] = two_groups(changed);
@@ -173,8 +174,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// What the likelihood gains if an LED is On in neither symbol, in the next, in the last, and in both.
     fn gains_of_two(&self, led: usize, share: f32) -> [f32; 4] {
-        [0.0, share, 1.0 - share, 1.0]
-            .map(|lit| self.gain_of(led, (lit - self.share[led]) * self.levels.contrast))
+        [0.0, share, 1.0 - share, 1.0].map(|lit| self.gain_of_share(led, lit - self.share[led]))
     }
 }
 

@@ -7,6 +7,7 @@ use super::flips::FlipGains;
 use super::gauss_newton::NormalEquations;
 use super::image::Image;
 use super::least_squares::LeastSquares;
+use super::leds::LedLevels;
 use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels};
 use crate::detect::DetectError;
@@ -37,6 +38,7 @@ pub(super) struct Model<const PIXELS: usize> {
     pub image: Image<PIXELS>,
     pub spots: SpotTable,
     pub flip_gains: FlipGains,
+    pub leds: LedLevels,
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
@@ -48,12 +50,14 @@ impl<const PIXELS: usize> Model<PIXELS> {
             image: Image::new(),
             spots: SpotTable::new(),
             flip_gains: FlipGains::new(),
+            leds: LedLevels::DARK,
         }
     }
 
     /// Gets ready for frames of `camera`.
     pub fn prepare(&mut self, camera: Camera) {
         self.camera = camera;
+        self.leds = LedLevels::ALIKE;
         self.metric = RootMetric::new(&camera);
     }
 
@@ -64,9 +68,23 @@ impl<const PIXELS: usize> Model<PIXELS> {
         crop: &Crop,
         levels: &Levels,
     ) -> Result<LeastSquares, DetectError> {
-        self.load(frame, crop, levels.noise)?;
-        self.spots.centre = crop.centre;
+        self.take_in(frame, crop, levels.noise)?;
         Ok(self.least_squares_of(levels.variance))
+    }
+
+    /// Takes the panel's pixels in, and where its LEDs are expected.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn take_in(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        noise: f32,
+    ) -> Result<(), DetectError> {
+        self.load(frame, crop, noise)?;
+        self.spots.centre = crop.centre;
+        Ok(())
     }
 
     /// The same once the pixels are taken in, for spots of that variance.
@@ -74,12 +92,6 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.spots
             .place(variance, self.image.size, self.image.stride);
         LeastSquares::solve(&mut self.image, &self.spots)
-    }
-
-    /// Places spots of the levels' width where they are.
-    pub fn place(&mut self, levels: &Levels) {
-        self.spots
-            .place(levels.variance, self.image.size, self.image.stride);
     }
 
     /// The height of an On LED above an Off one, in grey levels, about the background's grey.
@@ -112,6 +124,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
             image: &mut self.image,
             spots: &self.spots,
             levels: &estimate.levels,
+            leds: &self.leds,
             share: &mut estimate.share,
         };
         (ascent, &mut self.flip_gains)
@@ -120,7 +133,13 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// The equations of the levels about an estimate that the image holds.
     pub fn equations(&self, estimate: &Estimate, prior: &LevelPrior) -> NormalEquations {
         let Estimate { levels, share, .. } = estimate;
-        NormalEquations::of(&self.image, &self.spots, share, levels, prior)
+        NormalEquations::of(
+            &self.image,
+            &self.spots,
+            &self.leds.lit(share),
+            levels,
+            prior,
+        )
     }
 
     /// One step of the fit of the levels; nothing where the pixels do not determine them.
@@ -140,7 +159,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.image.expect(
             &self.spots,
             levels.background,
-            &levels.light(&estimate.share),
+            &levels.light(&self.leds.lit(&estimate.share)),
         );
     }
 

@@ -14,39 +14,48 @@ use crate::parameters::likelihood::search::{
 };
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// Bits and levels from scratch, or from what is known of the levels.
+    /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and spots
+    /// of `usual` variance are as good a guess as any.
+    pub fn first_variance(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        usual: f32,
+    ) -> Result<f32, DetectError> {
+        self.take_in(frame, crop, FIRST_NOISE)?;
+        let (mut variance, mut least) = (usual, self.least_squares_of(usual).left);
+        for blur in FIRST_BLURS_PX {
+            let blur = blur / crop.bin as f32;
+            let other = blur * blur + crop.sharp_variance();
+            if other > crop.pitch * crop.pitch * VARIANCE_PITCH {
+                break;
+            }
+            let left = self.least_squares_of(other).left;
+            if left < least {
+                (variance, least) = (other, left);
+            }
+        }
+        Ok(variance)
+    }
+
+    /// Bits and levels from scratch, with spots of a `variance` to begin with (px² of the image), or from what is known of the levels.
     pub fn search(
         &mut self,
         frame: &Frame<'_>,
         crop: &Crop,
         prior: &LevelPrior,
+        variance: f32,
     ) -> Result<Estimate, DetectError> {
-        let blur = self.camera.blur_sigma_px / crop.bin as f32;
         let first = Levels {
             background: 1.0,
             off: 0.0,
             contrast: 0.0,
-            variance: blur * blur + crop.sharp_variance(),
+            variance,
             shift: [0.0; 2],
             noise: FIRST_NOISE,
         };
         let mut levels = prior.mean_levels().unwrap_or(first);
-        let mut squares = self.least_squares(frame, crop, &levels)?;
-        if prior.mean_levels().is_none() {
-            for blur in FIRST_BLURS_PX {
-                let blur = blur / crop.bin as f32;
-                let variance = blur * blur + crop.sharp_variance();
-                if variance > crop.pitch * crop.pitch * VARIANCE_PITCH {
-                    break;
-                }
-                let other = self.least_squares_of(variance);
-                if other.left < squares.left {
-                    squares = other;
-                    levels.variance = variance;
-                }
-            }
-            self.place(&levels);
-        }
+        let squares = self.least_squares(frame, crop, &levels)?;
         if !prior.is_sure() {
             squares.split(&mut levels);
             let range_grey = self.contrast_grey(&levels);
@@ -64,7 +73,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         for levels in shrunk.chain(prior.initial_levels()) {
             let start = Estimate {
                 levels,
-                share: squares.shares(&levels),
+                share: self.leds.shares(&squares.lit(&levels)),
                 centre: crop.centre,
             };
             let found = self.refine(frame, crop, start, prior)?;

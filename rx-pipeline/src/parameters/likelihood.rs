@@ -12,6 +12,11 @@ pub mod crop {
     pub const LOOK_AROUND_FRAMES: u32 = 8;
     /// The widest pitch that is looked at pixel by pixel (px): farther apart, larger pixels say as much. Wider: slower.
     pub const PITCH_MAX_PX: f32 = 8.0;
+    /// Spots are looked at in larger pixels until their standard deviation is at most this (px), as larger pixels say as
+    /// much. Wider: slower, and spots are cut off where they should not be.
+    pub const SIGMA_MAX_PX: f32 = 2.4;
+    /// But not in such that LEDs would be nearer (px).
+    pub const WIDE_PITCH_MIN_PX: f32 = 2.6;
     /// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
     /// flips are listed by a form that saturation bends; lower: fewer sets are looked at.
     pub const OVEREXPOSED: f32 = 0.2;
@@ -162,4 +167,33 @@ pub mod mixture {
     /// How well the symbol that ended agrees with the one known before, at least (correlation): a panel in other light
     /// looks like two symbols too, but the first then is anything.
     pub const SAME: f32 = 0.5;
+}
+
+/// What is learnt of single LEDs.
+pub mod leds {
+    /// Panels that are remembered, so that they do not count twice (count).
+    pub const SEEN_PANELS: usize = 16;
+    /// A panel is new if so many LEDs differ from each of those (count).
+    pub const NEW_LEDS: u32 = 16;
+    /// The light of LEDs is averaged over about so many new panels (count).
+    pub const MEMORY_PANELS: u32 = 48;
+    /// After so many, LEDs have levels of their own (count).
+    pub const LEARN_PANELS: u32 = 5;
+    /// After so many without any change, an LED is broken (count): a sound one stays as it is so long once in 2¹⁵.
+    pub const BROKEN_PANELS: u32 = 16;
+    /// How LEDs of one panel differ in brightness (share). Lower: they are held to be more alike.
+    pub const SPREAD: f32 = 0.15;
+    /// By how much moments beyond the first are less sure (per contrast² of noise). Lower: in noise, LEDs get levels that are
+    /// not theirs.
+    pub const HIGH_MOMENTS: f32 = 20.0;
+    /// Levels nearer to each other are one (contrasts).
+    pub const GAP_MIN: f32 = 0.15;
+    /// Light beyond is cut off there (contrasts): it is no LED's.
+    pub const LIT_MAX: f32 = 3.0;
+    /// The most skewed that levels are taken to be (no unit): one state in a dozen panels.
+    pub const SKEWNESS_MAX: f32 = 3.0;
+    /// Sweeps over the LEDs in which their light is measured (count).
+    pub const LIGHT_SWEEPS: usize = 2;
+    /// Light is measured in every so many frames once the LEDs are known (frames).
+    pub const EVERY_FRAMES: u32 = 4;
 }

@@ -1,0 +1,152 @@
+//! LEDs as they are: unequally bright, dim, dead or stuck.
+//!
+//! The light of an LED over frames of random bits has two levels, whatever they are, and the first three moments of such a sum of two
+//! points tell both of them and how often each was taken: with mean μ, deviation σ and skewness γ they lie at μ + σ·(γ ± √(γ² + 4))/2.
+//! No bit need be known for that: an LED so dim that it is always read as Off shows two levels all the same, and one that does not follow
+//! the message shows one. Decisions would confirm themselves.
+//!
+//! Only panels that were not seen lately count. A short message that repeats leaves many an LED in one state, and is no sign of a defect.
+
+use crate::parameters::likelihood::leds::*;
+use link::panel::{LEDS, PanelFrame};
+
+/// What the light of each LED is in terms of the panel's levels: `offset` above Off and, if On, `gain` times the contrast more.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LedLevels {
+    pub offset: [f32; LEDS],
+    pub gain: [f32; LEDS],
+}
+
+impl LedLevels {
+    /// LEDs without light; all zeros.
+    pub const DARK: Self = Self {
+        offset: [0.0; LEDS],
+        gain: [0.0; LEDS],
+    };
+
+    /// LEDs that are all alike.
+    pub const ALIKE: Self = Self {
+        offset: [0.0; LEDS],
+        gain: [1.0; LEDS],
+    };
+
+    /// The light of LEDs that are On for a `share` of the exposure, in contrasts above Off.
+    pub fn lit(&self, share: &[f32; LEDS]) -> [f32; LEDS] {
+        core::array::from_fn(|led| self.offset[led] + self.gain[led] * share[led])
+    }
+
+    /// The share of the exposure for which LEDs of that light were On; a half where that is not to be told.
+    pub fn shares(&self, lit: &[f32; LEDS]) -> [f32; LEDS] {
+        core::array::from_fn(|led| {
+            if self.follows(led) {
+                ((lit[led] - self.offset[led]) / self.gain[led]).clamp(0.0, 1.0)
+            } else {
+                0.5
+            }
+        })
+    }
+
+    /// Whether an LED follows the message.
+    pub fn follows(&self, led: usize) -> bool {
+        self.gain[led] > 0.0
+    }
+
+    /// The LEDs that do not.
+    pub fn broken(&self) -> u64 {
+        (0..LEDS).fold(0, |broken, led| {
+            broken | u64::from(!self.follows(led)) << led
+        })
+    }
+}
+
+/// The moments of each LED's light, over panels that differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LedMoments {
+    /// Means of the light, its square and its cube, in contrasts above Off.
+    moments: [[f32; 3]; LEDS],
+    /// Panels that count.
+    panels: u32,
+    /// The last of them.
+    seen: [u64; SEEN_PANELS],
+    next: usize,
+}
+
+impl LedMoments {
+    /// Those of one who has seen no panel.
+    pub const NONE: Self = Self {
+        moments: [[0.0; 3]; LEDS],
+        panels: 0,
+        seen: [0; SEEN_PANELS],
+        next: 0,
+    };
+
+    /// Whether a panel differs from all that were seen lately.
+    pub fn is_new(&self, panel: PanelFrame) -> bool {
+        let known = &self.seen[..SEEN_PANELS.min(self.panels as usize)];
+        known
+            .iter()
+            .all(|seen| (seen ^ panel.bits()).count_ones() >= NEW_LEDS)
+    }
+
+    /// Takes in the light of the LEDs in a new panel.
+    pub fn update(&mut self, panel: PanelFrame, lit: &[f32; LEDS]) {
+        self.seen[self.next] = panel.bits();
+        self.next = (self.next + 1) % SEEN_PANELS;
+        self.panels = (self.panels + 1).min(MEMORY_PANELS);
+        let gain = 1.0 / self.panels as f32;
+        for (moments, lit) in self.moments.iter_mut().zip(lit) {
+            let lit = lit.clamp(-LIT_MAX, LIT_MAX);
+            for (moment, power) in moments.iter_mut().zip([lit, lit * lit, lit * lit * lit]) {
+                *moment += gain * (power - *moment);
+            }
+        }
+    }
+
+    /// The levels of the LEDs, where light that is measured once has the variance `noise`.
+    pub fn levels(&self, noise: f32) -> LedLevels {
+        let mut levels = LedLevels::ALIKE;
+        if self.panels < LEARN_PANELS {
+            return levels;
+        }
+        let panels = self.panels as f32;
+        // Noise makes the moments the less sure, the higher they are.
+        let unsure = 4.0 * noise * (1.0 + HIGH_MOMENTS * noise) / panels;
+        let weight = SPREAD * SPREAD / (SPREAD * SPREAD + unsure);
+        let least = GAP_MIN + 3.0 * libm::sqrtf(unsure);
+        let (mut sum, mut count) = ([0.0f32; 2], 0.0f32);
+        for (led, moments) in self.moments.iter().enumerate() {
+            let [low, high] = two_points(moments, noise);
+            if high - low > least {
+                levels.offset[led] = weight * low;
+                levels.gain[led] = 1.0 + weight * (high - low - 1.0);
+                sum = [sum[0] + levels.offset[led], sum[1] + levels.gain[led]];
+                count += 1.0;
+            } else if self.panels >= BROKEN_PANELS && least < 0.5 {
+                levels.offset[led] = moments[0];
+                levels.gain[led] = 0.0;
+            }
+        }
+        if count < LEDS as f32 / 2.0 {
+            return LedLevels::ALIKE;
+        }
+        let [offset, gain] = sum.map(|sum| sum / count);
+        for led in 0..LEDS {
+            levels.offset[led] = (levels.offset[led] - offset) / gain;
+            levels.gain[led] /= gain;
+        }
+        levels
+    }
+}
+
+/// The two points of which mixtures have these moments, up to `noise`, the variance about each.
+fn two_points([mean, square, cube]: &[f32; 3], noise: f32) -> [f32; 2] {
+    let variance = square - mean * mean - noise;
+    if variance <= 0.0 {
+        return [*mean; 2];
+    }
+    let third = cube - 3.0 * mean * square + 2.0 * mean * mean * mean;
+    let deviation = libm::sqrtf(variance);
+    let skewness = (third / (variance * deviation)).clamp(-SKEWNESS_MAX, SKEWNESS_MAX);
+    let half_gap = 0.5 * libm::sqrtf(skewness * skewness + 4.0);
+    [-half_gap, half_gap].map(|side| mean + deviation * (0.5 * skewness + side))
+}
