@@ -165,11 +165,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         frame: &Frame<'_>,
         corners: &Corners,
     ) -> Result<Detection, DetectError> {
-        self.detect_after(&SoftPanel::ERASED, frame, corners)
+        self.detect_after(&SoftPanel::ERASED, frame, corners, None)
     }
 
     /// The same where something is known of the symbol `before`, which the exposure may have caught the end of: what it
-    /// then shows of the next one can be told apart.
+    /// then shows of the next one can be told apart. How wide the LEDs' images are (standard deviation in px, lens, LED and pixel together)
+    /// may be known from elsewhere: a first search begins with that.
     ///
     /// # Errors
     /// As [`Self::detect`].
@@ -180,8 +181,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         before: &SoftPanel,
         frame: &Frame<'_>,
         corners: &Corners,
+        spot_sigma_px: Option<f32>,
     ) -> Result<Detection, DetectError> {
-        let (mut crop, variance) = self.look(frame, corners)?;
+        let (mut crop, variance) = self.look(frame, corners, spot_sigma_px)?;
         self.experience.set_bin(crop.bin);
         self.sharp_variance = crop.sharp_variance();
         let Experience {
@@ -247,14 +249,22 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     /// The panel in pixels as wide as befits its spots, and the variance to begin with of those.
-    fn look(&mut self, frame: &Frame<'_>, corners: &Corners) -> Result<(Crop, f32), DetectError> {
+    fn look(
+        &mut self,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        spot_sigma_px: Option<f32>,
+    ) -> Result<(Crop, f32), DetectError> {
         let sight = self.sight(self.experience.is_plain_around);
         let crop = Crop::new(frame, corners, PIXELS, sight);
         if self.experience.spot_sigma_px().is_some() {
             return Ok((crop, sight.spot_sigma_px * sight.spot_sigma_px));
         }
         let blur = self.model.camera.blur_sigma_px / crop.bin as f32;
-        let usual = blur * blur + crop.sharp_variance();
+        let usual = match spot_sigma_px {
+            Some(sigma_px) => (sigma_px * sigma_px) / (crop.bin * crop.bin) as f32,
+            None => blur * blur + crop.sharp_variance(),
+        };
         let variance = self.model.first_variance(frame, &crop, usual)?;
         let spot_sigma_px = crop.bin as f32 * libm::sqrtf(variance);
         let wider = Crop::new(

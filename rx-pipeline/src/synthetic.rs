@@ -1,4 +1,4 @@
-//! Frames of panels for tests: LEDs as Gaussian spots before a plain background, in linear light, encoded with γ = 2.2.
+//! Frames of panels for tests: LEDs as Gaussian spots before a background, in linear light, encoded with a gamma curve.
 
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -23,6 +23,13 @@ pub(crate) struct Scene {
     /// LED diameter over pitch.
     pub fill: f32,
     pub noise_grey: f32,
+    /// Standard deviation of the blur along x and y.
+    pub blur_px: [f32; 2],
+    pub gamma: f32,
+    /// By how much each LED's surface is brighter than the background if it is On, over what it should be: 1 throughout, of sound LEDs.
+    pub gain: fn(usize) -> f32,
+    /// Light of the background at a place, in pixels.
+    pub background: fn([f32; 2]) -> f32,
 }
 
 impl Scene {
@@ -38,6 +45,10 @@ impl Scene {
         light: [0.4 / 0.18, 0.4 / 0.18 * 5.0],
         fill: 0.5,
         noise_grey: 0.0,
+        blur_px: [1.5; 2],
+        gamma: 2.2,
+        gain: |_| 1.0,
+        background: |_| 1.0,
     };
 
     pub fn corners(&self) -> Corners {
@@ -56,26 +67,35 @@ impl Scene {
 
     pub fn render(&self) -> Rendered {
         let diameter = self.fill * self.pitch_px;
-        let variance = 1.5 * 1.5 + diameter * diameter / 16.0 + 1.0 / 12.0;
+        let variance = self
+            .blur_px
+            .map(|blur| blur * blur + diameter * diameter / 16.0 + 1.0 / 12.0);
         let area = core::f32::consts::PI / 4.0 * diameter * diameter;
-        let height = area / (2.0 * core::f32::consts::PI * variance);
-        let mut light = std::vec![1.0f32; self.width * self.height];
+        let height = area / (2.0 * core::f32::consts::PI * (variance[0] * variance[1]).sqrt());
+        let place = |i: usize| [(i % self.width) as f32, (i / self.width) as f32];
+        let mut light: Vec<f32> = (0..self.width * self.height)
+            .map(|i| (self.background)(place(i)))
+            .collect();
         for led in 0..64 {
             let [cx, cy] = self.position((led % 8) as f32 - 3.5, (led / 8) as f32 - 3.5);
-            let surface = |bits: u64| self.light[usize::from(bits >> led & 1 == 1)];
+            let [off, on] = self.light;
+            let on = off + (self.gain)(led) * (on - off);
+            let surface = |bits: u64| if bits >> led & 1 == 1 { on } else { off };
             let (next, share) = self.next;
             let surface = (1.0 - share) * surface(self.bits) + share * surface(next);
             for (i, light) in light.iter_mut().enumerate() {
-                let (dx, dy) = ((i % self.width) as f32 - cx, (i / self.width) as f32 - cy);
-                let exponent = (dx * dx + dy * dy) / (2.0 * variance);
+                let [x, y] = place(i);
+                let (dx, dy) = (x - cx, y - cy);
+                let exponent = 0.5 * (dx * dx / variance[0] + dy * dy / variance[1]);
                 if exponent < 20.0 {
                     *light += (surface - 1.0) * height * (-exponent).exp();
                 }
             }
         }
         let mut random = Random(self.bits | 1);
-        let grey =
-            |light: f32| MIDDLE_GREY * light.powf(1.0 / 2.2) + self.noise_grey * random.normal();
+        let grey = |light: f32| {
+            MIDDLE_GREY * light.powf(1.0 / self.gamma) + self.noise_grey * random.normal()
+        };
         Rendered {
             pixels: light
                 .into_iter()

@@ -158,9 +158,9 @@ impl Track {
         moved(&self.spots.lattice, &self.speed, [elapsed; 2])
     }
 
-    /// Where the panel was last seen.
-    pub fn lattice(&self) -> &Lattice {
-        &self.spots.lattice
+    /// The panel as it was last seen.
+    pub fn spots(&self) -> &LatticeModel {
+        &self.spots
     }
 
     /// Standard deviation of one LED's image, in pixels.

@@ -152,7 +152,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// explain of the spot.
     fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let (image, across) = (&*self.image, self.spots.across(led));
-        let [x, y] = self.spots.first[led];
+        let [x, y] = self.spots.first(led);
         let flip = (self.contrast(led) * self.spots.peak()).max(f32::MIN_POSITIVE);
         let mut left = 0.0;
         for ((row, &down), to) in (y..).zip(self.spots.down(led)).zip(patch) {
@@ -177,8 +177,8 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// The product of an LED's spot with another's in `patch`, of which the first row is that of `led`.
     fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
-        let top = self.spots.first[led][1];
-        let [x, _] = self.spots.first[other];
+        let top = self.spots.first(led)[1];
+        let [x, _] = self.spots.first(other);
         let across = self.spots.across(other);
         let mut sum = 0.0;
         for (row, line) in (top..).zip(&patch[..self.spots.taps[1]]) {
@@ -202,7 +202,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// Adds light to an LED.
     fn add(&mut self, led: usize, change: f32) {
-        let [x, y] = self.spots.first[led];
+        let [x, y] = self.spots.first(led);
         let across = self.spots.across(led);
         for (row, &down) in (y..).zip(self.spots.down(led)) {
             let start = row * self.image.stride + x;
@@ -255,7 +255,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// The slope of half the sum of squares with an LED's light, downwards, and its curvature; saturated pixels apart.
     fn slope(&self, led: usize) -> [f32; 2] {
-        let [x, y] = self.spots.first[led];
+        let [x, y] = self.spots.first(led);
         let across = self.spots.across(led);
         let (mut slope, mut curvature) = (0.0, 0.0);
         for (row, &down) in (y..).zip(self.spots.down(led)) {
@@ -279,7 +279,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
 
     /// By how much the log-likelihood rises if the light of an LED changes, in nats.
     pub fn gain_of(&self, led: usize, change: f32) -> f32 {
-        let [x, y] = self.spots.first[led];
+        let [x, y] = self.spots.first(led);
         let across = self.spots.across(led);
         let full = self.image.full;
         let per_deviation = 1.0 / libm::sqrtf(self.levels.noise);

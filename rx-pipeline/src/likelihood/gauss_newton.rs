@@ -190,7 +190,7 @@ fn add_slopes(
 ) {
     let precision = 1.0 / spots.variance;
     for led in 0..LEDS {
-        let ([left, _], Some(down)) = (spots.first[led], spots.down_at(led, y)) else {
+        let ([left, _], Some(down)) = (spots.first(led), spots.down_at(led, y)) else {
             continue;
         };
         let [centre_x, centre_y] = spots.centre[led];
@@ -224,7 +224,7 @@ fn add_products(
     schur: &mut SchurFactor,
 ) {
     for (led, schur) in schur.iter_mut().enumerate() {
-        let ([left, _], Some(down)) = (spots.first[led], spots.down_at(led, y)) else {
+        let ([left, _], Some(down)) = (spots.first(led), spots.down_at(led, y)) else {
             continue;
         };
         let across = spots.across(led);

@@ -138,7 +138,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
 
     /// Adds light to an LED; roots follow with [`Image::take_roots`].
     pub fn add(&mut self, spots: &SpotTable, led: usize, light: f32) {
-        let [x, y] = spots.first[led];
+        let [x, y] = spots.first(led);
         for (row, &down) in (y..).zip(spots.down(led)) {
             let scale = light * down;
             let start = row * self.stride + x;

@@ -59,7 +59,7 @@ impl LeastSquares {
         led: usize,
         weight: f32,
     ) -> f32 {
-        let [x, y] = spots.first[led];
+        let [x, y] = spots.first(led);
         let across = spots.across(led);
         let mut along = 0.0;
         for (row, &down) in (y..).zip(spots.down(led)) {

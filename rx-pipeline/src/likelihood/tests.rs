@@ -60,6 +60,158 @@ fn the_blur_need_not_be_known() {
     }
 }
 
+/// Bits that look random.
+fn random_bits(seed: u64) -> u64 {
+    let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) ^ mixed << 17
+}
+
+/// The wrong bits of so many frames, from the first on; frames that cannot be read are wrong throughout.
+fn wrong_bits(scene: &Scene, frames: u64) -> (u32, Box<MaximumLikelihood<16384>>) {
+    let mut detector = detector();
+    let wrong = (0..frames)
+        .map(|seed| {
+            let bits = random_bits(seed);
+            let scene = Scene { bits, ..*scene };
+            let found = detector.detect(&scene.render().frame(), &scene.corners());
+            found.map_or(64, |found| (found.bits.bits() ^ bits).count_ones())
+        })
+        .sum();
+    (wrong, detector)
+}
+
+#[test]
+fn no_blur_need_be_told() {
+    for (blur, pitch_px) in [(0.6, 4.4), (1.0, 4.4), (2.2, 5.0), (3.0, 6.6), (4.0, 9.0)] {
+        let scene = Scene {
+            blur_px: [blur; 2],
+            pitch_px,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        let (wrong, detector) = wrong_bits(&scene, 8);
+        assert_eq!(wrong, 0, "{blur} px");
+        let learnt = detector.learnt().unwrap().camera.blur_sigma_px;
+        assert!((learnt / blur - 1.0).abs() < 0.15, "{learnt} for {blur} px");
+    }
+}
+
+#[test]
+fn on_is_brighter_than_off_whatever_the_blur() {
+    for (blur, pitch_px) in [(2.2, 4.4), (3.0, 5.0), (3.0, 5.45), (4.0, 7.0)] {
+        let scene = Scene {
+            blur_px: [blur; 2],
+            pitch_px,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        for bits in (0..8).map(random_bits) {
+            let scene = Scene { bits, ..scene };
+            let found = read(&mut detector(), &scene);
+            let right = i32::try_from((!(found.bits.bits() ^ bits)).count_ones()).unwrap();
+            assert!(right > 40, "{right} of 64 at {blur} px");
+        }
+    }
+}
+
+#[test]
+fn other_curves_cost_no_bits() {
+    for gamma in [1.0, 1.8, 2.6] {
+        let scene = Scene {
+            gamma,
+            noise_grey: 1.0,
+            light: [0.9, 3.0],
+            ..Scene::PLAIN
+        };
+        assert_eq!(wrong_bits(&scene, 8).0, 0, "γ = {gamma}");
+    }
+}
+
+#[test]
+fn blur_unequal_along_x_and_y_costs_no_bits() {
+    for blur_px in [[0.9, 1.8], [1.9, 1.0]] {
+        let scene = Scene {
+            blur_px,
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        assert_eq!(wrong_bits(&scene, 8).0, 0, "{blur_px:?}");
+    }
+}
+
+#[test]
+fn broken_leds_are_named_and_erased() {
+    const DEAD: u64 = 1 << 9 | 1 << 30 | 1 << 62;
+    let scene = Scene {
+        gain: |led| if DEAD >> led & 1 == 1 { 0.0 } else { 1.0 },
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+    let (_, mut detector) = wrong_bits(&scene, 32);
+    assert_eq!(detector.learnt().unwrap().broken, DEAD);
+    let bits = random_bits(99);
+    let found = read(&mut detector, &Scene { bits, ..scene });
+    assert_eq!((found.bits.bits() ^ bits) & !DEAD, 0);
+    for (led, llr) in found.soft.0.iter().enumerate() {
+        assert_eq!(*llr == 0, DEAD >> led & 1 == 1, "{led}: {llr}");
+    }
+}
+
+#[test]
+fn a_dim_row_and_unequal_leds_are_read_once_they_are_known() {
+    let scene = Scene {
+        gain: |led| match led / 8 {
+            5 => 0.35,
+            _ => 0.8 + 0.4 * (led * 37 % 64) as f32 / 63.0,
+        },
+        noise_grey: 2.0,
+        ..Scene::PLAIN
+    };
+    let (before, mut detector) = wrong_bits(&scene, 24);
+    let after: u32 = (100..116)
+        .map(|seed| {
+            let bits = random_bits(seed);
+            (read(&mut detector, &Scene { bits, ..scene }).bits.bits() ^ bits).count_ones()
+        })
+        .sum();
+    assert!(before > 0, "nothing had to be learnt");
+    assert_eq!((after, detector.learnt().unwrap().broken), (0, 0));
+}
+
+/// A short message that repeats leaves many an LED in one state for good: as if it were broken, to who counts frames.
+#[test]
+fn leds_that_a_short_message_never_changes_are_not_broken() {
+    let mut detector = detector();
+    for frame in 0..64 {
+        let scene = Scene {
+            bits: random_bits(frame % 4),
+            noise_grey: 2.0,
+            ..Scene::PLAIN
+        };
+        assert_eq!(read(&mut detector, &scene).bits.bits(), scene.bits);
+    }
+    let same = (0..4)
+        .map(random_bits)
+        .fold([!0, !0], |[on, off], bits| [on & bits, off & !bits]);
+    assert!((same[0] | same[1]).count_ones() >= 4, "{same:x?}");
+    assert_eq!(detector.learnt().unwrap().broken, 0);
+}
+
+#[test]
+fn what_stands_around_the_panel_is_left_out() {
+    let scene = Scene {
+        pitch_px: 3.4,
+        noise_grey: 1.0,
+        background: |[x, y]| {
+            let outside = (x - 47.3).abs().max((y - 48.6).abs()) > 14.0;
+            let stripe = ((x + 2.0 * y) / 3.0).floor() as i32 % 2 == 0;
+            if outside && stripe { 6.0 } else { 1.0 }
+        },
+        ..Scene::PLAIN
+    };
+    assert_eq!(wrong_bits(&scene, 8).0, 0);
+}
+
 #[test]
 fn corners_a_quarter_of_a_pixel_off_do_no_harm() {
     let scene = Scene {
@@ -122,7 +274,7 @@ fn two_symbols(noise_grey: f32, share: f32, before: &SoftPanel) -> Option<Mixtur
         ..Scene::PLAIN
     };
     acquainted(noise_grey)
-        .detect_after(before, &scene.render().frame(), &scene.corners())
+        .detect_after(before, &scene.render().frame(), &scene.corners(), None)
         .unwrap()
         .mixed
 }
@@ -264,7 +416,7 @@ proptest! {
         let before = SoftPanel(before.try_into().unwrap());
         let scene = Scene { next: (next, share), noise_grey, light, ..Scene::PLAIN };
         let mut detector = acquainted(1.0);
-        if let Ok(detection) = detector.detect_after(&before, &scene.render().frame(), &scene.corners()) {
+        if let Ok(detection) = detector.detect_after(&before, &scene.render().frame(), &scene.corners(), None) {
             prop_assert!((0.5..=1.0).contains(&detection.confidence));
             for soft in detection.mixed.iter().flat_map(|mixture| [mixture.ending, mixture.beginning]) {
                 prop_assert!(soft.0.iter().all(|&llr| llr > i8::MIN));
@@ -280,7 +432,7 @@ proptest! {
         let scene = Scene { bits, light: [off, off + share * (on - off)], noise_grey: 1.0, ..Scene::PLAIN };
         let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 100);
         prop_assume!(((bits ^ Scene::PLAIN.bits).count_ones()) > 20 );
-        let detection = acquainted(1.0).detect_after(&before, &scene.render().frame(), &scene.corners()).unwrap();
+        let detection = acquainted(1.0).detect_after(&before, &scene.render().frame(), &scene.corners(), None).unwrap();
         prop_assert_eq!(detection.bits.bits(), bits);
         prop_assert!(detection.mixed.is_none_or(|mixture| mixture == Mixture::INSEPARABLE));
     }

@@ -126,8 +126,7 @@ impl Reader {
         };
         let followed = self.correct(&track, &mut input, profile);
         let read = followed.and_then(|(track, reading, _)| {
-            let reading =
-                self.read_well(number, frame, track.lattice(), reading, tools, profile)?;
+            let reading = self.read_well(number, frame, track.spots(), reading, tools, profile)?;
             Ok((track, reading))
         });
         Some(match read {
@@ -199,7 +198,7 @@ impl Reader {
     ) -> Result<Reading, Loss> {
         let lattice = &location.spots.lattice;
         let reading = self.read(frame, lattice, tools.map, profile)?;
-        let reading = self.read_well(number, frame, lattice, reading, tools, profile)?;
+        let reading = self.read_well(number, frame, &location.spots, reading, tools, profile)?;
         let track = Track::new(location.spots, number, (frame.width(), frame.height()));
         (self.track, self.seen) = (Some(track), Some(location.corners));
         Ok(reading)
@@ -266,7 +265,7 @@ impl Reader {
         &self,
         number: u64,
         frame: &Frame<'_>,
-        lattice: &Lattice,
+        spots: &LatticeModel,
         fast: Reading,
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
@@ -274,10 +273,11 @@ impl Reader {
         if self.method != Method::MaximumLikelihood {
             return Ok(fast);
         }
-        let corners = Corners::new(lattice.corners()).map_err(TrackError::from)?;
+        let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
         let before = self.clock.before(number);
         let detection = profile.timed(Stage::Detect, || {
-            tools.likelihood.detect_after(&before, frame, &corners)
+            let likelihood = &mut *tools.likelihood;
+            likelihood.detect_after(&before, frame, &corners, Some(spots.sigma))
         })?;
         Ok(Reading { corners, detection })
     }

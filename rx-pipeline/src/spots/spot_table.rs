@@ -11,7 +11,7 @@ pub(crate) struct SpotTable {
     /// Where the LEDs are, in px of the image.
     pub centre: [[f32; 2]; LEDS],
     /// First column and row of each spot.
-    pub first: [[usize; 2]; LEDS],
+    first: [[u8; 2]; LEDS],
     /// Columns and rows of each spot: the columns a multiple of [`LANES`].
     pub taps: [usize; 2],
     across: [[f32; SPOT_PX]; LEDS],
@@ -30,7 +30,7 @@ impl SpotTable {
         }
     }
 
-    /// Computes the spots of the given centres and variance in an image of `width` × `height` pixels in rows of
+    /// Computes the spots of the given centres and variance in an image of `width` × `height` pixels, up to 256 × 256, in rows of
     /// `stride`, a multiple of [`LANES`] and at least that.
     pub fn place(&mut self, variance: f32, [width, height]: [usize; 2], stride: usize) {
         self.variance = variance;
@@ -46,7 +46,7 @@ impl SpotTable {
                 whole(x, self.taps[0], stride),
                 whole(y, self.taps[1], height),
             );
-            self.first[led] = [left, top];
+            self.first[led] = [left, top].map(|first| first as u8);
             let across = &mut self.across[led][..self.taps[0]];
             let down = &mut self.down[led][..self.taps[1]];
             let (dx, dy) = (left as f32 - x, top as f32 - y);
@@ -60,6 +60,11 @@ impl SpotTable {
         }
     }
 
+    /// First column and row of a spot.
+    pub fn first(&self, led: usize) -> [usize; 2] {
+        self.first[led].map(usize::from)
+    }
+
     pub fn across(&self, led: usize) -> &[f32] {
         &self.across[led][..self.taps[0]]
     }
@@ -70,7 +75,7 @@ impl SpotTable {
 
     /// The factor of row `y`, if the spot reaches there.
     pub fn down_at(&self, led: usize, y: usize) -> Option<f32> {
-        let row = y.checked_sub(self.first[led][1])?;
+        let row = y.checked_sub(self.first(led)[1])?;
         self.down(led).get(row).copied()
     }
 
@@ -98,7 +103,7 @@ impl SpotTable {
     pub fn touch(&self, a: usize, b: usize) -> bool {
         [0, 1]
             .into_iter()
-            .all(|axis| self.first[a][axis].abs_diff(self.first[b][axis]) < self.taps[axis])
+            .all(|axis| self.first(a)[axis].abs_diff(self.first(b)[axis]) < self.taps[axis])
     }
 
     /// Whether the spots of two LEDs have pixels in common to speak of.
