@@ -35,6 +35,7 @@
 //! reproduction                       the figures of Do & Yoo 2020, and what becomes of their claims
 //! work_precision                     what accuracy costs in time
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
+//! random_cameras                     what a receiver makes of cameras that it is told nothing of
 //! ```
 //!
 //! # Which to choose
@@ -55,6 +56,7 @@ pub mod baselines;
 pub mod detectors;
 pub mod monte_carlo;
 pub mod optimum;
+pub mod random_cameras;
 pub mod random_scenes;
 pub mod reproduction;
 pub mod splitting;

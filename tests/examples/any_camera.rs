@@ -1,0 +1,99 @@
+//! How many panels from 3 m on are found, and how many messages arrive, before cameras drawn at random that the receiver is told nothing of; and
+//! how many panels it sees in photographs without one.
+//!
+//! `cargo run --release -p vocc-tests --example any_camera -- FILMS [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED] [told]`
+//!
+//! With `told`, it is told what the simulator knows of each camera. `RAYON_NUM_THREADS` sets the number of threads.
+
+use std::path::Path;
+
+use link::camera::Camera;
+use rayon::prelude::*;
+use studies::random_cameras::{Fate, IN_TIME, RandomFilm, receive, receive_without_panel};
+use vocc_tests::sightings::photographs;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let argument = |index: usize| arguments.get(index).map(String::as_str);
+    let films: u64 = argument(1).and_then(|n| n.parse().ok()).unwrap_or(100);
+    let folder = argument(2).unwrap_or(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../studies/photographs"
+    ));
+    let size = argument(3).and_then(|size| {
+        let (width, height) = size.split_once('x')?;
+        Some([width.parse().ok()?, height.parse().ok()?])
+    });
+    let size = size.unwrap_or([1920, 1080]);
+    let first: u64 = argument(4).and_then(|n| n.parse().ok()).unwrap_or(0);
+    let is_told = argument(5) == Some("told");
+    let photographs = photographs(Path::new(folder)).expect("a folder of pictures");
+    let fates: Vec<Fate> = (first..first + films)
+        .into_par_iter()
+        .map(|seed| {
+            let mut film = RandomFilm::draw(seed, size, &photographs).expect("a film");
+            let camera = if is_told {
+                film.camera
+            } else {
+                Camera::default()
+            };
+            let fate = receive(&mut film, size, camera);
+            tell(&film, &fate);
+            fate
+        })
+        .collect();
+    let count = |is: fn(&Fate) -> bool| fates.iter().filter(|fate| is(fate)).count();
+    let sum = |of: fn(&Fate) -> u64| fates.iter().map(of).sum::<u64>();
+    println!(
+        "of {films} films {} found within {IN_TIME} frames, {} later, {} misplaced; {} messages delivered; {} of {} bits wrong",
+        count(is_found_in_time),
+        count(|fate| fate.found.is_some() && !is_found_in_time(fate)),
+        count(|fate| fate.misplaced),
+        count(|fate| fate.delivered_at.is_some()),
+        sum(|fate| fate.errors),
+        sum(|fate| fate.bits),
+    );
+    let seen: usize = (first..first + films)
+        .into_par_iter()
+        .map(|seed| {
+            let seen = receive_without_panel(seed, size, &photographs).expect("a photograph");
+            for corners in &seen {
+                println!("seen in photograph {seed}: {corners:?}");
+            }
+            usize::from(!seen.is_empty())
+        })
+        .sum();
+    println!("{seen} of {films} photographs without a panel show one");
+}
+
+fn is_found_in_time(fate: &Fate) -> bool {
+    matches!(fate.found, Some((frame, _)) if frame < IN_TIME) && !fate.misplaced
+}
+
+/// Tells of a film that is not as it should be.
+fn tell(film: &RandomFilm, fate: &Fate) {
+    let mut faults = Vec::new();
+    if fate.misplaced {
+        faults.push("misplaced".into());
+    }
+    match fate.found {
+        None => faults.push("not found".into()),
+        Some((frame, _)) if frame >= IN_TIME => faults.push(format!("found in frame {frame}")),
+        Some(_) => {}
+    }
+    if fate.delivered_at.is_none() {
+        faults.push(format!(
+            "not delivered, {} of {} bits wrong",
+            fate.errors, fate.bits
+        ));
+    }
+    if !faults.is_empty() {
+        println!(
+            "{}: pitch {:.1} px, {}: {}",
+            faults.join(", "),
+            film.pitch_px,
+            film.what,
+            fate.why
+        );
+    }
+}
