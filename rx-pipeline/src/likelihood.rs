@@ -66,7 +66,6 @@ use crate::camera::Learnt;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
-use crate::parameters::likelihood::camera::BLUR_MIN;
 use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
@@ -96,8 +95,6 @@ use model::Model;
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
     experience: Experience,
-    /// The variance of a spot without blur in the last panel's image, in its px².
-    sharp_variance: f32,
     model: Model<PIXELS>,
 }
 
@@ -114,7 +111,6 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub const fn empty() -> Self {
         Self {
             experience: Experience::NONE,
-            sharp_variance: 0.0,
             model: Model::new(),
         }
     }
@@ -129,16 +125,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;
-        let pixel_px = self.experience.bin as f32;
-        let blur = libm::sqrtf((levels.variance - self.sharp_variance).max(0.0));
+        let [blur_sigma_px, blur_deviation_px] = self.experience.blur_px()?;
         let camera = Camera {
-            blur_sigma_px: pixel_px * blur,
+            blur_sigma_px,
             ..self.model.camera
         };
         Some(Learnt {
             camera: camera.clamped(),
-            blur_deviation_px: pixel_px * 0.5 * self.experience.levels.variance_deviation()
-                / blur.max(BLUR_MIN),
+            blur_deviation_px,
             noise_grey: self.model.noise_grey(levels.noise),
             broken: self.model.leds.broken(),
             frames: self.experience.levels.frames(),
@@ -184,8 +178,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         spot_sigma_px: Option<f32>,
     ) -> Result<Detection, DetectError> {
         let (mut crop, variance) = self.look(frame, corners, spot_sigma_px)?;
-        self.experience.set_bin(crop.bin);
-        self.sharp_variance = crop.sharp_variance();
+        self.experience.set_scale(crop.scale);
         let Experience {
             leds, light_noise, ..
         } = &self.experience;
@@ -260,13 +253,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if self.experience.spot_sigma_px().is_some() {
             return Ok((crop, sight.spot_sigma_px * sight.spot_sigma_px));
         }
-        let blur = self.model.camera.blur_sigma_px / crop.bin as f32;
+        let blur = self.model.camera.blur_sigma_px / crop.scale.bin as f32;
         let usual = match spot_sigma_px {
-            Some(sigma_px) => (sigma_px * sigma_px) / (crop.bin * crop.bin) as f32,
-            None => blur * blur + crop.sharp_variance(),
+            Some(sigma_px) => (sigma_px * sigma_px) / (crop.scale.bin * crop.scale.bin) as f32,
+            None => blur * blur + crop.scale.sharp_variance(),
         };
         let variance = self.model.first_variance(frame, &crop, usual)?;
-        let spot_sigma_px = crop.bin as f32 * libm::sqrtf(variance);
+        let spot_sigma_px = crop.scale.bin as f32 * libm::sqrtf(variance);
         let wider = Crop::new(
             frame,
             corners,
@@ -276,7 +269,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 ..sight
             },
         );
-        let ratio = crop.bin as f32 / wider.bin as f32;
+        let ratio = crop.scale.bin as f32 / wider.scale.bin as f32;
         Ok((wider, variance * ratio * ratio))
     }
 
@@ -292,7 +285,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let noise = estimate.levels.noise;
         let sight = |is_plain_around| Sight {
             is_plain_around,
-            spot_sigma_px: crop.bin as f32 * libm::sqrtf(estimate.levels.variance),
+            spot_sigma_px: crop.scale.bin as f32 * libm::sqrtf(estimate.levels.variance),
         };
         if self.experience.is_plain_around {
             self.experience.is_plain_around = self.model.is_plain_around(crop, noise);
@@ -310,7 +303,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             return Ok(false);
         }
         let wider = Crop::new(frame, corners, PIXELS, sight(true));
-        if wider.bin != crop.bin {
+        if wider.scale.bin != crop.scale.bin {
             return Ok(false);
         }
         let mut moved = *estimate;

@@ -18,15 +18,28 @@ pub(super) struct Sight {
     pub spot_sigma_px: f32,
 }
 
+/// How large an image is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    /// Frame pixels along a side of an image pixel.
+    pub bin: usize,
+    /// Distance of neighbouring LEDs, in image pixels.
+    pub pitch: f32,
+}
+
+impl Scale {
+    /// The variance of an LED's image without any blur, in px² of the image: of a disc about half a pitch wide, and of a pixel.
+    pub fn sharp_variance(&self) -> f32 {
+        self.pitch * self.pitch / 64.0 + 1.0 / 12.0
+    }
+}
+
 /// A panel in a frame, as the likelihood looks at it.
 pub(super) struct Crop {
     pub window: Window,
-    /// Frame pixels along a side of an image pixel.
-    pub bin: usize,
+    pub scale: Scale,
     /// The LEDs, in image pixels.
     pub centre: [[f32; 2]; LEDS],
-    /// Distance of neighbouring LEDs, in image pixels.
-    pub pitch: f32,
     /// The corners of the cells, in image pixels.
     cells: Quadrilateral,
     /// The corners of all pixels that are looked at: of the cells, or of a rim around them.
@@ -91,9 +104,11 @@ impl Crop {
                 width,
                 height,
             },
-            bin: bin as usize,
+            scale: Scale {
+                bin: bin as usize,
+                pitch: pitch_px / bin,
+            },
             centre: centre.map(within),
-            pitch: pitch_px / bin,
             cells: cells.map(within),
             edge: edge.map(within),
         }
@@ -107,11 +122,6 @@ impl Crop {
     /// Those of them that are in the cells.
     pub fn cell_columns(&self, y: usize, width: usize) -> Range<usize> {
         columns(&self.cells, y, width)
-    }
-
-    /// The variance of an LED's image without any blur, in px² of the image: of a disc about half a pitch wide, and of a pixel.
-    pub fn sharp_variance(&self) -> f32 {
-        self.pitch * self.pitch / 64.0 + 1.0 / 12.0
     }
 }
 

@@ -1,14 +1,16 @@
 //! What a detector has learnt from a panel's frames.
 
+use super::crop::Scale;
 use super::leds::LedMoments;
 use super::level_prior::LevelPrior;
+use crate::parameters::likelihood::camera::BLUR_MIN;
 
 /// What a detector has learnt from a panel's frames. It can be taken out, kept and given back, to the same detector or to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experience {
     pub(super) levels: LevelPrior,
-    /// Frame pixels along a side of an image pixel, for which the levels hold.
-    pub(super) bin: usize,
+    /// The pixels in which the levels hold.
+    scale: Scale,
     pub(super) leds: LedMoments,
     /// The variance of an LED's light as measured once, in contrasts².
     pub(super) light_noise: f32,
@@ -20,21 +22,30 @@ impl Experience {
     /// The standard deviation of spots, in px of the frame; none before the first frame.
     pub(super) fn spot_sigma_px(&self) -> Option<f32> {
         let levels = self.levels.mean_levels()?;
-        Some(self.bin as f32 * libm::sqrtf(levels.variance))
+        Some(self.scale.bin as f32 * libm::sqrtf(levels.variance))
     }
 
-    /// Goes on in image pixels that are so many frame pixels wide.
-    pub(super) fn set_bin(&mut self, bin: usize) {
-        if bin != self.bin {
-            self.levels.rescale(self.bin as f32 / bin as f32);
-            self.bin = bin;
+    /// The standard deviation of the blur, in px of the frame, and that of its estimate; none before the first frame.
+    pub(super) fn blur_px(&self) -> Option<[f32; 2]> {
+        let levels = self.levels.mean_levels()?;
+        let pixel_px = self.scale.bin as f32;
+        let blur = libm::sqrtf((levels.variance - self.scale.sharp_variance()).max(0.0));
+        let unsure = 0.5 * self.levels.variance_deviation() / blur.max(BLUR_MIN / pixel_px);
+        Some([pixel_px * blur, pixel_px * unsure])
+    }
+
+    /// Goes on in the pixels of another image of the panel.
+    pub(super) fn set_scale(&mut self, scale: Scale) {
+        if self.levels.frames() > 0 && scale != self.scale {
+            self.levels.rescale(&self.scale, &scale);
         }
+        self.scale = scale;
     }
 
     /// That of one who has seen no frame.
     pub const NONE: Self = Self {
         levels: LevelPrior::NONE,
-        bin: 1,
+        scale: Scale { bin: 1, pitch: 1.0 },
         leds: LedMoments::NONE,
         light_noise: 0.0,
         is_plain_around: false,

@@ -57,7 +57,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         metric: &RootMetric,
         offset: f32,
     ) -> bool {
-        let Crop { window, bin, .. } = *crop;
+        let (window, bin) = (crop.window, crop.scale.bin);
         let [width, height] = [window.width / bin, window.height / bin];
         let stride = width.next_multiple_of(LANES);
         if width == 0
@@ -75,7 +75,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         for row in 0..height {
             let to = &mut self.seen[row * stride..][..stride];
             to.fill(0.0);
-            let mut saturated = [false; SIDE_MAX];
+            let mut saturated = [0u16; SIDE_MAX];
             for y in window.y + bin * row..window.y + bin * (row + 1) {
                 let Some(from) = frame
                     .row(y)
@@ -90,13 +90,14 @@ impl<const PIXELS: usize> Image<PIXELS> {
                 {
                     for &grey in from {
                         *to += metric.light(grey);
-                        *saturated |= grey == u8::MAX;
+                        *saturated += u16::from(grey == u8::MAX);
                     }
                 }
             }
             for (to, saturated) in to.iter_mut().zip(saturated) {
                 *to = root(*to * per_pixel + offset);
-                if saturated {
+                // A hot pixel is no LED, and the rim of an LED is no middle.
+                if 2 * usize::from(saturated) >= bin * bin {
                     *to = to.max(self.full);
                     self.saturated_rows |= 1 << row;
                 } else {

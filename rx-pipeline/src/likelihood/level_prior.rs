@@ -1,6 +1,8 @@
 //! What earlier frames tell of the levels of the next.
 
+use super::crop::Scale;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
+use crate::parameters::likelihood::fitting::VARIANCE_PX2;
 use crate::parameters::likelihood::level_prior::*;
 
 /// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
@@ -91,15 +93,20 @@ impl LevelPrior {
         })
     }
 
-    /// Goes on in pixels of which `ratio` are one of those before.
-    pub fn rescale(&mut self, ratio: f32) {
-        let area = ratio * ratio;
-        let scale = Vector::from([1.0, area, area, area, ratio, ratio]);
+    /// Goes on in an image of another scale: the nearer a panel, the more pixels its LEDs' light fills, and the less of their width is blur.
+    pub fn rescale(&mut self, from: &Scale, to: &Scale) {
+        let pixel = from.bin as f32 / to.bin as f32;
+        let growth = to.pitch / (from.pitch * pixel);
+        let area = pixel * pixel;
+        let light = area * growth * growth;
+        let scale = Vector::from([1.0, light, light, area, pixel, pixel]);
         self.mean = Vector::from(self.mean).component_mul(&scale).into();
+        let blur = self.mean[3] - area * from.sharp_variance();
+        self.mean[3] = (blur + to.sharp_variance()).max(*VARIANCE_PX2.start());
         let covariance = matrix(&self.covariance).component_mul(&(scale * scale.transpose()));
         self.covariance = covariance.into();
         self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
-        // As many pixels less, as much less noise in each.
+        // The more frame pixels an image pixel is made of, the less its noise.
         self.noise *= area;
     }
 

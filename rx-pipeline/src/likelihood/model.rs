@@ -206,8 +206,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         let offset = self.metric.offset(noise);
         let fits = self.image.load(frame, crop, &self.metric, offset);
         fits.then_some(()).ok_or(DetectError::OutsideMemory {
-            width: crop.window.width / crop.bin,
-            height: crop.window.height / crop.bin,
+            width: crop.window.width / crop.scale.bin,
+            height: crop.window.height / crop.scale.bin,
             capacity: PIXELS,
         })
     }

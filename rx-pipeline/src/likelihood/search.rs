@@ -25,9 +25,9 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.take_in(frame, crop, FIRST_NOISE)?;
         let (mut variance, mut least) = (usual, self.least_squares_of(usual).left);
         for blur in FIRST_BLURS_PX {
-            let blur = blur / crop.bin as f32;
-            let other = blur * blur + crop.sharp_variance();
-            if other > crop.pitch * crop.pitch * VARIANCE_PITCH {
+            let blur = blur / crop.scale.bin as f32;
+            let other = blur * blur + crop.scale.sharp_variance();
+            if other > crop.scale.pitch * crop.scale.pitch * VARIANCE_PITCH {
                 break;
             }
             let left = self.least_squares_of(other).left;
