@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use sim::accuracy::Level;
 use sim::effects;
 use sim::plan::Plan;
-use sim::renderer::canvas::Canvas;
+use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 use sim::scene::{Pose, Scene};
 use vocc_tests::cases;
@@ -36,35 +36,64 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
         -20.0..20.0f64,
     );
     let extras = (0.0..0.05f64, -0.2..0.2f64, 0.02..0.5f64, any::<bool>());
-    (geometry, light, time, extras).prop_map(|(geometry, light, time, extras)| {
-        let (distance, interval, roll, yaw, x) = geometry;
-        let (reflectance, l2a, sigma, illuminance, transmission) = light;
-        let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
-        let (spread, k1, board, airlight) = extras;
-        vec![
-            format!("pose.distance_m={distance}"),
-            format!("panel.interval={interval}"),
-            format!("pose.roll_deg={roll}"),
-            format!("pose.yaw_deg={yaw}"),
-            format!("pose.x_m={}", x * distance),
-            format!("pose.velocity_m_s=[{speed}, 0, {speed}]"),
-            format!("panel.reflectance={reflectance}"),
-            format!("panel.led_spread={spread}"),
-            format!("panel.pwm_hz={pwm_hz}"),
-            format!("panel.scan_rows={scan_rows}"),
-            format!("panel.board_reflectance={board}"),
-            format!("link.l2a={l2a}"),
-            format!("link.phase={phase}"),
-            format!("link.clock_ppm={ppm}"),
-            format!("camera.blur_sigma_px={sigma}"),
-            format!("camera.readout_s={readout}"),
-            format!("camera.distortion_k1={k1}"),
-            "camera.vignetting=true".into(),
-            format!("ambient.illuminance_lx={illuminance}"),
-            format!("atmosphere.transmission_at_70m={transmission}"),
-            format!("atmosphere.airlight={airlight}"),
-        ]
-    })
+    let camera = (
+        prop_oneof![
+            Just("gamma"),
+            Just("linear"),
+            Just("srgb"),
+            Just("rec709"),
+            Just("shoulder")
+        ],
+        0.0..40.0f64,
+        0.0..3.0f64,
+        0.0..10.0f64,
+        0.0..2000.0f64,
+    );
+    let leds = (0u8..4, 0u8..4, 0u8..8, 0.0..1.0f64, any::<u32>());
+    (geometry, light, time, extras, camera, leds).prop_map(
+        |(geometry, light, time, extras, camera, leds)| {
+            let (distance, interval, roll, yaw, x) = geometry;
+            let (reflectance, l2a, sigma, illuminance, transmission) = light;
+            let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
+            let (spread, k1, board, airlight) = extras;
+            let (encoding, black, prnu, dsnu, hot) = camera;
+            let (dead, stuck, row, row_light, seed) = leds;
+            vec![
+                format!("pose.distance_m={distance}"),
+                format!("panel.interval={interval}"),
+                format!("pose.roll_deg={roll}"),
+                format!("pose.yaw_deg={yaw}"),
+                format!("pose.x_m={}", x * distance),
+                format!("pose.velocity_m_s=[{speed}, 0, {speed}]"),
+                format!("panel.reflectance={reflectance}"),
+                format!("panel.led_spread={spread}"),
+                format!("panel.pwm_hz={pwm_hz}"),
+                format!("panel.scan_rows={scan_rows}"),
+                format!("panel.board_reflectance={board}"),
+                format!("link.l2a={l2a}"),
+                format!("link.phase={phase}"),
+                format!("link.clock_ppm={ppm}"),
+                format!("camera.blur_sigma_px={sigma}"),
+                format!("camera.readout_s={readout}"),
+                format!("camera.distortion_k1={k1}"),
+                "camera.vignetting=true".into(),
+                format!("ambient.illuminance_lx={illuminance}"),
+                format!("atmosphere.transmission_at_70m={transmission}"),
+                format!("atmosphere.airlight={airlight}"),
+                format!("camera.encoding={encoding}"),
+                format!("camera.black_grey={black}"),
+                format!("camera.prnu_percent={prnu}"),
+                format!("camera.dsnu_e={dsnu}"),
+                format!("camera.hot_pixels_ppm={hot}"),
+                format!("camera.seed={seed}"),
+                format!("panel.dead_leds={dead}"),
+                format!("panel.stuck_leds={stuck}"),
+                format!("panel.dim_row={row}"),
+                format!("panel.dim_row_light={row_light}"),
+                format!("panel.seed={seed}"),
+            ]
+        },
+    )
 }
 
 /// The unrounded grey of the panel's surroundings in frame `frame`, with random bits.
@@ -153,6 +182,40 @@ proptest! {
     }
 
     #[test]
+    fn the_blur_s_shape_changes_no_more_than_its_bound(
+        psf in prop_oneof![Just("gauss"), Just("disc")],
+        aspect in 0.5..2.0f64,
+        sigma in 0.4..3.0f64,
+        distance in 25.0..60.0f64,
+        yaw in -30.0..30.0f64,
+        board in 0.02..0.9f64,
+    ) {
+        let greys = |mode: &str| {
+            let settings = [
+                format!("camera.psf={psf}"),
+                format!("camera.blur_aspect={aspect}"),
+                format!("camera.blur_sigma_px={sigma}"),
+                format!("pose.distance_m={distance}"),
+                format!("pose.yaw_deg={yaw}"),
+                format!("panel.board_reflectance={board}"),
+                format!("effects.point_spread={mode}"),
+            ];
+            let scene = Scene::load("paper", &settings).expect("a valid scene");
+            let renderer = Renderer::new(&scene, Level::Fine).expect("a visible scene");
+            let bound = renderer.plan().decisions.iter().find(|d| d.effect == "point_spread").expect("a decision on each").bound_grey;
+            let sensor = Region { x: 860, y: 440, width: 200, height: 200 };
+            let mut canvas = Canvas::<f32>::new(sensor);
+            renderer.draw(&renderer.moment(0), &[renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))], &mut canvas);
+            let greys: Vec<f64> = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into())).collect();
+            (greys, bound)
+        };
+        let ((with, bound), (without, _)) = (greys("on"), greys("off"));
+        let difference = greatest_difference(&with, &without);
+        // Both are as near to the reference as `fine` is.
+        prop_assert!(difference <= bound + 0.02, "{difference} > {bound}");
+    }
+
+    #[test]
     fn under_auto_the_image_is_within_the_sum_of_the_bounds_left_out(settings in scenes(), frame in 0u64..50, tolerance in 0.0..40.0f64) {
         let all = scene(&settings, deterministic().into_iter().map(|name| (name, "on")));
         let mut auto = scene(&settings, []);
@@ -191,5 +254,112 @@ fn clear_air_is_called_for_at_70_m_and_not_at_30() {
             Scene::load("paper", &[format!("pose.distance_m={distance}")]).expect("a valid scene");
         let plan = Plan::of(&sim::view::View::new(&scene).expect("a visible scene"));
         assert_eq!(plan.includes("atmosphere"), called_for, "{distance} m");
+    }
+}
+
+/// Grey levels of the panel's surroundings with noise, read out by a renderer and of the part of a whole frame.
+fn read_out(scene: &Scene, region: Region) -> [Vec<u8>; 2] {
+    let renderer = Renderer::new(scene, Level::Fast).expect("a visible scene");
+    let shown = [renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))];
+    let moment = renderer.moment(3);
+    let mut canvas = Canvas::new(region);
+    renderer.draw(&moment, &shown, &mut canvas);
+    let mut part = vec![0; region.width * region.height];
+    renderer.read_out(7, 3, &canvas, &mut part);
+    let sensor = renderer.sensor();
+    let mut canvas = Canvas::new(renderer.lit_region());
+    let mut frame = vec![0; sensor.width * sensor.height];
+    renderer.frame(7, &moment, &shown, &mut canvas, &mut frame);
+    let rows = frame
+        .chunks(sensor.width)
+        .skip(region.y)
+        .take(region.height);
+    let cut = rows.flat_map(|row| row[region.x..region.x + region.width].to_vec());
+    [part, cut.collect()]
+}
+
+#[test]
+fn what_is_done_to_encoded_levels_keeps_its_bound() {
+    for (key, values, name) in [
+        ("camera.sharpening", ["0.1", "0.7", "4"], "sharpening"),
+        ("camera.jpeg_quality", ["20", "75", "98"], "codec"),
+    ] {
+        for value in values {
+            let scene = |mode: &str| {
+                let settings = [format!("{key}={value}"), format!("effects.{name}={mode}")];
+                Scene::load("night", &settings).expect("a valid scene")
+            };
+            let renderer = Renderer::new(&scene("on"), Level::Fast).expect("a visible scene");
+            let decision = renderer.plan().decisions.iter().find(|d| d.effect == name);
+            let bound = decision.expect("a decision on each").bound_grey;
+            let region = renderer.surroundings(0);
+            let [with, without] = ["on", "off"].map(|mode| read_out(&scene(mode), region));
+            let apart = with[0].iter().zip(&without[0]).map(|(a, b)| a.abs_diff(*b));
+            let most = f64::from(apart.max().expect("pixels"));
+            assert!(
+                most > 0.0 && most <= bound + 0.5,
+                "{key}={value}: {most} > {bound}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_panel_s_surroundings_are_processed_as_in_the_whole_frame() {
+    for settings in [
+        &["camera.sharpening=1"][..],
+        &["camera.jpeg_quality=60"],
+        &[
+            "camera.sharpening=1",
+            "camera.jpeg_quality=60",
+            "camera.sharpening_radius_px=2",
+        ],
+    ] {
+        let quiet = ["effects.noise=off", "pose.x_m=0.7"];
+        let settings = settings.iter().chain(&quiet).map(|set| set.to_string());
+        let settings: Vec<String> = settings.collect();
+        let scene = Scene::load("day", &settings).expect("a valid scene");
+        let renderer = Renderer::new(&scene, Level::Fast).expect("a visible scene");
+        let [part, whole] = read_out(&scene, renderer.surroundings(0));
+        assert_eq!(part, whole, "{settings:?}");
+    }
+}
+
+#[test]
+fn a_camera_s_effects_are_left_out_below_the_tolerance() {
+    for (name, little, much) in [
+        ("encoding", "camera.black_grey=0", "camera.encoding=rec709"),
+        (
+            "point_spread",
+            "camera.blur_aspect=1.0001",
+            "camera.psf=disc",
+        ),
+        (
+            "fixed_pattern",
+            "camera.prnu_percent=0.001",
+            "camera.prnu_percent=1",
+        ),
+        (
+            "hot_pixels",
+            "camera.hot_pixels_ppm=0",
+            "camera.hot_pixels_ppm=1",
+        ),
+        (
+            "sharpening",
+            "camera.sharpening=0.001",
+            "camera.sharpening=0.3",
+        ),
+        ("codec", "camera.gamma=2.2", "camera.jpeg_quality=90"),
+        (
+            "broken_leds",
+            "panel.dim_row_light=0.1",
+            "panel.stuck_leds=1",
+        ),
+    ] {
+        for (setting, called_for) in [(little, false), (much, true)] {
+            let scene = Scene::load("day", &[setting.to_string()]).expect("a valid scene");
+            let plan = Plan::of(&sim::view::View::new(&scene).expect("a visible scene"));
+            assert_eq!(plan.includes(name), called_for, "{name} under {setting}");
+        }
     }
 }

@@ -9,6 +9,7 @@ use crate::air::Air;
 use crate::camera::clock::Moment;
 use crate::camera::curve::Curve;
 use crate::camera::noise::Noise;
+use crate::disc::spread::Shape;
 
 /// A change of the light of each LED, frame by frame.
 pub trait LedStage: Send + Sync {
@@ -45,8 +46,10 @@ pub trait GreyStage: Send + Sync {
 
 /// How light becomes an image: the sum of what the included effects ask for.
 pub struct Formation {
-    /// Lens blur in px; 0: none.
+    /// Lens blur in px, of what is spread beyond it the core; 0: none.
     pub sigma_px: f64,
+    /// What the blur spreads beyond its core.
+    pub spread: Shape,
     /// Whether each LED is projected by itself; else the whole panel is one affine image.
     pub exact_perspective: bool,
     /// Radial distortion k₁; 0: none.
@@ -85,6 +88,7 @@ impl Formation {
     pub fn plain(panels: usize, curve: Curve) -> Self {
         Self {
             sigma_px: 0.0,
+            spread: Shape::Point,
             exact_perspective: false,
             distortion_k1: 0.0,
             air: vec![Air::NONE; panels],

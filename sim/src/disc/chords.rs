@@ -162,7 +162,7 @@ impl Chords {
 
 /// The longest panel, in σ, on which the rule of [`gauss`] integrates a Gaussian to a tolerance: on 14, 11, 9 and 5 σ
 /// it errs by 8e-5, 7e-7, 8e-9 and less than 1e-14.
-fn longest_panel(tolerance: f64) -> f64 {
+pub(super) fn longest_panel(tolerance: f64) -> f64 {
     match tolerance {
         _ if tolerance >= 1e-3 => 14.0,
         _ if tolerance >= 1e-5 => 11.0,

@@ -54,6 +54,8 @@ pub trait Kernel {
     fn add_bells(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
     /// Adds scale·ς at `first`, `first` + 1, … px.
     fn add_steps(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
+    /// Adds scale times the mean of ς over `half` px (over 0) to either side of `first`, `first` + 1, … px.
+    fn add_slopes(&self, first: f64, half: f64, scale: Self::Real, values: &mut [Self::Real]);
 }
 
 /// Bell and step by the error function: absolute error about 1e-15, and nothing cancels in the far tails.
@@ -115,6 +117,20 @@ impl Exact {
         }
     }
 
+    /// What ∫ς up to `s` px has more than that of a sharp step, max(s, 0): the same on either side of the edge.
+    pub fn lag(&self, s: f64) -> f64 {
+        let s = -s.abs();
+        self.bowl(s + 0.5) - self.bowl(s - 0.5)
+    }
+
+    /// ∫ ψ from −∞ to s: ((s² + σ²)·Φ(s/σ) + s·σ·φ(s/σ))/2.
+    fn bowl(&self, s: f64) -> f64 {
+        let (z, variance) = (s / self.sigma_px, self.sigma_px * self.sigma_px);
+        let below = 0.5 * erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
+        let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+        0.5 * ((s * s + variance) * below + s * self.sigma_px * density)
+    }
+
     /// ς at `s` of at most 0, where it is a difference of two small ramps.
     fn rising(&self, s: f64) -> f64 {
         self.ramp(s + 0.5) - self.ramp(s - 0.5)
@@ -125,6 +141,14 @@ impl Exact {
         let z = s / self.sigma_px;
         let below = 0.5 * erfc(-z * std::f64::consts::FRAC_1_SQRT_2);
         s * below + self.sigma_px * (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt()
+    }
+}
+
+impl Exact {
+    fn add_lags(&self, first: f64, scale: f64, values: &mut [f64]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value += scale * self.lag(first + i as f64);
+        }
     }
 }
 
@@ -142,6 +166,19 @@ impl Kernel for Exact {
             *value += scale * self.step(first + i as f64);
         }
     }
+
+    fn add_slopes(&self, first: f64, half: f64, scale: f64, values: &mut [f64]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            let s = first + i as f64;
+            let lag = (self.lag(s + half) - self.lag(s - half)) / (2.0 * half);
+            *value += scale * (sharp_slope(s, half) + lag);
+        }
+    }
+}
+
+/// The mean of a sharp step over `half` px to either side of `s`.
+fn sharp_slope(s: f64, half: f64) -> f64 {
+    ((s + half) / (2.0 * half)).clamp(0.0, 1.0)
 }
 
 /// Twice the steepest slope of a Gaussian's density, 2·φ(1): this over σ² bounds the second derivative of bell and step.
@@ -157,6 +194,7 @@ pub struct Tabulated {
     before: i64,
     bells: PhaseTable,
     steps: PhaseTable,
+    lags: PhaseTable,
 }
 
 impl Tabulated {
@@ -176,6 +214,7 @@ impl Tabulated {
             before: before as i64,
             bells: table(Exact::add_bells),
             steps: table(Exact::add_steps),
+            lags: table(Exact::add_lags),
         }
     }
 
@@ -219,6 +258,16 @@ impl Kernel for Tabulated {
         values[within.end..]
             .iter_mut()
             .for_each(|value| *value += scale);
+    }
+
+    #[inline(always)]
+    fn add_slopes(&self, first: f64, half: f64, scale: f32, values: &mut [f32]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value += scale * sharp_slope(first + i as f64, half) as f32;
+        }
+        let lag = scale * (0.5 / half) as f32;
+        self.add(&self.lags, first + half, lag, values);
+        self.add(&self.lags, first - half, -lag, values);
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! - [`overlap`]: a sharp disc's share of each pixel, in closed form. [`outline`]: discs and boards under any blur, pixel by pixel.
 //! - [`kernel`]: the blur's integral over a pixel. [`chords`]: a blurred disc as a few lines, which a blur makes enough.
+//! - [`spread`]: blurs of other shapes.
 //! - [`gauss`]: nodes of quadratures. `phase_table`: functions tabulated at sub-pixel phases.
 
 pub mod chords;
@@ -10,3 +11,4 @@ pub mod kernel;
 pub mod outline;
 pub mod overlap;
 pub(crate) mod phase_table;
+pub mod spread;

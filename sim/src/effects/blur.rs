@@ -2,6 +2,7 @@
 
 use super::Effect;
 use crate::formation::Formation;
+use crate::scene::Psf;
 use crate::view::{LinearRange, View};
 
 /// See the [module](self).
@@ -24,11 +25,19 @@ impl Effect for LensBlur {
         "LEDs reach 4 to 6 sigma farther"
     }
 
-    /// A Gaussian moves light by σ·√(2/π) on average along each axis; the mean over a pixel's width of an edge moves
-    /// by no more than its displacement.
+    /// A Gaussian moves light by σ·√(2/π) on average along each axis, and no shape by more than σ; the mean over a pixel's width
+    /// of an edge moves by no more than its displacement.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
-        let displacement =
-            2.0 * view.scene.camera.blur_sigma_px * (2.0 / std::f64::consts::PI).sqrt();
+        let camera = &view.scene.camera;
+        let mean = match camera.psf {
+            Psf::Gauss => (2.0 / std::f64::consts::PI).sqrt(),
+            Psf::Disc => 1.0,
+        };
+        let displacement = camera
+            .blur_sigmas_px()
+            .map(|sigma| sigma * mean)
+            .iter()
+            .sum();
         range.change_by_layers(displacement)
     }
 

@@ -29,6 +29,7 @@ mod noise;
 mod panels;
 mod perspective;
 mod photograph;
+mod point_spread;
 mod pwm;
 mod rolling_shutter;
 mod scanning;
@@ -69,7 +70,7 @@ pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 22] = [
+pub(crate) const ALL: [&dyn Effect; 23] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
@@ -85,6 +86,7 @@ pub(crate) const ALL: [&dyn Effect; 22] = [
     &distortion::Distortion,
     &motion::Motion,
     LENS_BLUR,
+    &point_spread::PointSpread,
     &vignetting::Vignetting,
     &fixed_pattern::FixedPattern,
     &hot_pixels::HotPixels,

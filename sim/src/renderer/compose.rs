@@ -6,6 +6,7 @@ use link::panel::LEDS;
 use super::{Renderer, Shown};
 use crate::camera::clock::Moment;
 use crate::disc::kernel::{Kernel, Real};
+use crate::disc::outline::Outline;
 use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout, image_of};
@@ -25,17 +26,18 @@ impl Renderer {
     ) {
         match &layout.images {
             Images::Chords { shapes, .. } => {
-                let image = |led| ChordImage::new(kernel, image_of(shapes, led), self.margin_px);
+                let image = |led| {
+                    ChordImage::new(kernel, image_of(shapes, led), &self.spread, self.margin_px)
+                };
                 layout.paint(image, shift, light, canvas);
             }
             Images::Outlines(outlines) => {
                 for (led, &light) in light.iter().enumerate() {
-                    canvas.add_outline(
+                    self.add_outline(
                         image_of(outlines, led),
-                        self.formation.sigma_px,
-                        self.margin_px,
                         layout.centre(led) + shift,
                         light,
+                        canvas,
                     );
                 }
             }
@@ -108,16 +110,25 @@ impl Renderer {
         let centre = board.centre + shift;
         match &board.chords {
             Some(chords) => {
-                let image = ChordImage::new(kernel, chords, self.margin_px);
+                let image = ChordImage::new(kernel, chords, &self.spread, self.margin_px);
                 canvas.add_led(&image, centre, light);
             }
-            None => canvas.add_outline(
-                &board.outline,
-                self.formation.sigma_px,
-                self.margin_px,
-                centre,
-                light,
-            ),
+            None => self.add_outline(&board.outline, centre, light, canvas),
+        }
+    }
+
+    /// Adds an outline pixel by pixel, at each point of the spread.
+    fn add_outline<R: Real>(
+        &self,
+        outline: &Outline,
+        centre: DVec2,
+        light: R,
+        canvas: &mut Canvas<R>,
+    ) {
+        let sigma_px = self.formation.sigma_px;
+        for &(place, part) in &self.spread.points {
+            let light = light * R::from_f64(part);
+            canvas.add_outline(outline, sigma_px, self.margin_px, centre + place, light);
         }
     }
 

@@ -8,6 +8,7 @@ use crate::camera::projection::{Ellipse, Projection, distorted};
 use crate::disc::chords::Chords;
 use crate::disc::kernel::Exact;
 use crate::disc::outline::Outline;
+use crate::disc::spread::Spread;
 use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
 use crate::renderer::polyphase::Polyphase;
@@ -59,12 +60,13 @@ impl Layout {
         panel: &PanelView,
         formation: &Formation,
         accuracy: &Accuracy,
+        spread: &Spread,
         after_s: f64,
     ) -> Self {
         let ellipses = ellipses(camera, panel, formation, after_s);
         let places = places(&ellipses);
         Self {
-            images: images(&ellipses, formation, accuracy),
+            images: images(&ellipses, formation, accuracy, spread),
             places,
         }
     }
@@ -110,7 +112,12 @@ pub fn image_of<T>(images: &[T], led: usize) -> &T {
 }
 
 /// The images of LEDs that appear as `ellipses`.
-fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy) -> Images {
+fn images(
+    ellipses: &[Ellipse; LEDS],
+    formation: &Formation,
+    accuracy: &Accuracy,
+    spread: &Spread,
+) -> Images {
     // Rounding apart, which is some 1e-13 px.
     let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
     let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
@@ -129,7 +136,8 @@ fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy
         [one] if accuracy.phases > 0 => Polyphase::new(
             &Exact::new(formation.sigma_px),
             one,
-            accuracy.margin_px(formation.sigma_px),
+            spread,
+            accuracy.margin_px(formation.sigma_px) + spread.reach_px,
             accuracy.phases,
         ),
         _ => None,

@@ -23,6 +23,7 @@ use crate::camera::encoder::Encoder;
 use crate::camera::exposure::LedLight;
 use crate::camera::noise::PixelNoise;
 use crate::disc::kernel::{Exact, Tabulated};
+use crate::disc::spread::Spread;
 use crate::effects;
 use crate::formation::Formation;
 use crate::plan::Plan;
@@ -55,6 +56,7 @@ pub struct Renderer {
     level: Level,
     exact: Exact,
     table: Tabulated,
+    spread: Spread,
     margin_px: f64,
     /// For each panel drawn: its layouts over the exposure with their weights.
     layouts: Vec<Vec<(f64, Layout)>>,
@@ -123,7 +125,9 @@ impl Renderer {
         accuracy: Accuracy,
     ) -> Self {
         let scene = &view.scene;
-        let margin_px = accuracy.margin_px(formation.sigma_px);
+        let (shape, tolerance) = (formation.spread, accuracy.quadrature / 4.0);
+        let spread = Spread::new(shape, formation.sigma_px, tolerance);
+        let margin_px = accuracy.margin_px(formation.sigma_px) + spread.reach_px;
         let drawn = if formation.other_panels {
             view.panels.len()
         } else {
@@ -136,7 +140,14 @@ impl Renderer {
                 .map(|&(after_s, weight)| {
                     (
                         weight,
-                        Layout::new(&scene.camera, panel, &formation, &accuracy, after_s),
+                        Layout::new(
+                            &scene.camera,
+                            panel,
+                            &formation,
+                            &accuracy,
+                            &spread,
+                            after_s,
+                        ),
                     )
                 })
                 .collect()
@@ -166,6 +177,7 @@ impl Renderer {
             exact: Exact::new(formation.sigma_px),
             table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(&formation.curve),
+            spread,
             margin_px,
             layouts,
             boards,

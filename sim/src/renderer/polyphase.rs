@@ -6,6 +6,7 @@
 use crate::disc::chords::Chords;
 use crate::disc::kernel::Exact;
 use crate::disc::phase_table::PhaseTable;
+use crate::disc::spread::Spread;
 use crate::renderer::separable::{ChordImage, SeparableImage};
 
 /// Values across come in whole vectors of so many.
@@ -23,10 +24,16 @@ pub struct Polyphase {
 }
 
 impl Polyphase {
-    /// The table for the shape that `chords` make, under the blur of `kernel`, drawn up to `margin_px` beyond its edge. None
+    /// The table for the shape that `chords` make, under the blur of `kernel` and spread, drawn up to `margin_px` beyond its edge. None
     /// where it would be too large.
-    pub fn new(kernel: &Exact, chords: &Chords, margin_px: f64, phases: usize) -> Option<Self> {
-        let image = ChordImage::new(kernel, chords, margin_px);
+    pub fn new(
+        kernel: &Exact,
+        chords: &Chords,
+        spread: &Spread,
+        margin_px: f64,
+        phases: usize,
+    ) -> Option<Self> {
+        let image = ChordImage::new(kernel, chords, spread, margin_px);
         if image.terms() * phases > MOST_ROWS {
             return None;
         }

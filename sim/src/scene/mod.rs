@@ -78,8 +78,12 @@ pub struct Camera {
     pub gamma: f64,
     /// The grey level of no light, 0 to 64.
     pub black_grey: f64,
-    /// Standard deviation of the lens blur, 0 to 20 px.
+    /// Standard deviation of the lens blur, 0 to 20 px: the geometric mean of that along x and that along y.
     pub blur_sigma_px: f64,
+    /// The shape of the blur.
+    pub psf: Psf,
+    /// The blur along x over that along y, 0.25 to 4.
+    pub blur_aspect: f64,
     /// How far the exposure is set from the meter's, −8 to 8 EV.
     pub exposure_bias_ev: f64,
     /// Whether the lens darkens towards the corners (cos⁴).
@@ -128,6 +132,8 @@ impl Default for Camera {
             gamma: Standard::USUAL_GAMMA,
             black_grey: 0.0,
             blur_sigma_px: Told::USUAL_BLUR_SIGMA_PX,
+            psf: Psf::Gauss,
+            blur_aspect: 1.0,
             exposure_bias_ev: 0.0,
             vignetting: false,
             full_well_e: 20_000.0,
@@ -152,6 +158,12 @@ impl Camera {
         self.focal_length_mm * 1e3 / self.pixel_pitch_um
     }
 
+    /// Standard deviations of the blur along x and along y, in pixels.
+    pub fn blur_sigmas_px(&self) -> [f64; 2] {
+        let root = self.blur_aspect.sqrt();
+        [self.blur_sigma_px * root, self.blur_sigma_px / root]
+    }
+
     /// The principal point: the centre of the sensor, in pixels.
     pub fn principal_px(&self) -> [f64; 2] {
         [
@@ -159,6 +171,17 @@ impl Camera {
             (self.height_px as f64 - 1.0) / 2.0,
         ]
     }
+}
+
+/// The shape of a blur.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Psf {
+    /// A Gaussian (Do & Yoo 2020, Eqs. 14 and 15).
+    #[default]
+    Gauss,
+    /// A disc, as of a lens out of focus: its radius is twice the standard deviation.
+    Disc,
 }
 
 /// The curve by which a camera makes grey levels of light: see [`crate::camera::curve`].

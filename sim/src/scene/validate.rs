@@ -98,6 +98,7 @@ impl Scene {
         within("camera.gamma", camera.gamma, 1.0, 4.0)?;
         within("camera.black_grey", camera.black_grey, 0.0, 64.0)?;
         within("camera.blur_sigma_px", camera.blur_sigma_px, 0.0, 20.0)?;
+        within("camera.blur_aspect", camera.blur_aspect, 0.25, 4.0)?;
         within(
             "camera.exposure_bias_ev",
             camera.exposure_bias_ev,

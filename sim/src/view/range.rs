@@ -6,6 +6,7 @@ use super::View;
 use crate::air::Air;
 use crate::camera::curve::Curve;
 use crate::camera::projection::Ellipse;
+use crate::scene::{Camera, Psf};
 
 /// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
 ///
@@ -16,7 +17,7 @@ pub struct LinearRange {
     pub floor: f64,
     /// No pixel is brighter than this linear value, noise apart. It may be above what is encoded as 255.
     pub peak: f64,
-    /// The blur that the image has: 0 where the lens blur is left out.
+    /// The Gaussian whose edges are as steep as any of the image can be: 0 where the lens blur is left out.
     pub sigma_px: f64,
     /// How many panels may lie one behind the other in a pixel.
     pub layers: usize,
@@ -25,6 +26,18 @@ pub struct LinearRange {
     /// The curve that makes grey levels: gamma where the encoding is left out.
     pub curve: Curve,
     smallest_radius_px: f64,
+}
+
+/// The standard deviation of a Gaussian blur whose edges are at least as steep as those of the camera's, along any direction.
+///
+/// The steepest edge of a disc of deviation s is 1/(π·s), that of a Gaussian 1/(√(2π)·σ). A core of at most 0.8 of the whole
+/// deviation leaves 0.6 of it to the disc.
+fn sharpest_sigma_px(camera: &Camera) -> f64 {
+    let [x, y] = camera.blur_sigmas_px();
+    match camera.psf {
+        Psf::Gauss => x.min(y),
+        Psf::Disc => x.min(y) * 0.6 * (PI / 2.0).sqrt(),
+    }
 }
 
 impl LinearRange {
@@ -38,7 +51,7 @@ impl LinearRange {
         let mut range = Self {
             floor: f64::INFINITY,
             peak: 0.0,
-            sigma_px: view.scene.camera.blur_sigma_px,
+            sigma_px: sharpest_sigma_px(&view.scene.camera),
             layers: view.layers,
             grey_gain: 1.0,
             curve: Curve::of(&view.scene.camera),
