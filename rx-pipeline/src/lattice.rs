@@ -40,6 +40,15 @@ impl Lattice {
         }
     }
 
+    /// The same shape around `centre`, so many times as large.
+    pub fn scaled(&self, centre: [f32; 2], scale: f32) -> Self {
+        Self {
+            centre,
+            column: self.column.map(|c| c * scale),
+            row: self.row.map(|c| c * scale),
+        }
+    }
+
     /// The position of an LED, or of a place between or beyond LEDs.
     pub fn position(&self, column: f32, row: f32) -> [f32; 2] {
         let (column, row) = (column - MIDDLE, row - MIDDLE);
@@ -71,6 +80,12 @@ impl Lattice {
     /// Distance of neighbouring LEDs in a row and in a column.
     pub fn pitch(&self) -> [f32; 2] {
         [self.column, self.row].map(|[x, y]| libm::hypotf(x, y))
+    }
+
+    /// Width and height of the box around it, with so much room beyond its outer LEDs, in pitches.
+    pub fn extent(&self, room: f32) -> [f32; 2] {
+        let far = (SIDE - 1) as f32 + 2.0 * room;
+        core::array::from_fn(|axis| far * (self.column[axis].abs() + self.row[axis].abs()))
     }
 
     /// Whether no corner differs by as much as [`SAME_LATTICE`] pitches.

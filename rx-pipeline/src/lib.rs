@@ -69,9 +69,10 @@
 //! # Choosing
 //!
 //! - **From a camera to messages:** [`receiver::Receiver`], of one panel or several. Its [memory](receiver::ReceiverMemory) is sized by
-//!   the largest panel to be read, in pixels: `4096` for up to 64×64, `16384` for 128×128.
+//!   the pixels that a panel is read in: `9216`, 96×96, serves panels of any size, as near ones are read in larger pixels.
 //! - **A panel that may not stand out** is found by its blinking in two or three frames: give the search room for the earlier ones
-//!   ([`receiver::FrameSearch::with_history`]).
+//!   ([`receiver::FrameSearch::with_history`]). With a little more of it, panels that fill the picture are found too
+//!   ([`receiver::FrameSearch::bytes`]).
 //! - **A panel whose place is known:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if it is always known; on a
 //!   microcontroller, or wherever a part of the frame is enough, [`receiver::Receiver::region`].
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
@@ -95,6 +96,7 @@ pub mod approximate;
 pub mod board;
 pub mod camera;
 pub mod cells;
+mod coarse;
 pub mod corners;
 pub mod detect;
 pub mod features;

@@ -122,10 +122,20 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.experience = Experience::NONE;
     }
 
+    /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
+    /// What was learnt of the levels in the old ones says nothing of theirs.
+    pub(crate) fn go_on_in_pixels(&mut self, side: usize, mixing_variance: f32) {
+        self.model.pixels = [side as f32, mixing_variance];
+        self.experience.levels = LevelPrior::NONE;
+    }
+
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;
-        let [blur_sigma_px, blur_deviation_px] = self.experience.blur_px()?;
+        let [side, mixing] = self.model.pixels;
+        let [blur, unsure] = self.experience.blur_px()?;
+        let blur_sigma_px = side * libm::sqrtf((blur * blur - mixing).max(0.0));
+        let blur_deviation_px = side * unsure;
         let camera = Camera {
             blur_sigma_px,
             ..self.model.camera
@@ -253,10 +263,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if self.experience.spot_sigma_px().is_some() {
             return Ok((crop, sight.spot_sigma_px * sight.spot_sigma_px));
         }
-        let blur = self.model.camera.blur_sigma_px / crop.scale.bin as f32;
         let usual = match spot_sigma_px {
             Some(sigma_px) => (sigma_px * sigma_px) / (crop.scale.bin * crop.scale.bin) as f32,
-            None => blur * blur + crop.scale.sharp_variance(),
+            None => self.model.usual_variance(&crop.scale),
         };
         let variance = self.model.first_variance(frame, &crop, usual)?;
         let spot_sigma_px = crop.scale.bin as f32 * libm::sqrtf(variance);

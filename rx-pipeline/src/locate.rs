@@ -27,6 +27,7 @@ mod verification;
 pub use error::LocateError;
 pub use memory::{LocatorMemory, SearchMemory};
 
+use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -76,6 +77,19 @@ pub struct Location {
     pub(crate) spots: LatticeModel,
 }
 
+impl Location {
+    /// A panel found in the pixels of a grid, as it is in the camera's frame.
+    pub(crate) fn in_frame(&self, grid: &Grid) -> Result<Self, LocateError> {
+        let spots = grid.spots_to_frame(&self.spots);
+        Ok(Self {
+            corners: grid.corners_to_frame(&self.corners)?,
+            spot_sigma_px: spots.sigma,
+            spots,
+            ..*self
+        })
+    }
+}
+
 /// The variance of a place within a pixel.
 const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 
@@ -115,6 +129,14 @@ impl Locator {
         libm::sqrtf(
             self.blur_sigma_px * self.blur_sigma_px + LED_SIGMA_PX * LED_SIGMA_PX + PIXEL_VARIANCE,
         )
+    }
+
+    /// The same in other pixels of the camera's frames.
+    pub(crate) fn seen_in(&self, grid: &Grid) -> Self {
+        Self {
+            blur_sigma_px: grid.blur_from_frame(self.blur_sigma_px),
+            ..self.clone()
+        }
     }
 
     pub(crate) fn metric(&self) -> &GreyMetric {

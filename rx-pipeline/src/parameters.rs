@@ -17,6 +17,7 @@
 //! | which of two readings is right | [`reading`] |
 //! | which readings are of one symbol | [`symbols`] |
 //! | what an LED leaves in the image | [`spots`] |
+//! | in how large pixels it is seen | [`coarse`] |
 //! | its bits, from features and from pixels | [`detect`], [`likelihood`] |
 //!
 //! A *pitch* is the distance from one LED to the next; *grey* is a grey level of 256; an *amplitude ratio* is a
@@ -307,6 +308,28 @@ pub mod tracking {
     pub const DAMPING: f32 = 0.05;
 }
 
+/// Panels in larger pixels than the frame's.
+pub mod coarse {
+    /// Samples along a larger pixel's row, at most (count), and a 2, 3 or 4 px wide one has no fewer than that. More:
+    /// less noise, and slower.
+    pub const SAMPLES_ACROSS: usize = 4;
+    /// Samples along a larger pixel's column, at most (count). As above.
+    pub const SAMPLES_DOWN: usize = 2;
+    /// From one level of the search to the next, pixels grow to so many times their side. Larger: fewer levels, between
+    /// whose ranges panels fall.
+    pub const LEVEL_SIDE: usize = 4;
+    /// The widest pitch that is looked at in the frame's own pixels, and the widest in larger ones (larger px). Wider:
+    /// slower, and LEDs look like discs, which no spot fits. With the hysteresis it is no more than
+    /// [`PITCH_MAX_PX`](super::likelihood::crop::PITCH_MAX_PX), from which the likelihood takes pixels together by itself.
+    pub const PITCH_MAX: f32 = 7.2;
+    /// Pixels change their size only where the pitch is beyond the limit by more (share). Higher: they change less
+    /// often as a panel grows and shrinks.
+    pub const HYSTERESIS: f32 = 0.1;
+    /// Room around the panel that is drawn in larger pixels, and the part of it that has to be left before it is drawn
+    /// anew around another place (pitches). More: farther jumps are followed, and slower.
+    pub const ROOM: [f32; 2] = [2.0, 1.0];
+}
+
 /// Which of two readings is right, and when cells are made anew.
 pub mod reading {
     /// The least pitch that is read (px).
@@ -320,6 +343,9 @@ pub mod reading {
     /// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
     /// there).
     pub const CLEARLY: f32 = 0.05;
+    /// Room that a panel which should be partly out of the picture has to have where it is seen instead (pitches): for
+    /// another line, which is not there. Less: what is left of it is read as a panel a line off.
+    pub const LINE_ROOM: f32 = 1.5;
     /// Or what it leaves of what is left at the expected one (share).
     pub const CLEARLY_LEFT: f32 = 0.6;
 }

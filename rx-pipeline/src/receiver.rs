@@ -1,6 +1,7 @@
 //! The whole pipeline: camera frames in, messages out.
 
 mod history;
+mod levels;
 mod memory;
 mod outcome;
 mod reader;
@@ -8,6 +9,7 @@ mod search;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod view;
 
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
@@ -38,7 +40,7 @@ use search::Query;
 ///
 /// | parameter | what it says |
 /// |---|---|
-/// | `PIXELS` | the largest panel, as its bounding box: `4096` for up to 64×64 px, `16384` for 128×128 |
+/// | `PIXELS` | how many a panel is read in: `9216` for any panel; with fewer, such as `4096`, near ones are read more coarsely. A search that begins with nothing has room for panels of 110 px with `25600`, with fewer for smaller ones, until larger pixels make them small |
 /// | `M` | where its [memory](ReceiverMemory) is: `ReceiverMemory` itself, `&mut ReceiverMemory`, or a `Box` of it |
 /// | `S` | how panels are found: [`FrameSearch`] looks for them; with [`NoSearch`] it waits for [`Receiver::place`] |
 /// | `PANELS` | panels read at a time |
@@ -147,14 +149,18 @@ impl<
         profile: &mut impl Profile,
         mut tell: impl FnMut(usize, Outcome<'a>),
     ) {
-        let ReceiverMemory { panels, residuals } = self.memory.borrow_mut();
+        let ReceiverMemory {
+            panels,
+            residuals,
+            canvas,
+        } = self.memory.borrow_mut();
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, deframer } = panel;
             let tools = &mut memory.tools(residuals);
-            let followed = reader.follow(number, frame, &self.locator, tools, profile);
+            let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
             // Two tracks on one panel are one too many.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
@@ -188,8 +194,8 @@ impl<
         };
         let found = self.search.find(query, profile);
         let tools = &mut memory.tools(residuals);
-        let reading =
-            found.and_then(|location| reader.begin(number, frame, &location, tools, profile));
+        let reading = found
+            .and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));
         if reader.is_following() && known.len() + 1 == PANELS {
             self.search.forget();
         }
@@ -297,10 +303,14 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
         let [x, y] = origin.map(f32::from);
         // Corners beyond what can be reckoned with are outside of every region.
         let corners = corners.shifted(-x, -y).unwrap_or(corners);
-        let sigma_px = self.locator.spot_sigma_px();
-        let [memory] = &mut self.memory.borrow_mut().panels;
+        let ReceiverMemory {
+            panels: [memory],
+            residuals,
+            ..
+        } = self.memory.borrow_mut();
         let [panel] = &mut self.panels;
-        panel.reader.place(corners, size, sigma_px, &mut memory.map)
+        let tools = &mut memory.tools(residuals);
+        panel.reader.place(corners, size, &self.locator, tools)
     }
 
     /// Takes in the symbol that the last frames showed, of which [`Receiver::frame`] waits for the end.

@@ -4,6 +4,7 @@
 //! with what those bits should look like, says how far off the prediction was. So a frame costs one look at the pixels of each spot. How
 //! well the comparison fits tells whether the panel is still there.
 
+use crate::coarse::Grid;
 use crate::corners::{Corners, CornersError};
 use crate::detect::DetectError;
 use crate::fit;
@@ -128,6 +129,26 @@ impl Track {
         track
     }
 
+    /// The same track in other pixels of the same frames, `size` of them.
+    pub fn seen_in(&self, before: &Grid, now: &Grid, size: (usize, usize)) -> Self {
+        let track = Self {
+            frame_size: size,
+            ..*self
+        };
+        if before == now {
+            return track;
+        }
+        let finer = before.side as f32 / now.side as f32;
+        let speed = self
+            .speed
+            .scaled(self.speed.centre.map(|c| c * finer), finer);
+        Self {
+            spots: now.spots_from_frame(&before.spots_to_frame(&self.spots)),
+            speed,
+            ..track
+        }
+    }
+
     /// Whether two frames have shown how the panel moves.
     pub fn speed_known(&self) -> bool {
         self.speed_known
@@ -144,12 +165,11 @@ impl Track {
         self.missed <= PATIENCE_FRAMES
     }
 
-    /// Whether the prediction holds for a frame of that size and number.
-    pub fn reaches(&self, number: u64, frame_size: (usize, usize)) -> bool {
+    /// Whether the prediction holds for frame `number`.
+    pub fn reaches(&self, number: u64) -> bool {
         let elapsed = number.checked_sub(self.last_seen);
-        frame_size == self.frame_size
-            && (self.any_number
-                || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed)))
+        self.any_number
+            || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed))
     }
 
     /// The lattice expected in frame `number`.

@@ -13,7 +13,10 @@ const LARGEST: usize = 160;
 type Owned = Receiver<PIXELS, Box<ReceiverMemory<PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
 fn receiver() -> Owned {
-    let search = FrameSearch::with_history(Box::default(), vec![0; 2 * LARGEST * LARGEST]);
+    let search = FrameSearch::with_history(
+        Box::default(),
+        vec![0; FrameSearch::<Box<SearchMemory>>::bytes(LARGEST, LARGEST)],
+    );
     Receiver::new(ReceiverSettings::default(), Box::default(), search)
         .expect("the default settings")
 }

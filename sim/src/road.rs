@@ -144,7 +144,8 @@ impl Road {
         let renderer = Renderer::new(scene, settings.level)?;
         let transmitter = transmitter(scene, settings)?;
         let sensor = renderer.sensor();
-        let history = vec![0; 2 * sensor.width * sensor.height];
+        let room = FrameSearch::<Box<SearchMemory>>::bytes(sensor.width, sensor.height);
+        let history = vec![0; room];
         let receiver = Receiver::new(
             ReceiverSettings {
                 camera: settings.camera,

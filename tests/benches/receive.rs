@@ -90,7 +90,8 @@ fn followed_frame_maximum_likelihood(bencher: Bencher, seed: u64) {
 fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
     let sighting = sighting(seed);
     let frames = frames(&sighting);
-    let history = vec![0; 2 * SIZE[0] * SIZE[1]];
+    let room = FrameSearch::<Box<SearchMemory>>::bytes(SIZE[0], SIZE[1]);
+    let history = vec![0; room];
     let memory = Box::<ReceiverMemory<PIXELS>>::default();
     let settings = ReceiverSettings {
         method,

@@ -1,7 +1,7 @@
 //! A panel's pixels held against what is expected of its bits and levels.
 
 use super::ascent::Ascent;
-use super::crop::Crop;
+use super::crop::{Crop, Scale};
 use super::estimate::Estimate;
 use super::flips::FlipGains;
 use super::gauss_newton::NormalEquations;
@@ -34,6 +34,8 @@ const DARK: Camera = Camera {
 pub(super) struct Model<const PIXELS: usize> {
     /// The camera as it was told.
     pub camera: Camera,
+    /// The side of the pixels it sees in px of the camera's, and the variance of what mixes them with their neighbours, in px².
+    pub pixels: [f32; 2],
     metric: RootMetric,
     pub image: Image<PIXELS>,
     pub spots: SpotTable,
@@ -46,6 +48,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     pub const fn new() -> Self {
         Self {
             camera: DARK,
+            pixels: [0.0; 2],
             metric: RootMetric::DARK,
             image: Image::new(),
             spots: SpotTable::new(),
@@ -58,7 +61,15 @@ impl<const PIXELS: usize> Model<PIXELS> {
     pub fn prepare(&mut self, camera: Camera) {
         self.camera = camera;
         self.leds = LedLevels::ALIKE;
+        self.pixels = [1.0, 0.0];
         self.metric = RootMetric::new(&camera);
+    }
+
+    /// The variance of spots under the blur that was told, in px² of an image.
+    pub fn usual_variance(&self, scale: &Scale) -> f32 {
+        let [side, mixing] = self.pixels;
+        let blur = self.camera.blur_sigma_px / side;
+        (blur * blur + mixing) / (scale.bin * scale.bin) as f32 + scale.sharp_variance()
     }
 
     /// The light of each LED by least squares, where the panel is expected.

@@ -9,7 +9,7 @@ pub struct SearchMemory {
     pub(super) busy: Tiles,
     pub(super) changed: Tiles,
     /// Where the frame before showed a change too faint to be sure.
-    pub(super) suspect: Option<Lattice>,
+    pub(crate) suspect: Option<Lattice>,
 }
 
 impl SearchMemory {

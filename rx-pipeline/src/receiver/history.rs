@@ -1,80 +1,74 @@
 //! The last frames, while a panel is looked for by its blinking.
 
 use crate::frame::Frame;
-use core::borrow::BorrowMut;
+use heapless::Vec;
 
-/// Two frames, the latest first, in a buffer that somebody else provides.
-#[derive(Clone, Debug)]
-pub(crate) struct History<H> {
-    buffer: H,
+/// The most frames that are kept of one size.
+pub(super) const SLOTS: usize = 3;
+
+/// Which frames lie in a buffer that somebody else provides, of one size and one after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
     size: (usize, usize),
     kept: usize,
-    /// Which half holds the latest frame.
+    /// Where the latest frame lies.
     latest: usize,
 }
 
-impl<H: BorrowMut<[u8]>> History<H> {
-    pub fn new(buffer: H) -> Self {
-        Self {
-            buffer,
-            size: (0, 0),
-            kept: 0,
-            latest: 0,
-        }
-    }
-
-    /// Frames that the buffer has room for.
-    fn room(&self, size: (usize, usize)) -> usize {
-        let bytes = self.buffer.borrow().len();
-        (bytes / size.0.saturating_mul(size.1).max(1)).min(2)
-    }
-
+impl History {
     pub fn forget(&mut self) {
         self.kept = 0;
     }
 
-    /// Copies a frame, over the oldest.
-    pub fn keep(&mut self, frame: &Frame<'_>) {
-        let size = (frame.width(), frame.height());
-        let room = self.room(size);
+    /// The place for the next frame, of `slots` that there are at most: over the oldest. `None` where there is no room.
+    pub fn next<'a>(
+        &mut self,
+        buffer: &'a mut [u8],
+        size: (usize, usize),
+        slots: usize,
+    ) -> Option<&'a mut [u8]> {
+        let area = size.0.checked_mul(size.1)?;
+        let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);
         if room == 0 {
-            return;
+            return None;
         }
         if size != self.size {
             (self.size, self.kept) = (size, 0);
         }
         self.latest = (self.latest + 1) % room;
         self.kept = (self.kept + 1).min(room);
-        let area = size.0 * size.1;
-        if let Some(place) = self
-            .buffer
-            .borrow_mut()
-            .get_mut(area * self.latest..area * (self.latest + 1))
-        {
+        buffer.get_mut(area * self.latest..area * (self.latest + 1))
+    }
+
+    /// Copies a frame into the place for the next one.
+    pub fn keep(&mut self, buffer: &mut [u8], frame: &Frame<'_>, slots: usize) {
+        let size = (frame.width(), frame.height());
+        if let Some(place) = self.next(buffer, size, slots) {
             for (to, from) in place.chunks_exact_mut(size.0).zip(frame.rows()) {
                 to.copy_from_slice(from);
             }
         }
     }
 
-    /// Hands the kept frames of the size of `frame` on, the latest first.
-    pub fn with_earlier<T>(&self, frame: &Frame<'_>, work: impl FnOnce(&[Frame<'_>]) -> T) -> T {
-        let size = (frame.width(), frame.height());
-        let room = self.room(size);
-        if size != self.size || self.kept == 0 || room == 0 {
-            return work(&[]);
+    /// The kept frames, if they are of that size and in so many slots, the latest first.
+    pub fn frames<'a>(
+        &self,
+        buffer: &'a [u8],
+        size: (usize, usize),
+        slots: usize,
+    ) -> Vec<Frame<'a>, SLOTS> {
+        let area = self.size.0 * self.size.1;
+        let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);
+        if size != self.size {
+            return Vec::new();
         }
-        let area = size.0 * size.1;
-        let half = |index: usize| {
-            let bytes = self.buffer.borrow().get(area * index..area * (index + 1))?;
-            Frame::new(bytes, size.0, size.1).ok()
-        };
-        let (latest, oldest) = (half(self.latest), half((self.latest + 1) % room));
-        match (latest, oldest) {
-            (Some(latest), Some(oldest)) if self.kept == 2 => work(&[latest, oldest]),
-            (Some(latest), _) => work(&[latest]),
-            _ => work(&[]),
-        }
+        (0..self.kept.min(room))
+            .filter_map(|age| {
+                let slot = (self.latest + room - age) % room;
+                let pixels = buffer.get(area * slot..area * (slot + 1))?;
+                Frame::new(pixels, size.0, size.1).ok()
+            })
+            .collect()
     }
 }
 
@@ -82,38 +76,39 @@ impl<H: BorrowMut<[u8]>> History<H> {
 mod tests {
     use super::*;
 
-    fn kept(history: &History<[u8; 8]>, frame: &Frame<'_>) -> std::vec::Vec<u8> {
-        history.with_earlier(frame, |earlier| {
-            earlier
-                .iter()
-                .filter_map(|frame| frame.pixel(0, 0))
-                .collect()
-        })
+    fn kept(history: &History, buffer: &[u8], frame: &Frame<'_>) -> std::vec::Vec<u8> {
+        let frames = history.frames(buffer, (frame.width(), frame.height()), 2);
+        frames
+            .iter()
+            .filter_map(|frame| frame.pixel(0, 0))
+            .collect()
     }
 
     #[test]
     fn the_last_two_frames_are_kept_latest_first() {
-        let mut history = History::new([0; 8]);
+        let (mut history, mut buffer) = (History::default(), [0; 8]);
         let pixels = [[1u8; 4], [2; 4], [3; 4]];
         let frames = pixels
             .each_ref()
             .map(|pixels| Frame::new(pixels, 2, 2).unwrap());
-        assert!(kept(&history, &frames[0]).is_empty());
-        frames.iter().for_each(|frame| history.keep(frame));
-        assert_eq!(kept(&history, &frames[0]), [3, 2]);
+        assert!(kept(&history, &buffer, &frames[0]).is_empty());
+        frames
+            .iter()
+            .for_each(|frame| history.keep(&mut buffer, frame, 2));
+        assert_eq!(kept(&history, &buffer, &frames[0]), [3, 2]);
         let other = Frame::new(&pixels[0], 4, 1).unwrap();
-        assert!(kept(&history, &other).is_empty());
-        history.keep(&other);
-        assert_eq!(kept(&history, &other), [1]);
+        assert!(kept(&history, &buffer, &other).is_empty());
+        history.keep(&mut buffer, &other, 2);
+        assert_eq!(kept(&history, &buffer, &other), [1]);
         history.forget();
-        assert!(kept(&history, &other).is_empty());
+        assert!(kept(&history, &buffer, &other).is_empty());
     }
 
     #[test]
     fn too_little_room_keeps_nothing() {
-        let mut history = History::new([0u8; 8]);
+        let (mut history, mut buffer) = (History::default(), [0; 8]);
         let frame = Frame::new(&[7; 9], 3, 3).unwrap();
-        history.keep(&frame);
-        assert!(kept(&history, &frame).is_empty());
+        history.keep(&mut buffer, &frame, 2);
+        assert!(kept(&history, &buffer, &frame).is_empty());
     }
 }

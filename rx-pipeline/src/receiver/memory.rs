@@ -8,14 +8,17 @@ use crate::detect::Method;
 use crate::likelihood::MaximumLikelihood;
 use crate::spots::Residuals;
 
-/// What a receiver follows and reads with: `PANELS` panels of up to `PIXELS` (bounding box).
+/// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in
+/// larger pixels, so that `9216`, 96×96, serves panels of any size.
 ///
-/// For one panel 30 bytes a pixel and 30 kB: 521 kB for 128×128 pixels; for each further one 22 bytes a pixel and 30 kB. It begins as
+/// For one panel 31 bytes a pixel and 30 kB: 316 kB for 96×96 pixels; for each further one 22 bytes a pixel and 30 kB. It begins as
 /// nothing but zeros: as a `static` it takes no room in flash. On a computer, `Box::default()` makes it where it stays, and takes no room
 /// for it on the stack.
 pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
     pub(super) panels: [PanelMemory<PIXELS>; PANELS],
     pub(super) residuals: Residuals<PIXELS>,
+    /// Where a near panel's surroundings are drawn in larger pixels.
+    pub(super) canvas: [u8; PIXELS],
 }
 
 /// What each panel has of its own.
@@ -50,6 +53,7 @@ impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
     const EMPTY: Self = Self {
         panels: [const { PanelMemory::EMPTY }; PANELS],
         residuals: Residuals::new(),
+        canvas: [0; PIXELS],
     };
 
     /// Memory that holds nothing yet.

@@ -2,7 +2,9 @@
 
 use super::outcome::{Loss, Outcome, Reading};
 use super::settings::{ReceiverError, ReceiverSettings};
+use super::view::View;
 use crate::cells::{CellMap, CellsError};
+use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::detect::{Detection, Detector, Method, Mixture};
 use crate::features::Features;
@@ -10,7 +12,7 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
-use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, SAME_CELLS};
+use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, SAME_CELLS};
 use crate::profile::{Profile, Stage};
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::symbols::{Symbol, SymbolClock};
@@ -58,8 +60,12 @@ pub(crate) struct Reader {
     method: Method,
     clock: SymbolClock,
     track: Option<Track>,
+    /// What of the frame the track, the cells and the likelihood are in.
+    view: View,
+    frame_size: (usize, usize),
     /// The pose that the cell map was built for.
     cells: Option<Corners>,
+    /// Where in the frame the panel was seen.
     seen: Option<Corners>,
 }
 
@@ -69,6 +75,8 @@ impl Reader {
             method: settings.method,
             clock: SymbolClock::new(settings.symbols_per_frame)?,
             track: None,
+            view: View::whole((0, 0)),
+            frame_size: (0, 0),
             cells: None,
             seen: None,
         })
@@ -95,8 +103,14 @@ impl Reader {
     ) {
         let by = shift.map(|shift| shift as f32);
         let moved = |corners: Corners| corners.shifted(by[0], by[1]).ok();
-        self.track = self.track.map(|track| track.shifted(by, frame_size));
+        self.frame_size = frame_size;
         self.seen = self.seen.and_then(moved);
+        if !self.view.is_whole() {
+            self.view.grid = self.view.grid.shifted(shift);
+            return;
+        }
+        self.view = View::whole(frame_size);
+        self.track = self.track.map(|track| track.shifted(by, frame_size));
         self.cells = if map.shift(shift, frame_size.0, frame_size.1) {
             self.cells.and_then(moved)
         } else {
@@ -111,22 +125,34 @@ impl Reader {
         frame: &Frame<'_>,
         locator: &Locator,
         tools: &mut Tools<'_, N>,
+        canvas: &mut [u8],
         profile: &mut impl Profile,
     ) -> Option<Result<Reading, Loss>> {
         let track = self.track?;
-        if !track.reaches(number, (frame.width(), frame.height())) {
+        if (frame.width(), frame.height()) != self.frame_size || !track.reaches(number) {
             self.track = None;
             return None;
         }
+        let before = self.view.grid;
+        let expected = before.lattice_to_frame(&track.predicted(number));
+        let out_of_frame = Loss::from(TrackError::OutOfFrame);
+        let Some(view) = self.look_at(&expected, tools) else {
+            return Some(Err(self.miss(track, out_of_frame)));
+        };
+        let track = track.seen_in(&before, &view.grid, view.frame_size());
+        let Some(drawn) = profile.timed(Stage::Cells, || view.draw(frame, canvas)) else {
+            return Some(Err(self.miss(track, out_of_frame)));
+        };
         let mut input = Input {
             number,
-            frame,
+            frame: &drawn,
             locator,
             tools,
         };
         let followed = self.correct(&track, &mut input, profile);
         let read = followed.and_then(|(track, reading, _)| {
-            let reading = self.read_well(number, frame, track.spots(), reading, tools, profile)?;
+            let spots = track.spots();
+            let reading = self.read_well(number, &drawn, spots, reading, tools, profile)?;
             Ok((track, reading))
         });
         Some(match read {
@@ -134,15 +160,50 @@ impl Reader {
                 let track = match &reading.detection.mixed {
                     None => corrected,
                     Some(mixture) => {
-                        let observation = observation(frame, locator);
+                        let observation = observation(&drawn, locator);
                         corrected_by_both(&track, mixture, number, observation, tools.residuals)
                     }
                 };
-                (self.track, self.seen) = (Some(track), Some(reading.corners));
-                Ok(reading)
+                self.track = Some(track);
+                self.in_frame(reading)
             }
-            Err(loss) => Err(self.miss(track, loss)),
+            Err(loss) => Err(self.miss(track, view.loss_in_frame(loss, self.frame_size))),
         })
+    }
+
+    /// From now on looks at a panel on `lattice` of the frame, in pixels of the right size; `None` if it is outside.
+    fn look_at<const N: usize>(
+        &mut self,
+        lattice: &Lattice,
+        tools: &mut Tools<'_, N>,
+    ) -> Option<View> {
+        let now = self.view.of(lattice, self.frame_size, N)?;
+        let before = core::mem::replace(&mut self.view, now);
+        if before == now {
+            return Some(now);
+        }
+        let (width, height) = now.frame_size();
+        let cells = before.shift_to(&now).and_then(|shift| {
+            let [dx, dy] = shift.map(|shift| shift as f32);
+            let moved = tools.map.shift(shift, width, height);
+            moved.then_some(self.cells?.shifted(dx, dy).ok()?)
+        });
+        self.cells = cells;
+        if before.grid.side != now.grid.side {
+            let Grid { side, .. } = now.grid;
+            tools
+                .likelihood
+                .go_on_in_pixels(side, now.grid.mixing_variance());
+        }
+        Some(now)
+    }
+
+    /// A reading in the view as it is in the frame.
+    fn in_frame(&mut self, reading: Reading) -> Result<Reading, Loss> {
+        let corners = self.view.grid.corners_to_frame(&reading.corners);
+        let corners = corners.map_err(TrackError::from)?;
+        self.seen = Some(corners);
+        Ok(Reading { corners, ..reading })
     }
 
     /// Reads the panel where it is expected, or where it looks likeliest to be, and corrects the track by what the frame shows there.
@@ -163,6 +224,8 @@ impl Reader {
             input.locator.locate_near(input.frame, &expected, sigma_px)
         });
         match (near, here) {
+            // What is left of a panel at the picture's rim looks like one that is a line off.
+            (Some(near), here @ Err(Loss::Cells(_))) if !has_room(&near, input.frame) => here,
             (Some(near), here) if !near.is_close_to(&expected) => {
                 let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
                 better(here, elsewhere)
@@ -194,14 +257,30 @@ impl Reader {
         frame: &Frame<'_>,
         location: &Location,
         tools: &mut Tools<'_, N>,
+        canvas: &mut [u8],
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
-        let lattice = &location.spots.lattice;
-        let reading = self.read(frame, lattice, tools.map, profile)?;
-        let reading = self.read_well(number, frame, &location.spots, reading, tools, profile)?;
-        let track = Track::new(location.spots, number, (frame.width(), frame.height()));
-        (self.track, self.seen) = (Some(track), Some(location.corners));
-        Ok(reading)
+        self.watch((frame.width(), frame.height()));
+        let out_of_frame = TrackError::OutOfFrame;
+        let view = self.look_at(&location.spots.lattice, tools);
+        let view = view.ok_or(out_of_frame)?;
+        let drawn = view.draw(frame, canvas).ok_or(out_of_frame)?;
+        let track = Track::new(location.spots, number, self.frame_size);
+        let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
+        let spots = track.spots();
+        let reading = self
+            .read(&drawn, &spots.lattice, tools.map, profile)
+            .and_then(|reading| self.read_well(number, &drawn, spots, reading, tools, profile))
+            .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
+        self.track = Some(track);
+        self.in_frame(reading)
+    }
+
+    /// Begins in frames of that size.
+    fn watch(&mut self, frame_size: (usize, usize)) {
+        if self.frame_size != frame_size {
+            (self.frame_size, self.cells) = (frame_size, None);
+        }
     }
 
     /// Reads the panel on `lattice` and corrects the track by what the frame shows there.
@@ -245,11 +324,7 @@ impl Reader {
     ) -> Result<Reading, Loss> {
         let corners = Corners::new(lattice.corners()).map_err(TrackError::from)?;
         if !self.cells.is_some_and(|built| are_close(&built, &corners)) {
-            self.cells = None;
-            profile.timed(Stage::Cells, || {
-                map.build(&corners, frame.width(), frame.height())
-            })?;
-            self.cells = Some(corners);
+            profile.timed(Stage::Cells, || self.build(corners, map))?;
         }
         let features = profile.timed(Stage::Features, || Features::measure(frame, map))?;
         let detector = match self.method {
@@ -258,6 +333,24 @@ impl Reader {
         };
         let detection: Detection = profile.timed(Stage::Detect, || detector.detect(&features))?;
         Ok(Reading { corners, detection })
+    }
+
+    /// Makes the cells of a panel anew.
+    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    #[inline(never)]
+    fn build<const N: usize>(
+        &mut self,
+        corners: Corners,
+        map: &mut CellMap<N>,
+    ) -> Result<(), CellsError> {
+        self.cells = None;
+        if !self.view.is_whole() {
+            self.view.check_cells(&corners, self.frame_size)?;
+        }
+        let [width, height] = self.view.size;
+        map.build(&corners, width, height)?;
+        self.cells = Some(corners);
+        Ok(())
     }
 
     /// Reads a panel whose place is known as well as the method does; `fast` is what served to follow it.
@@ -287,22 +380,28 @@ impl Reader {
         &mut self,
         corners: Corners,
         frame_size: (usize, usize),
-        spot_sigma_px: f32,
-        map: &mut CellMap<N>,
+        locator: &Locator,
+        tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
         (self.track, self.cells, self.seen) = (None, None, None);
-        map.build(&corners, frame_size.0, frame_size.1)?;
-        self.cells = Some(corners);
+        self.watch(frame_size);
         let lattice = Lattice::through(&corners);
         let spots = LatticeModel {
             lattice,
-            sigma: spot_sigma_px,
+            sigma: locator.spot_sigma_px(),
             background: 1.0,
             off: 0.0,
             contrast: 1.0,
             state: [0.0; 64],
         };
-        (self.track, self.seen) = (Some(Track::placed(spots, frame_size)), Some(corners));
+        let view = self.look_at(&lattice, tools);
+        let view = view.ok_or_else(|| View::whole(frame_size).outside_frame(&corners))?;
+        let seen = view.grid.corners_from_frame(&corners).unwrap_or(corners);
+        self.build(seen, tools.map)
+            .map_err(|error| view.error_in_frame(error, frame_size))?;
+        let track = Track::placed(spots, frame_size);
+        let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
+        (self.track, self.seen) = (Some(track), Some(corners));
         Ok(())
     }
 
@@ -365,6 +464,19 @@ fn deframe(deframer: &mut Deframer, ended: Option<Symbol>) -> Event<'_> {
         Some(symbol) => deframer.push(symbol.index, symbol.first_frame, &symbol.panel),
         None => Event::Nothing,
     }
+}
+
+/// Whether another line of LEDs would be in the frame on all sides of a lattice.
+fn has_room(lattice: &Lattice, frame: &Frame<'_>) -> bool {
+    let extent = lattice.extent(LINE_ROOM);
+    let limit = [frame.width(), frame.height()];
+    (0..2).all(|i| {
+        let (low, high) = (
+            lattice.centre[i] - 0.5 * extent[i],
+            lattice.centre[i] + 0.5 * extent[i],
+        );
+        low >= 0.0 && high < limit[i] as f32
+    })
 }
 
 fn are_close(a: &Corners, b: &Corners) -> bool {

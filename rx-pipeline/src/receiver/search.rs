@@ -3,12 +3,17 @@
 use core::borrow::BorrowMut;
 
 use super::history::History;
+use super::levels::{Asked, Levels, Suspect};
 use super::outcome::Loss;
+use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::locate::{Effort, Location, Locator, SearchMemory, Workspace};
-use crate::profile::Profile;
+use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory};
+use crate::profile::{Profile, Stage};
 use crate::spots::Residuals;
+
+/// Earlier frames that tell what blinks.
+const KEPT_FRAMES: usize = 2;
 
 /// Where panels come from: [`FrameSearch`] looks for them, [`NoSearch`] waits to be told of one.
 ///
@@ -54,26 +59,42 @@ impl<const PIXELS: usize> Search<PIXELS> for NoSearch {
 /// Looks through whole frames, as long as fewer panels are followed than there may be.
 ///
 /// `L` is where its [memory](SearchMemory) is: `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` keeps the last frames,
-/// so that a panel that does not stand out is found by its blinking: anything that lends a slice of bytes.
+/// so that a panel that does not stand out is found by its blinking: anything that lends a slice of bytes. Where it also holds them in
+/// [larger pixels](Self::bytes), panels larger than 110 px are found too.
 pub struct FrameSearch<L, H = [u8; 0]> {
     memory: L,
-    history: History<H>,
+    kept: H,
+    history: History,
+    levels: Levels,
+    /// Where the frame before showed a change too faint to be sure.
+    suspect: Suspect,
 }
 
 impl<L: BorrowMut<SearchMemory>> FrameSearch<L> {
-    /// A search that finds panels that stand out in a single frame.
+    /// A search that finds panels that stand out in a single frame, and are no larger than 110 px.
     pub fn new(memory: L) -> Self {
         Self::with_history(memory, [])
     }
 }
 
+impl<L, H> FrameSearch<L, H> {
+    /// What `history` needs for panels of any size, found by their blinking too, in frames of that size: 2.2 bytes a pixel.
+    pub fn bytes(width: usize, height: usize) -> usize {
+        let frames = width.saturating_mul(height).saturating_mul(KEPT_FRAMES);
+        frames.saturating_add(Levels::bytes((width, height)))
+    }
+}
+
 impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
     /// A search that finds panels by their blinking too, in frames of up to half as many pixels as `history` has bytes; with less
-    /// certainty in frames of up to as many.
+    /// certainty in frames of up to as many. With [`FrameSearch::bytes`] of them panels larger than 110 px are found too.
     pub fn with_history(memory: L, history: H) -> Self {
         Self {
             memory,
-            history: History::new(history),
+            kept: history,
+            history: History::default(),
+            levels: Levels::default(),
+            suspect: None,
         }
     }
 }
@@ -93,23 +114,37 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             known,
             residuals,
         } = query;
-        let search = self.memory.borrow_mut();
-        let workspace = Workspace { residuals, search };
-        let found = self.history.with_earlier(frame, |earlier| {
-            locator.search(
-                frame,
-                earlier,
-                known,
-                Effort::Share(number),
-                workspace,
-                profile,
-            )
-        });
-        self.history.keep(frame);
-        Ok(found?)
+        let size = (frame.width(), frame.height());
+        let buffer = self.kept.borrow_mut();
+        let for_levels = if buffer.len() >= Self::bytes(size.0, size.1) {
+            Levels::bytes(size)
+        } else {
+            0
+        };
+        let (for_levels, for_frames) = buffer.split_at_mut(for_levels);
+        let mut asked = Asked {
+            effort: Effort::Share(number),
+            locator,
+            known,
+            residuals,
+            search: self.memory.borrow_mut(),
+        };
+        profile.begins(Stage::Survey);
+        self.levels.draw(frame, for_levels);
+        profile.ends(Stage::Survey);
+        let mut found = self.levels.find(for_levels, &mut asked, profile);
+        if found.is_none() {
+            let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
+            let own = asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspect, profile);
+            found = Some(own);
+        }
+        self.history.keep(for_frames, frame, KEPT_FRAMES);
+        Ok(found.unwrap_or(Err(LocateError::NothingStandsOut))?)
     }
 
     fn forget(&mut self) {
         self.history.forget();
+        self.levels.forget();
+        self.suspect = None;
     }
 }

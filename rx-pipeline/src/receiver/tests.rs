@@ -1,5 +1,7 @@
 //! Whole films, in whole frames and in parts of them.
 
+mod near;
+
 use super::*;
 use crate::locate::LocateError;
 use crate::parameters::tracking::PATIENCE_FRAMES;
@@ -275,14 +277,14 @@ proptest! {
 #[test]
 fn the_memory_is_as_large_as_stated() {
     type Whole =
-        Receiver<16384, &'static mut ReceiverMemory<16384>, FrameSearch<&'static mut SearchMemory>>;
-    let memory = size_of::<ReceiverMemory<16384>>();
-    assert!(memory <= 30 * 16384 + 31_000);
-    let further = size_of::<ReceiverMemory<16384, 2>>() - memory;
-    assert!(further <= 22 * 16384 + 31_000);
+        Receiver<9216, &'static mut ReceiverMemory<9216>, FrameSearch<&'static mut SearchMemory>>;
+    let memory = size_of::<ReceiverMemory<9216>>();
+    assert!(memory <= 31 * 9216 + 31_000);
+    let further = size_of::<ReceiverMemory<9216, 2>>() - memory;
+    assert!(further <= 22 * 9216 + 31_000);
     assert!(size_of::<SearchMemory>() <= 132_000);
-    assert!(size_of::<Whole>() - size_of::<[Deframer; 1]>() < 4_000);
-    assert!(memory + size_of::<SearchMemory>() + size_of::<Whole>() < 700_000);
+    assert!(size_of::<Whole>() - size_of::<[Deframer; 1]>() < 4_200);
+    assert!(memory + size_of::<SearchMemory>() + size_of::<Whole>() < 500_000);
 }
 
 #[test]

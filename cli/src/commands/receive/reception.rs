@@ -40,9 +40,6 @@ type Receiving<const PANELS: usize> = Receiver<
 /// Frames a second where nobody tells.
 const USUAL_FPS: f32 = 100.0;
 
-/// Frames that are kept to see what blinks.
-const KEPT_FRAMES: usize = 2;
-
 impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// For so many frames, if that is known.
     pub fn new(
@@ -57,7 +54,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             symbols_per_frame: arguments.symbol_rate / arguments.fps.unwrap_or(USUAL_FPS),
         };
         // Settings are refused before the first frame, not with it.
-        receiver::<PANELS>(settings, 0)?;
+        receiver::<PANELS>(settings, (0, 0))?;
         Ok(Self {
             receiver: None,
             settings,
@@ -74,7 +71,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     pub fn by_default(&mut self, fps: f32) -> anyhow::Result<()> {
         if self.arguments.fps.is_none() {
             self.settings.symbols_per_frame = self.arguments.symbol_rate / fps;
-            receiver::<PANELS>(self.settings, 0)?;
+            receiver::<PANELS>(self.settings, (0, 0))?;
         }
         Ok(())
     }
@@ -108,7 +105,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         self.next = number + 1;
         self.report.begin(number);
         if self.receiver.is_none() {
-            self.receiver = Some(receiver(self.settings, frame.width() * frame.height())?);
+            self.receiver = Some(receiver(self.settings, (frame.width(), frame.height()))?);
         }
         let Some(receiver) = &mut self.receiver else {
             return Ok(());
@@ -167,8 +164,9 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
 
 fn receiver<const PANELS: usize>(
     settings: ReceiverSettings,
-    frame_pixels: usize,
+    (width, height): (usize, usize),
 ) -> anyhow::Result<Receiving<PANELS>> {
-    let search = FrameSearch::with_history(Box::default(), vec![0; KEPT_FRAMES * frame_pixels]);
+    let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
+    let search = FrameSearch::with_history(Box::default(), vec![0; room]);
     Ok(Receiver::new(settings, Box::default(), search)?)
 }

@@ -16,8 +16,8 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use peripherals::{Clock, Uart};
 
-/// Pixels of the largest panel: 128 × 128.
-const PIXELS: usize = 16_384;
+/// Pixels that a panel is read in; larger ones are seen in larger pixels: 96 × 96.
+const PIXELS: usize = 9_216;
 
 type Board = Service<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
 

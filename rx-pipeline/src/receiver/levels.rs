@@ -1,0 +1,158 @@
+//! The frame in larger pixels, level by level, so that panels of any size are found: what is too large in one level is small in the next.
+//!
+//! A search looks for panels of 14 to 110 px. Each level's pixels are four times as wide as those of the one before, so that their ranges
+//! overlap, and it is a sixteenth as large: to draw it costs less than to survey the frame. The coarsest comes first, as a panel's
+//! parts look like nothing there, and a panel may well have parts on finer levels that do.
+
+use super::history::{History, SLOTS};
+use crate::coarse::Grid;
+use crate::corners::Corners;
+use crate::frame::Frame;
+use crate::lattice::Lattice;
+use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Workspace};
+use crate::parameters::coarse::LEVEL_SIDE;
+use crate::profile::Profile;
+use crate::spots::Residuals;
+use heapless::Vec;
+
+/// Levels beside the frame itself.
+const LEVELS: usize = 2;
+
+/// Where the frame before showed a change too faint to be sure.
+pub(super) type Suspect = Option<Lattice>;
+
+/// What is asked of each level.
+pub(super) struct Asked<'a, const PIXELS: usize> {
+    pub effort: Effort,
+    pub locator: &'a Locator,
+    /// Panels in the frame that are known.
+    pub known: &'a [Corners],
+    pub residuals: &'a mut Residuals<PIXELS>,
+    pub search: &'a mut SearchMemory,
+}
+
+impl<const PIXELS: usize> Asked<'_, PIXELS> {
+    /// The panel in `frame`, which shows the camera's in the pixels of `grid`, as it is in the camera's.
+    pub fn at(
+        &mut self,
+        grid: &Grid,
+        frame: &Frame<'_>,
+        earlier: &[Frame<'_>],
+        suspect: &mut Suspect,
+        profile: &mut impl Profile,
+    ) -> Result<Location, LocateError> {
+        let workspace = Workspace {
+            residuals: &mut *self.residuals,
+            search: &mut *self.search,
+        };
+        workspace.search.suspect = suspect.take();
+        let found = if *grid == Grid::FRAME {
+            let known = self.known;
+            self.locator
+                .search(frame, earlier, known, self.effort, workspace, profile)
+        } else {
+            let known: Vec<Corners, MOST_KNOWN> = self
+                .known
+                .iter()
+                .filter_map(|corners| grid.corners_from_frame(corners).ok())
+                .take(MOST_KNOWN)
+                .collect();
+            let locator = self.locator.seen_in(grid);
+            locator
+                .search(frame, earlier, &known, self.effort, workspace, profile)
+                .and_then(|location| location.in_frame(grid))
+        };
+        *suspect = self.search.suspect.take();
+        found
+    }
+}
+
+/// Panels that are known on a level, at most.
+const MOST_KNOWN: usize = 16;
+
+/// The frame and earlier ones in larger pixels.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Levels {
+    level: [Level; LEVELS],
+}
+
+#[derive(Clone, Debug, Default)]
+struct Level {
+    history: History,
+    suspect: Suspect,
+    /// Of the latest frame; none where it was too small, or there is no room.
+    size: Option<(usize, usize)>,
+}
+
+impl Levels {
+    /// What the levels of frames of that size take.
+    pub fn bytes(size: (usize, usize)) -> usize {
+        sizes(size)
+            .map(|(width, height)| SLOTS * width * height)
+            .iter()
+            .sum()
+    }
+
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Draws all levels of a frame.
+    pub fn draw(&mut self, frame: &Frame<'_>, mut buffer: &mut [u8]) {
+        let sizes = sizes((frame.width(), frame.height()));
+        let mut finer = *frame;
+        for (level, size) in self.level.iter_mut().zip(sizes) {
+            level.size = None;
+            let bytes = (SLOTS * size.0 * size.1).min(buffer.len());
+            let (own, rest) = buffer.split_at_mut(bytes);
+            buffer = rest;
+            let Some(place) = level.history.next(own, size, SLOTS) else {
+                return;
+            };
+            let grid = Grid::of_side(LEVEL_SIDE);
+            let Some(drawn) = grid.draw(&finer, [size.0, size.1], place) else {
+                return;
+            };
+            (finer, level.size) = (drawn, Some(size));
+        }
+    }
+
+    /// The panel that the levels show, the coarsest first.
+    pub fn find<const PIXELS: usize>(
+        &mut self,
+        buffer: &[u8],
+        asked: &mut Asked<'_, PIXELS>,
+        profile: &mut impl Profile,
+    ) -> Option<Result<Location, LocateError>> {
+        let mut start = 0;
+        let starts = self.level.each_ref().map(|level| {
+            let (width, height) = level.size.unwrap_or_default();
+            let own = start;
+            start += SLOTS * width * height;
+            own
+        });
+        for (index, level) in self.level.iter_mut().enumerate().rev() {
+            let Some(size) = level.size else { continue };
+            let own = buffer.get(starts[index]..).unwrap_or_default();
+            let frames = level.history.frames(own, size, SLOTS);
+            let Some((latest, earlier)) = frames.split_first() else {
+                continue;
+            };
+            let grid = Grid::of_side(LEVEL_SIDE.pow(index as u32 + 1));
+            let found = asked.at(&grid, latest, earlier, &mut level.suspect, profile);
+            if found.is_ok() {
+                return Some(found);
+            }
+        }
+        None
+    }
+}
+
+/// The levels' sizes, the finest first.
+fn sizes(frame: (usize, usize)) -> [(usize, usize); LEVELS] {
+    let mut finer = frame;
+    [(); LEVELS].map(|()| {
+        finer = (finer.0 / LEVEL_SIDE, finer.1 / LEVEL_SIDE);
+        finer
+    })
+}
