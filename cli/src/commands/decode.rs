@@ -2,13 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
-use rx_pipeline::locate::{Locator, LocatorMemory};
+use rx_pipeline::likelihood::MaximumLikelihood;
+use rx_pipeline::receiver::{
+    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 use serde::Serialize;
 use studies::detectors::DetectorChoice;
 
@@ -22,8 +25,8 @@ use crate::output::{self, Answer, line};
 const PANEL_PIXELS: usize = 512 * 512;
 /// The most pixels that the likelihood looks at; larger panels are binned.
 const LIKELIHOOD_PIXELS: usize = 128 * 128;
-/// The most pixels of a window that a panel is looked for in.
-const WINDOW_PIXELS: usize = 160 * 160;
+/// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels.
+const SEARCH_PIXELS: usize = 128 * 128;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -61,8 +64,6 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut decoder = Decoder {
         method: options::untrained(arguments.detector)?,
         told,
-        locator: Locator::new(told.camera)?,
-        window: Box::default(),
         map: Box::new(CellMap::empty()),
         likelihood: Box::new(MaximumLikelihood::new(told.camera)),
     };
@@ -114,8 +115,6 @@ fn corners(text: &str) -> Result<Corners, String> {
 struct Decoder {
     method: Method,
     told: Told,
-    locator: Locator,
-    window: Box<LocatorMemory<WINDOW_PIXELS>>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
 }
@@ -129,27 +128,40 @@ impl Decoder {
         given: Option<Corners>,
     ) -> anyhow::Result<Result<(Corners, Detection), String>> {
         let image = pictures.read(path)?;
-        if pictures.deep_white() > 0 {
-            let camera = self.told.of_pixels(true);
-            self.locator = Locator::new(camera)?;
-            self.likelihood.prepare(camera);
-        }
         let (width, height) = (image.width() as usize, image.height() as usize);
+        let camera = self.told.of_pixels(pictures.deep_white() > 0);
         let frame = Frame::new(image.as_raw(), width, height)?;
-        let corners = match given {
-            Some(corners) => corners,
-            None => match self.locator.locate(&frame, &mut self.window) {
-                Ok(location) => location.corners,
-                Err(why) => return Ok(Err(why.to_string())),
-            },
+        let Some(corners) = given else {
+            return self.search(camera, &frame);
         };
-        if let Err(error) = self.map.build(&corners, width, height) {
-            // Corners that a person gave are input; those that were found are an answer.
-            anyhow::ensure!(given.is_none(), "{}: {error}", path.display());
-            return Ok(Err(error.to_string()));
-        }
+        // Each image stands for itself.
+        self.likelihood.prepare(camera);
+        self.map
+            .build(&corners, width, height)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         let detection = self.detect(&frame, &corners);
         Ok(detection.map(|detection| (corners, detection)))
+    }
+
+    /// What a receiver makes of a frame that it has seen none before.
+    fn search(
+        &self,
+        camera: Camera,
+        frame: &Frame,
+    ) -> anyhow::Result<Result<(Corners, Detection), String>> {
+        let room = FrameSearch::<Box<SearchMemory>>::bytes(frame.width(), frame.height());
+        let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; room]);
+        let settings = ReceiverSettings {
+            camera,
+            method: self.method,
+            ..ReceiverSettings::default()
+        };
+        let memory = Box::<ReceiverMemory<SEARCH_PIXELS>>::default();
+        let mut receiver = Receiver::new(settings, memory, search.thorough())?;
+        let reading = receiver.frame(0, frame).reading;
+        Ok(reading
+            .map(|Reading { corners, detection }| (corners, detection))
+            .map_err(|why| why.to_string()))
     }
 
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
@@ -157,11 +169,7 @@ impl Decoder {
         let features = Features::measure(frame, &self.map).map_err(|error| why(&error))?;
         match &self.method {
             Method::Features(detector) => detector.detect(&features),
-            Method::MaximumLikelihood => {
-                // Each image stands for itself.
-                self.likelihood.set_experience(Experience::NONE);
-                self.likelihood.detect(frame, corners)
-            }
+            Method::MaximumLikelihood => self.likelihood.detect(frame, corners),
         }
         .map_err(|error| why(&error))
     }

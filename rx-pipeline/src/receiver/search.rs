@@ -68,6 +68,7 @@ pub struct FrameSearch<L, H = [u8; 0]> {
     levels: Levels,
     /// Where the frame before showed a change too faint to be sure.
     suspect: Suspect,
+    is_thorough: bool,
 }
 
 impl<L: BorrowMut<SearchMemory>> FrameSearch<L> {
@@ -95,6 +96,16 @@ impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
             history: History::default(),
             levels: Levels::default(),
             suspect: None,
+            is_thorough: false,
+        }
+    }
+
+    /// The same, which looks at all that stands out in each frame, and not at a share of it: for single frames, and where time does not
+    /// count.
+    pub fn thorough(self) -> Self {
+        Self {
+            is_thorough: true,
+            ..self
         }
     }
 }
@@ -123,7 +134,11 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         };
         let (for_levels, for_frames) = buffer.split_at_mut(for_levels);
         let mut asked = Asked {
-            effort: Effort::Share(number),
+            effort: if self.is_thorough {
+                Effort::Full
+            } else {
+                Effort::Share(number)
+            },
             locator,
             known,
             residuals,
