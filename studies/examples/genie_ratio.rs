@@ -6,17 +6,13 @@
 //! leaves the reflectance what it is, as that of a panel that a receiver follows. The interval of 95 % of the ratio comes from
 //! resampled frames.
 
-use rand::RngExt;
 use sim::accuracy::Level;
-use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{EvaluateError, Evaluator, Settings};
+use studies::statistics::ratio_95;
 
 type Failure = Box<dyn std::error::Error>;
-
-/// How often frames are drawn again for an interval.
-const RESAMPLED: usize = 1000;
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -55,7 +51,7 @@ fn main() -> Result<(), Failure> {
                         *total += sum(errors);
                     }
                     let rate = |errors: &[u64]| sum(errors) as f64 / (64 * frames) as f64;
-                    let [low, high] = interval_95(&found, &genie);
+                    let [low, high] = ratio_95(&found, &genie);
                     println!(
                         " {:.5} | {:.5} | {:.5} | {:.2} ({low:.2} to {high:.2}) | {} | {} |",
                         rate(&kmeans),
@@ -105,24 +101,6 @@ fn wrong(errors: &[u64]) -> usize {
 
 fn sum(errors: &[u64]) -> u64 {
     errors.iter().sum()
-}
-
-/// The interval that holds 95 % of the ratios of resampled frames.
-fn interval_95(above: &[u64], below: &[u64]) -> [f64; 2] {
-    let mut random = stream(0, 0, Purpose::Resampling);
-    let mut ratios: Vec<f64> = (0..RESAMPLED)
-        .map(|_| {
-            let (mut a, mut b) = (0, 0);
-            for _ in above {
-                let frame = random.random_range(0..above.len());
-                a += above[frame];
-                b += below[frame];
-            }
-            a as f64 / b as f64
-        })
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    [RESAMPLED / 40, RESAMPLED - 1 - RESAMPLED / 40].map(|at| ratios[at])
 }
 
 /// The paper's scene with noise, in the ambient light that calls for the ISO.

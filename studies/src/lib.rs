@@ -35,7 +35,7 @@
 //! reproduction                       the figures of Do & Yoo 2020, and what becomes of their claims
 //! work_precision                     what accuracy costs in time
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
-//! random_cameras                     what a receiver makes of cameras that it is told nothing of
+//! random_cameras  camera_knowledge   what a receiver makes of cameras that it is told nothing of, and what being told would gain
 //! ```
 //!
 //! # Which to choose
@@ -53,6 +53,7 @@
 //! Random numbers are counter-based ([`sim::random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
 pub mod baselines;
+pub mod camera_knowledge;
 pub mod detectors;
 pub mod monte_carlo;
 pub mod optimum;

@@ -76,6 +76,10 @@ impl RandomFilm {
         let panel = settings_of_panel(&mut random);
         let settings = [place.settings, camera, panel].concat();
         let scene = Scene::load("day", &settings)?;
+        let told = Camera {
+            blur_sigma_px: scene.camera.blur_sigma_px as f32,
+            ..camera_of(&scene)
+        };
         let has_photograph = !photographs.is_empty() && random.random_range(0..3) > 0;
         let view = if has_photograph {
             View::before(&scene, &backdrop(photographs, width, height, &mut random)?)?
@@ -93,7 +97,7 @@ impl RandomFilm {
             ),
             pitch_px: along(corners[0], corners[1]).min(along(corners[1], corners[2])),
             corners,
-            camera: camera_of(&scene).clamped(),
+            camera: told,
             seed,
             canvas: Canvas::new(renderer.lit_region()),
             renderer,
@@ -175,8 +179,14 @@ fn settings_of_place([width, height]: [usize; 2], random: &mut impl Rng) -> Plac
 /// A camera: lens, curve, noise, and what it does to its pictures.
 fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
     let mut is = |share: f64| random.random::<f64>() < share;
-    let [sharpens, compresses, has_pattern, has_hot_pixels, vignettes] =
-        [0.35, 0.3, 0.5, 0.4, 0.3].map(&mut is);
+    let [
+        sharpens,
+        compresses,
+        has_pattern,
+        has_hot_pixels,
+        vignettes,
+        is_defocused,
+    ] = [0.35, 0.3, 0.5, 0.4, 0.3, 0.25].map(&mut is);
     let blur = BLUR_PX[0] * (softest_px / BLUR_PX[0]).max(1.0).powf(random.random());
     let curve = [
         "camera.encoding=linear",
@@ -208,6 +218,15 @@ fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
             50.0 * 200f64.powf(random.random())
         ),
     ];
+    if is_defocused {
+        settings.push("camera.psf=disc".into());
+    }
+    if random.random::<f64>() < 0.35 {
+        settings.push(format!(
+            "camera.blur_aspect={:.2}",
+            random.random_range(0.6..1.7)
+        ));
+    }
     if sharpens {
         settings.push(format!(
             "camera.sharpening={:.2}",
@@ -373,7 +392,8 @@ type Receiving = Receiver<
 >;
 
 fn receiver(settings: ReceiverSettings, [width, height]: [usize; 2]) -> Receiving {
-    let search = FrameSearch::with_history(Box::default(), vec![0; 2 * width * height]);
+    let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
+    let search = FrameSearch::with_history(Box::default(), vec![0; room]);
     Receiver::new(settings, Box::default(), search).expect("settings in range")
 }
 

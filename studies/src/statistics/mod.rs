@@ -9,6 +9,7 @@ mod jackknife;
 mod moments;
 mod proportion;
 mod rare_errors;
+mod ratio;
 
 pub use distinguishability::{COLLINEAR, Distinguishability};
 pub use frame_errors::FrameErrors;
@@ -17,6 +18,7 @@ pub use moments::Moments;
 pub use proportion::wilson_95;
 pub use rare_errors::RareErrors;
 pub(crate) use rare_errors::{RARER, SWARM};
+pub use ratio::ratio_95;
 
 /// The most frames that a file may speak of: no sum of them overflows.
 const MOST_FRAMES: u64 = 1 << 48;
