@@ -71,6 +71,7 @@ use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
 use crop::{Crop, Sight};
 use estimate::Estimate;
+use leds::{LedMoments, is_clear_cut};
 use level_prior::LevelPrior;
 use link::camera::Camera;
 use link::panel::{LEDS, SoftPanel};
@@ -220,6 +221,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let flip_cost = self
             .model
             .ascend_in_groups(&mut best, &self.experience.levels);
+        let least = self.model.least_cost(&flip_cost);
+        let flip_cost = self.model.tempered(&mut best, flip_cost);
         let found = best.bits();
         let bits = bits_where(|led| found.led(led) != (flip_cost[led] < 0.0));
         let llr = core::array::from_fn(|led| {
@@ -231,7 +234,6 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 -flip_cost[led]
             }
         });
-        let least = self.model.least_cost(&flip_cost);
         let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
@@ -345,10 +347,17 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             ..
         } = &mut self.experience;
         let panel = estimate.bits();
-        if levels.fits_surely(estimate.levels.noise) && leds.is_new(panel) {
+        if levels.frames() == 1 && !leds.are_known() {
+            // Whatever was learnt before was learnt from a worse fit.
+            *leds = LedMoments::NONE;
+        }
+        if levels.fits(estimate.levels.noise) && leds.is_new(panel) {
             let (lit, noise) = self.model.ascent(estimate).measure_light();
-            leds.update(panel, &lit);
-            *light_noise = noise;
+            // As long as the noise is not known, a mixture of two symbols looks like one.
+            if levels.fits_surely(estimate.levels.noise) || is_clear_cut(&lit) {
+                leds.update(panel, &lit);
+                *light_noise = noise;
+            }
         }
     }
 }

@@ -6,6 +6,7 @@ use super::gauss_newton::SchurFactor;
 use super::image::{Image, SIDE_MAX, censored_loss, root};
 use super::leds::LedLevels;
 use super::levels::Levels;
+use crate::parameters::likelihood::flip_search::MISFIT_MAX;
 use crate::parameters::likelihood::leds::LIGHT_SWEEPS;
 use crate::parameters::likelihood::search::{ASCENT_ROUNDS, LEAST_GAIN, NEIGHBOURS};
 use crate::parameters::spots::SPOT_PX;
@@ -251,6 +252,17 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
             lit,
             self.levels.noise / (information * scale).max(f32::MIN_POSITIVE),
         )
+    }
+
+    /// By how much more than noise of single pixels what is left of LEDs' images varies: 1 where nothing but noise is left, more where
+    /// errors of the model are left, which are as wide as an LED.
+    pub fn dispersion(&self) -> f32 {
+        let misfits = (0..LEDS).map(|led| {
+            let [slope, curvature] = self.slope(led);
+            let misfit = slope * slope / (curvature * self.levels.noise + f32::MIN_POSITIVE);
+            misfit.min(MISFIT_MAX)
+        });
+        (misfits.sum::<f32>() / LEDS as f32).max(1.0)
     }
 
     /// The slope of half the sum of squares with an LED's light, downwards, and its curvature; saturated pixels apart.

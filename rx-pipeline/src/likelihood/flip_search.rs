@@ -6,7 +6,7 @@ use super::gauss_newton::{NormalEquations, SchurFactor};
 use super::level_prior::LevelPrior;
 use super::model::Model;
 use super::sphere_decoder;
-use crate::parameters::likelihood::flip_search::{CLEAR, ROUNDS, TRIES};
+use crate::parameters::likelihood::flip_search::{BEYOND_DOUBT, CLEAR, ROUNDS, TRIES};
 use crate::parameters::likelihood::search::LEAST_GAIN;
 use link::panel::LEDS;
 
@@ -40,6 +40,15 @@ impl<const PIXELS: usize> Model<PIXELS> {
             }
         }
         flip_cost
+    }
+
+    /// What flips cost, where not only noise is left of the LEDs' images but errors of the model, too.
+    pub fn tempered(&mut self, estimate: &mut Estimate, flip_cost: [f32; LEDS]) -> [f32; LEDS] {
+        if self.least_cost(&flip_cost) > BEYOND_DOUBT {
+            return flip_cost;
+        }
+        let dispersion = self.ascent(estimate).dispersion();
+        flip_cost.map(|cost| cost / dispersion)
     }
 
     /// Flips the group of LEDs that gains most, if any does; what each LED's flip costs where none does.

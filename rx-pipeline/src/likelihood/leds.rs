@@ -59,6 +59,11 @@ impl LedLevels {
     }
 }
 
+/// Whether most LEDs are clearly On or Off, as those of a single symbol are.
+pub(super) fn is_clear_cut(lit: &[f32; LEDS]) -> bool {
+    lit.iter().filter(|lit| BETWEEN.contains(*lit)).count() <= BETWEEN_MAX
+}
+
 /// The moments of each LED's light, over panels that differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LedMoments {
@@ -88,6 +93,11 @@ impl LedMoments {
             .all(|seen| (seen ^ panel.bits()).count_ones() >= NEW_LEDS)
     }
 
+    /// Whether they tell anything yet.
+    pub fn are_known(&self) -> bool {
+        self.panels >= LEARN_PANELS
+    }
+
     /// Takes in the light of the LEDs in a new panel.
     pub fn update(&mut self, panel: PanelFrame, lit: &[f32; LEDS]) {
         self.seen[self.next] = panel.bits();
@@ -105,7 +115,7 @@ impl LedMoments {
     /// The levels of the LEDs, where light that is measured once has the variance `noise`.
     pub fn levels(&self, noise: f32) -> LedLevels {
         let mut levels = LedLevels::ALIKE;
-        if self.panels < LEARN_PANELS {
+        if !self.are_known() {
             return levels;
         }
         let panels = self.panels as f32;
@@ -115,13 +125,14 @@ impl LedMoments {
         let least = GAP_MIN + 3.0 * libm::sqrtf(unsure);
         let (mut sum, mut count) = ([0.0f32; 2], 0.0f32);
         for (led, moments) in self.moments.iter().enumerate() {
-            let [low, high] = two_points(moments, noise);
-            if high - low > least {
+            let TwoPoints { low, gap, rarer } = TwoPoints::of(moments, noise);
+            let is_usual = (gap - 1.0).abs() < USUAL_GAIN;
+            if gap > least && (is_usual || rarer * panels > SEEN_IN_BOTH) {
                 levels.offset[led] = weight * low;
-                levels.gain[led] = 1.0 + weight * (high - low - 1.0);
+                levels.gain[led] = 1.0 + weight * (gap - 1.0);
                 sum = [sum[0] + levels.offset[led], sum[1] + levels.gain[led]];
                 count += 1.0;
-            } else if self.panels >= BROKEN_PANELS && least < 0.5 {
+            } else if gap <= least && self.panels >= BROKEN_PANELS && least < 0.5 {
                 levels.offset[led] = moments[0];
                 levels.gain[led] = 0.0;
             }
@@ -138,15 +149,33 @@ impl LedMoments {
     }
 }
 
-/// The two points of which mixtures have these moments, up to `noise`, the variance about each.
-fn two_points([mean, square, cube]: &[f32; 3], noise: f32) -> [f32; 2] {
-    let variance = square - mean * mean - noise;
-    if variance <= 0.0 {
-        return [*mean; 2];
+/// The two points of which a mixture has given moments.
+struct TwoPoints {
+    low: f32,
+    gap: f32,
+    /// The share of the rarer of them.
+    rarer: f32,
+}
+
+impl TwoPoints {
+    /// Those of the moments of light that varies by `noise` (variance) about each.
+    fn of([mean, square, cube]: &[f32; 3], noise: f32) -> Self {
+        let variance = square - mean * mean - noise;
+        if variance <= 0.0 {
+            return Self {
+                low: *mean,
+                gap: 0.0,
+                rarer: 0.0,
+            };
+        }
+        let third = cube - 3.0 * mean * square + 2.0 * mean * mean * mean;
+        let deviation = libm::sqrtf(variance);
+        let skewness = (third / (variance * deviation)).clamp(-SKEWNESS_MAX, SKEWNESS_MAX);
+        let gap = libm::sqrtf(skewness * skewness + 4.0);
+        Self {
+            low: mean + 0.5 * deviation * (skewness - gap),
+            gap: deviation * gap,
+            rarer: 0.5 * (1.0 - skewness.abs() / gap),
+        }
     }
-    let third = cube - 3.0 * mean * square + 2.0 * mean * mean * mean;
-    let deviation = libm::sqrtf(variance);
-    let skewness = (third / (variance * deviation)).clamp(-SKEWNESS_MAX, SKEWNESS_MAX);
-    let half_gap = 0.5 * libm::sqrtf(skewness * skewness + 4.0);
-    [-half_gap, half_gap].map(|side| mean + deviation * (0.5 * skewness + side))
 }

@@ -197,6 +197,32 @@ fn leds_that_a_short_message_never_changes_are_not_broken() {
     assert_eq!(detector.learnt().unwrap().broken, 0);
 }
 
+/// Where what shows between the LEDs is not plain, some bits are wrong. Soft values that claimed all to be right would cost more nats than a
+/// bit has, ln 2.
+#[test]
+fn what_the_model_does_not_explain_makes_bits_doubtful() {
+    let scene = Scene {
+        background: |[x, _]| 1.0 + 0.25 / (1.0 + (0.3 * (x - 52.0)).powi(4)),
+        noise_grey: 1.0,
+        light: [1.5, 4.0],
+        ..Scene::PLAIN
+    };
+    let (mut wrong, mut nats) = (0, 0.0);
+    for bits in (0..16).map(random_bits) {
+        let found = read(&mut detector(), &Scene { bits, ..scene });
+        wrong += (found.bits.bits() ^ bits).count_ones();
+        for (led, &llr) in found.soft.0.iter().enumerate() {
+            let sign = if bits >> led & 1 == 1 { -1.0 } else { 1.0 };
+            nats += (sign * f32::from(llr) * link::panel::LLR_STEP)
+                .exp()
+                .ln_1p();
+        }
+    }
+    nats /= 16.0 * 64.0;
+    assert!(wrong > 16, "nothing was doubtful");
+    assert!(nats < 0.69, "{nats} nats a bit, {wrong} wrong");
+}
+
 #[test]
 fn what_stands_around_the_panel_is_left_out() {
     let scene = Scene {

@@ -71,6 +71,11 @@ pub mod flip_search {
 
     /// If the flips of any LEDs cost more, none need be tried (nats): all soft values are at their ends.
     pub const CLEAR: f32 = 127.0 * LLR_STEP;
+    /// What is left of an LED's image counts up to this for how well the model fits (multiple of the noise). Higher: a single
+    /// broken LED makes all others doubtful.
+    pub const MISFIT_MAX: f32 = 100.0;
+    /// Where all flips cost more than this, no misfit makes them doubtful (nats).
+    pub const BEYOND_DOUBT: f32 = MISFIT_MAX * CLEAR;
     /// Rounds, at most (count). More: slower, and fewer wrong bits where LEDs overlap.
     pub const ROUNDS: usize = 12;
     /// Sets of flips tried in a round (count).
@@ -171,6 +176,12 @@ pub mod mixture {
 
 /// What is learnt of single LEDs.
 pub mod leds {
+    use core::ops::RangeInclusive;
+
+    /// Light that is neither On nor Off (contrasts).
+    pub const BETWEEN: RangeInclusive<f32> = 0.25..=0.75;
+    /// More LEDs of such light are a mixture of symbols (count).
+    pub const BETWEEN_MAX: usize = 18;
     /// Panels that are remembered, so that they do not count twice (count).
     pub const SEEN_PANELS: usize = 16;
     /// A panel is new if so many LEDs differ from each of those (count).
@@ -186,6 +197,10 @@ pub mod leds {
     /// By how much moments beyond the first are less sure (per contrast² of noise). Lower: in noise, LEDs get levels that are
     /// not theirs.
     pub const HIGH_MOMENTS: f32 = 20.0;
+    /// Gains so near to 1 need no proof (share).
+    pub const USUAL_GAIN: f32 = 0.35;
+    /// LEDs of other gains must have been in either state in more panels than this (count): one may have been a mixture.
+    pub const SEEN_IN_BOTH: f32 = 1.5;
     /// Levels nearer to each other are one (contrasts).
     pub const GAP_MIN: f32 = 0.15;
     /// Light beyond is cut off there (contrasts): it is no LED's.
