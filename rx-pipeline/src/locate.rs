@@ -31,6 +31,8 @@ use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
+use crate::parameters::blob::SIDE_PX;
+use crate::parameters::coarse::{LEVEL_BUDGET, LEVEL_SIDE_MAX_PX};
 use crate::parameters::pose_candidates::POSE_CANDIDATES;
 use crate::parameters::search::*;
 use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
@@ -100,13 +102,24 @@ pub enum Effort {
     Full,
     /// What is most striking, and of the rest one place in each frame: pass a number that counts the frames.
     Share(u64),
+    /// The same on a level of larger pixels, beside others: less of it, and only panels that the next level is too coarse for.
+    Level(u64),
 }
 
 impl Effort {
-    fn budget(self, share: u32) -> u32 {
+    fn budget(self, share: u32, level: u32) -> u32 {
         match self {
             Self::Full => u32::MAX,
             Self::Share(_) => share,
+            Self::Level(_) => level,
+        }
+    }
+
+    /// The side of the largest panel looked for, in pixels.
+    fn largest_px(self) -> f32 {
+        match self {
+            Self::Level(_) => LEVEL_SIDE_MAX_PX,
+            _ => *SIDE_PX.end(),
         }
     }
 }
@@ -202,7 +215,8 @@ impl Locator {
             residuals,
             failure: None,
             places: 0,
-            budget: effort.budget(CHANGED_BUDGET),
+            largest_px: effort.largest_px(),
+            budget: effort.budget(CHANGED_BUDGET, LEVEL_BUDGET[0]),
         };
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
@@ -234,10 +248,10 @@ impl Locator {
                 *suspect = faint;
             }
         }
-        attempt.budget = effort.budget(BUSY_BUDGET);
+        attempt.budget = effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]);
         let chosen = |rank: usize| match effort {
             Effort::Full => true,
-            Effort::Share(number) => {
+            Effort::Share(number) | Effort::Level(number) => {
                 rank < ALWAYS || rank == ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize
             }
         };
@@ -301,6 +315,7 @@ struct Attempt<'a, const N: usize> {
     residuals: &'a mut Residuals<N>,
     failure: Option<LocateError>,
     places: usize,
+    largest_px: f32,
     /// Poses that may still be tried.
     budget: u32,
 }
@@ -314,6 +329,9 @@ impl<const N: usize> Attempt<'_, N> {
         let mut failure = None;
         let mut best: Option<Verified> = None;
         for blob in Blob::around(peak, view.frame, view.earlier) {
+            if blob.side_px > self.largest_px || self.budget == 0 {
+                continue;
+            }
             let mut tried = heapless::Vec::<_, POSE_CANDIDATES>::new();
             let candidates = view.pose_candidates(&blob);
             for candidate in candidates.maxima() {

@@ -318,6 +318,12 @@ pub mod coarse {
     /// From one level of the search to the next, pixels grow to so many times their side. Larger: fewer levels, between
     /// whose ranges panels fall.
     pub const LEVEL_SIDE: usize = 4;
+    /// The side of the largest panel looked for on a level (larger px): as large as the smallest on the next level, and a
+    /// quarter. Larger: slower; smaller: panels fall between two levels.
+    pub const LEVEL_SIDE_MAX_PX: f32 = 70.0;
+    /// Poses of changed and of busy places tried on a level in a frame (count). More: near panels are found sooner, and
+    /// each frame takes longer.
+    pub const LEVEL_BUDGET: [u32; 2] = [1, 1];
     /// The widest pitch that is looked at in the frame's own pixels, and the widest in larger ones (larger px). Wider:
     /// slower, and LEDs look like discs, which no spot fits. With the hysteresis it is no more than
     /// [`PITCH_MAX_PX`](super::likelihood::crop::PITCH_MAX_PX), from which the likelihood takes pixels together by itself.

@@ -1,8 +1,8 @@
 //! The frame in larger pixels, level by level, so that panels of any size are found: what is too large in one level is small in the next.
 //!
 //! A search looks for panels of 14 to 110 px. Each level's pixels are four times as wide as those of the one before, so that their ranges
-//! overlap, and it is a sixteenth as large: to draw it costs less than to survey the frame. The coarsest comes first, as a panel's
-//! parts look like nothing there, and a panel may well have parts on finer levels that do.
+//! overlap, and it is a sixteenth as large: to draw it costs no more than to survey the frame. In each frame one level is looked at beside
+//! the frame itself, and before it: a panel's parts look like nothing on its own level.
 
 use super::history::{History, SLOTS};
 use crate::coarse::Grid;
@@ -58,8 +58,12 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
                 .take(MOST_KNOWN)
                 .collect();
             let locator = self.locator.seen_in(grid);
+            let effort = match self.effort {
+                Effort::Share(number) => Effort::Level(number),
+                other => other,
+            };
             locator
-                .search(frame, earlier, &known, self.effort, workspace, profile)
+                .search(frame, earlier, &known, effort, workspace, profile)
                 .and_then(|location| location.in_frame(grid))
         };
         *suspect = self.search.suspect.take();
@@ -74,6 +78,8 @@ const MOST_KNOWN: usize = 16;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels {
     level: [Level; LEVELS],
+    /// The level that was looked at last: one in each frame.
+    turn: usize,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -117,34 +123,42 @@ impl Levels {
         }
     }
 
-    /// The panel that the levels show, the coarsest first.
+    /// The panel that a level shows: the coarsest, or in the next frame the next one; or any of them, where time does not count.
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
         asked: &mut Asked<'_, PIXELS>,
         profile: &mut impl Profile,
-    ) -> Option<Result<Location, LocateError>> {
-        let mut start = 0;
-        let starts = self.level.each_ref().map(|level| {
-            let (width, height) = level.size.unwrap_or_default();
-            let own = start;
-            start += SLOTS * width * height;
-            own
-        });
-        for (index, level) in self.level.iter_mut().enumerate().rev() {
-            let Some(size) = level.size else { continue };
-            let own = buffer.get(starts[index]..).unwrap_or_default();
-            let frames = level.history.frames(own, size, SLOTS);
-            let Some((latest, earlier)) = frames.split_first() else {
-                continue;
-            };
-            let grid = Grid::of_side(LEVEL_SIDE.pow(index as u32 + 1));
-            let found = asked.at(&grid, latest, earlier, &mut level.suspect, profile);
-            if found.is_ok() {
-                return Some(found);
-            }
-        }
-        None
+    ) -> Option<Location> {
+        let turns = if asked.effort == Effort::Full {
+            LEVELS
+        } else {
+            1
+        };
+        (0..turns).find_map(|_| {
+            self.turn = self.turn.checked_sub(1).unwrap_or(LEVELS - 1);
+            self.find_in_turn(buffer, asked, profile)
+        })
+    }
+
+    fn find_in_turn<const PIXELS: usize>(
+        &mut self,
+        buffer: &[u8],
+        asked: &mut Asked<'_, PIXELS>,
+        profile: &mut impl Profile,
+    ) -> Option<Location> {
+        let before = self.level.iter().take(self.turn);
+        let start = before
+            .filter_map(|level| level.size)
+            .map(|(width, height)| SLOTS * width * height)
+            .sum::<usize>();
+        let level = self.level.get_mut(self.turn)?;
+        let size = level.size?;
+        let frames = level.history.frames(buffer.get(start..)?, size, SLOTS);
+        let (latest, earlier) = frames.split_first()?;
+        let grid = Grid::of_side(LEVEL_SIDE.pow(self.turn as u32 + 1));
+        let suspect = &mut level.suspect;
+        asked.at(&grid, latest, earlier, suspect, profile).ok()
     }
 }
 

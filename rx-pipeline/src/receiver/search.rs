@@ -8,7 +8,7 @@ use super::outcome::Loss;
 use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory};
+use crate::locate::{Effort, Location, Locator, SearchMemory};
 use crate::profile::{Profile, Stage};
 use crate::spots::Residuals;
 
@@ -147,14 +147,15 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         profile.begins(Stage::Survey);
         self.levels.draw(frame, for_levels);
         profile.ends(Stage::Survey);
-        let mut found = self.levels.find(for_levels, &mut asked, profile);
-        if found.is_none() {
-            let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
-            let own = asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspect, profile);
-            found = Some(own);
-        }
+        let found = match self.levels.find(for_levels, &mut asked, profile) {
+            Some(location) => Ok(location),
+            None => {
+                let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
+                asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspect, profile)
+            }
+        };
         self.history.keep(for_frames, frame, KEPT_FRAMES);
-        Ok(found.unwrap_or(Err(LocateError::NothingStandsOut))?)
+        Ok(found?)
     }
 
     fn forget(&mut self) {
