@@ -403,7 +403,7 @@ mod tests {
             let back = grid.place_of_frame(grid.place_in_frame(at));
             prop_assert!((back[0] - at[0]).abs() < 1e-2 && (back[1] - at[1]).abs() < 1e-2);
             let spots = LatticeModel {
-                lattice: Lattice { centre: at, column: [5.0, 0.3], row: [-0.2, 5.5] },
+                lattice: Lattice { centre: at, column: [5.0, 0.3], row: [-0.2, 5.5], tilt: [0.01, -0.02] },
                 sigma, background: 1.0, off: 0.5, contrast: 4.0, state: [0.0; 64],
             };
             let again = grid.spots_from_frame(&grid.spots_to_frame(&spots));

@@ -192,6 +192,23 @@ impl Homography {
             .map(|[a, b, c]| [a, b, a * x + b * y + c].map(|value| (value * scale) as f32))
     }
 
+    /// The image of the panel's middle, the steps to the next LED in its row and in its column there, and by how much farther off these are,
+    /// as a share of the distance.
+    pub(crate) fn about_middle(&self) -> [[f32; 2]; 4] {
+        let middle = LAST / 2.0;
+        let [x, y, [g, h, one]] = self.forward;
+        let scale = 1.0 / (middle * (g + h) + one);
+        let centre = self.to_image([middle; 2]);
+        let step = |i: usize, tilt: f64| [x[i] - tilt * centre[0], y[i] - tilt * centre[1]];
+        [
+            centre,
+            step(0, g).map(|c| c * scale),
+            step(1, h).map(|c| c * scale),
+            [g * scale, h * scale],
+        ]
+        .map(|pair| pair.map(|c| c as f32))
+    }
+
     /// The outer corners of the cells at the panel's corners.
     pub(crate) fn outline(&self) -> [[f64; 2]; 4] {
         OUTLINE.map(|corner| self.to_image(corner))

@@ -57,6 +57,32 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
     Some(Fit { spots, slope })
 }
 
+/// A near panel's fit, seen in perspective: its tilt too, as long as that leaves less.
+pub(crate) fn in_perspective<const N: usize>(
+    residuals: &mut Residuals<N>,
+    observation: Observation<'_, '_>,
+    window: Window,
+    mut fit: Fit,
+) -> Fit {
+    let pair = observation.earlier.is_some();
+    for _ in 0..TILTING {
+        let Fit { spots, slope } = &fit;
+        let shaped = spots.tilted(slope).reshaped(slope, DAMPING);
+        let Some(mut next) = shaped.and_then(|shaped| shaped.relevelled(slope, pair)) else {
+            break;
+        };
+        next.switch(slope, pair);
+        let Some(slope) = residuals.compare(&next, observation, window) else {
+            break;
+        };
+        if slope.squares.is_nan() || slope.squares > (1.0 - SETTLED) * fit.slope.squares {
+            break;
+        }
+        fit = Fit { spots: next, slope };
+    }
+    fit
+}
+
 /// The same lattice counted from a neighbouring row or column.
 pub(crate) fn shifted(spots: &LatticeModel, columns: i32, rows: i32) -> LatticeModel {
     let mut shifted = *spots;

@@ -1,10 +1,10 @@
-//! An affine lattice of 8×8 spots.
+//! A lattice of 8×8 spots, seen in perspective where that shows.
 
 use crate::corners::Corners;
 use crate::parameters::search::SAME_LATTICE;
 use link::panel::SIDE;
 
-/// Where the LEDs of a panel lie, as long as its perspective is weak.
+/// Where the LEDs of a panel lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lattice {
     /// The panel's centre in pixels.
@@ -13,10 +13,15 @@ pub(crate) struct Lattice {
     pub column: [f32; 2],
     /// From one LED to the next in its column.
     pub row: [f32; 2],
+    /// By how much farther off the next LED is in a row and in a column, as a share of the panel's distance: 0 where that does not show.
+    pub tilt: [f32; 2],
 }
 
 /// The middle of the panel in columns or rows.
 pub(crate) const MIDDLE: f32 = (SIDE - 1) as f32 / 2.0;
+
+/// The nearest that any place of a lattice is supposed to be, in distances of its middle: nearer ones are behind the camera.
+const NEAREST: f32 = 0.1;
 
 impl Lattice {
     /// An upright lattice turned by `roll_rad`, its columns `across` px and its rows `down` px apart.
@@ -26,17 +31,18 @@ impl Lattice {
             centre,
             column: [across * cos, across * sin],
             row: [-down * sin, down * cos],
+            tilt: [0.0; 2],
         }
     }
 
-    /// The affine lattice that comes closest to four corner LEDs.
+    /// The lattice of four corner LEDs.
     pub fn through(corners: &Corners) -> Self {
-        let [a, b, c, d] = corners.points();
-        let last = (SIDE - 1) as f32;
+        let [centre, column, row, tilt] = corners.homography().about_middle();
         Self {
-            centre: core::array::from_fn(|i| (a[i] + b[i] + c[i] + d[i]) / 4.0),
-            column: core::array::from_fn(|i| (b[i] - a[i] + c[i] - d[i]) / (2.0 * last)),
-            row: core::array::from_fn(|i| (d[i] - a[i] + c[i] - b[i]) / (2.0 * last)),
+            centre,
+            column,
+            row,
+            tilt,
         }
     }
 
@@ -46,22 +52,32 @@ impl Lattice {
             centre,
             column: self.column.map(|c| c * scale),
             row: self.row.map(|c| c * scale),
+            tilt: self.tilt,
         }
     }
 
     /// The position of an LED, or of a place between or beyond LEDs.
     pub fn position(&self, column: f32, row: f32) -> [f32; 2] {
         let (column, row) = (column - MIDDLE, row - MIDDLE);
+        let nearness = 1.0 / self.distance(column, row);
         core::array::from_fn(|axis| {
-            self.centre[axis] + column * self.column[axis] + row * self.row[axis]
+            let plane = column * self.column[axis] + row * self.row[axis];
+            self.centre[axis] + plane * nearness
         })
+    }
+
+    /// How far off a place is that is so many LEDs from the middle, in distances of the panel's middle.
+    pub fn distance(&self, column: f32, row: f32) -> f32 {
+        (1.0 + column * self.tilt[0] + row * self.tilt[1]).max(NEAREST)
     }
 
     /// Column and row at a position; `None` if the lattice has no area.
     pub fn coordinates(&self, at: [f32; 2]) -> Option<[f32; 2]> {
-        let ([a, c], [b, d]) = (self.column, self.row);
-        let determinant = a * d - b * c;
         let [x, y] = [at[0] - self.centre[0], at[1] - self.centre[1]];
+        let leant = |step: [f32; 2], tilt: f32| [step[0] - tilt * x, step[1] - tilt * y];
+        let [a, c] = leant(self.column, self.tilt[0]);
+        let [b, d] = leant(self.row, self.tilt[1]);
+        let determinant = a * d - b * c;
         (determinant.abs() > f32::MIN_POSITIVE).then(|| {
             [
                 MIDDLE + (d * x - b * y) / determinant,
@@ -95,5 +111,32 @@ impl Lattice {
         pairs
             .into_iter()
             .all(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) < limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_lattice_through_corners_is_their_homography(jitter in prop::array::uniform8(-6.0f32..6.0)) {
+            let square = [[10.0, 10.0], [66.0, 10.0], [66.0, 66.0], [10.0, 66.0]];
+            let points = core::array::from_fn(|i| {
+                let [x, y]: [f32; 2] = square[i];
+                [x + jitter[2 * i], y + jitter[2 * i + 1]]
+            });
+            let corners = Corners::new(points).unwrap();
+            let (lattice, homography) = (Lattice::through(&corners), corners.homography());
+            for led in 0..64 {
+                let [column, row] = [led % 8, led / 8].map(|c| c as f32);
+                let [x, y] = lattice.position(column, row);
+                let truth = homography.to_image([f64::from(column), f64::from(row)]);
+                prop_assert!((f64::from(x) - truth[0]).abs() < 1e-3 && (f64::from(y) - truth[1]).abs() < 1e-3);
+                let back = lattice.coordinates([x, y]).unwrap();
+                prop_assert!((back[0] - column).abs() < 1e-3 && (back[1] - row).abs() < 1e-3);
+            }
+        }
     }
 }

@@ -61,6 +61,8 @@ use verification::Verified;
 pub struct Locator {
     metric: GreyMetric,
     blur_sigma_px: f32,
+    /// Whether it looks for panels so near that perspective shows.
+    is_near: bool,
 }
 
 /// A panel found.
@@ -134,6 +136,7 @@ impl Locator {
         Ok(Self {
             metric: GreyMetric::new(&camera),
             blur_sigma_px: camera.blur_sigma_px,
+            is_near: false,
         })
     }
 
@@ -148,6 +151,7 @@ impl Locator {
     pub(crate) fn seen_in(&self, grid: &Grid) -> Self {
         Self {
             blur_sigma_px: grid.blur_from_frame(self.blur_sigma_px),
+            is_near: grid.side > 1,
             ..self.clone()
         }
     }
@@ -299,6 +303,7 @@ impl Locator {
             noise_grey: noise_grey.max(LEAST_NOISE_GREY),
             spot_sigma_px: self.spot_sigma_px(),
             ground,
+            is_near: self.is_near,
         }
     }
 }

@@ -158,6 +158,8 @@ pub mod fitting {
     pub const STUCK: f32 = 50.0;
     /// Steps in which only the levels settle, since nothing else can before (count).
     pub const LEVELLING: usize = 3;
+    /// Steps in which a near panel's tilt settles, at most (count).
+    pub const TILTING: usize = 8;
 }
 
 /// Whether a lattice fitted to the pixels is a panel. Where there are two values, the first is for the change between
@@ -284,6 +286,11 @@ pub mod tracking {
     /// as they were, and for the levels with the width as it was, so that both answer for the same light: more of it,
     /// and they would answer each other.
     pub const WIDTH_GAIN: f32 = 0.1;
+    /// The most that a near panel's tilt changes in a step (share of its distance, per LED). Higher: followed sooner, and
+    /// noise too.
+    pub const TILT_STEP: f32 = 0.01;
+    /// The most that it is (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° aside.
+    pub const TILT_MAX: f32 = 0.05;
     /// A prediction off by more may have led to wrong bits (pitches). Higher: jumps are followed, one in them by a line
     /// too far.
     pub const FARTHEST: f32 = 0.3;

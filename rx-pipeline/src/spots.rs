@@ -16,6 +16,7 @@
 mod grey_metric;
 mod lattice_model;
 mod light_table;
+mod perspective;
 mod profile;
 mod residuals;
 mod root_metric;

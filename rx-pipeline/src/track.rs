@@ -52,6 +52,8 @@ pub(crate) struct Track {
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
     missed: u32,
+    /// Whether it is seen in larger pixels, and so near that its tilt shows.
+    is_near: bool,
     frame_size: (usize, usize),
 }
 
@@ -95,6 +97,7 @@ impl Track {
             centre: [0.0; 2],
             column: [0.0; 2],
             row: [0.0; 2],
+            tilt: [0.0; 2],
         };
         Self {
             spots,
@@ -104,6 +107,7 @@ impl Track {
             last_seen: number,
             any_number: false,
             missed: 0,
+            is_near: false,
             frame_size,
         }
     }
@@ -138,13 +142,19 @@ impl Track {
         if before == now {
             return track;
         }
+        let is_near = now.side > 1;
         let finer = before.side as f32 / now.side as f32;
         let speed = self
             .speed
             .scaled(self.speed.centre.map(|c| c * finer), finer);
+        let mut spots = now.spots_from_frame(&before.spots_to_frame(&self.spots));
+        if !is_near {
+            spots.lattice.tilt = [0.0; 2];
+        }
         Self {
-            spots: now.spots_from_frame(&before.spots_to_frame(&self.spots)),
+            spots,
             speed,
+            is_near,
             ..track
         }
     }
@@ -218,7 +228,7 @@ impl Track {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
         let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
-        let shaped = spots.reshaped(&slope, DAMPING).ok_or(nothing)?;
+        let shaped = self.reshaped(&spots, &slope).ok_or(nothing)?;
         let off = difference(&shaped.lattice, &lattice);
         let off_px = libm::hypotf(off.centre[0], off.centre[1]);
         if off_px.is_nan() || off_px > FARTHEST * lattice.pitch()[0] {
@@ -263,7 +273,7 @@ impl Track {
             if slope.explained() >= SETTLED * self.usual.unwrap_or(1.0) {
                 break;
             }
-            let place = spots.reshaped(&slope, DAMPING)?.lattice;
+            let place = self.reshaped(&spots, &slope)?.lattice;
             let levels = spots.relevelled(&slope, false)?;
             spots = LatticeModel {
                 lattice: place,
@@ -274,17 +284,32 @@ impl Track {
         Some((spots, slope))
     }
 
+    /// The shape one step down the slope, with its tilt where that shows.
+    fn reshaped(&self, spots: &LatticeModel, slope: &Slope) -> Option<LatticeModel> {
+        let mut shaped = spots.reshaped(slope, DAMPING)?;
+        if self.is_near {
+            let tilt = difference(&spots.tilted(slope).lattice, &spots.lattice);
+            shaped.lattice = moved(&shaped.lattice, &tilt, [1.0; 2]);
+        }
+        Some(shaped)
+    }
+
     /// The change of the lattice in a frame, where the panel is `seen` now, `off` the prediction over `elapsed` frames.
     fn corrected_speed(&self, seen: &Lattice, off: &Lattice, elapsed: f32) -> Lattice {
         if self.speed_known {
             let gains = [PLACE_GAINS[1] / elapsed, SHAPE_GAINS[1] / elapsed];
-            return moved(&self.speed, off, gains);
+            let tilt = self.speed.tilt;
+            return Lattice {
+                tilt,
+                ..moved(&self.speed, off, gains)
+            };
         }
         let whole = difference(seen, &self.spots.lattice);
         Lattice {
             centre: whole.centre.map(|c| c / elapsed),
             column: [0.0; 2],
             row: [0.0; 2],
+            tilt: [0.0; 2],
         }
     }
 }
@@ -296,6 +321,7 @@ fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {
         centre: sum(lattice.centre, by.centre, place),
         column: sum(lattice.column, by.column, shape),
         row: sum(lattice.row, by.row, shape),
+        tilt: sum(lattice.tilt, by.tilt, shape),
     }
 }
 

@@ -65,6 +65,7 @@ impl Patch {
             centre: self.to_frame(lattice.centre),
             column: lattice.column.map(|c| c * step),
             row: lattice.row.map(|c| c * step),
+            tilt: [0.0; 2],
         }
     }
 

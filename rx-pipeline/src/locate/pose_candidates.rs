@@ -23,6 +23,8 @@ pub(super) struct View<'a, 'f> {
     pub spot_sigma_px: f32,
     /// The level between LEDs: that of what surrounds the blob, or of the darkest fifth of the blob itself.
     pub ground: Ground,
+    /// Whether panels may be so near that perspective shows.
+    pub is_near: bool,
 }
 
 /// Where the level that LEDs stand out from is taken.

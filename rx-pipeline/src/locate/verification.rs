@@ -74,6 +74,11 @@ pub(super) fn verify<const N: usize>(
     let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
     let fitted =
         fit::levenberg_marquardt(residuals, observation, window, start, STEPS).ok_or(no_lattice)?;
+    let fitted = if view.is_near {
+        fit::in_perspective(residuals, observation, window, fitted)
+    } else {
+        fitted
+    };
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
     let fitted = on_its_line(residuals, observation, fitted, noise)?;
     let window = fit::window(&fitted.spots.lattice, rim, size).ok_or(no_lattice)?;

@@ -298,7 +298,7 @@ mod tests {
         #[test]
         fn no_lattice_panics(centre in prop::array::uniform2(prop::num::f32::ANY), steps in prop::array::uniform4(prop::num::f32::ANY)) {
             let [a, b, c, d] = steps;
-            let lattice = Lattice { centre, column: [a, b], row: [c, d] };
+            let lattice = Lattice { centre, column: [a, b], row: [c, d], tilt: [a, d] };
             let _ = View::whole((640, 480)).of(&lattice, (640, 480), CAPACITY);
         }
     }
