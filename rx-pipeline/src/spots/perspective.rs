@@ -71,8 +71,8 @@ impl LatticeModel {
             let before = self.lattice.tilt[tilt];
             let after = (before + step.clamp(-TILT_STEP, TILT_STEP)).clamp(-TILT_MAX, TILT_MAX);
             next.lattice.tilt[tilt] = after;
-            for axis in 0..2 {
-                next.lattice.centre[axis] -= (after - before) * mean[tilt][axis];
+            for (centre, mean) in next.lattice.centre.iter_mut().zip(mean[tilt]) {
+                *centre -= (after - before) * mean;
             }
         }
         next
