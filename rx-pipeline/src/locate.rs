@@ -10,8 +10,8 @@
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
 //! frame what is behind the panel counts as noise: there the panel must stand out.
 //!
-//! The locator takes the sensor's gamma and a good guess of the blur. Beyond it are panels of more than 110 px, of strong perspective
-//! (the lattice is affine), and those that show no pattern, such as all On.
+//! The locator takes the sensor's gamma and a good guess of the blur. Beyond it are panels that show no pattern, such as all On. Panels of
+//! more than 110 px are looked for in larger pixels ([`crate::receiver::FrameSearch`]), and seen in perspective there.
 
 mod bimodality;
 mod blob;

@@ -10,6 +10,9 @@ use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use rx_pipeline::receiver::{
     FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
 };
+use sim::accuracy::Level;
+use sim::road::{LinkSettings, Road};
+use sim::scene::Scene;
 use vocc_tests::sightings::{RandomScene, photographs};
 
 fn main() {
@@ -87,9 +90,40 @@ fn followed_frame_maximum_likelihood(bencher: Bencher, seed: u64) {
     followed_frame(bencher, seed, Method::default());
 }
 
+/// The same by k-means of near panels, at so many metres: from one that fills the picture on.
+#[divan::bench(args = [2.0, 4.0, 8.0, 16.0, 32.0], max_time = 3)]
+fn followed_frame_near(bencher: Bencher, distance_m: f64) {
+    let pose = format!("pose.distance_m={distance_m}");
+    let scene = Scene::load("day", &[pose]).expect("a valid scene");
+    let settings = LinkSettings {
+        message: b"lane closed".to_vec(),
+        method: Detector::default().into(),
+        seed: 1,
+        level: Level::Fast,
+        code: None,
+        camera: Camera::default(),
+        true_corners: false,
+    };
+    let mut road = Road::new(&scene, &settings).expect("a link");
+    let film: Vec<Vec<u8>> = (0..3)
+        .map(|number| road.frame(number).expect("a frame").grey.to_vec())
+        .collect();
+    let frame = |pixels| Frame::new(pixels, SIZE[0], SIZE[1]).expect("a frame");
+    let frames: Vec<Frame<'_>> = film.iter().map(|pixels| frame(pixels.as_slice())).collect();
+    follow(
+        bencher,
+        &frames,
+        Detector::default().into(),
+        &format!("{distance_m} m"),
+    );
+}
+
 fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
     let sighting = sighting(seed);
-    let frames = frames(&sighting);
+    follow(bencher, &frames(&sighting), method, &sighting.what);
+}
+
+fn follow(bencher: Bencher, frames: &[Frame<'_>], method: Method, what: &str) {
     let room = FrameSearch::<Box<SearchMemory>>::bytes(SIZE[0], SIZE[1]);
     let history = vec![0; room];
     let memory = Box::<ReceiverMemory<PIXELS>>::default();
@@ -110,6 +144,6 @@ fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
     for _ in 0..6 {
         next();
     }
-    assert!(next(), "the panel is followed: {}", sighting.what);
+    assert!(next(), "the panel is followed: {what}");
     bencher.bench_local(next);
 }

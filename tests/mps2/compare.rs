@@ -77,7 +77,7 @@ impl Course {
 fn show(image: &Path, film: &Film, side: u16, method: MethodChoice) -> Costs {
     let settings = Film::settings(method);
     let mut board = Board::begin(image, settings);
-    let memory = Box::<ReceiverMemory<16384>>::default();
+    let memory = Box::<ReceiverMemory<9216>>::default();
     let mut host = Receiver::new(settings.into(), memory, NoSearch).expect("settings in range");
     let mut course = Course::from(film.corners.centre_px());
     let mut costs = Costs::default();
