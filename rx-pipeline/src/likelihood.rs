@@ -6,17 +6,24 @@
 //! a pixel at p sees
 //!
 //! ```text
-//! x(p) = background + Σ (off + contrast·b)·h(p − LED),    b = 0 or 1 for each of the 64 LEDs
+//! x(p) = background + Σ (off + contrast·(offset + gain·b))·h(p − LED),    b = 0 or 1 for each of the 64 LEDs
 //! ```
+//!
+//! `offset` and `gain` are 0 and 1 until the frames have told each LED's own: below.
 //!
 //! h is the image of an LED of light 1. Lens blur, the LED's disc and the pixel's square together are close to a Gaussian whose variance is
 //! the sum of theirs, σ² + D²/16 + 1/12 px² for an LED D px wide, and that sum is all that matters here: it is
 //! fitted, not assumed. Noise is that of electrons and read-out, in whose root light all pixels weigh the same; a pixel
-//! at grey 255 says "at least" and no more.
+//! at grey 255 says "at least" and no more. On is what is brighter: a solution of negative contrast is its own complement.
+//!
+//! Pixels beyond the panel's cells are left out, unless they turn out to be as plain as those between the LEDs: a street around the panel
+//! would spoil levels and noise, while a plain board tells of the outermost LEDs. Blocks of pixels stand for single ones where LEDs are
+//! far apart or the blur is wide.
 //!
 //! # The search
 //!
-//! 1. **Least squares** on the light of the 64 LEDs, and the two groups that these fall into: a first guess of levels and bits.
+//! 1. **Least squares** on the light of the 64 LEDs, and the two groups that these fall into: a first guess of levels and bits. In a first
+//!    frame it begins from several widths of spots, that which locating has found among them, and goes on with that which leaves least.
 //! 2. **Interference cancellation**: each LED gets the share of On that the image calls for, given what is expected of the others; the
 //!    levels are refitted in between (Gauss and Newton), so that the noise left over falls from round to round.
 //! 3. **Likelihood ascent**: flips of single LEDs, then of neighbours, as long as the likelihood rises.
@@ -24,14 +31,24 @@
 //!    saturated, groups that grow from each LED (Kernighan & Lin 1970). The likelihood that refitted levels win back is part of a set's
 //!    gain (a Schur complement): without it, wrong bits and wrong levels hold each other in place.
 //!
+//! # What is learnt
+//!
 //! What a panel's levels were in earlier frames is a [prior](Experience) of those of the next one: it makes them surer, and reads panels
-//! whose LEDs are all alike.
+//! whose LEDs are all alike. They follow the distance: light fills more pixels of a nearer panel.
+//!
+//! Of each LED, its two levels are learnt from the moments of its light over panels that differ, no bit being known: unequal LEDs, a dim
+//! row, bright patches behind an open frame. An LED of one level does not follow the message; it is named and erased
+//! (`likelihood/leds.rs`). [`MaximumLikelihood::learnt`] tells what has been learnt.
+//!
+//! A microcontroller learns the same by the same code: the LEDs take 1.4 kB a panel.
 //!
 //! # Soft values
 //!
 //! The log-likelihood ratio of a bit is what the likelihood loses when the bit is flipped and the others do their best to make up for it
 //! (max-log); between the sets that the sphere decoder lists, it is the logarithm of their odds. The noise is estimated from the frame,
-//! so whatever the model does not explain makes all ratios smaller.
+//! so whatever the model does not explain makes all ratios smaller. Errors of the model are as wide as an LED, and count for more than as
+//! many pixels' noise: ratios are divided by how much more is left of the LEDs' images than noise would leave (quasi-likelihood;
+//! McCullagh & Nelder 1989).
 //!
 //! # Two symbols in one exposure
 //!
@@ -40,8 +57,10 @@
 //!
 //! # Limits
 //!
-//! One blur for the whole panel; a plain background behind it. LEDs whose images are sharp discs many pixels wide are no
-//! Gaussians; such panels are looked at in larger pixels, and any detector reads them.
+//! One blur for the whole panel, Gaussian and as wide as high; the encoding is what it is told to be. Neither costs bits to speak of: discs
+//! of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. A background that is not plain costs bits
+//! in the first frames of an open panel, until its LEDs are known, and where it moves behind them. LEDs whose images are sharp discs many
+//! pixels wide are looked at in larger pixels, and any detector reads them.
 
 mod ascent;
 mod crop;
