@@ -1,7 +1,8 @@
-//! What it costs not to know the camera: bit errors and time after 20 frames of a receiver that learnt it, of one that was told, and of the genie.
+//! What it costs not to know the camera: bit errors and time after 20 frames of a receiver that learnt it, of one that was told, and of
+//! the genie.
 //!
-//! `cargo run --release -p vocc-studies --example camera_knowledge -- [FRAMES [SEED]]` (400 and 1 unless told). The panel's reflectance stays;
-//! its bits and sub-pixel phase are each frame's own. The interval of 95 % of the ratio comes from resampled frames.
+//! `cargo run --release -p vocc-studies --example camera_knowledge -- [FRAMES [SEED]]` (400 and 1 unless told). The panel's reflectance
+//! stays; its bits and sub-pixel phase are each frame's own. The interval of 95 % of the ratio comes from resampled frames.
 
 use studies::camera_knowledge::{CASES, cost};
 use studies::statistics::ratio_95;

@@ -1,5 +1,5 @@
-//! What it costs not to know the camera: bits read wrongly and time of a receiver that has learnt the camera from the frames, of one that was
-//! told it, and of the genie.
+//! What it costs not to know the camera: bits read wrongly and time of a receiver that has learnt the camera from the frames, of one that
+//! was told it, and of the genie.
 
 use std::time::Instant;
 

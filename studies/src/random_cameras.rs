@@ -106,7 +106,8 @@ impl RandomFilm {
         })
     }
 
-    /// Exposes frame `number`, below [`FRAMES`]: its pixels, and what the panel showed; no bits where the exposure is shared between two symbols.
+    /// Exposes frame `number`, below [`FRAMES`]: its pixels, and what the panel showed; no bits where the exposure is shared between two
+    /// symbols.
     pub fn frame(&mut self, number: u64) -> (&[u8], Option<PanelFrame>) {
         let renderer = &self.renderer;
         let moment = renderer.moment(number);

@@ -1,5 +1,5 @@
-//! How many panels from 3 m on are found, and how many messages arrive, before cameras drawn at random that the receiver is told nothing of; and
-//! how many panels it sees in photographs without one.
+//! How many panels from 3 m on are found, and how many messages arrive, before cameras drawn at random that the receiver is told nothing
+//! of; and how many panels it sees in photographs without one.
 //!
 //! `cargo run --release -p vocc-tests --example any_camera -- FILMS [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED] [told]`
 //!

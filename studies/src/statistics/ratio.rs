@@ -6,8 +6,8 @@ use sim::random::{Purpose, stream};
 /// How often frames are drawn again.
 const RESAMPLED: usize = 1000;
 
-/// The interval that holds 95 % of the ratios of two sums over the same frames, resampled (bootstrap); infinite or no number where the lower
-/// sum is often 0.
+/// The interval that holds 95 % of the ratios of two sums over the same frames, resampled (bootstrap); infinite or no number where the
+/// lower sum is often 0.
 ///
 /// ```
 /// let [low, high] = studies::statistics::ratio_95(&[2, 4, 2, 4], &[1, 2, 1, 2]);
