@@ -86,6 +86,7 @@ use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
+use crate::parameters::likelihood::leds::SATURATED_MAX;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
 use crop::{Crop, Sight};
@@ -370,7 +371,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             // Whatever was learnt before was learnt from a worse fit.
             *leds = LedMoments::NONE;
         }
-        if levels.fits(estimate.levels.noise) && leds.is_new(panel) {
+        let is_bright = self.model.image.saturated_share() > SATURATED_MAX;
+        if levels.fits(estimate.levels.noise) && !is_bright && leds.is_new(panel) {
             let (lit, noise) = self.model.ascent(estimate).measure_light();
             // As long as the noise is not known, a mixture of two symbols looks like one.
             if levels.fits_surely(estimate.levels.noise) || is_clear_cut(&lit) {

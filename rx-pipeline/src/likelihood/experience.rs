@@ -42,10 +42,10 @@ impl Experience {
         self.scale = scale;
     }
 
-    /// That of one who has seen no frame.
+    /// That of one who has seen no frame; all zeros, so that it takes no room in flash.
     pub const NONE: Self = Self {
         levels: LevelPrior::NONE,
-        scale: Scale { bin: 1, pitch: 1.0 },
+        scale: Scale { bin: 0, pitch: 0.0 },
         leds: LedMoments::NONE,
         light_noise: 0.0,
         is_plain_around: false,

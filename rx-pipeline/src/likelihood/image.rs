@@ -115,12 +115,17 @@ impl<const PIXELS: usize> Image<PIXELS> {
 
     /// Whether so much of it is saturated that light is no longer linear in the bits.
     pub fn is_overexposed(&self) -> bool {
+        self.saturated_share() > OVEREXPOSED
+    }
+
+    /// The share of the pixels that are saturated.
+    pub fn saturated_share(&self) -> f32 {
         let (mut all, mut full) = (0usize, 0usize);
         for (&seen, _) in self.pixels() {
             all += usize::from(seen < LEFT_OUT);
             full += usize::from((self.full..LEFT_OUT).contains(&seen));
         }
-        full as f32 > OVEREXPOSED * all as f32
+        full as f32 / all.max(1) as f32
     }
 
     pub fn is_saturated(&self, row: usize) -> bool {

@@ -188,6 +188,8 @@ pub mod leds {
     pub const NEW_LEDS: u32 = 16;
     /// The light of LEDs is averaged over about so many new panels (count).
     pub const MEMORY_PANELS: u32 = 48;
+    /// LEDs are not measured in images of which more is saturated (share): how bright they are does not show there.
+    pub const SATURATED_MAX: f32 = 0.05;
     /// After so many, LEDs have levels of their own (count).
     pub const LEARN_PANELS: u32 = 5;
     /// After so many without any change, an LED is broken (count): a sound one stays as it is so long once in 2¹⁵.
