@@ -363,3 +363,40 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
         }
     }
 }
+
+#[test]
+fn pixels_that_read_too_little_break_no_bound() {
+    // So few electrons that unlike pixels read nothing where the light is dim.
+    let settings = [
+        "ambient.illuminance_lx=50",
+        "camera.dsnu_e=5",
+        "camera.prnu_percent=3",
+        "camera.vignetting=true",
+        "atmosphere.transmission_at_70m=0.999",
+        "atmosphere.airlight=true",
+        "panel.board_reflectance=0.17",
+        "pose.x_m=5",
+    ]
+    .map(String::from);
+    let alone = |modes: [(&'static str, &'static str); 1]| {
+        let mut scene = scene(&settings, modes);
+        scene.panels.truncate(1);
+        scene
+    };
+    for name in [
+        "vignetting",
+        "atmosphere",
+        "airlight",
+        "board",
+        "fixed_pattern",
+    ] {
+        let (with, without) = (alone([(name, "on")]), alone([(name, "off")]));
+        let renderer = Renderer::new(&with, Level::Reference).expect("a visible scene");
+        let decisions = &renderer.plan().decisions;
+        let decision = decisions.iter().find(|decision| decision.effect == name);
+        let bound = decision.expect("a decision on each").bound_grey;
+        let difference =
+            greatest_difference(&draw(&with, &renderer, 3), &draw(&without, &renderer, 3));
+        assert!(difference <= bound + 1e-9, "{name}: {difference} > {bound}");
+    }
+}

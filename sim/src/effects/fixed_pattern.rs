@@ -38,6 +38,8 @@ impl Effect for FixedPattern {
         let [gain, offset] = [gain, offset].map(|spread| BELL_MOST * spread);
         range.floor = (range.floor * (1.0 - gain) - offset).max(0.0);
         range.peak = range.peak * (1.0 + gain) + offset;
+        range.pixel_gain += gain;
+        range.pixel_offset += offset;
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {

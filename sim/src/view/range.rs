@@ -21,6 +21,10 @@ pub struct LinearRange {
     pub sigma_px: f64,
     /// How many panels may lie one behind the other in a pixel.
     pub layers: usize,
+    /// How many times as large a pixel may make a difference between linear values.
+    pub pixel_gain: f64,
+    /// How much darker than it should a pixel may read.
+    pub pixel_offset: f64,
     /// How many times as large what follows the encoding may make a difference between grey levels.
     pub grey_gain: f64,
     /// The curve that makes grey levels: gamma where the encoding is left out.
@@ -53,6 +57,8 @@ impl LinearRange {
             peak: 0.0,
             sigma_px: sharpest_sigma_px(&view.scene.camera),
             layers: view.layers,
+            pixel_gain: 1.0,
+            pixel_offset: 0.0,
             grey_gain: 1.0,
             curve: Curve::of(&view.scene.camera),
             smallest_radius_px: radii.fold(f64::INFINITY, f64::min),
@@ -101,11 +107,16 @@ impl LinearRange {
 
     /// The most that a change of `linear_change` can move an unrounded grey level.
     pub fn change(&self, linear_change: f64) -> f64 {
-        self.sharpened(self.curve.greatest_change(self.floor, linear_change))
+        let seen = linear_change * self.pixel_gain;
+        self.sharpened(self.curve.greatest_change(self.floor, seen))
     }
 
     /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
     pub fn change_by_factor(&self, factor: f64) -> f64 {
+        // Pixels that read too little bring a loss of bright light to the floor, where the curve is steeper.
+        if self.pixel_offset > 0.0 {
+            return self.change(self.peak * (1.0 - factor.max(0.0)));
+        }
         self.sharpened(self.curve.greatest_loss(self.peak, factor))
     }
 
