@@ -373,4 +373,18 @@ pub mod symbols {
     pub const CLOCK_TOLERANCE: f64 = 2e-4;
     /// The longest exposure (share of the frame period).
     pub const EXPOSURE_MAX: f64 = 0.1;
+    /// The soft value of an LED below which it is doubtful (quarters of a nat). Higher: more symbols are lost that other light makes look
+    /// like two; lower: exposures that two symbols shared evenly are taken for one.
+    pub const SURE_LLR: u8 = 64;
+    /// Doubtful LEDs of a reading that shows a single symbol, at most (count). Higher: as a lower [`SURE_LLR`].
+    pub const DOUBTFUL_MAX: usize = 8;
+    /// The correlation of a symbol's On LEDs from which a reading shows it and another (1 where all are On, 0 in another symbol). Higher:
+    /// noise hides shared exposures; lower: more symbols that only look like one. [`crate::symbols`] computes how many.
+    pub const SHARED_ON: f32 = 0.8;
+    /// That of its Off LEDs up to which it does (0 where half of them are On, 1 where the symbol is shown alone). Higher: noisy repeats are
+    /// taken for shared exposures; lower: shared exposures that add few On LEDs are taken for repeats.
+    pub const SHARED_OFF: f32 = 0.5;
+    /// LEDs of a symbol known to be On, and known to be Off, from which it can be told in another reading (count). Higher: fewer symbols
+    /// can; lower: chance tells.
+    pub const SHARED_LEAST: u32 = 20;
 }

@@ -13,11 +13,18 @@
 //! An exposure that caught two symbols adds to both what it says of each, and ends the one. It also says when it began: just before that
 //! end. So the next frame shows the other symbol, however little the exposure caught of it.
 //!
+//! Where LEDs saturate, an exposure shared by two symbols looks like a symbol of its own that has all On LEDs of both. The clock tells
+//! which exposures may have caught two; what the symbol before or after then leaves of the On LEDs is the other's (`symbols/shared.rs`).
+//!
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
+mod shared;
+
 use crate::detect::{Mixture, correlation};
-use crate::parameters::symbols::{CLOCK_TOLERANCE, EXPOSURE_MAX, REPEAT_CORRELATION};
+use crate::parameters::symbols::{
+    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, REPEAT_CORRELATION, SURE_LLR,
+};
 use link::panel::{Llr, SoftPanel};
 
 /// One symbol, of all the frames that showed it.
@@ -109,6 +116,28 @@ impl SymbolClock {
             return None;
         };
         let (elapsed, phase) = current.phase_at(frame, self.symbols_per_frame)?;
+        if phase.0 < 1.0
+            && phase.1 + reach > 1.0
+            && let Some(beginning) = shared::other(reading, &current.symbol.panel)
+        {
+            let mixture = Mixture {
+                beginning,
+                ..Mixture::INSEPARABLE
+            };
+            return self.change(frame, &mixture);
+        }
+        if let Some((done, phase)) = current.ended_by(frame, reading, reach, self.symbols_per_frame)
+        {
+            let index = done.index.wrapping_add(1);
+            let next = self.start(
+                done.last_frame,
+                reading,
+                index,
+                within(phase, (-reach, 1.0)),
+            );
+            next.symbol.last_frame = frame;
+            return Some(done);
+        }
         let may_repeat = phase.0 < 1.0 || elapsed == 1;
         let clearly_before_its_end = phase.1 + reach < 1.0;
         let likely_before_its_end = phase.0 + phase.1 < 2.0;
@@ -128,9 +157,26 @@ impl SymbolClock {
         Some(done)
     }
 
-    /// Takes in what frame `frame` says, which caught the end of one symbol and the beginning of the next; gives the last one of
-    /// which it is the end, or which was over before.
-    pub fn push_mixed(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
+    /// Takes in what frame `frame` says, which seems to have caught the end of one symbol and the beginning of the next; gives the last one
+    /// of which it is the end, or which was over before.
+    ///
+    /// Where the two cannot be told apart, and yet the frame's `reading` is sure of nearly all LEDs, it is taken for what it shows: one
+    /// symbol, which had most of the exposure, or the On LEDs of both.
+    pub fn push_mixed(
+        &mut self,
+        frame: u64,
+        reading: &SoftPanel,
+        mixture: &Mixture,
+    ) -> Option<Symbol> {
+        if *mixture == Mixture::INSEPARABLE && is_sure(reading) {
+            self.push(frame, reading)
+        } else {
+            self.change(frame, mixture)
+        }
+    }
+
+    /// Ends a symbol and begins the next.
+    fn change(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
         let reach = self.exposure();
         let current = self.current.as_mut()?;
         let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
@@ -211,6 +257,35 @@ impl Current {
         Some((elapsed, phase))
     }
 
+    /// The symbol as far as the next one's reading tells of it, if its only frame showed that one too; and where in the next one this frame
+    /// then began.
+    fn ended_by(
+        &self,
+        frame: u64,
+        next: &SoftPanel,
+        reach: f64,
+        symbols_per_frame: f64,
+    ) -> Option<(Symbol, (f64, f64))> {
+        let is_of_one_frame = self.symbol.first_frame == self.symbol.last_frame && !self.partial;
+        if !is_of_one_frame || self.phase.1 + reach <= 1.0 {
+            return None;
+        }
+        let shared = Self {
+            phase: within((1.0 - reach, 1.0), self.phase),
+            ..*self
+        };
+        let (_, (earliest, latest)) = shared.phase_at(frame, symbols_per_frame)?;
+        if earliest >= 2.0 {
+            return None;
+        }
+        let panel = shared::other(&self.reading, next)?;
+        let done = Symbol {
+            panel,
+            ..self.symbol
+        };
+        Some((done, (earliest - 1.0, latest - 1.0)))
+    }
+
     fn merge(&mut self, frame: u64, reading: &SoftPanel) {
         for (sum, &llr) in self.symbol.panel.0.iter_mut().zip(&reading.0) {
             *sum = sum.saturating_add(llr).max(-Llr::MAX);
@@ -231,6 +306,12 @@ fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
     } else {
         (advance, (f64::NEG_INFINITY, f64::INFINITY))
     }
+}
+
+/// Whether hardly any LED is doubtful. Where two symbols had about as much of an exposure, all are that differ in them.
+fn is_sure(reading: &SoftPanel) -> bool {
+    let doubtful = reading.0.iter().filter(|llr| llr.unsigned_abs() < SURE_LLR);
+    doubtful.count() <= DOUBTFUL_MAX
 }
 
 /// The part of the phases that lies in a range; the range itself if none does.
@@ -323,7 +404,7 @@ mod tests {
                 if (begin + EXPOSURE_MAX * symbols_per_frame) as u64 == symbol {
                     clock.push(frame, &panel(shown(symbol)))
                 } else {
-                    clock.push_mixed(frame, &mixed(symbol))
+                    clock.push_mixed(frame, &SoftPanel::ERASED, &mixed(symbol))
                 },
             );
         }
@@ -365,6 +446,77 @@ mod tests {
             assert_eq!(symbols, expected(symbols.len() as u32));
             let begun_alone = (start + 99.0 * symbols_per_frame) as usize;
             assert!(symbols.len() > begun_alone);
+        }
+    }
+
+    /// What frames of saturated LEDs give, of which every one shows all that was On in any of its exposure; and those that are lost.
+    fn saturated(
+        symbols_per_frame: f64,
+        start: f64,
+        frames: u64,
+        lost: impl Fn(u64) -> bool,
+    ) -> Vec<Symbol> {
+        let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
+        let exposure = EXPOSURE_MAX * symbols_per_frame;
+        let mut symbols = Vec::new();
+        for frame in (0..frames).filter(|&frame| !lost(frame)) {
+            let begin = start + frame as f64 * symbols_per_frame;
+            let lit = shown(begin as u64) | shown((begin + exposure) as u64);
+            symbols.extend(clock.push(frame, &panel(lit)));
+        }
+        symbols.extend(clock.flush());
+        symbols
+    }
+
+    /// LEDs of a symbol that are known wrongly.
+    fn wrong(symbol: &Symbol, shown: u64) -> u32 {
+        ((symbol.panel.hard().bits() ^ shown) & symbol.panel.seen()).count_ones()
+    }
+
+    #[test]
+    fn a_sure_reading_is_of_one_symbol_whatever_else_the_frame_looks_like() {
+        let mut clock = SymbolClock::new(0.5).unwrap();
+        for frame in 0..20 {
+            let sure = SoftPanel::certain(PanelFrame::from_bits(shown(frame / 2)), 127);
+            clock.push_mixed(frame, &sure, &Mixture::INSEPARABLE);
+            assert_eq!(clock.current(), Some((frame / 2) as u32));
+            assert_eq!(clock.before(frame + 1).seen(), !0);
+        }
+        clock.push_mixed(20, &panel(shown(10)), &Mixture::INSEPARABLE);
+        assert_eq!(clock.current(), Some(10));
+        assert_eq!(clock.before(21), SoftPanel::ERASED);
+    }
+
+    #[test]
+    fn an_exposure_that_saturated_leds_share_is_no_symbol_of_its_own() {
+        for symbols_per_frame in [0.3, 0.5, 0.7, 0.8, 0.9] {
+            for start in [0.05, 0.35, 0.57, 0.85] {
+                let symbols = saturated(symbols_per_frame, start, 100, |_| false);
+                let count = (start + 99.0 * symbols_per_frame) as usize + 1;
+                assert!(symbols.len() >= count);
+                for (index, symbol) in symbols.iter().enumerate() {
+                    assert_eq!(symbol.index, index as u32);
+                    assert_eq!(
+                        wrong(symbol, shown(index as u64)),
+                        0,
+                        "{symbols_per_frame} {start} {index}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_shared_exposure_after_nothing_is_told_by_the_symbol_after_it() {
+        let symbols = saturated(0.9, 0.95, 20, |_| false);
+        assert_eq!((symbols[0].index, symbols[1].index), (0, 1));
+        assert_eq!((symbols[0].last_frame, symbols[1].first_frame), (0, 0));
+        assert_eq!(wrong(&symbols[0], shown(0)), 0);
+        assert!(symbols[0].panel.seen().count_ones() >= 24);
+        assert_eq!(symbols[1].panel.hard().bits(), shown(1));
+        let after_a_gap = saturated(0.9, 0.1, 20, |frame| frame == 0 || frame == 10);
+        for symbol in after_a_gap {
+            assert_eq!(wrong(&symbol, shown(u64::from(symbol.index) + 1)), 0);
         }
     }
 

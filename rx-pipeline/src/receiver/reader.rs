@@ -414,7 +414,7 @@ impl Reader {
     ) -> Outcome<'a> {
         let read = reading.as_ref().ok();
         let ended = read.and_then(|Reading { detection, .. }| match &detection.mixed {
-            Some(mixture) => self.clock.push_mixed(number, mixture),
+            Some(mixture) => self.clock.push_mixed(number, &detection.soft, mixture),
             None => self.clock.push(number, &detection.soft),
         });
         let symbol = read.and_then(|_| self.clock.current());
