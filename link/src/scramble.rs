@@ -29,7 +29,14 @@ pub const fn word(panel: usize) -> u64 {
 /// assert_eq!(link::scramble::split_mix64(1), 0xe220_a839_7b1d_cdaf);
 /// ```
 pub const fn split_mix64(counter: u64) -> u64 {
-    let z = counter.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    mix64(counter.wrapping_mul(GOLDEN))
+}
+
+/// By how much SplitMix64's state rises from one output to the next: the golden ratio in 2⁻⁶⁴.
+pub const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// The output of SplitMix64 in state `z`.
+pub const fn mix64(z: u64) -> u64 {
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)

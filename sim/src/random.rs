@@ -1,5 +1,6 @@
 //! Counter-based random numbers: what frame k of seed s draws does not depend on any other frame.
 
+use link::scramble::{GOLDEN, mix64};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -72,29 +73,18 @@ pub fn normal(random: &mut impl Rng) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct Fixed(u64);
 
-/// The golden ratio in 2⁻⁶⁴: the step of SplitMix64 (Steele, Lea & Flood 2014).
-const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
-
 impl Fixed {
     /// Of that seed, for that purpose.
     pub fn new(seed: u64, purpose: Purpose) -> Self {
-        Self(mixed(mixed(seed).wrapping_add(purpose as u64)))
+        Self(mix64(mix64(seed).wrapping_add(purpose as u64)))
     }
 
     /// The bits of the pixel (`x`, `y`).
     #[inline(always)]
     pub fn at(self, x: usize, y: usize) -> u64 {
         let place = (y as u64) << 32 | x as u64;
-        mixed(self.0.wrapping_add(place.wrapping_mul(GOLDEN)))
+        mix64(self.0.wrapping_add(place.wrapping_mul(GOLDEN)))
     }
-}
-
-/// SplitMix64's function of its counter.
-#[inline(always)]
-fn mixed(counter: u64) -> u64 {
-    let bits = (counter ^ counter >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ bits >> 31
 }
 
 /// [`bell`] is never farther than this from 0.
