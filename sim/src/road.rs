@@ -320,6 +320,14 @@ pub fn camera_of(scene: &Scene) -> Camera {
     }
 }
 
+/// What one knows who has measured the camera's blur too.
+pub fn calibrated_camera_of(scene: &Scene) -> Camera {
+    Camera {
+        blur_sigma_px: scene.camera.blur_sigma_px as f32,
+        ..camera_of(scene)
+    }
+}
+
 /// The transmitter of the scene's first panel, in its light, with the message to send.
 fn transmitter(
     scene: &Scene,
@@ -389,7 +397,6 @@ mod tests {
     #[test]
     fn the_cameras_of_both_ends_agree_where_nothing_is_said() {
         assert_eq!(camera_of(&Scene::default()), Camera::default());
-        let blur_sigma_px = Scene::default().camera.blur_sigma_px as f32;
-        assert_eq!(blur_sigma_px, Camera::default().blur_sigma_px);
+        assert_eq!(calibrated_camera_of(&Scene::default()), Camera::default());
     }
 }

@@ -10,7 +10,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
 
 use sim::accuracy::Level;
-use sim::road::camera_of;
+use sim::road::calibrated_camera_of;
 use sim::scene::{Scene, SceneError};
 
 use crate::detectors::DetectorChoice;
@@ -132,10 +132,7 @@ pub enum CostError {
 pub fn cost(case: &Case, frames: u64, seed: u64) -> Result<Cost, CostError> {
     let settings: Vec<String> = case.settings.iter().map(ToString::to_string).collect();
     let scene = scene_at(case.place, &settings)?;
-    let told = Camera {
-        blur_sigma_px: scene.camera.blur_sigma_px as f32,
-        ..camera_of(&scene)
-    };
+    let told = calibrated_camera_of(&scene);
     let seen = Seen::new(&scene, LEARNING_FRAMES + frames, seed)?;
     let genie = case.has_genie.then(|| genie_errors(&scene, frames, seed));
     Ok(Cost {

@@ -1,7 +1,6 @@
 //! Panels from 3 m on before cameras of any kind, of which a receiver is told nothing, and what it makes of them.
 
 use image::GrayImage;
-use image::imageops;
 use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, Framer};
@@ -17,11 +16,13 @@ use sim::accuracy::Level;
 use sim::camera::clock::WINDOW;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
-use sim::road::camera_of;
+use sim::road::calibrated_camera_of;
 use sim::scene::Scene;
 use sim::view::View;
 
-use crate::random_scenes::{RIGHT, RandomSceneError, WINDOW_PIXELS, backdrop};
+use crate::random_scenes::{
+    RIGHT, RandomSceneError, ShakenPhotograph, WINDOW_PIXELS, backdrop, farthest,
+};
 
 /// What the panels send.
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
@@ -72,14 +73,11 @@ impl RandomFilm {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let place = settings_of_place(size, &mut random);
         let softest = BLUR_PX[1].min(SOFTEST * place.pitch_px);
-        let camera = settings_of_camera(softest, &mut random);
+        let lens = settings_of_camera(softest, &mut random);
         let panel = settings_of_panel(&mut random);
-        let settings = [place.settings, camera, panel].concat();
+        let settings = [place.settings, lens, panel].concat();
         let scene = Scene::load("day", &settings)?;
-        let told = Camera {
-            blur_sigma_px: scene.camera.blur_sigma_px as f32,
-            ..camera_of(&scene)
-        };
+        let camera = calibrated_camera_of(&scene);
         let has_photograph = !photographs.is_empty() && random.random_range(0..3) > 0;
         let view = if has_photograph {
             View::before(&scene, &backdrop(photographs, width, height, &mut random)?)?
@@ -97,7 +95,7 @@ impl RandomFilm {
             ),
             pitch_px: along(corners[0], corners[1]).min(along(corners[1], corners[2])),
             corners,
-            camera: told,
+            camera,
             seed,
             canvas: Canvas::new(renderer.lit_region()),
             renderer,
@@ -346,15 +344,7 @@ fn is_the_message(event: &Event<'_>) -> bool {
     matches!(event, Event::Delivered(delivery) if delivery.message == MESSAGE)
 }
 
-/// How far the worst corner is from the truth.
-fn farthest(corners: [[f32; 2]; 4], truth: [[f64; 2]; 4]) -> f64 {
-    let pairs = corners.iter().zip(&truth);
-    pairs
-        .map(|(a, b)| (f64::from(a[0]) - b[0]).hypot(f64::from(a[1]) - b[1]))
-        .fold(0.0, f64::max)
-}
-
-/// Looks for panels in a photograph without one, of any gain and noise, and twice more after a shake of up to 16 px: where each was seen.
+/// Looks for panels in the frames of a shaken photograph without one: where each was seen.
 ///
 /// # Errors
 /// When there is no photograph.
@@ -363,23 +353,11 @@ pub fn receive_without_panel(
     size: [usize; 2],
     photographs: &[GrayImage],
 ) -> Result<Vec<[[f32; 2]; 4]>, RandomSceneError> {
-    const SHAKE_PX: u32 = 16;
-    let [width, height] = size;
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let shake = SHAKE_PX as usize;
-    let backdrop = backdrop(photographs, width + shake, height + shake, &mut random)?;
-    let noise = [0.0f32, 1.0, 4.0, 20.0][random.random_range(0..4)];
-    let gain: f32 = random.random_range(0.6..1.6);
+    let photograph = ShakenPhotograph::draw(seed, size, photographs)?;
     let mut receiver = receiver(ReceiverSettings::default(), size);
     let mut seen = Vec::new();
-    for number in 0..3 {
-        let [x, y] = [(); 2].map(|()| random.random_range(0..SHAKE_PX));
-        let part = imageops::crop_imm(&backdrop, x, y, width as u32, height as u32).to_image();
-        // About standard normal: the sum of twelve uniform numbers.
-        let mut normal = || (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0;
-        let noisy = |&grey: &u8| (f32::from(grey) * gain + noise * normal()) as u8;
-        let pixels: Vec<u8> = part.as_raw().iter().map(noisy).collect();
-        if let Ok(reading) = receiver.frame(number, &frame(&pixels, size)).reading {
+    for (number, pixels) in (0..).zip(&photograph.frames) {
+        if let Ok(reading) = receiver.frame(number, &frame(pixels, size)).reading {
             seen.push(reading.corners.points());
         }
     }

@@ -151,6 +151,50 @@ pub fn backdrop(
     ))
 }
 
+/// Frames of a photograph without a panel, of any gain and noise, each after a shake of the camera.
+pub struct ShakenPhotograph {
+    /// The standard deviation of the noise, in grey levels.
+    pub noise_grey: f32,
+    /// The frames' pixels.
+    pub frames: [Vec<u8>; FRAMES],
+}
+
+impl ShakenPhotograph {
+    /// Photograph `seed`, frames of `size` (width and height) from places up to 16 px apart.
+    ///
+    /// # Errors
+    /// When there is no photograph, or one without pixels.
+    pub fn draw(
+        seed: u64,
+        [width, height]: [usize; 2],
+        photographs: &[GrayImage],
+    ) -> Result<Self, RandomSceneError> {
+        const SHAKE_PX: u32 = 16;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let shake = SHAKE_PX as usize;
+        let backdrop = backdrop(photographs, width + shake, height + shake, &mut random)?;
+        let noise_grey = [0.0f32, 1.0, 4.0, 20.0][random.random_range(0..4)];
+        let gain: f32 = random.random_range(0.6..1.6);
+        let frames = [(); FRAMES].map(|()| {
+            let [x, y] = [(); 2].map(|()| random.random_range(0..SHAKE_PX));
+            let part = imageops::crop_imm(&backdrop, x, y, width as u32, height as u32).to_image();
+            // About standard normal: the sum of twelve uniform numbers.
+            let mut normal = || (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0;
+            let noisy = |&grey: &u8| (f32::from(grey) * gain + noise_grey * normal()) as u8;
+            part.as_raw().iter().map(noisy).collect()
+        });
+        Ok(Self { noise_grey, frames })
+    }
+}
+
+/// How far the worst corner is from the truth.
+pub fn farthest(corners: [[f32; 2]; 4], truth: [[f64; 2]; 4]) -> f64 {
+    let pairs = corners.iter().zip(&truth);
+    pairs
+        .map(|(a, b)| (f64::from(a[0]) - b[0]).hypot(f64::from(a[1]) - b[1]))
+        .fold(0.0, f64::max)
+}
+
 impl RandomScene {
     /// Scene `seed` of the range: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 lx, with and without a
     /// board, two in three before a photograph if there are any; `count` successive frames of 1/100 s, 90 symbols a second.
@@ -250,10 +294,7 @@ impl RandomScene {
 
     /// The greatest distance of a corner from the truth, in pixels.
     pub fn error_px(&self, corners: [[f32; 2]; 4]) -> f64 {
-        let pairs = corners.iter().zip(&self.corners);
-        pairs
-            .map(|(a, b)| (f64::from(a[0]) - b[0]).hypot(f64::from(a[1]) - b[1]))
-            .fold(0.0, f64::max)
+        farthest(corners, self.corners)
     }
 }
 

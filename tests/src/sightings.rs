@@ -3,14 +3,11 @@
 use std::ops::Range;
 
 use image::GrayImage;
-use image::imageops;
 use link::camera::Camera;
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use studies::random_scenes::{FRAMES, RIGHT, WINDOW_PIXELS};
-pub use studies::random_scenes::{RandomScene, backdrop, photographs};
+use studies::random_scenes::{FRAMES, RIGHT, ShakenPhotograph, WINDOW_PIXELS};
+pub use studies::random_scenes::{RandomScene, photographs};
 
 /// What came of many searches.
 #[derive(Debug, Default)]
@@ -88,38 +85,20 @@ pub fn search_scenes(
 /// When a photograph is no picture.
 pub fn search_empty(
     seeds: Range<u64>,
-    [width, height]: [usize; 2],
+    size: [usize; 2],
     photographs: &[GrayImage],
     mut tell: impl FnMut(&str),
 ) -> usize {
-    const SHAKE_PX: u32 = 16;
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut seen = 0;
     for seed in seeds {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let shake = SHAKE_PX as usize;
-        let backdrop = backdrop(photographs, width + shake, height + shake, &mut random)
-            .expect("a photograph");
-        let noise = [0.0f32, 1.0, 4.0, 20.0][random.random_range(0..4)];
-        let gain: f32 = random.random_range(0.6..1.6);
-        let frames: Vec<Vec<u8>> = (0..FRAMES)
-            .map(|_| {
-                let (x, y) = (
-                    random.random_range(0..SHAKE_PX),
-                    random.random_range(0..SHAKE_PX),
-                );
-                let part =
-                    imageops::crop_imm(&backdrop, x, y, width as u32, height as u32).to_image();
-                part.as_raw()
-                    .iter()
-                    .map(|&grey| (f32::from(grey) * gain + noise * normal(&mut random)) as u8)
-                    .collect()
-            })
-            .collect();
-        let frames: Vec<Frame> = frames
+        let photograph = ShakenPhotograph::draw(seed, size, photographs).expect("a photograph");
+        let noise = photograph.noise_grey;
+        let frames: Vec<Frame> = photograph
+            .frames
             .iter()
-            .map(|pixels| frame(pixels, [width, height]))
+            .map(|pixels| frame(pixels, size))
             .collect();
         let mut tell_of = |kind: &str, found: rx_pipeline::locate::Location| {
             seen += 1;
@@ -151,9 +130,4 @@ pub fn search_empty(
 
 fn frame(pixels: &[u8], [width, height]: [usize; 2]) -> Frame<'_> {
     Frame::new(pixels, width, height).expect("as many pixels as the frame has")
-}
-
-/// About standard normal: the sum of twelve uniform numbers.
-fn normal(random: &mut impl Rng) -> f32 {
-    (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0
 }
