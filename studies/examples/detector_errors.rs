@@ -5,11 +5,10 @@
 //! mean over all frames, and its wrong bits are none. Every frame has random bits, a random sub-pixel phase and a reflectance of
 //! 0.3 to 0.5.
 
-use sim::accuracy::Level;
-use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::FrameErrors;
+use studies::work_precision::scene_in_clear_air;
 
 /// Distance in m, interval, ISO, L2A.
 type Point = (f64, f64, f64, f64);
@@ -44,15 +43,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         print!("| {distance} | {interval} | {iso} | {l2a} |");
         let mut counted = Vec::new();
         for (name, detector) in DETECTORS {
-            let settings = Settings {
-                frames,
-                seed,
-                random_reflectance: true,
-                detector,
-                level: Level::Fast,
-                camera: None,
-            };
-            let evaluation = Evaluator::new(&scene(point)?, settings)?.run(|_| true)?;
+            let settings = Settings::fast(frames, seed, detector);
+            let evaluation =
+                Evaluator::new(&scene_in_clear_air(point)?, settings)?.run(|_| true)?;
             print!(" {:.5} |", evaluation.errors.rate());
             counted.extend(COUNTED.contains(&name).then_some(evaluation.errors));
         }
@@ -103,17 +96,4 @@ fn points(grid: &str) -> Result<Vec<Point>, String> {
             ));
         }
     })
-}
-
-/// The paper's scene with noise, in the ambient light that calls for the ISO.
-fn scene((distance, interval, iso, l2a): Point) -> Result<Scene, Box<dyn std::error::Error>> {
-    let overrides = [
-        format!("pose.distance_m={distance}"),
-        format!("panel.interval={interval}"),
-        format!("ambient.illuminance_lx={}", 16_000.0 * 100.0 / iso),
-        format!("link.l2a={l2a}"),
-        "effects.noise=on".into(),
-        "atmosphere.transmission_at_70m=1".into(),
-    ];
-    Ok(Scene::load("paper", &overrides)?)
 }

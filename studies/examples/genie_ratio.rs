@@ -6,11 +6,11 @@
 //! leaves the reflectance what it is, as that of a panel that a receiver follows. The interval of 95 % of the ratio comes from
 //! resampled frames.
 
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{EvaluateError, Evaluator, Settings};
 use studies::statistics::ratio_95;
+use studies::work_precision::scene_in_clear_air;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -34,14 +34,10 @@ fn main() -> Result<(), Failure> {
                 for iso in numbers(isos)? {
                     print!("| {distance} | {interval} | {l2a} | {iso} |");
                     let settings = |detector| Settings {
-                        frames,
-                        seed,
                         random_reflectance: !followed,
-                        detector,
-                        level: Level::Fast,
-                        camera: None,
+                        ..Settings::fast(frames, seed, detector)
                     };
-                    let scene = scene(distance, interval, l2a, iso)?;
+                    let scene = scene_in_clear_air((distance, interval, iso, l2a))?;
                     let errors = DETECTORS.map(|detector| errors(&scene, settings(detector)));
                     let [Ok(kmeans), Ok(found), Ok(genie)] = errors else {
                         println!(" too small | | | | | |");
@@ -101,17 +97,4 @@ fn wrong(errors: &[u64]) -> usize {
 
 fn sum(errors: &[u64]) -> u64 {
     errors.iter().sum()
-}
-
-/// The paper's scene with noise, in the ambient light that calls for the ISO.
-fn scene(distance: f64, interval: f64, l2a: f64, iso: f64) -> Result<Scene, Failure> {
-    let overrides = [
-        format!("pose.distance_m={distance}"),
-        format!("panel.interval={interval}"),
-        format!("ambient.illuminance_lx={}", 16_000.0 * 100.0 / iso),
-        format!("link.l2a={l2a}"),
-        "effects.noise=on".into(),
-        "atmosphere.transmission_at_70m=1".into(),
-    ];
-    Ok(Scene::load("paper", &overrides)?)
 }

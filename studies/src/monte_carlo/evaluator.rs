@@ -55,6 +55,20 @@ pub struct Settings {
     pub camera: Option<Camera>,
 }
 
+impl Settings {
+    /// Frames of panels of random reflectance, drawn fast.
+    pub const fn fast(frames: u64, seed: u64, detector: DetectorChoice) -> Self {
+        Self {
+            frames,
+            seed,
+            random_reflectance: true,
+            detector,
+            level: Level::Fast,
+            camera: None,
+        }
+    }
+}
+
 /// The scene as an evaluation sees it: with bounds that hold for all reflectances it will draw.
 ///
 /// # Errors

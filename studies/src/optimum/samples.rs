@@ -219,16 +219,8 @@ fn round(
 mod tests {
     use super::*;
     use crate::detectors::DetectorChoice;
-    use sim::accuracy::Level;
 
-    const SETTINGS: Settings = Settings {
-        frames: 3000,
-        seed: 5,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-    };
+    const SETTINGS: Settings = Settings::fast(3000, 5, DetectorChoice::KMeans);
 
     fn scene(distance_m: u32) -> Scene {
         let settings = [

@@ -8,7 +8,6 @@ use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Observation, Settings, Workspace};
 use crate::statistics::{BATCHES, Estimate, jackknife};
 use crate::statistics::{Distinguishability, Moments};
-use sim::accuracy::Level;
 use sim::scene::Scene;
 
 /// What the frames of a batch add up to.
@@ -67,14 +66,7 @@ impl Batches {
     /// # Errors
     /// When the scene cannot be seen or measured.
     pub fn measure(scene: &Scene, frames: u64, seed: u64) -> Result<Self, EvaluateError> {
-        let settings = Settings {
-            frames,
-            seed,
-            random_reflectance: true,
-            detector: DetectorChoice::KMeans,
-            level: Level::Fast,
-            camera: None,
-        };
+        let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
         let evaluator = Evaluator::new(scene, settings)?;
         let frames = frames.div_ceil(BATCHES as u64).max(1);
         let batch = |workspace: &mut Workspace, batch: u64| {
@@ -138,14 +130,7 @@ mod tests {
     #[test]
     fn a_point_is_what_the_evaluator_gives() {
         let scene = Scene::load("paper", &[]).unwrap();
-        let settings = Settings {
-            frames: 320,
-            seed: 5,
-            random_reflectance: true,
-            detector: DetectorChoice::KMeans,
-            level: Level::Fast,
-            camera: None,
-        };
+        let settings = Settings::fast(320, 5, DetectorChoice::KMeans);
         let evaluation = Evaluator::new(&scene, settings)
             .unwrap()
             .run(|_| true)

@@ -11,7 +11,6 @@ use super::operating_point::OperatingPoint;
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
 use crate::statistics::FrameErrors;
-use sim::accuracy::Level;
 use sim::scene::Scene;
 
 /// The intervals of Table 1 of Do & Yoo 2020.
@@ -70,14 +69,7 @@ pub fn count(
     limits: Limits,
     seed: u64,
 ) -> Result<FrameErrors, EvaluateError> {
-    let settings = Settings {
-        frames: limits.frames,
-        seed,
-        random_reflectance: true,
-        detector,
-        level: Level::Fast,
-        camera: None,
-    };
+    let settings = Settings::fast(limits.frames, seed, detector);
     let prepare = |&(interval, l2a): &(f64, f64)| {
         let setting = OperatingPoint {
             interval,

@@ -116,14 +116,7 @@ pub struct Feature {
 /// # Errors
 /// When the scene cannot be seen or measured.
 pub fn scatter(scene: &Scene, frames: u64, seed: u64) -> Result<Vec<Feature>, EvaluateError> {
-    let settings = Settings {
-        frames,
-        seed,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-    };
+    let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
     let evaluator = Evaluator::new(scene, settings)?;
     let mut workspace = evaluator.workspace();
     let mut found = Vec::with_capacity(frames as usize * LEDS);

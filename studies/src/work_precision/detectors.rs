@@ -22,7 +22,6 @@ use super::timing::{Candidate, time_by_turns};
 use crate::detectors::{DETECTORS, DetectorChoice};
 use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
 use crate::statistics::FrameErrors;
-use sim::accuracy::Level;
 use sim::renderer::canvas::Region;
 use sim::road::camera_of;
 use sim::scene::{Scene, SceneError};
@@ -172,6 +171,17 @@ pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, S
     Scene::load("paper", &settings)
 }
 
+/// The same without haze, in the ambient light that calls for an ISO: distance in m, interval, ISO, L2A.
+///
+/// # Errors
+/// [`SceneError`] if a setting is not one.
+pub fn scene_in_clear_air(
+    (distance_m, interval, iso, l2a): (f64, f64, f64, f64),
+) -> Result<Scene, SceneError> {
+    let place = (distance_m, interval, 16_000.0 * 100.0 / iso, l2a);
+    scene_at(place, &["atmosphere.transmission_at_70m=1".into()])
+}
+
 /// The detectors at a place, and how many panels the genie reads wrongly.
 fn diagram(
     place: (f64, f64, f64, f64),
@@ -259,14 +269,7 @@ fn counted(timed: &Diagram, instructions: &[(&str, Vec<f64>)], place: usize) -> 
 }
 
 fn settings(detector: DetectorChoice, frames: u64, scale: &Scale) -> Settings {
-    Settings {
-        frames,
-        seed: scale.seed,
-        random_reflectance: true,
-        detector,
-        level: Level::Fast,
-        camera: None,
-    }
+    Settings::fast(frames, scale.seed, detector)
 }
 
 /// Frames of a panel whose place and bits are known.

@@ -31,7 +31,7 @@ mod timing;
 mod transmitter;
 
 pub use counts::rows as counted_rows;
-pub use detectors::{PLACES, scene_at};
+pub use detectors::{PLACES, scene_at, scene_in_clear_air};
 pub use diagram::{CostUnit, Diagram, Part, Point};
 pub use error::PrecisionError;
 pub use pareto::mark_front;

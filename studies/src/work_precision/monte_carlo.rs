@@ -14,7 +14,6 @@ use crate::monte_carlo::{Evaluator, Settings};
 use crate::optimum::{Criterion, Peak, Samples, Window, at_ratio};
 use crate::reproduction::{Batches, Sums, estimate_of};
 use crate::statistics::wilson_95;
-use sim::accuracy::Level;
 use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 
@@ -79,14 +78,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
 }
 
 fn settings(frames: u64, seed: u64) -> Settings {
-    Settings {
-        frames,
-        seed,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-    }
+    Settings::fast(frames, seed, DetectorChoice::KMeans)
 }
 
 /// Rendering, measuring and reading one frame.
