@@ -3,15 +3,16 @@
 //! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame at hand, places that have changed.
 //! 2. `blob`: how large is what stands out there?
 //! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one
-//!    convolution of the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima.
-//! 4. `verification`: 64 spots of two brightnesses, fitted to the pixels in linear light, must explain them down to the noise, end on all
-//!    four sides where the pixels do, and show a pattern as random as a scrambled message. Else they say why not.
+//!    convolution of the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima, with spots of a few widths.
+//! 4. `verification`: 64 spots of two brightnesses and of any width, fitted to the pixels in linear light, must explain them, end on all
+//!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not.
 //!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
-//! frame what is behind the panel counts as noise: there the panel must stand out.
+//! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), so that neither a board nor what is around
+//! it counts; and step 4 at pixels within the lattice's own outline alone.
 //!
-//! The locator takes the sensor's gamma and a good guess of the blur. Beyond it are panels that show no pattern, such as all On. Panels of
-//! more than 110 px are looked for in larger pixels ([`crate::receiver::FrameSearch`]), and seen in perspective there.
+//! The locator takes the sensor's encoding; the blur it is told is where it begins. Beyond it are panels that show no pattern, such as all
+//! On. Panels of more than 110 px are looked for in larger pixels ([`crate::receiver::FrameSearch`]), and seen in perspective there.
 
 mod bimodality;
 mod blob;
@@ -41,9 +42,9 @@ use crate::spots::{GreyMetric, LatticeModel, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, View};
+use pose_candidates::{Ground, Trial, View};
 use survey::{Peak, Survey};
-use verification::Verified;
+use verification::{Scope, Verified};
 
 /// Finds panels in frames.
 ///
@@ -227,19 +228,19 @@ impl Locator {
         for peak in survey.changed.iter().filter(unknown).take(CHANGED_PEAKS) {
             let mut faint = suspected;
             for before in earlier.iter().filter(same_size) {
-                let view = self.view(
-                    frame,
-                    Some(before),
-                    survey.noise_of_change_grey,
-                    Ground::Around,
-                );
+                let view = self.view(frame, Some(before), survey.noise_of_change_grey);
                 let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) else {
                     continue;
                 };
                 let here = found.spots.lattice;
                 // Spots that overlap add up to anything smooth.
                 let apart = verification::apart(&found.spots);
-                let enough = enough / (apart * apart);
+                let surprise = if self.expects(&found.spots) {
+                    1.0
+                } else {
+                    UNEXPECTED
+                };
+                let enough = surprise * enough / (apart * apart);
                 let confirmed = faint.is_some_and(|other| here.is_close_to(&other));
                 if found.signal_to_noise >= enough || confirmed && !in_motion {
                     return Ok(found);
@@ -252,20 +253,31 @@ impl Locator {
                 *suspect = faint;
             }
         }
-        attempt.budget = effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]);
         let chosen = |rank: usize| match effort {
             Effort::Full => true,
             Effort::Share(number) | Effort::Level(number) => {
                 rank < ALWAYS || rank == ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize
             }
         };
+        let grounds = match effort {
+            Effort::Full => &[Ground::Around, Ground::Edges, Ground::Smooth][..],
+            Effort::Share(_) => &[Ground::Around, Ground::Edges],
+            Effort::Level(_) => &[Ground::Around],
+        };
+        // Each has its own, as it is right of other panels.
+        let mut budgets = [effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]); 3];
         let ranked = survey.busy.iter().filter(unknown).enumerate();
         for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
-            for ground in [Ground::Around, Ground::Within] {
-                let view = self.view(frame, None, survey.noise_grey, ground);
+            for (&ground, left) in grounds.iter().zip(&mut budgets) {
+                let view = View {
+                    ground,
+                    ..self.view(frame, None, survey.noise_grey)
+                };
+                attempt.budget = *left;
                 if let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) {
                     return Ok(found);
                 }
+                *left = attempt.budget;
             }
         }
         let places = attempt.places;
@@ -285,9 +297,19 @@ impl Locator {
     ) -> Option<Lattice> {
         let view = View {
             spot_sigma_px,
-            ..self.view(frame, None, 0.0, Ground::Around)
+            ..self.view(frame, None, 0.0)
         };
         view.near(expected)
+    }
+
+    /// Whether spots are as wide as those of LEDs are under the blur that was told.
+    fn expects(&self, spots: &LatticeModel) -> bool {
+        let [across, down] = spots.lattice.pitch();
+        // A disc's variance along an axis is a sixteenth of its diameter's square.
+        let widest_disc = across.max(down) / PITCH_OVER_LED / 4.0;
+        let told = self.spot_sigma_px();
+        let widest = libm::sqrtf(told * told + widest_disc * widest_disc);
+        (EXPECTED_WIDTH.0 * told..=EXPECTED_WIDTH.1 * widest).contains(&spots.sigma)
     }
 
     fn view<'a, 'f>(
@@ -295,14 +317,13 @@ impl Locator {
         frame: &'a Frame<'f>,
         earlier: Option<&'a Frame<'f>>,
         noise_grey: f32,
-        ground: Ground,
     ) -> View<'a, 'f> {
         View {
             frame,
             earlier,
             noise_grey: noise_grey.max(LEAST_NOISE_GREY),
             spot_sigma_px: self.spot_sigma_px(),
-            ground,
+            ground: Ground::Around,
             is_near: self.is_near,
         }
     }
@@ -334,48 +355,44 @@ impl<const N: usize> Attempt<'_, N> {
         let mut failure = None;
         let mut best: Option<Verified> = None;
         for blob in Blob::around(peak, view.frame, view.earlier) {
-            if blob.side_px > self.largest_px || self.budget == 0 {
+            if blob.side_px > self.largest_px || self.budget == 0 || !view.resolves(&blob) {
                 continue;
             }
-            let mut tried = heapless::Vec::<_, POSE_CANDIDATES>::new();
+            let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
             let candidates = view.pose_candidates(&blob);
             for candidate in candidates.maxima() {
                 if self.budget == 0 {
                     break;
                 }
                 self.budget -= 1;
-                let Some((lattice, brightness)) = view.sharpened(&blob, &candidate) else {
-                    continue;
-                };
-                if tried.iter().any(|other| lattice.is_close_to(other)) {
-                    continue;
-                }
-                let _full = tried.push(lattice);
-                let state = match view.earlier {
-                    Some(_) => pose_candidates::three_states(&brightness),
-                    None => pose_candidates::two_states(&brightness),
-                };
-                match verification::verify(
-                    self.residuals,
-                    &view,
-                    &self.locator.metric,
-                    lattice,
-                    state,
-                ) {
-                    Ok(verified) if verified.is_beyond_doubt() => {
-                        return Some(verified.location());
+                for Trial { widths_px, scope } in view.trials(&candidate) {
+                    let Some(pose) = view.sharpened(&blob, &candidate, &widths_px) else {
+                        continue;
+                    };
+                    let same = |(other, scope_of_other): &(Lattice, Scope)| {
+                        scope == *scope_of_other && pose.lattice.is_close_to(other)
+                    };
+                    if tried.iter().any(same) {
+                        continue;
                     }
-                    // What passes may still be the second best of all poses.
-                    Ok(verified)
-                        if best
-                            .as_ref()
-                            .is_none_or(|best| verified.residual_grey < best.residual_grey) =>
-                    {
-                        best = Some(verified);
-                    }
-                    Ok(_) => {}
-                    Err(why) => {
-                        failure.get_or_insert(why);
+                    let _full = tried.push((pose.lattice, scope));
+                    let metric = &self.locator.metric;
+                    match verification::verify(self.residuals, &view, metric, scope, &pose) {
+                        Ok(verified) if verified.is_beyond_doubt() => {
+                            return Some(verified.location());
+                        }
+                        // What passes may still be the second best of all poses.
+                        Ok(verified) => {
+                            let better =
+                                |best: &Verified| verified.residual_grey < best.residual_grey;
+                            if best.as_ref().is_none_or(better) {
+                                best = Some(verified);
+                            }
+                            break;
+                        }
+                        Err(why) => {
+                            failure.get_or_insert(why);
+                        }
                     }
                 }
             }
@@ -385,5 +402,59 @@ impl<const N: usize> Attempt<'_, N> {
         }
         self.failure = self.failure.or(failure);
         best.map(|verified| verified.location())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    const SIDE: usize = 128;
+    const BITS: u64 = 0x9a3c_5e71_0f96_c3a5;
+    const TRUTH: Lattice = Lattice {
+        centre: [63.4, 62.8],
+        column: [4.8, 0.5],
+        row: [-0.5, 5.0],
+        tilt: [0.0; 2],
+    };
+
+    /// A panel with a board of light 0.3 that ends one and a half pitches beyond the LEDs, between a bright wall and a dark one.
+    fn before_two_walls(blur_sigma_px: f32) -> Vec<u8> {
+        let light = |i: usize| {
+            let at = [(i % SIDE) as f32, (i / SIDE) as f32];
+            let [column, row] = TRUTH.coordinates(at).unwrap();
+            let board = [column, row].iter().all(|c| (-1.5..8.5).contains(c));
+            let mut light = match board {
+                true => 0.3,
+                false if at[0] > 75.0 => 2.5,
+                false => 0.8,
+            };
+            for led in 0..64 {
+                let [x, y] = TRUTH.position((led % 8) as f32, (led / 8) as f32);
+                let squared = (at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y);
+                let height = if BITS >> led & 1 == 1 { 3.0 } else { 0.2 };
+                let variance = blur_sigma_px * blur_sigma_px + 0.4;
+                light += height * (-0.5 * squared / variance).exp();
+            }
+            light
+        };
+        (0..SIDE * SIDE)
+            .map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8)
+            .collect()
+    }
+
+    #[test]
+    fn boards_are_found_from_one_frame_under_any_blur() {
+        let locator = Locator::new(Camera::default()).unwrap();
+        let mut memory = Box::new(LocatorMemory::<25_600>::new());
+        for blur_sigma_px in [0.7, 1.0, 1.5] {
+            let pixels = before_two_walls(blur_sigma_px);
+            let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
+            let found = locator.locate(&frame, &mut memory).unwrap();
+            let seen = Lattice::through(&found.corners);
+            assert!(seen.is_close_to(&TRUTH), "{blur_sigma_px}: {seen:?}");
+        }
     }
 }

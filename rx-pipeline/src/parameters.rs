@@ -43,7 +43,7 @@ pub mod survey {
     /// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
     pub const CHANGED_PEAKS: usize = 4;
     /// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
-    pub const BUSY_PEAKS: usize = 12;
+    pub const BUSY_PEAKS: usize = 24;
 }
 
 /// How large what stands out is.
@@ -78,12 +78,25 @@ pub mod blob {
 pub mod pose_candidates {
     /// Samples along one side of the patch looked at (count). More: finer, and slower by their square.
     pub const PATCH_SIDE: usize = 64;
+    /// What is smoother than this counts as ground in a single frame (pitches, standard deviation). More: boards and
+    /// gradients show; less: LEDs of one state side by side are taken for ground.
+    pub const GROUND_SIGMA: f32 = 1.5;
+    /// Samples brighter than all others but one in so many count as no more than those (count): a hot pixel is no brighter
+    /// than an LED. More: few bright spots decide; fewer: LEDs are no brighter than what is around.
+    pub const BRIGHTEST_ONE_IN: usize = 40;
+    /// The least pitch at which LEDs are looked for as spots by themselves (px).
+    pub const LEAST_RESOLVED_PX: f32 = 2.2;
+    /// The size of the patch in which only spots are left (multiple of the blob's side). More: LEDs are not resolved; less:
+    /// lattices beside the blob's middle leave it.
+    pub const SPOTS_ROOM: f32 = 1.6;
+    /// Widths of spots that are tried at the frame's own resolution (pitches, standard deviation). More: slower, and the
+    /// width is better known.
+    pub const WIDTHS: [f32; 3] = [0.2, 0.34, 0.55];
+    /// The least of them (px): a point under a sharp lens.
+    pub const LEAST_SIGMA_PX: f32 = 0.6;
     /// How far within the patch's end its rim is, whose median is the ground (samples). Nearer the end: what lies
     /// beyond the frame decides.
     pub const RIM: usize = 2;
-    /// The part of a blob that is darker than its own ground (share, as one in so many). Higher: a lower ground, and
-    /// clutter stands out.
-    pub const DARKEST_ONE_IN: usize = 5;
     /// The widest reach of a blur (samples). Longer: slower; shorter: wide spots are cut off.
     pub const BLUR_REACH: usize = 12;
     /// Candidates for the pose of one blob, at most (count). More: slower, and a panel's pose is seldom missed.
@@ -131,6 +144,8 @@ pub mod hill_climbing {
     pub const NEAR: (f32, usize) = (0.3, 12);
     /// First step and rounds at the frame's own resolution.
     pub const FINE: (f32, usize) = (0.12, 40);
+    /// First step and rounds with each width of spots, before the best of them is known.
+    pub const FIRST_OF_A_WIDTH: (f32, usize) = (0.12, 8);
     /// A climb ends when its step is shorter (pitches). Shorter: more rounds, and a pose nearer to the top.
     pub const LAST_STEP: f32 = 0.02;
     /// Climbs from one lattice to that of a line more, less or further on, at most (count). More: slower, and worse
@@ -175,6 +190,25 @@ pub mod verification {
     pub const STEPS_COMPARED: [usize; 2] = [2, 3];
     /// Lattices a line beside that are fitted: those that look best before (count).
     pub const LIKELIEST: usize = 2;
+    /// Lines by which a single frame's lattice is moved to where LEDs are On, at most (count).
+    pub const LINES_MOVED: usize = 2;
+    /// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 1 for one that is
+    /// Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
+    pub const LEAST_LINES_LEAD: i32 = 2;
+    /// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
+    /// for other frames.
+    pub const LINES_CLEARLY_WORSE: f32 = 1.6;
+    /// LEDs that are Off show if their places stand out by more (share of an LED that is On).
+    pub const LEAST_OFF: f32 = 0.1;
+    /// The same (multiple of their median deviation, for eight of them together).
+    pub const SEEN: f32 = 4.0;
+    /// A place looks like an LED that is Off if it differs from what these usually show by less (share of it).
+    pub const OFF_WITHIN: f32 = 0.5;
+    /// Lattices that are compared by their fits, at most (count).
+    pub const LINES_COMPARED: usize = 4;
+    /// How far light is carried across a board's end (standard deviations of a spot): so much less than half a pitch beyond
+    /// the outer LEDs counts in a single frame. More: what is around a board without a margin disturbs less, and less is seen.
+    pub const CARRIED: f32 = 0.8;
     /// Room around the lattice where two lines more could lie, and where none (pitches). More: clutter around the panel
     /// counts.
     pub const WIDE: f32 = 1.8;
@@ -190,6 +224,12 @@ pub mod verification {
     /// What may be left unexplained beside (share of the signal's energy). Higher: more that is no panel passes; lower:
     /// panels seen askew do not.
     pub const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
+    /// The same in a single frame that shows LEDs of two brightnesses and none between: discs under a sharp lens,
+    /// sharpening and codecs make spots that are not quite Gaussian.
+    pub const EXCUSED_IF_DISTINCT: f32 = 0.17;
+    /// They do if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64
+    /// brightnesses spread evenly, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
+    pub const DISTINCT: f32 = 7.5;
     /// Spots nearer to each other overlap by so much that the excuse is cut down (standard deviations of a spot).
     pub const CLOSE: f32 = 2.2;
     /// What the spots explain, at least (energy ratio): LEDs seen this clearly are no accident. Higher: faint panels
@@ -204,13 +244,15 @@ pub mod verification {
     pub const DIFFERENT: RangeInclusive<u32> = 40..=84;
     /// Places next to the lattice that look like LEDs, at most (count): more belong to something that goes on.
     pub const LIT_AROUND: [u32; 2] = [2, 3];
-    /// Off LEDs darker than the ground by more are none (share of the step from Off to On).
-    pub const DARKEST_OFF: f32 = -0.3;
+    /// Off LEDs darker than the ground by more are none, without a board and with one (share of the step from Off to On).
+    pub const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
     /// How much likelier a panel has to be in a single frame, where its spots overlap, than spots of any brightness
     /// (natural logarithm of the odds). Places without a panel are some 20 000 times as common.
     pub const LEAST_LOG_ODDS: f32 = 10.0;
     /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
     pub const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
+    /// The same wherever the LEDs do not have two distinct brightnesses.
+    pub const LEAST_LOG_ODDS_UNLESS_DISTINCT: f32 = 60.0;
     /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
     /// patch looks like them.
     pub const LEAST_PITCH_PX: f32 = 2.0;
@@ -218,11 +260,9 @@ pub mod verification {
     pub const MOST_SHEAR: f32 = 0.15;
     /// Rows are turned by no more (rad): 23°.
     pub const MOST_ROLL_RAD: f32 = 0.4;
-    /// A spot's width over that of the narrowest and of the widest LED under the camera's blur (ratio). Wider: the blur
-    /// may be known worse, and more that is no panel passes.
-    pub const SPOT_RATIO: (f32, f32) = (0.88, 1.15);
-    /// The pitch over the diameter of the widest LEDs (ratio): they fill two thirds of it.
-    pub const PITCH_OVER_LED: f32 = 1.5;
+    /// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other
+    /// the widest. Wider: more that is no panel passes.
+    pub const SPOT_OVER_PITCH: RangeInclusive<f32> = 0.08..=0.85;
     /// A fit that leaves no more than noise is trusted at once where the signal is greater (energy ratio, per pixel).
     pub const CLEAR: f32 = 8.0;
     /// A single frame of which a fit leaves more is not compared with lattices a line beside (share of the signal).
@@ -256,6 +296,12 @@ pub mod search {
     /// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
     /// look like anything.
     pub const FAINT_IN_MOTION: f32 = 200.0;
+    /// Spots of another width than expected have to show so much more clearly (factor): any width fits some edge that moves.
+    pub const UNEXPECTED: f32 = 2.5;
+    /// The width expected, over that of the narrowest and of the widest LED under the blur that was told (ratio).
+    pub const EXPECTED_WIDTH: (f32, f32) = (0.88, 1.15);
+    /// The pitch over the diameter of the widest LEDs (ratio): they fill two thirds of it.
+    pub const PITCH_OVER_LED: f32 = 1.5;
     /// The camera has moved when half of the frame changes by more: this many times its noise (factor), and this
     /// (grey).
     pub const IN_MOTION: (f32, f32) = (1.5, 0.5);

@@ -16,6 +16,7 @@
 mod grey_metric;
 mod lattice_model;
 mod light_table;
+mod outline;
 mod perspective;
 mod profile;
 mod residuals;
@@ -26,6 +27,7 @@ mod window;
 
 pub(crate) use grey_metric::GreyMetric;
 pub(crate) use lattice_model::LatticeModel;
+pub(crate) use outline::Outline;
 pub(crate) use residuals::{Observation, Residuals};
 pub(crate) use root_metric::RootMetric;
 pub(crate) use slope::Slope;

@@ -78,6 +78,7 @@ mod tests {
             frame: &frame,
             earlier: None,
             metric: &metric,
+            within: None,
         };
         let lattice = Lattice::through(&SCENE.corners());
         let start = LatticeModel {

@@ -2,7 +2,7 @@
 
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::pose_candidates::{BLUR_REACH, DARKEST_ONE_IN, PATCH_SIDE as SIDE, RIM};
+use crate::parameters::pose_candidates::{BLUR_REACH, BRIGHTEST_ONE_IN, PATCH_SIDE as SIDE, RIM};
 
 /// A square of samples, each a mean of `step`×`step` pixels.
 #[derive(Clone)]
@@ -88,25 +88,43 @@ impl Patch {
             .for_each(|sample| *sample -= level);
     }
 
-    /// Takes off the level that a fifth of the middle `side` × `side` samples stays below; what is darker counts as no darker.
-    pub fn level_within(&mut self, side: usize) {
-        let side = side.clamp(4, SIDE);
-        let span = (SIDE - side) / 2..(SIDE + side) / 2;
-        let mut middle = [0.0; SIDE * SIDE];
-        let mut count = 0;
-        for row in &self.sample[span.clone()] {
-            for (to, &from) in middle[count..].iter_mut().zip(&row[span.clone()]) {
-                *to = from;
-            }
-            count += span.len();
-        }
-        let level = *middle[..count]
-            .select_nth_unstable_by(count / DARKEST_ONE_IN, f32::total_cmp)
-            .1;
+    /// Takes off what is smooth: the same patch blurred by `sigma` samples.
+    pub fn without_ground(&mut self, sigma: f32) {
+        let mean = self.sample.iter().flatten().sum::<f32>() / (SIDE * SIDE) as f32;
         self.sample
             .iter_mut()
             .flatten()
-            .for_each(|sample| *sample = (*sample - level).max(0.0));
+            .for_each(|sample| *sample -= mean);
+        let ground = self.blurred(sigma, 1.0);
+        let ground = ground.iter().flatten();
+        for (sample, ground) in self.sample.iter_mut().flatten().zip(ground) {
+            *sample -= ground;
+        }
+    }
+
+    /// Leaves what is brighter than halfway between its neighbours at `lag` samples, along rows and along columns: spots stay, edges and
+    /// gradients go. No spot counts as more than those that are usual.
+    pub fn spots_only(&mut self, lag: usize) {
+        let lag = lag.clamp(1, SIDE / 4);
+        let from = self.sample;
+        let near = |i: usize| (i.saturating_sub(lag), (i + lag).min(SIDE - 1));
+        let mut sorted = [0.0; SIDE * SIDE];
+        for (j, row) in self.sample.iter_mut().enumerate() {
+            let (above, below) = near(j);
+            for (i, sample) in row.iter_mut().enumerate() {
+                let (left, right) = near(i);
+                let across = from[j][i] - 0.5 * (from[j][left] + from[j][right]);
+                let down = from[j][i] - 0.5 * (from[above][i] + from[below][i]);
+                *sample = across.min(down).max(0.0);
+                sorted[SIDE * j + i] = *sample;
+            }
+        }
+        let rank = SIDE * SIDE - SIDE * SIDE / BRIGHTEST_ONE_IN;
+        let most = *sorted.select_nth_unstable_by(rank, f32::total_cmp).1;
+        self.sample
+            .iter_mut()
+            .flatten()
+            .for_each(|sample| *sample = sample.min(most));
     }
 
     /// Root mean square of the samples.
@@ -180,5 +198,29 @@ fn add_row(frame: &Frame<'_>, y: i32, x: i32, step: usize, sign: i32, sums: &mut
                 *sum += sign * i32::from(row[x as usize]);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spots_are_left_and_edges_are_not() {
+        let look = |spots: bool| {
+            let pixels: [u8; SIDE * SIDE] = core::array::from_fn(|i| {
+                let spot = i % SIDE % 8 < 2 && i / SIDE % 8 < 2;
+                let ground = if i % SIDE > 40 { 200 } else { 60 };
+                ground + if spots && spot { 40 } else { 0 }
+            });
+            let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
+            let mut patch = Patch::of(&frame, None, [32.0; 2], 1);
+            patch.spots_only(3);
+            patch.sample
+        };
+        assert!(look(false).iter().flatten().all(|&sample| sample == 0.0));
+        let left = look(true);
+        assert!(left[16][16] > 20.0);
+        assert!(left[20].iter().all(|&sample| sample < 1.0));
     }
 }

@@ -5,9 +5,10 @@ use super::blob::Blob;
 use super::evidence::Evidence;
 use super::hill_climbing::{self, Pose};
 use super::patch::Patch;
+use super::verification::Scope;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::hill_climbing::{FINE, FROM_SEED, NEAR};
+use crate::parameters::hill_climbing::{FINE, FIRST_OF_A_WIDTH, FROM_SEED, NEAR};
 use crate::parameters::pose_candidates::{PATCH_SIDE as SAMPLES, *};
 use heapless::Vec;
 use link::panel::LEDS;
@@ -21,31 +22,37 @@ pub(super) struct View<'a, 'f> {
     pub noise_grey: f32,
     /// Standard deviation of one LED's image.
     pub spot_sigma_px: f32,
-    /// The level between LEDs: that of what surrounds the blob, or of the darkest fifth of the blob itself.
     pub ground: Ground,
     /// Whether panels may be so near that perspective shows.
     pub is_near: bool,
 }
 
-/// Where the level that LEDs stand out from is taken.
+/// What of a single frame is no LED, whatever its pattern. The difference of two frames has none of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ground {
+    /// The level around.
     Around,
-    Within,
+    /// What is smooth.
+    Smooth,
+    /// Edges too: all but spots.
+    Edges,
 }
 
 impl View<'_, '_> {
     fn patch(&self, blob: &Blob, step: usize) -> Patch {
         let mut patch = Patch::of(self.frame, self.earlier, blob.centre, step);
+        let pitch = blob.side_px / 8.0 / step as f32;
         match self.ground {
             _ if self.earlier.is_some() => {}
             Ground::Around => patch.level_around(),
-            Ground::Within => patch.level_within((blob.side_px / step as f32) as usize),
+            Ground::Smooth => patch.without_ground(GROUND_SIGMA * pitch),
+            Ground::Edges => patch.spots_only((0.5 * pitch) as usize),
         }
         patch
     }
 
-    fn evidence(&self, patch: &Patch, sigma: f32) -> Evidence {
+    /// The evidence of spots of that standard deviation in samples, made wider than they are by `blur`.
+    fn evidence(&self, patch: &Patch, sigma: f32, own_sigma: f32) -> Evidence {
         let step = patch.step as f32;
         let frames = if self.earlier.is_some() {
             core::f32::consts::SQRT_2
@@ -53,16 +60,39 @@ impl View<'_, '_> {
             1.0
         };
         let noise = frames * self.noise_grey / step + MISMATCH * patch.contrast();
-        Evidence::new(patch, self.spot_sigma_px / step, sigma, noise, RIDGE)
+        Evidence::new(patch, own_sigma, sigma, noise, RIDGE)
+    }
+
+    /// What is tried in turn with each pose: how wide its spots may be, and what they are held against.
+    pub fn trials(&self, start: &Lattice) -> Vec<Trial, 2> {
+        let [across, down] = start.pitch();
+        let told = Vec::from([self.spot_sigma_px]);
+        let any = Vec::from(WIDTHS.map(|width| width * across.min(down)));
+        let trial = |widths_px, scope| Trial { widths_px, scope };
+        match (self.earlier, self.ground) {
+            (Some(_), _) => [trial(told, Scope::Change), trial(any, Scope::Change)].into(),
+            (None, Ground::Around) => [trial(told, Scope::Ground), trial(any, Scope::Board)].into(),
+            (None, _) => [trial(any, Scope::Board)].into_iter().collect(),
+        }
+    }
+
+    /// Whether LEDs of a panel as large as the blob can be what is looked for: spots by themselves.
+    pub fn resolves(&self, blob: &Blob) -> bool {
+        let any = self.earlier.is_some() || self.ground != Ground::Edges;
+        any || blob.side_px >= 8.0 * LEAST_RESOLVED_PX
     }
 
     /// The candidates for the pose of what is in a blob.
     pub fn pose_candidates(&self, blob: &Blob) -> PoseCandidates {
-        let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
+        let step = if self.earlier.is_none() && self.ground == Ground::Edges {
+            (libm::ceilf(blob.side_px * SPOTS_ROOM / SAMPLES as f32) as usize).max(1)
+        } else {
+            ((blob.side_px / COARSE_SIDE) as usize).max(1)
+        };
         let patch = self.patch(blob, step);
         let pitch = blob.side_px / 8.0 / step as f32;
         let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
-        let evidence = self.evidence(&patch, sigma);
+        let evidence = self.evidence(&patch, sigma, self.spot_sigma_px / step as f32);
         let mut seeds = Ranking::default();
         for pose in grid(patch.to_samples(blob.centre), pitch) {
             seeds.offer(evidence.of(&pose.lattice()), pose);
@@ -87,6 +117,7 @@ impl View<'_, '_> {
         let evidence = self.evidence(
             &patch,
             (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch),
+            self.spot_sigma_px / step as f32,
         );
         let pose = Pose {
             centre: patch.to_samples(expected.centre),
@@ -110,24 +141,57 @@ impl View<'_, '_> {
             centre: near.centre,
             ..blob
         };
-        self.sharpened(&blob, &near).map(|(lattice, _)| lattice)
+        self.sharpened(&blob, &near, &[self.spot_sigma_px])
+            .map(|sharpened| sharpened.lattice)
     }
 
-    /// The pose near `start` by the frame's own resolution, and how bright its LEDs are.
-    pub fn sharpened(&self, blob: &Blob, start: &Lattice) -> Option<(Lattice, [f32; LEDS])> {
+    /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations.
+    pub fn sharpened(&self, blob: &Blob, start: &Lattice, widths_px: &[f32]) -> Option<Sharpened> {
         let step = (libm::ceilf(blob.side_px * FINE_ROOM / SAMPLES as f32) as usize).max(1);
         let patch = self.patch(blob, step);
-        let evidence = self.evidence(&patch, self.spot_sigma_px / step as f32);
+        let step = step as f32;
+        let pitch = start.pitch().map(|pitch| pitch / step);
         let pose = Pose {
             centre: patch.to_samples(start.centre),
-            log_pitch: start.pitch().map(|pitch| libm::logf(pitch / step as f32)),
+            log_pitch: pitch.map(libm::logf),
             roll_rad: libm::atan2f(start.column[1], start.column[0]),
         };
+        // Of each width only the pose is kept: the evidence takes much of a small stack.
+        let mut best: Option<(f32, Pose, f32)> = None;
+        for &width_px in widths_px {
+            let sigma = width_px.max(LEAST_SIGMA_PX) / step;
+            let evidence = self.evidence(&patch, sigma, sigma);
+            let (value, pose) = hill_climbing::climb(&evidence, pose, FIRST_OF_A_WIDTH)?;
+            if best.as_ref().is_none_or(|best| value > best.0) {
+                best = Some((value, pose, sigma));
+            }
+        }
+        let (_, pose, sigma) = best?;
+        let evidence = self.evidence(&patch, sigma, sigma);
         let (_, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
         let lattice = pose.lattice();
-        let brightness = evidence.brightness(&lattice)?;
-        Some((patch.to_frame_lattice(&lattice), brightness))
+        Some(Sharpened {
+            brightness: evidence.brightness(&lattice)?,
+            lattice: patch.to_frame_lattice(&lattice),
+            spot_sigma_px: sigma * step,
+        })
     }
+}
+
+/// One way to try a pose.
+pub(super) struct Trial {
+    /// Standard deviations of the spots, of which the likeliest is taken.
+    pub widths_px: Vec<f32, 3>,
+    pub scope: Scope,
+}
+
+/// A pose by the frame's own resolution.
+pub(super) struct Sharpened {
+    pub lattice: Lattice,
+    /// How bright its LEDs are.
+    pub brightness: [f32; LEDS],
+    /// About the standard deviation of one LED's image.
+    pub spot_sigma_px: f32,
 }
 
 /// The evidence around a blob, with the poses to climb it from.

@@ -1,19 +1,21 @@
 //! Is it a panel? A lattice fitted to the pixels is verified to be one, or says why it is not.
 
 mod criteria;
+mod led_likeness;
 mod lines;
+mod settling;
 
 use super::bimodality;
-use super::pose_candidates::View;
+use super::pose_candidates::{self, Sharpened, View};
 use super::{LocateError, Location};
 use crate::corners::Corners;
-use crate::fit::{self, Fit};
-use crate::lattice::Lattice;
+use crate::fit::Fit;
 use crate::parameters::verification::*;
-use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals, Slope};
+use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals};
 use criteria::examine;
-use lines::Lines;
+use led_likeness::LedLikeness;
 use link::panel::LEDS;
+use settling::Settling;
 
 /// A lattice that is a panel.
 pub(super) struct Verified {
@@ -42,25 +44,48 @@ impl Verified {
     }
 }
 
+/// What a lattice is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// The change between two frames: all that stands still is gone from it.
+    Change,
+    /// A single frame, in which what lies between the LEDs goes on around them.
+    Ground,
+    /// A single frame as far as a board is sure to reach, whatever is around it.
+    Board,
+}
+
+impl Scope {
+    pub fn is_single(self) -> bool {
+        self != Self::Change
+    }
+
+    /// Room around the lattice in which it is fitted.
+    fn rim(self) -> f32 {
+        if self.is_single() { NARROW } else { WIDE }
+    }
+}
+
 /// Lets the lattice settle on the pixels and examines what comes out.
 pub(super) fn verify<const N: usize>(
     residuals: &mut Residuals<N>,
     view: &View<'_, '_>,
     metric: &GreyMetric,
-    lattice: Lattice,
-    state: [i8; LEDS],
-) -> Result<Verified, LocateError> {
-    let observation = Observation {
-        frame: view.frame,
-        earlier: view.earlier,
-        metric,
-    };
-    let size = (view.frame.width(), view.frame.height());
-    let single = view.earlier.is_none();
-    let rim = rim(single);
-    let start = LatticeModel {
+    scope: Scope,
+    Sharpened {
         lattice,
-        sigma: view.spot_sigma_px,
+        brightness,
+        spot_sigma_px,
+    }: &Sharpened,
+) -> Result<Verified, LocateError> {
+    let state = match scope {
+        Scope::Change => pose_candidates::three_states(brightness),
+        _ => pose_candidates::two_states(brightness),
+    };
+    let single = scope.is_single();
+    let start = LatticeModel {
+        lattice: *lattice,
+        sigma: *spot_sigma_px,
         background: if single {
             metric.light(u8::MAX / 2)
         } else {
@@ -70,21 +95,26 @@ pub(super) fn verify<const N: usize>(
         contrast: 0.0,
         state: state.map(f32::from),
     };
-    let no_lattice = LocateError::NoLattice;
-    let window = fit::window(&lattice, rim, size).ok_or(no_lattice)?;
-    let fitted =
-        fit::levenberg_marquardt(residuals, observation, window, start, STEPS).ok_or(no_lattice)?;
-    let fitted = if view.is_near {
-        fit::in_perspective(residuals, observation, window, fitted)
-    } else {
-        fitted
+    let observation = Observation {
+        frame: view.frame,
+        earlier: view.earlier,
+        metric,
+        within: None,
     };
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
-    let fitted = on_its_line(residuals, observation, fitted, noise)?;
-    let window = fit::window(&fitted.spots.lattice, rim, size).ok_or(no_lattice)?;
+    let mut settling = Settling {
+        residuals,
+        observation,
+        is_near: view.is_near,
+    };
+    let (fitted, observation) = match scope {
+        Scope::Board => settling.within_a_board(start)?,
+        _ => (settling.on_its_line(scope, start, noise)?, observation),
+    };
+    let window = settling.window(&fitted.spots, scope.rim())?;
     let slope = residuals
         .compare(&fitted.spots, observation, window)
-        .ok_or(no_lattice)?;
+        .ok_or(LocateError::NoLattice)?;
     let fitted = Fit { slope, ..fitted };
     // What stands still is gone from the difference of two frames: around the panel there is noise alone.
     let around = if single {
@@ -93,14 +123,17 @@ pub(super) fn verify<const N: usize>(
         residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
-    let signal_to_noise = examine(&fitted, noise, single, view.spot_sigma_px)?;
-    let lit_around = residuals.lit_around(&fitted.spots, window);
+    let signal_to_noise = examine(&fitted, noise, scope)?;
+    let lit_around = match scope {
+        Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
+        _ => residuals.lit_around(&fitted.spots, window),
+    };
     if lit_around > LIT_AROUND[usize::from(single)] {
         return Err(LocateError::GoesOn { lit_around });
     }
-    if single && apart(&fitted.spots) < 1.0 {
+    if single {
         let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);
-        if log_odds.is_nan() || log_odds < LEAST_LOG_ODDS {
+        if log_odds.is_nan() || log_odds < least_log_odds(&fitted, scope) {
             return Err(LocateError::Indistinct { log_odds });
         }
     }
@@ -113,58 +146,43 @@ pub(super) fn verify<const N: usize>(
     })
 }
 
-/// Room around the lattice in which it is fitted.
-fn rim(single: bool) -> f32 {
-    if single { NARROW } else { WIDE }
+/// How much likelier than spots of any brightness the panel has to be.
+fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
+    if scope == Scope::Board && distinctness(fitted) < DISTINCT {
+        LEAST_LOG_ODDS_UNLESS_DISTINCT
+    } else if apart(&fitted.spots) < 1.0 {
+        LEAST_LOG_ODDS
+    } else {
+        f32::NEG_INFINITY
+    }
 }
 
-/// The fit, or that of the lattice counted from a neighbouring line if this is the right one; an error if the frame does not tell them
-/// apart.
-fn on_its_line<const N: usize>(
-    residuals: &mut Residuals<N>,
-    observation: Observation<'_, '_>,
-    fitted: Fit,
-    noise: f32,
-) -> Result<Fit, LocateError> {
-    let single = observation.earlier.is_none();
-    let Slope {
-        squares,
-        total,
-        pixels,
-        ..
-    } = fitted.slope;
-    let noise_squares = noise * pixels as f32;
-    let explains_all =
-        squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
-    let comparable = !single || squares < HALF_EXPLAINED * total;
-    if explains_all || !comparable {
-        return Ok(fitted);
-    }
-    let no_lattice = LocateError::NoLattice;
-    let size = (observation.frame.width(), observation.frame.height());
-    let wide = fit::window(&fitted.spots.lattice, WIDE, size).ok_or(no_lattice)?;
-    let lines = Lines::of(residuals, observation, wide, &fitted.spots).ok_or(no_lattice)?;
-    let doubt = lines.here - lines.best_beside;
-    // What is behind the panel, or noise, may make up for a line.
-    let enough = if single {
-        CLEARLY_WORSE * lines.total
-    } else {
-        WORTH_A_MOVE * noise
+/// How far apart the On and the Off LEDs' brightnesses are: the step over the standard deviation within the two groups.
+fn distinctness(fitted: &Fit) -> f32 {
+    let Fit { spots, slope } = fitted;
+    let off_by: [f32; LEDS] = core::array::from_fn(|led| {
+        slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE)
+    });
+    let group = |lit: bool| {
+        let members = || {
+            (0..LEDS)
+                .filter(move |&led| (spots.state[led] > 0.5) == lit)
+                .map(|led| off_by[led])
+        };
+        let count = (members().count() as f32).max(1.0);
+        let mean = members().sum::<f32>() / count;
+        (
+            mean,
+            members()
+                .map(|value| (value - mean) * (value - mean))
+                .sum::<f32>(),
+        )
     };
-    let moved = if doubt > WORTH_A_MOVE * noise {
-        let moved = lines.beside;
-        let window = fit::window(&moved.lattice, rim(single), size).ok_or(no_lattice)?;
-        fit::levenberg_marquardt(residuals, observation, window, moved, STEPS_MOVED)
-            .ok_or(no_lattice)?
-    } else {
-        fitted
-    };
-    if doubt.abs() < enough {
-        return Err(LocateError::EdgeUnseen {
-            signal_to_noise: libm::sqrtf(doubt.abs() / noise),
-        });
-    }
-    Ok(moved)
+    let ((off, off_squares), (on, on_squares)) = (group(false), group(true));
+    let distinctness =
+        (1.0 + on - off) / libm::sqrtf((off_squares + on_squares) / LEDS as f32 + 1e-6);
+    // No number where there is nothing to tell apart.
+    distinctness.max(0.0)
 }
 
 /// How far apart the spots are: 1 where they stand alone, less where they overlap.

@@ -11,7 +11,7 @@ pub const REACH_READ: f32 = 3.3;
 /// The most pixels of a spot in a row or column (px); a multiple of 4. More: wider spots, and more memory.
 pub const SPOT_PX: usize = 20;
 /// A spot's standard deviation (px). Wider: blurs are fitted that no panel is read in.
-pub const SIGMA_PX: RangeInclusive<f32> = 0.5..=3.2;
+pub const SIGMA_PX: RangeInclusive<f32> = 0.4..=4.8;
 /// Columns and rows within which an LED's light is felt (pitches, from the first LED on): beyond is what stands around.
 pub const NEAR_LATTICE: RangeInclusive<f32> = -1.1..=8.1;
 /// Pixels around the lattice that make a mean square worth having (count). More: near the frame's rim the noise of the

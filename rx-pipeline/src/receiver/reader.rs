@@ -456,6 +456,7 @@ fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observatio
         frame,
         earlier: None,
         metric: locator.metric(),
+        within: None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
+use super::outline::Outline;
 use super::profile::Profile;
 use super::slope::Slope;
 use super::window::{LANES, Window};
@@ -15,6 +16,8 @@ pub(crate) struct Observation<'a, 'f> {
     pub frame: &'a Frame<'f>,
     pub earlier: Option<&'a Frame<'f>>,
     pub metric: &'a GreyMetric,
+    /// What counts of it; all where there is none.
+    pub within: Option<Outline>,
 }
 
 /// Memory for a window of up to `N` pixels.
@@ -115,14 +118,25 @@ impl<const N: usize> Residuals<N> {
             }
         }
         let mut sums = Sums::default();
-        let columns = window.x..window.x + window.width;
         let rows = residual
             .chunks_exact_mut(window.width.max(1))
             .zip(weight.chunks_exact_mut(window.width.max(1)));
+        let mut seen = 0;
         for (y, (residual, weight)) in (window.y..).zip(rows) {
+            let all = 0..window.width;
+            let span = observation
+                .within
+                .map_or(all, |outline| outline.span(y, window));
+            seen += span.len() as u32;
+            for row in [&mut *residual, &mut *weight] {
+                row[..span.start].fill(0.0);
+                row[span.end..].fill(0.0);
+            }
+            let (residual, weight) = (&mut residual[span.clone()], &mut weight[span.clone()]);
+            let columns = window.x + span.start..window.x + span.end;
             let now = observation.frame.row(y)?.get(columns.clone())?;
             let earlier = match observation.earlier {
-                Some(earlier) => Some(earlier.row(y)?.get(columns.clone())?),
+                Some(earlier) => Some(earlier.row(y)?.get(columns)?),
                 None => None,
             };
             let (now, earlier) = (now.as_chunks(), earlier.map(|row| row.as_chunks()));
@@ -139,7 +153,7 @@ impl<const N: usize> Residuals<N> {
             squares: sum(sums.squares),
             total: sum(sums.total),
             pixels: sums.pixels.iter().sum(),
-            window_pixels: area as u32,
+            window_pixels: seen,
             background: sums.background.map(sum),
             led: core::array::from_fn(|led| profiles[led].moments(residual, weight, window.width)),
         })

@@ -1,6 +1,6 @@
 //! What a fitted lattice has to be like to be a panel, one criterion a function.
 
-use super::apart;
+use super::{Scope, apart, distinctness};
 use crate::fit::Fit;
 use crate::lattice::Lattice;
 use crate::locate::LocateError;
@@ -8,23 +8,23 @@ use crate::parameters::verification::*;
 use crate::spots::{LatticeModel, Slope};
 
 /// All that needs nothing but the fit, with `noise` the variance of a pixel; gives the signal-to-noise ratio.
-pub(super) fn examine(
-    fitted: &Fit,
-    noise: f32,
-    single: bool,
-    spot_sigma_px: f32,
-) -> Result<f32, LocateError> {
+pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     let Fit { spots, slope } = fitted;
     unsaturated(slope)?;
-    explained_down_to_noise(fitted, noise, single)?;
-    let signal_to_noise = clear(slope, noise, single)?;
+    explained_down_to_noise(fitted, noise, scope)?;
+    let signal_to_noise = clear(slope, noise, scope)?;
     random(spots)?;
     all_edges_seen(spots, slope, noise)?;
-    if single && spots.off < DARKEST_OFF * spots.contrast {
+    let darkest = match scope {
+        Scope::Change => f32::NEG_INFINITY,
+        Scope::Ground => DARKEST_OFF[0],
+        Scope::Board => DARKEST_OFF[1],
+    };
+    if spots.off < darkest * spots.contrast {
         return Err(LocateError::NoLattice);
     }
     seen_from_before(&spots.lattice)?;
-    as_wide_as_leds(spots, spot_sigma_px)?;
+    as_wide_as_leds(spots)?;
     Ok(signal_to_noise)
 }
 
@@ -37,15 +37,20 @@ fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
     Ok(())
 }
 
-fn explained_down_to_noise(fitted: &Fit, noise: f32, single: bool) -> Result<(), LocateError> {
+fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<(), LocateError> {
     let Fit { spots, slope } = fitted;
     let pixels = slope.pixels as f32;
     let signal = (slope.total - noise * pixels).max(0.0);
-    let mode = usize::from(single);
+    let mode = usize::from(scope.is_single());
     // Spots that overlap can stand in for each other: the closer they are the less may be left.
     let apart = apart(spots);
-    let allowed = EXCUSED_NOISE[mode] * noise * pixels
-        + EXCUSED_SIGNAL[mode] * apart * apart * apart * apart * signal;
+    let excused = if scope == Scope::Board && distinctness(fitted) > DISTINCT {
+        EXCUSED_IF_DISTINCT
+    } else {
+        EXCUSED_SIGNAL[mode]
+    };
+    let allowed =
+        EXCUSED_NOISE[mode] * noise * pixels + excused * apart * apart * apart * apart * signal;
     if slope.squares.is_nan() || slope.squares > allowed {
         return Err(LocateError::GridDoesNotFit {
             residual_grey: fitted.residual_grey(),
@@ -56,9 +61,9 @@ fn explained_down_to_noise(fitted: &Fit, noise: f32, single: bool) -> Result<(),
 }
 
 /// The signal-to-noise ratio, in amplitude.
-fn clear(slope: &Slope, noise: f32, single: bool) -> Result<f32, LocateError> {
+fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     let explained = (slope.total - slope.squares) / noise;
-    let needed = LEAST_EXPLAINED[usize::from(single)];
+    let needed = LEAST_EXPLAINED[usize::from(scope.is_single())];
     if explained < needed {
         return Err(LocateError::ContrastTooLow {
             signal_to_noise: libm::sqrtf(explained.max(0.0)),
@@ -110,12 +115,11 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     Ok(())
 }
 
-fn as_wide_as_leds(spots: &LatticeModel, spot_sigma_px: f32) -> Result<(), LocateError> {
+/// Whether spots are as wide as LEDs can be at their pitch, under whatever blur.
+fn as_wide_as_leds(spots: &LatticeModel) -> Result<(), LocateError> {
     let [across, down] = spots.lattice.pitch();
-    // A disc's variance along an axis is a sixteenth of its diameter's square.
-    let disc = across.max(down) / PITCH_OVER_LED / 4.0;
-    let narrowest_px = SPOT_RATIO.0 * spot_sigma_px;
-    let widest_px = SPOT_RATIO.1 * libm::sqrtf(spot_sigma_px * spot_sigma_px + disc * disc);
+    let narrowest_px = SPOT_OVER_PITCH.start() * across.min(down);
+    let widest_px = SPOT_OVER_PITCH.end() * across.min(down);
     if !(narrowest_px..=widest_px).contains(&spots.sigma) {
         return Err(LocateError::SpotsDoNotFit {
             spot_sigma_px: spots.sigma,

@@ -1,0 +1,175 @@
+//! Which lines are the panel's? A look at single places of the lattice, and at those a line beyond it.
+//!
+//! An LED that is On is brighter than halfway to its neighbours, along rows and along columns. What an edge, a board's end or a gradient
+//! makes is curved along one of them at most.
+
+use crate::frame::Frame;
+use crate::locate::verification::Observation;
+use crate::parameters::spots::REACH_FITTED;
+use crate::parameters::verification::{LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN};
+use crate::spots::LatticeModel;
+use heapless::Vec;
+use link::panel::{LEDS, SIDE};
+
+/// Places along a side: the lattice's, and one more at either end.
+const PLACES: usize = SIDE + 2;
+
+/// How much each place looks like an LED that is On: about 1 where one is.
+pub(super) struct LedLikeness {
+    place: [[f32; PLACES]; PLACES],
+    /// What an LED that is Off has.
+    off: f32,
+}
+
+impl LedLikeness {
+    pub fn of(observation: Observation<'_, '_>, spots: &LatticeModel) -> Self {
+        let on = spots.off + spots.contrast;
+        let place = core::array::from_fn(|row| {
+            core::array::from_fn(|column| {
+                let (column, row) = (column as f32 - 1.0, row as f32 - 1.0);
+                let lit = curvature(observation, spots, column, row) / on;
+                let inside = 0.0..SIDE as f32;
+                if inside.contains(&column) && inside.contains(&row) {
+                    let led = row as usize * SIDE + column as usize;
+                    lit + spots.amplitude(led) / on
+                } else {
+                    lit
+                }
+            })
+        });
+        Self {
+            place,
+            off: spots.off / on,
+        }
+    }
+
+    fn is_lit(&self, column: usize, row: usize) -> bool {
+        self.place[row][column] > 0.5 + 0.5 * self.off.max(0.0)
+    }
+
+    /// Places around the lattice that look like an LED that is On.
+    pub fn lit_around(&self) -> u32 {
+        let places = || (0..PLACES).flat_map(|row| (0..PLACES).map(move |column| (column, row)));
+        let outside = |&(column, row): &(usize, usize)| {
+            !((1..=SIDE).contains(&column) && (1..=SIDE).contains(&row))
+        };
+        places()
+            .filter(outside)
+            .map(|(column, row)| u32::from(self.is_lit(column, row)))
+            .sum()
+    }
+
+    /// By how many columns and rows a lattice has to move to hold the most LEDs: an LED that is On counts as much as two that are Off,
+    /// where these show. All that hold nearly as many, the best first.
+    pub fn best_lines(&self) -> Vec<(i32, i32), 9> {
+        let off = self.off_places();
+        let worth = |column: usize, row: usize| {
+            let looks_off = |off: f32| (self.place[row][column] / off - 1.0).abs() < OFF_WITHIN;
+            if self.is_lit(column, row) {
+                2
+            } else {
+                i32::from(off.is_some_and(looks_off))
+            }
+        };
+        let held = |(column, row): (i32, i32)| -> i32 {
+            let from = |lines: i32| (lines + 1) as usize..(lines + 1) as usize + SIDE;
+            from(row)
+                .flat_map(|row| from(column).map(move |column| worth(column, row)))
+                .sum()
+        };
+        let mut lines: Vec<(i32, i32), 9> = (0..9).map(|i| (i % 3 - 1, i / 3 - 1)).collect();
+        // Where lattices hold as many, that which is there comes first.
+        lines.sort_unstable_by_key(|&(column, row)| {
+            (-held((column, row)), column.abs() + row.abs())
+        });
+        let most = lines.first().map_or(0, |&best| held(best));
+        lines.retain(|&lines| held(lines) > most - LEAST_LINES_LEAD);
+        lines
+    }
+
+    /// What the LEDs that are Off within the lattice usually show; `None` where that is next to nothing.
+    fn off_places(&self) -> Option<f32> {
+        let mut seen: Vec<f32, LEDS> = Vec::new();
+        for row in 1..=SIDE {
+            for column in 1..=SIDE {
+                if !self.is_lit(column, row) {
+                    // There are no more than that.
+                    let _full = seen.push(self.place[row][column]);
+                }
+            }
+        }
+        let count = seen.len() as f32;
+        let middle = median_of(&mut seen)?;
+        seen.iter_mut()
+            .for_each(|value| *value = (*value - middle).abs());
+        let spread = median_of(&mut seen)? / libm::sqrtf(count.min(SIDE as f32));
+        (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
+    }
+}
+
+fn median_of(values: &mut [f32]) -> Option<f32> {
+    let middle = values.len() / 2;
+    (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}
+
+/// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot of height 1.
+fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32, row: f32) -> f32 {
+    let left = |u: f32, v: f32| {
+        unexplained(
+            observation,
+            spots,
+            spots.lattice.position(column + u, row + v),
+        )
+    };
+    let middle = left(0.0, 0.0);
+    let across = middle - 0.5 * (left(-0.5, 0.0) + left(0.5, 0.0));
+    let down = middle - 0.5 * (left(0.0, -0.5) + left(0.0, 0.5));
+    let [a, b] = spots.lattice.pitch().map(|pitch| {
+        let half = 0.5 * pitch / spots.sigma;
+        1.0 - libm::expf(-0.5 * half * half)
+    });
+    (across / a).min(down / b)
+}
+
+/// The light at a position less the model's.
+fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32; 2]) -> f32 {
+    let Some((light, white)) = light_at(observation, at) else {
+        return 0.0;
+    };
+    let reach = REACH_FITTED * spots.sigma;
+    let half = 0.5 / (spots.sigma * spots.sigma);
+    let mut model = spots.background;
+    for led in 0..LEDS {
+        let [x, y] = spots
+            .lattice
+            .position((led % SIDE) as f32, (led / SIDE) as f32);
+        let (dx, dy) = (at[0] - x, at[1] - y);
+        let squared = dx * dx + dy * dy;
+        if squared < reach * reach {
+            model += spots.amplitude(led) * libm::expf(-half * squared);
+        }
+    }
+    if white && model > light {
+        0.0
+    } else {
+        light - model
+    }
+}
+
+/// The light between pixels, and whether it is white.
+fn light_at(observation: Observation<'_, '_>, [x, y]: [f32; 2]) -> Option<(f32, bool)> {
+    let frame: &Frame<'_> = observation.frame;
+    let (i, j) = (libm::floorf(x), libm::floorf(y));
+    if !(i >= 0.0 && j >= 0.0) {
+        return None;
+    }
+    let (u, v) = (x - i, y - j);
+    let (i, j) = (i as usize, j as usize);
+    let upper: &[u8] = frame.row(j)?.get(i..i + 2)?;
+    let lower: &[u8] = frame.row(j + 1)?.get(i..i + 2)?;
+    let light = |grey: u8| observation.metric.light(grey);
+    let above = light(upper[0]) + u * (light(upper[1]) - light(upper[0]));
+    let below = light(lower[0]) + u * (light(lower[1]) - light(lower[0]));
+    let white = upper.iter().chain(lower).any(|&grey| grey == u8::MAX);
+    Some((above + v * (below - above), white))
+}

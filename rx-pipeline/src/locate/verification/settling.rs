@@ -1,0 +1,166 @@
+//! From a pose that is about right to the lattice that the pixels show, counted from the right line.
+
+use super::led_likeness::LedLikeness;
+use super::lines::Lines;
+use super::{LocateError, Scope};
+use crate::fit::{self, Fit};
+use crate::parameters::verification::*;
+use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
+
+/// What is fitted, and where.
+pub(super) struct Settling<'r, 'a, 'f, const N: usize> {
+    pub residuals: &'r mut Residuals<N>,
+    pub observation: Observation<'a, 'f>,
+    /// Whether perspective may show.
+    pub is_near: bool,
+}
+
+impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
+    /// The pixels around a lattice.
+    pub fn window(&self, spots: &LatticeModel, rim: f32) -> Result<Window, LocateError> {
+        let frame = self.observation.frame;
+        fit::window(&spots.lattice, rim, (frame.width(), frame.height()))
+            .ok_or(LocateError::NoLattice)
+    }
+
+    fn fit(
+        &mut self,
+        observation: Observation<'a, 'f>,
+        start: LatticeModel,
+        rim: f32,
+        steps: usize,
+    ) -> Result<Fit, LocateError> {
+        let window = self.window(&start, rim)?;
+        let fitted = fit::levenberg_marquardt(self.residuals, observation, window, start, steps)
+            .ok_or(LocateError::NoLattice)?;
+        Ok(if self.is_near {
+            fit::in_perspective(self.residuals, observation, window, fitted)
+        } else {
+            fitted
+        })
+    }
+
+    /// The fit, or that of the lattice counted from a neighbouring line if this is the right one; an error if the pixels do not tell them
+    /// apart.
+    pub fn on_its_line(
+        &mut self,
+        scope: Scope,
+        start: LatticeModel,
+        noise: f32,
+    ) -> Result<Fit, LocateError> {
+        let fitted = self.fit(self.observation, start, scope.rim(), STEPS)?;
+        let Slope {
+            squares,
+            total,
+            pixels,
+            ..
+        } = fitted.slope;
+        let noise_squares = noise * pixels as f32;
+        let explains_all =
+            squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
+        if explains_all || scope.is_single() && !explains_half(&fitted.slope) {
+            return Ok(fitted);
+        }
+        let wide = self.window(&fitted.spots, WIDE)?;
+        let lines = Lines::of(self.residuals, self.observation, wide, &fitted.spots)
+            .ok_or(LocateError::NoLattice)?;
+        let doubt = lines.here - lines.best_beside;
+        // What is behind the panel, or noise, may make up for a line.
+        let enough = if scope.is_single() {
+            CLEARLY_WORSE * lines.total
+        } else {
+            WORTH_A_MOVE * noise
+        };
+        if doubt.abs() < enough {
+            return Err(LocateError::EdgeUnseen {
+                signal_to_noise: libm::sqrtf(doubt.abs() / noise),
+            });
+        }
+        if doubt <= WORTH_A_MOVE * noise {
+            return Ok(fitted);
+        }
+        let moved = lines.beside;
+        let window = self.window(&moved, scope.rim())?;
+        fit::levenberg_marquardt(self.residuals, self.observation, window, moved, STEPS_MOVED)
+            .ok_or(LocateError::NoLattice)
+    }
+
+    /// The fit within the lattice's own outline, counted from the lines that its LEDs show; and what was looked at.
+    pub fn within_a_board(
+        &mut self,
+        start: LatticeModel,
+    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+        let first = self.within(start, STEPS)?.0;
+        let mut settled = self.within(first.spots, STEPS_MOVED)?;
+        if !explains_half(&settled.0.slope) {
+            return Err(LocateError::NoLattice);
+        }
+        for _ in 0..LINES_MOVED {
+            let spots = settled.0.spots;
+            let lines = LedLikeness::of(self.observation, &spots).best_lines();
+            match lines[..] {
+                [(0, 0)] => return Ok(settled),
+                [(columns, rows)] => {
+                    settled = self.within(fit::shifted(&spots, columns, rows), STEPS_MOVED)?;
+                }
+                _ => return self.best_of(&lines, &spots),
+            }
+        }
+        match LedLikeness::of(self.observation, &settled.0.spots).best_lines()[..] {
+            [(0, 0)] => Ok(settled),
+            _ => Err(LocateError::NoLattice),
+        }
+    }
+
+    /// The best fit of lattices that many columns and rows off, if it is by far the best: LEDs do not tell them apart, but what is around
+    /// them may.
+    fn best_of(
+        &mut self,
+        lines: &[(i32, i32)],
+        spots: &LatticeModel,
+    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+        let variance = |fit: &Fit| fit.residual_grey() * fit.residual_grey() + ROUNDING;
+        let (mut best, mut next) = (f32::INFINITY, f32::INFINITY);
+        let mut settled = Err(LocateError::NoLattice);
+        for &(columns, rows) in lines.iter().take(LINES_COMPARED) {
+            let Ok(there) = self.within(fit::shifted(spots, columns, rows), STEPS_MOVED) else {
+                continue;
+            };
+            let left = variance(&there.0);
+            if left < best {
+                (next, best, settled) = (best, left, Ok(there));
+            } else {
+                next = next.min(left);
+            }
+        }
+        if next.is_finite() && next >= LINES_CLEARLY_WORSE * best {
+            return settled;
+        }
+        let signal_to_noise = libm::sqrtf(((next - best) / best).clamp(0.0, 1.0));
+        Err(LocateError::EdgeUnseen { signal_to_noise })
+    }
+
+    fn within(
+        &mut self,
+        start: LatticeModel,
+        steps: usize,
+    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+        let observation = Observation {
+            within: Some(outline(&start)),
+            ..self.observation
+        };
+        let fitted = self.fit(observation, start, NARROW, steps)?;
+        Ok((fitted, observation))
+    }
+}
+
+fn explains_half(slope: &Slope) -> bool {
+    slope.squares <= HALF_EXPLAINED * slope.total
+}
+
+/// What of a frame is the panel's alone: half a pitch beyond the outer LEDs its board may end, and the blur carries light across.
+fn outline(spots: &LatticeModel) -> Outline {
+    let [across, down] = spots.lattice.pitch();
+    let spill = CARRIED * spots.sigma / across.min(down);
+    Outline::around(&spots.lattice, (0.5 - spill).max(0.0))
+}
