@@ -353,6 +353,12 @@ pub mod tracking {
     pub const GATE_LEAST_ELSEWHERE: f32 = 0.7;
     /// What frames usually explain is the mean over about so many (frames).
     pub const MEMORY_FRAMES: f32 = 16.0;
+    /// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
+    /// track, since simpler bits are too often wrong, and a fit in several steps, since place, width and levels hang together. Higher:
+    /// slower.
+    pub const BLURRED: f32 = 2.0;
+    /// Steps of that fit, at most (count). More: slower, and larger corrections are right.
+    pub const BLURRED_STEPS: usize = 6;
     /// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
     pub const ROUNDS: usize = 3;
     /// What explains more is settled (share of what frames usually explain).

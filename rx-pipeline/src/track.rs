@@ -9,8 +9,9 @@ use crate::corners::{Corners, CornersError};
 use crate::detect::DetectError;
 use crate::fit;
 use crate::lattice::Lattice;
+use crate::parameters::fitting::LEVELLING;
 use crate::parameters::tracking::*;
-use crate::spots::{LatticeModel, Observation, Residuals, Slope, Window};
+use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use link::panel::LEDS;
 
 /// How much of the light in a place the panel has to explain there to be taken for it.
@@ -193,6 +194,12 @@ impl Track {
         &self.spots
     }
 
+    /// Whether the LEDs run into each other.
+    pub fn is_blurred(&self) -> bool {
+        let [across, down] = self.spots.lattice.pitch();
+        across.min(down) < BLURRED * self.spots.sigma
+    }
+
     /// Standard deviation of one LED's image, in pixels.
     pub fn spot_sigma_px(&self) -> f32 {
         self.spots.sigma
@@ -210,6 +217,15 @@ impl Track {
         residuals: &mut Residuals<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
+        let observation = Observation {
+            within: self.is_blurred().then(|| {
+                Outline::of(&LatticeModel {
+                    lattice,
+                    ..self.spots
+                })
+            }),
+            ..observation
+        };
         let spots = LatticeModel {
             lattice,
             state,
@@ -269,6 +285,17 @@ impl Track {
         residuals: &mut Residuals<N>,
     ) -> Option<(LatticeModel, Slope)> {
         let mut slope = residuals.compare(&spots, observation, window)?;
+        if self.usual.is_none() {
+            for _ in 0..LEVELLING {
+                spots = spots.relevelled(&slope, false)?;
+                slope = residuals.compare(&spots, observation, window)?;
+            }
+        }
+        if self.is_blurred() {
+            let fit =
+                fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
+            return Some((fit.spots, fit.slope));
+        }
         for _ in 0..ROUNDS {
             if slope.explained() >= SETTLED * self.usual.unwrap_or(1.0) {
                 break;

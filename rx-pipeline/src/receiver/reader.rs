@@ -150,8 +150,13 @@ impl Reader {
             tools,
         };
         let followed = self.correct(&track, &mut input, profile);
+        let is_read_well = self.reads_well_at_once(&track);
         let read = followed.and_then(|(track, reading, _)| {
             let spots = track.spots();
+            if is_read_well {
+                let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
+                return Ok((track, Reading { corners, ..reading }));
+            }
             let reading = self.read_well(number, &drawn, spots, reading, tools, profile)?;
             Ok((track, reading))
         });
@@ -292,12 +297,25 @@ impl Reader {
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
-        let reading = self
+        let mut reading = self
             .read(input.frame, &lattice, input.tools.map, profile)
             .map_err(|loss| match loss {
                 Loss::Detect(why) => TrackError::from(why).into(),
                 other => other,
             })?;
+        if self.reads_well_at_once(track) {
+            let Input {
+                number,
+                frame,
+                tools,
+                ..
+            } = &mut *input;
+            let spots = LatticeModel {
+                lattice,
+                ..*track.spots()
+            };
+            reading = self.read_well(*number, frame, &spots, reading, tools, profile)?;
+        }
         let bits = reading.detection.bits;
         let observation = observation(input.frame, input.locator);
         let corrected = profile.timed(Stage::Follow, || {
@@ -333,6 +351,11 @@ impl Reader {
         };
         let detection: Detection = profile.timed(Stage::Detect, || detector.detect(&features))?;
         Ok(Reading { corners, detection })
+    }
+
+    /// Whether the LEDs run into each other so much that only maximum likelihood tells bits by which the track can be corrected.
+    fn reads_well_at_once(&self, track: &Track) -> bool {
+        self.method == Method::MaximumLikelihood && track.is_blurred()
     }
 
     /// Makes the cells of a panel anew.

@@ -112,6 +112,28 @@ fn a_panel_that_drives_past_is_followed() {
 }
 
 #[test]
+fn a_panel_whose_leds_run_into_each_other_is_followed() {
+    // A board as dark as what is between the LEDs, before a bright wall on one side.
+    let wall = |[x, _]: [f32; 2]| if x < 24.0 { 3.0 } else { 1.0 };
+    let scene = |_| Scene {
+        pitch_px: 5.45,
+        light: [1.4, 4.2],
+        blur_px: [3.0; 2],
+        noise_grey: 1.0,
+        background: wall,
+        ..Scene::PLAIN
+    };
+    let mut receiver = receiver(1.0);
+    let start = scene(0).corners().shifted(0.3, -0.2).unwrap();
+    receiver.place(start, [0, 0], (96, 96)).unwrap();
+    assert_eq!(read(&mut receiver, 40, scene), 40);
+    let [seen, truth] = [receiver.corners().unwrap(), scene(39).corners()].map(|c| c.points());
+    for (seen, truth) in seen.iter().flatten().zip(truth.iter().flatten()) {
+        assert!((seen - truth).abs() < 1.0, "{seen} for {truth}");
+    }
+}
+
+#[test]
 fn no_speed_is_mistaken_for_another_line() {
     // About one, two and three pitches a frame.
     for speed_px in [4.4, 8.9, 13.1] {

@@ -1,7 +1,9 @@
 //! The part of a frame that counts: within a quadrilateral.
 
+use super::lattice_model::LatticeModel;
 use super::window::Window;
 use crate::lattice::Lattice;
+use crate::parameters::verification::CARRIED;
 use core::ops::Range;
 use link::panel::SIDE;
 
@@ -10,6 +12,13 @@ use link::panel::SIDE;
 pub(crate) struct Outline([[f32; 2]; 4]);
 
 impl Outline {
+    /// What is a panel's alone: half a pitch beyond the outer LEDs its board may end, and the blur carries light across.
+    pub fn of(spots: &LatticeModel) -> Self {
+        let [across, down] = spots.lattice.pitch();
+        let spill = CARRIED * spots.sigma / across.min(down);
+        Self::around(&spots.lattice, (0.5 - spill).max(0.0))
+    }
+
     /// That of a panel up to `margin` pitches beyond its outer LEDs.
     pub fn around(lattice: &Lattice, margin: f32) -> Self {
         let far = (SIDE - 1) as f32 + margin;

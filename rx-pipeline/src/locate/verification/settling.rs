@@ -146,7 +146,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         steps: usize,
     ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let observation = Observation {
-            within: Some(outline(&start)),
+            within: Some(Outline::of(&start)),
             ..self.observation
         };
         let fitted = self.fit(observation, start, NARROW, steps)?;
@@ -156,11 +156,4 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
 
 fn explains_half(slope: &Slope) -> bool {
     slope.squares <= HALF_EXPLAINED * slope.total
-}
-
-/// What of a frame is the panel's alone: half a pitch beyond the outer LEDs its board may end, and the blur carries light across.
-fn outline(spots: &LatticeModel) -> Outline {
-    let [across, down] = spots.lattice.pitch();
-    let spill = CARRIED * spots.sigma / across.min(down);
-    Outline::around(&spots.lattice, (0.5 - spill).max(0.0))
 }
