@@ -69,6 +69,7 @@ mod experience;
 mod flip_search;
 mod flips;
 mod gauss_newton;
+mod ground;
 mod image;
 mod least_squares;
 mod leds;
@@ -213,7 +214,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let Experience {
             leds, light_noise, ..
         } = &self.experience;
-        self.model.leds = leds.levels(*light_noise);
+        self.model.set_leds(leds.levels(*light_noise));
         let mut best = self
             .model
             .search(frame, &crop, &self.experience.levels, variance)?;
@@ -374,6 +375,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let is_bright = self.model.image.saturated_share() > SATURATED_MAX;
         if levels.fits(estimate.levels.noise) && !is_bright && leds.is_new(panel) {
             let (lit, noise) = self.model.ascent(estimate).measure_light();
+            let lit = self.model.above_ground(&lit);
             // As long as the noise is not known, a mixture of two symbols looks like one.
             if levels.fits_surely(estimate.levels.noise) || is_clear_cut(&lit) {
                 leds.update(panel, &lit);

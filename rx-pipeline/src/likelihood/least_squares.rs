@@ -101,9 +101,9 @@ impl LeastSquares {
         }
     }
 
-    /// The levels of the two groups of LEDs, as far as `levels` are theirs.
-    pub fn split(&self, levels: &mut Levels) {
-        let [low, high] = two_groups(self.light);
+    /// The levels of the two groups of LEDs on that `ground`, as far as `levels` are theirs.
+    pub fn split(&self, ground: &[f32; LEDS], levels: &mut Levels) {
+        let [low, high] = two_groups(core::array::from_fn(|led| self.light[led] - ground[led]));
         (levels.background, levels.off, levels.contrast) = (self.background, low, high - low);
     }
 

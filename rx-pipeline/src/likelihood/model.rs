@@ -41,6 +41,8 @@ pub(super) struct Model<const PIXELS: usize> {
     pub spots: SpotTable,
     pub flip_gains: FlipGains,
     pub leds: LedLevels,
+    /// What the ground adds to each LED's light, in contrasts: in [`LedLevels::offset`] too.
+    ground: [f32; LEDS],
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
@@ -54,15 +56,39 @@ impl<const PIXELS: usize> Model<PIXELS> {
             spots: SpotTable::new(),
             flip_gains: FlipGains::new(),
             leds: LedLevels::DARK,
+            ground: [0.0; LEDS],
         }
     }
 
     /// Gets ready for frames of `camera`.
     pub fn prepare(&mut self, camera: Camera) {
         self.camera = camera;
-        self.leds = LedLevels::ALIKE;
+        self.set_leds(LedLevels::ALIKE);
         self.pixels = [1.0, 0.0];
         self.metric = RootMetric::new(&camera);
+    }
+
+    /// Goes on with LEDs of those levels, on a plain ground.
+    pub fn set_leds(&mut self, leds: LedLevels) {
+        (self.leds, self.ground) = (leds, [0.0; LEDS]);
+    }
+
+    /// Sets what the ground adds to each LED's light, in contrasts.
+    pub fn set_ground(&mut self, ground: [f32; LEDS]) {
+        for (offset, (now, before)) in self
+            .leds
+            .offset
+            .iter_mut()
+            .zip(ground.iter().zip(&self.ground))
+        {
+            *offset += now - before;
+        }
+        self.ground = ground;
+    }
+
+    /// Light of the LEDs, in contrasts above Off, without what the ground adds.
+    pub fn above_ground(&self, lit: &[f32; LEDS]) -> [f32; LEDS] {
+        core::array::from_fn(|led| lit[led] - self.ground[led])
     }
 
     /// The variance of spots under the blur that was told, in px² of an image.

@@ -2,6 +2,7 @@
 
 use super::crop::Crop;
 use super::estimate::{Estimate, hard};
+use super::ground::ground_under;
 use super::level_prior::LevelPrior;
 use super::levels::Levels;
 use super::model::Model;
@@ -12,6 +13,7 @@ use crate::parameters::likelihood::search::{
     FIRST_BLURS_PX, FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS,
     VARIANCE_PITCH,
 };
+use link::panel::LEDS;
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and spots
@@ -56,13 +58,20 @@ impl<const PIXELS: usize> Model<PIXELS> {
         };
         let mut levels = prior.mean_levels().unwrap_or(first);
         let squares = self.least_squares(frame, crop, &levels)?;
+        self.set_ground([0.0; LEDS]);
+        let known = levels.contrast;
+        let own: [f32; LEDS] =
+            core::array::from_fn(|led| squares.light[led] - known * self.leds.offset[led]);
+        let ground = ground_under(&own, |led| self.leds.follows(led));
         if !prior.is_sure() {
-            squares.split(&mut levels);
+            squares.split(&ground, &mut levels);
             let range_grey = self.contrast_grey(&levels);
             if range_grey < MIN_CONTRAST_GREY {
                 return Err(DetectError::ContrastTooLow { range_grey });
             }
         }
+        let contrast = levels.contrast.max(f32::MIN_POSITIVE);
+        self.set_ground(ground.map(|ground| ground / contrast));
         let shrunk = FIRST_CONTRASTS.map(|factor| Levels {
             contrast: factor * levels.contrast,
             ..levels

@@ -33,6 +33,18 @@ pub mod least_squares {
     pub const RIDGE: f32 = 0.05;
 }
 
+/// A ground under the LEDs that is not plain: a surface of second order in that light.
+pub mod ground {
+    /// Where LEDs of one state differ by less, the ground is plain (standard deviation, share of the step from Off to On). Lower:
+    /// slower.
+    pub const CLEAR: f32 = 0.1;
+    /// Rounds of telling the surface and the bits from each other (count). More: slower.
+    pub const ROUNDS: usize = 8;
+    /// What a surface leaves of the LEDs' light, at most (share of what two states alone leave). Higher: noise looks like a
+    /// surface, which has five unknowns more.
+    pub const UNEVEN: f32 = 0.5;
+}
+
 /// Interference cancellation and likelihood ascent, from that guess to bits that no single flip makes likelier.
 pub mod search {
     /// The variance of root light that is assumed of a first frame.
