@@ -2,13 +2,14 @@
 
 use link::panel::PanelFrame;
 use proptest::prelude::*;
+use proptest::sample::select;
 use rand::{Rng, SeedableRng};
 use sim::accuracy::Level;
 use sim::effects;
 use sim::plan::Plan;
 use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
-use sim::scene::{Pose, Scene};
+use sim::scene::{Encoding, Pose, Scene};
 use vocc_tests::cases;
 
 /// Random scenes in which every effect but the photograph has something to do; [`scene`] adds two more panels.
@@ -37,13 +38,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     );
     let extras = (0.0..0.05f64, -0.2..0.2f64, 0.02..0.5f64, any::<bool>());
     let camera = (
-        prop_oneof![
-            Just("gamma"),
-            Just("linear"),
-            Just("srgb"),
-            Just("rec709"),
-            Just("shoulder")
-        ],
+        select(&Encoding::NAMES),
         0.0..40.0f64,
         0.0..3.0f64,
         0.0..10.0f64,

@@ -2,26 +2,16 @@
 
 use link::panel::PanelFrame;
 use proptest::prelude::*;
+use proptest::sample::select;
 use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
-use sim::scene::Scene;
+use sim::scene::{Encoding, Scene};
 use vocc_tests::cases;
 
 /// Blurs from none to far wider than an LED; the sharp ones are what chords are worst at.
 fn blurs() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.001..0.05f64, 0.05..0.5f64, 0.5..5.0f64]
-}
-
-/// The curves of cameras.
-fn encodings() -> impl Strategy<Value = &'static str> {
-    prop_oneof![
-        Just("gamma"),
-        Just("linear"),
-        Just("srgb"),
-        Just("rec709"),
-        Just("shoulder")
-    ]
 }
 
 /// Panels from a few pixels to the height of the sensor, upright or turned any way, with or without a board.
@@ -40,7 +30,10 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     );
     let light = (0.05..1.0f64, -2.0..1.0f64, 0.05..0.5f64, 1.0..3.0f64);
     let board = prop::option::of(0.02..0.9f64);
-    let camera = (encodings(), prop_oneof![Just(0.0), 0.0..64.0f64]);
+    let camera = (
+        select(&Encoding::NAMES),
+        prop_oneof![Just(0.0), 0.0..64.0f64],
+    );
     (geometry, light, blurs(), board, camera).prop_map(
         |(geometry, light, sigma_px, board, camera)| {
             let (distance_m, interval, size, [roll, yaw, pitch]) = geometry;

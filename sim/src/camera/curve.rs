@@ -1,7 +1,8 @@
 //! The curve by which a camera makes grey levels of linear values, whichever it has.
 //!
 //! The equations of the standards are those of [`link::camera::Encoding`], those of the gamma curve [`grey`]'s. What is added here
-//! is a shoulder, as cameras have that keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose black is 0.
+//! is a shoulder, as cameras have that keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose black
+//! is 0.
 
 use link::camera::Encoding as Standard;
 
@@ -188,7 +189,6 @@ mod tests {
     use crate::scene::Scene;
 
     fn curves() -> Vec<Curve> {
-        let encodings = ["gamma", "linear", "srgb", "rec709", "shoulder"];
         let of = |encoding: &str, black: u32| {
             let settings = [
                 format!("camera.encoding={encoding}"),
@@ -196,7 +196,7 @@ mod tests {
             ];
             Curve::of(&Scene::load("paper", &settings).unwrap().camera)
         };
-        let all = encodings.map(|encoding| [of(encoding, 0), of(encoding, 16)]);
+        let all = Encoding::NAMES.map(|encoding| [of(encoding, 0), of(encoding, 16)]);
         all.into_iter().flatten().collect()
     }
 

@@ -1,7 +1,7 @@
 //! Encodes whole rows of f32 linear values, by whichever curve a camera has.
 
 use super::curve::Curve;
-use super::grey::{GammaEncoder, ROUNDING};
+use super::grey::{BRIGHTEST, DARKEST, GammaEncoder, rounded, visible};
 
 /// What [`Encoder`] may differ from [`Curve::unrounded`] before it rounds, in grey levels.
 pub const CURVE_ERROR_GREY: f64 = 5e-4;
@@ -44,9 +44,6 @@ pub struct CurveTable {
 
 /// Of the 23 bits of a float's fraction, those that tell where between two steps it lies: 2⁸ steps an octave.
 const FINE_BITS: u32 = 15;
-/// Darker values are black at any γ up to 4, to within [`CURVE_ERROR_GREY`]; brighter ones white.
-const DARKEST: f32 = 1e-24;
-const BRIGHTEST: f32 = 1e3;
 
 impl CurveTable {
     fn new(curve: &Curve) -> Self {
@@ -60,9 +57,7 @@ impl CurveTable {
     /// The unrounded grey level of a linear value; black of negative values and NaN.
     #[inline(always)]
     pub fn unrounded(&self, linear: f32) -> f32 {
-        // NaN is not brighter than the darkest.
-        let linear = if linear > DARKEST { linear } else { DARKEST };
-        let bits = linear.min(BRIGHTEST).to_bits();
+        let bits = visible(linear).to_bits();
         let step = ((bits >> FINE_BITS) - (DARKEST.to_bits() >> FINE_BITS)) as usize;
         let part = (bits & ((1 << FINE_BITS) - 1)) as f32 / (1 << FINE_BITS) as f32;
         let (low, high) = (self.levels[step], self.levels[step + 1]);
@@ -73,7 +68,7 @@ impl CurveTable {
     #[inline(always)]
     fn encode(&self, linear: &[f32], grey: &mut [u8]) {
         for (grey, &linear) in grey.iter_mut().zip(linear) {
-            *grey = (self.unrounded(linear) + ROUNDING).to_bits() as u8;
+            *grey = rounded(self.unrounded(linear));
         }
     }
 }
@@ -81,11 +76,11 @@ impl CurveTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::scene::{Encoding, Scene};
 
     #[test]
     fn every_curve_keeps_the_bound() {
-        for encoding in ["gamma", "linear", "srgb", "rec709", "shoulder"] {
+        for encoding in Encoding::NAMES {
             for (gamma, black) in [(2.2, 0), (1.0, 16), (4.0, 1)] {
                 let settings = [
                     format!("camera.encoding={encoding}"),

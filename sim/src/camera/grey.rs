@@ -37,10 +37,24 @@ pub struct GammaEncoder {
 }
 
 /// Adding this rounds a number below 2²² in size to an integer, which then stands in the last bits.
-pub(super) const ROUNDING: f32 = 12_582_912.0;
-/// Darker values are grey level 0 at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`]; brighter ones 255.
-const DARKEST: f32 = 1e-24;
-const BRIGHTEST: f32 = 1e3;
+const ROUNDING: f32 = 12_582_912.0;
+/// Darker values are black at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`]; brighter ones white.
+pub(super) const DARKEST: f32 = 1e-24;
+pub(super) const BRIGHTEST: f32 = 1e3;
+
+/// The nearest linear value from [`DARKEST`] to [`BRIGHTEST`]; the darkest for NaN.
+#[inline(always)]
+pub(super) fn visible(linear: f32) -> f32 {
+    // NaN is not brighter than the darkest.
+    let linear = if linear > DARKEST { linear } else { DARKEST };
+    linear.min(BRIGHTEST)
+}
+
+/// The nearest of 256 grey levels.
+#[inline(always)]
+pub(super) fn rounded(grey: f32) -> u8 {
+    (grey + ROUNDING).to_bits() as u8
+}
 
 impl GammaEncoder {
     /// The encoder for a gamma of 1 to 4.
@@ -55,9 +69,7 @@ impl GammaEncoder {
     /// The unrounded grey level of a linear value; 0 of negative values and NaN.
     #[inline(always)]
     pub fn unrounded(&self, linear: f32) -> f32 {
-        // NaN is not brighter than the darkest.
-        let linear = if linear > DARKEST { linear } else { DARKEST };
-        let bits = linear.min(BRIGHTEST).to_bits();
+        let bits = visible(linear).to_bits();
         let exponent = (bits >> 23) as i32 - 127;
         let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
         let power = exponent as f32 * self.inverse_gamma;
@@ -71,7 +83,7 @@ impl GammaEncoder {
     /// The grey level of one value.
     #[inline(always)]
     pub fn grey(&self, linear: f32) -> u8 {
-        (self.unrounded(linear) + ROUNDING).to_bits() as u8
+        rounded(self.unrounded(linear))
     }
 
     /// The grey levels of a row.

@@ -201,6 +201,11 @@ pub enum Encoding {
     Shoulder,
 }
 
+impl Encoding {
+    /// The names by which scenes call them.
+    pub const NAMES: [&'static str; 5] = ["gamma", "linear", "srgb", "rec709", "shoulder"];
+}
+
 /// One 8×8 LED panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
