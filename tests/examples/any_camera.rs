@@ -5,30 +5,22 @@
 //!
 //! With `told`, it is told what the simulator knows of each camera. `RAYON_NUM_THREADS` sets the number of threads.
 
-use std::path::Path;
-
 use link::camera::Camera;
 use rayon::prelude::*;
 use studies::random_cameras::{Fate, IN_TIME, RandomFilm, receive, receive_without_panel};
-use vocc_tests::sightings::photographs;
+use vocc_tests::arguments::Arguments;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().collect();
-    let argument = |index: usize| arguments.get(index).map(String::as_str);
-    let films: u64 = argument(1).and_then(|n| n.parse().ok()).unwrap_or(100);
-    let folder = argument(2).unwrap_or(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../studies/photographs"
-    ));
-    let size = argument(3).and_then(|size| {
-        let (width, height) = size.split_once('x')?;
-        Some([width.parse().ok()?, height.parse().ok()?])
-    });
-    let size = size.unwrap_or([1920, 1080]);
-    let first: u64 = argument(4).and_then(|n| n.parse().ok()).unwrap_or(0);
-    let is_told = argument(5) == Some("told");
-    let photographs = photographs(Path::new(folder)).expect("a folder of pictures");
-    let fates: Vec<Fate> = (first..first + films)
+    let Arguments {
+        seeds,
+        size,
+        photographs,
+        rest,
+    } = Arguments::read();
+    let is_told = rest.first().is_some_and(|word| word == "told");
+    let films = seeds.end - seeds.start;
+    let fates: Vec<Fate> = seeds
+        .clone()
         .into_par_iter()
         .map(|seed| {
             let mut film = RandomFilm::draw(seed, size, &photographs).expect("a film");
@@ -53,7 +45,7 @@ fn main() {
         sum(|fate| fate.errors),
         sum(|fate| fate.bits),
     );
-    let seen: usize = (first..first + films)
+    let seen: usize = seeds
         .into_par_iter()
         .map(|seed| {
             let seen = receive_without_panel(seed, size, &photographs).expect("a photograph");

@@ -2,26 +2,17 @@
 //!
 //! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`
 
-use std::path::Path;
-
-use vocc_tests::sightings::{Tally, photographs, search_empty, search_scenes};
+use vocc_tests::arguments::Arguments;
+use vocc_tests::sightings::{Tally, search_empty, search_scenes};
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().collect();
-    let argument = |index: usize| arguments.get(index).map(String::as_str);
-    let scenes = argument(1).and_then(|n| n.parse().ok()).unwrap_or(100);
-    let folder = argument(2).unwrap_or(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../studies/photographs"
-    ));
-    let size = argument(3).and_then(|size| {
-        let (width, height) = size.split_once('x')?;
-        Some([width.parse().ok()?, height.parse().ok()?])
-    });
-    let size = size.unwrap_or([1920, 1080]);
-    let first: u64 = argument(4).and_then(|n| n.parse().ok()).unwrap_or(0);
-    let seeds = first..first + scenes;
-    let photographs = photographs(Path::new(folder)).expect("a folder of pictures");
+    let Arguments {
+        seeds,
+        size,
+        photographs,
+        ..
+    } = Arguments::read();
+    let scenes = seeds.end - seeds.start;
     let Tally {
         found_at,
         wrong,

@@ -1,5 +1,6 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
+pub mod arguments;
 pub mod firmware;
 pub mod naive;
 pub mod offset;

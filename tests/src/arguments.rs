@@ -1,0 +1,47 @@
+//! What the examples are told that look for panels in many pictures.
+
+use std::ops::Range;
+use std::path::Path;
+
+use image::GrayImage;
+use studies::random_scenes::photographs;
+
+/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: 100 of full HD from seed 0 on before the studies' photographs, where nothing
+/// is told.
+pub struct Arguments {
+    /// The seeds of what is drawn.
+    pub seeds: Range<u64>,
+    /// Columns and rows of a frame.
+    pub size: [usize; 2],
+    /// What is behind the panels.
+    pub photographs: Vec<GrayImage>,
+    /// The words after those.
+    pub rest: Vec<String>,
+}
+
+impl Arguments {
+    /// Those of this program.
+    ///
+    /// # Panics
+    /// When the folder holds what is no picture.
+    pub fn read() -> Self {
+        let mut arguments = std::env::args().skip(1);
+        let count: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(100);
+        let folder = arguments.next();
+        let folder = folder.as_deref().unwrap_or(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../studies/photographs"
+        ));
+        let size = arguments.next().and_then(|size| {
+            let (width, height) = size.split_once('x')?;
+            Some([width.parse().ok()?, height.parse().ok()?])
+        });
+        let first: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(0);
+        Self {
+            seeds: first..first + count,
+            size: size.unwrap_or([1920, 1080]),
+            photographs: photographs(Path::new(folder)).expect("a folder of pictures"),
+            rest: arguments.collect(),
+        }
+    }
+}
