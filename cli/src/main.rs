@@ -6,7 +6,7 @@
 //! - [`commands`]: one a module, arguments in, library calls, answers out; [`options`] are what several of them take;
 //! - [`report`]: what is told of results, on disk and while work goes on;
 //! - [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
-//! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what the receiver sees;
+//! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
 //! - [`results`] keeps what long runs have finished, [`files`] are written whole or not at all, [`device`] talks to transmitters.
 
 mod camera;

@@ -11,7 +11,7 @@
 //! // 70 m away, LEDs half a diameter apart, in the noise of 1000 lx.
 //! let overrides = ["pose.distance_m=70", "panel.interval=0.5", "ambient.illuminance_lx=1000", "effects.noise=on"];
 //! let scene = Scene::load("paper", &overrides.map(String::from))?;
-//! let settings = Settings { frames: 512, seed: 1, random_reflectance: true, detector: DetectorChoice::KMeans, level: Default::default(), camera: None };
+//! let settings = Settings::fast(512, 1, DetectorChoice::KMeans);
 //! let errors = Evaluator::new(&scene, settings)?.run(|_frames_done| true)?.errors;
 //! let [low, high] = errors.interval_95();
 //! println!("bit error rate {:.4} ({low:.4} to {high:.4})", errors.rate());

@@ -244,8 +244,8 @@ fn y4m_header(header: &str) -> anyhow::Result<((usize, usize), Video)> {
     ensure!(
         matches!(field("I"), None | Some("p" | "?")),
         "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
-         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has twice \
-         as many frames a second"
+         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
+         twice as many frames a second"
     );
     let kind = field("C").unwrap_or("420");
     let (layout, bits) = depth(kind);

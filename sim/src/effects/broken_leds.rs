@@ -18,7 +18,8 @@ impl Effect for BrokenLeds {
     }
 
     fn model(&self) -> &'static str {
-        "dead LEDs give no light of their own, stuck ones always do, a dim row gives a part of it; which ones, the panel's seed or a list says"
+        "dead LEDs give no light of their own, stuck ones always do, a dim row gives a part of it; which ones, the \
+         panel's seed or a list says"
     }
 
     fn keys(&self) -> &'static [&'static str] {

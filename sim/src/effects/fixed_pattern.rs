@@ -16,7 +16,8 @@ impl Effect for FixedPattern {
     }
 
     fn model(&self) -> &'static str {
-        "photo response and dark signal differ from pixel to pixel, PRNU and DSNU of EMVA 1288, nearly normal and fixed by the camera's seed"
+        "photo response and dark signal differ from pixel to pixel, PRNU and DSNU of EMVA 1288, nearly normal and fixed by the \
+         camera's seed"
     }
 
     fn keys(&self) -> &'static [&'static str] {

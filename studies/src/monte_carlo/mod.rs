@@ -8,7 +8,7 @@
 //! use sim::scene::Scene;
 //! use studies::detectors::DetectorChoice;
 //! use studies::monte_carlo::{Evaluator, Settings};
-//! let settings = Settings { frames: 256, seed: 1, random_reflectance: false, detector: DetectorChoice::KMeans, level: Default::default(), camera: None };
+//! let settings = Settings { random_reflectance: false, ..Settings::fast(256, 1, DetectorChoice::KMeans) };
 //! let evaluation = Evaluator::new(&Scene::load("paper", &[])?, settings)?.run(|_| true)?;
 //! assert_eq!(evaluation.errors.frames(), 256);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

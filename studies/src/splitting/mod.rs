@@ -32,7 +32,7 @@
 //! use sim::scene::Scene;
 //! use studies::{detectors::DetectorChoice, monte_carlo::Settings, splitting::SplittingEvaluator};
 //! let overrides = ["effects.noise=on", "ambient.illuminance_lx=50"].map(String::from);
-//! let settings = Settings { frames: 256, seed: 1, random_reflectance: false, detector: DetectorChoice::KMeans, level: Default::default(), camera: None };
+//! let settings = Settings { random_reflectance: false, ..Settings::fast(256, 1, DetectorChoice::KMeans) };
 //! let evaluator = SplittingEvaluator::new(&Scene::load("paper", &overrides)?, settings)?;
 //! let errors = evaluator.chunk(0, &mut evaluator.workspace())?.rare;
 //! assert_eq!(errors.swarms(), 1);

@@ -106,8 +106,8 @@ impl Diagnosis {
                     .to_owned()
             }
             _ => {
-                "the bits are sure, but no message begins in them: see that --fps and --symbol-rate are the camera's and the transmitter's, \
-                 and that the picture is neither mirrored nor upside down"
+                "the bits are sure, but no message begins in them: see that --fps and --symbol-rate are the camera's and the \
+                 transmitter's, and that the picture is neither mirrored nor upside down"
                     .to_owned()
             }
         }
