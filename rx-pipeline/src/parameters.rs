@@ -351,6 +351,15 @@ pub mod tracking {
     pub const GATE_LEAST: f32 = 0.25;
     /// The same where the panel is not expected: clutter explains some of itself too.
     pub const GATE_LEAST_ELSEWHERE: f32 = 0.7;
+    /// A panel that has lately been nearer to where it was expected has not jumped by a line (pitches). Lower: slower where
+    /// cameras shake.
+    pub const ON_COURSE: f32 = 0.1;
+    /// What of the farthest that it was from there still counts in the next frame (share). Higher: slower after a jump, and when a
+    /// panel has just been found.
+    pub const ASTRAY_SHARE: f32 = 0.8;
+    /// A panel that has jumped is taken to be a line beside where it was seen if that promises to leave less (share of what it leaves
+    /// there). Higher: LEDs that are Off along a side move it.
+    pub const LINE_LEFT: f32 = 0.8;
     /// What frames usually explain is the mean over about so many (frames).
     pub const MEMORY_FRAMES: f32 = 16.0;
     /// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
@@ -411,6 +420,8 @@ pub mod reading {
     /// Room that a panel which should be partly out of the picture has to have where it is seen instead (pitches): for
     /// another line, which is not there. Less: what is left of it is read as a panel a line off.
     pub const LINE_ROOM: f32 = 1.5;
+    /// Lines by which a panel that has jumped is moved, at most (count). More: slower where cameras shake.
+    pub const LINES_MOVED: usize = 3;
     /// Or what it leaves of what is left at the expected one (share).
     pub const CLEARLY_LEFT: f32 = 0.6;
 }

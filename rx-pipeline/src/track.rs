@@ -49,6 +49,8 @@ pub(crate) struct Track {
     speed: Lattice,
     speed_known: bool,
     usual: Option<f32>,
+    /// How far from where it was expected it has been lately (pitches).
+    astray: f32,
     last_seen: u64,
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
@@ -105,6 +107,7 @@ impl Track {
             speed,
             speed_known: false,
             usual: None,
+            astray: 1.0,
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -117,6 +120,7 @@ impl Track {
     pub fn placed(spots: LatticeModel, frame_size: (usize, usize)) -> Self {
         Self {
             speed_known: true,
+            astray: 0.0,
             any_number: true,
             ..Self::new(spots, 0, frame_size)
         }
@@ -254,6 +258,8 @@ impl Track {
         Corners::new(seen.corners())?;
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
         let speed = self.corrected_speed(&seen, &off, elapsed);
+        let [dx, dy] = difference(&shaped.lattice, &self.predicted(number)).centre;
+        let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
         let usual = self.usual.map_or(explained, |usual| {
             usual + (explained - usual) / MEMORY_FRAMES
         });
@@ -267,12 +273,41 @@ impl Track {
             speed,
             speed_known: true,
             usual: Some(usual),
+            astray: (ASTRAY_SHARE * self.astray).max(astray),
             last_seen: number,
             any_number: false,
             missed: 0,
             ..*self
         };
         Ok((track, explained))
+    }
+
+    /// Whether it has been where it was expected, so that it cannot be a line off.
+    pub fn is_on_course(&self) -> bool {
+        self.astray < ON_COURSE
+    }
+
+    /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
+    /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell.
+    pub fn line_beside<const N: usize>(
+        &self,
+        observation: Observation<'_, '_>,
+        residuals: &mut Residuals<N>,
+    ) -> Option<Lattice> {
+        if self.is_blurred() {
+            return None;
+        }
+        let window = fit::window(&self.spots.lattice, 1.0 + RIM, self.frame_size)?;
+        let mut left = |spots: &LatticeModel| {
+            let slope = residuals.compare(spots, observation, window)?;
+            Some(spots.expected_squares(&slope, false))
+        };
+        let here = left(&self.spots)?;
+        let lines = (0..9).map(|i| fit::shifted(&self.spots, i % 3 - 1, i / 3 - 1));
+        let (least, beside) = lines
+            .filter_map(|beside| Some((left(&beside)?, beside.lattice)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (least < LINE_LEFT * here).then_some(beside)
     }
 
     /// The spots, and how they differ from the frame, once levels and place have settled where brightness has changed, or the panel moves

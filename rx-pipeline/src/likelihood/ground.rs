@@ -7,8 +7,8 @@ use super::least_squares::two_groups;
 use crate::parameters::likelihood::ground::*;
 use link::panel::{LEDS, SIDE};
 
-/// What the ground adds to the light of each LED, 0 on the average; 0 throughout where it is plain, or what is left of the `light` would not be
-/// much less. LEDs that do not follow the message tell nothing.
+/// What the ground adds to the light of each LED, 0 on the average; 0 throughout where it is plain, or what is left of the `light`
+/// would not be much less. LEDs that do not follow the message tell nothing.
 pub(super) fn ground_under(light: &[f32; LEDS], follows: impl Fn(usize) -> bool) -> [f32; LEDS] {
     const PLAIN: [f32; LEDS] = [0.0; LEDS];
     let surface = Surface { light, follows };

@@ -12,7 +12,7 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
-use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, SAME_CELLS};
+use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, SAME_CELLS};
 use crate::profile::{Profile, Stage};
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::symbols::{Symbol, SymbolClock};
@@ -221,8 +221,11 @@ impl Reader {
         let expected = track.predicted(input.number);
         let here = self.attempt(track, expected, Gate::SURE, input, profile);
         // As long as it is not known how the panel moves, its bits may look right a line off.
-        if here.is_ok() && track.speed_known() {
-            return here;
+        if let (Ok((now, ..)), true) = (&here, track.speed_known()) {
+            if now.is_on_course() {
+                return here;
+            }
+            return self.on_its_line(track, here, input, profile);
         }
         let near = profile.timed(Stage::Search, || {
             let sigma_px = track.spot_sigma_px();
@@ -233,12 +236,34 @@ impl Reader {
             (Some(near), here @ Err(Loss::Cells(_))) if !has_room(&near, input.frame) => here,
             (Some(near), here) if !near.is_close_to(&expected) => {
                 let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
+                let elsewhere = self.on_its_line(track, elsewhere, input, profile);
                 better(here, elsewhere)
             }
             (_, Ok(here)) => Ok(here),
             (Some(_), Err(_)) => self.attempt(track, expected, Gate::STILL, input, profile),
             (None, Err(loss)) => Err(loss),
         }
+    }
+
+    /// The attempt, or one a line beside it where that explains more.
+    fn on_its_line<const N: usize>(
+        &mut self,
+        track: &Track,
+        attempt: Result<Followed, Loss>,
+        input: &mut Input<'_, '_, '_, N>,
+        profile: &mut impl Profile,
+    ) -> Result<Followed, Loss> {
+        let mut found = attempt?;
+        for _ in 0..LINES_MOVED {
+            let observation = observation(input.frame, input.locator);
+            let beside = found.0.line_beside(observation, input.tools.residuals);
+            let Some(beside) = beside else { break };
+            match self.attempt(track, beside, Gate::ELSEWHERE, input, profile) {
+                Ok(other) if other.2 > found.2 => found = other,
+                _ => break,
+            }
+        }
+        Ok(found)
     }
 
     /// Counts a frame in which the panel was not seen; says so, or that it is given up.

@@ -112,6 +112,20 @@ fn a_panel_that_drives_past_is_followed() {
 }
 
 #[test]
+fn a_panel_is_read_on_its_own_lines_however_the_camera_shakes() {
+    let shaken = |number: usize| {
+        let turn = number as f32;
+        let shake = [turn * 2.4, turn * 4.1].map(|angle| 2.5 * angle.sin());
+        Scene {
+            centre: [47.3 + shake[0], 48.6 + shake[1]],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        }
+    };
+    assert!(read(&mut receiver(1.0), 60, shaken) >= 50);
+}
+
+#[test]
 fn a_panel_whose_leds_run_into_each_other_is_followed() {
     // A board as dark as what is between the LEDs, before a bright wall on one side.
     let wall = |[x, _]: [f32; 2]| if x < 24.0 { 3.0 } else { 1.0 };
