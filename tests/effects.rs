@@ -77,6 +77,8 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
                 format!("atmosphere.airlight={airlight}"),
                 format!("camera.encoding={encoding}"),
                 format!("camera.black_grey={black}"),
+                "camera.mosaic=true".into(),
+                format!("panel.colour=[1, {row_light}, 0.05]"),
                 format!("camera.prnu_percent={prnu}"),
                 format!("camera.dsnu_e={dsnu}"),
                 format!("camera.hot_pixels_ppm={hot}"),
@@ -393,5 +395,36 @@ fn pixels_that_read_too_little_break_no_bound() {
         let difference =
             greatest_difference(&draw(&with, &renderer, 3), &draw(&without, &renderer, 3));
         assert!(difference <= bound + 1e-9, "{name}: {difference} > {bound}");
+    }
+}
+
+#[test]
+fn a_red_lamp_is_seen_by_red_pixels() {
+    let settings = [
+        "camera.mosaic=true",
+        "panel.colour=[1, 0.15, 0]",
+        "pose.distance_m=5",
+        "effects.noise=off",
+    ];
+    let scene = Scene::load("day", &settings.map(String::from)).expect("a valid scene");
+    let renderer = Renderer::new(&scene, Level::Fine).expect("a visible scene");
+    let values = |bits: u64| {
+        let shown = [renderer.steady(0, PanelFrame::from_bits(bits))];
+        let mut canvas = Canvas::<f32>::new(renderer.sensor());
+        renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+        canvas.values().to_vec()
+    };
+    let (on, off) = (values(u64::MAX), values(0));
+    let [x, y] = renderer.corner_leds_px(0)[0].map(|place| place.round() as usize / 2 * 2);
+    let width = renderer.sensor().width;
+    let gain = |x: usize, y: usize| on[y * width + x] - off[y * width + x];
+    let (red, greens, blue) = (
+        gain(x, y),
+        [gain(x + 1, y), gain(x, y + 1)],
+        gain(x + 1, y + 1),
+    );
+    assert!(red > 1.0 && blue == 0.0, "{red} {blue}");
+    for green in greens {
+        assert!((green / red - 0.15).abs() < 0.01, "{green} of {red}");
     }
 }

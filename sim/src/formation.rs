@@ -73,6 +73,8 @@ pub struct Formation {
     pub mix_symbols: bool,
     /// Changes of the LEDs' light.
     pub led_stages: Vec<Box<dyn LedStage>>,
+    /// Whether pixels are red, green, green and blue by turns.
+    pub mosaic: bool,
     /// Changes of the linear image.
     pub row_stages: Vec<Box<dyn RowStage>>,
     /// The curve by which grey levels are made of linear values.
@@ -100,6 +102,7 @@ impl Formation {
             row_delay_s: 0.0,
             mix_symbols: false,
             led_stages: Vec::new(),
+            mosaic: false,
             row_stages: Vec::new(),
             curve,
             noise: None,

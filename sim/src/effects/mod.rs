@@ -24,6 +24,7 @@ mod encoding;
 mod fixed_pattern;
 mod hot_pixels;
 mod led_spread;
+mod mosaic;
 mod motion;
 mod noise;
 mod panels;
@@ -70,7 +71,7 @@ pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 23] = [
+pub(crate) const ALL: [&dyn Effect; 24] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
@@ -88,6 +89,7 @@ pub(crate) const ALL: [&dyn Effect; 23] = [
     LENS_BLUR,
     &point_spread::PointSpread,
     &vignetting::Vignetting,
+    &mosaic::Mosaic,
     &fixed_pattern::FixedPattern,
     &hot_pixels::HotPixels,
     ENCODING,

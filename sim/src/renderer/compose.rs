@@ -44,15 +44,44 @@ impl Renderer {
         }
     }
 
-    /// Background, boards and LEDs, the farthest panel first; `paint` adds the LEDs of a layout.
+    /// What all pixels see, be they of one colour or of three; `paint` adds the LEDs of a layout.
     #[inline(always)]
-    pub(super) fn compose<K: Kernel>(
+    pub(super) fn expose<K: Kernel>(
         &self,
         kernel: &K,
         moment: &Moment,
         shown: &[Shown],
         canvas: &mut Canvas<K::Real>,
         paint: impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
+    ) {
+        if !self.formation.mosaic {
+            return self.compose(kernel, moment, shown, None, canvas, &paint);
+        }
+        let region = canvas.region();
+        let mut of_colour = Canvas::new(region);
+        for colour in 0..3 {
+            self.compose(kernel, moment, shown, Some(colour), &mut of_colour, &paint);
+            let pixels = canvas.values_mut().iter_mut().zip(of_colour.values());
+            for (k, (pixel, &seen)) in pixels.enumerate() {
+                let [x, y] = [region.x + k % region.width, region.y + k / region.width];
+                // Red at even columns of even rows, blue at odd ones of odd rows.
+                if x % 2 + y % 2 == colour {
+                    *pixel = seen;
+                }
+            }
+        }
+    }
+
+    /// Background, boards and LEDs, the farthest panel first, as pixels of a colour see them.
+    #[inline(always)]
+    fn compose<K: Kernel>(
+        &self,
+        kernel: &K,
+        moment: &Moment,
+        shown: &[Shown],
+        colour: Option<usize>,
+        canvas: &mut Canvas<K::Real>,
+        paint: &impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
     ) {
         self.draw_background(canvas);
         for &index in &self.far_to_near {
@@ -67,7 +96,7 @@ impl Renderer {
                     }
                 });
             }
-            let mut light = self.led_light(index, moment, shown);
+            let mut light = self.led_light(index, moment, shown, colour);
             if self.on_even_ground[index] {
                 let ground = self.board_light(index);
                 let ground = ground.unwrap_or_else(|| self.plain_background());
@@ -75,10 +104,10 @@ impl Renderer {
             } else {
                 // Opaque LEDs hide what is behind them before they add their own light.
                 canvas.cover(K::Real::default(), |mask| {
-                    self.add_leds(index, shift, &[1.0; LEDS], mask, &paint);
+                    self.add_leds(index, shift, &[1.0; LEDS], mask, paint);
                 });
             }
-            self.add_leds(index, shift, &light, canvas, &paint);
+            self.add_leds(index, shift, &light, canvas, paint);
         }
     }
 
@@ -160,8 +189,14 @@ impl Renderer {
         Some(air.through(self.formation.boards[index]?))
     }
 
-    /// The linear value of each LED of a panel through the air.
-    fn led_light(&self, index: usize, moment: &Moment, shown: &Shown) -> [f64; LEDS] {
+    /// The linear value of each LED of a panel through the air, as pixels of a colour see it.
+    fn led_light(
+        &self,
+        index: usize,
+        moment: &Moment,
+        shown: &Shown,
+        colour: Option<usize>,
+    ) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
         let mut own: [f64; LEDS] = if self.formation.mix_symbols {
             std::array::from_fn(|led| {
@@ -176,6 +211,10 @@ impl Renderer {
         };
         for stage in &self.formation.led_stages {
             stage.apply(index, moment, &delay_s, &mut own);
+        }
+        if let Some(colour) = colour {
+            let part = self.view.panels[index].panel.colour[colour];
+            own.iter_mut().for_each(|light| *light *= part);
         }
         let air = self.formation.air[index];
         std::array::from_fn(|led| {

@@ -289,7 +289,7 @@ impl Renderer {
 
     #[inline(always)]
     fn draw_f32(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
-        self.compose(
+        self.expose(
             &self.table,
             moment,
             shown,
@@ -308,7 +308,7 @@ impl Renderer {
     /// Draws the linear image in double precision, by the error function. The renderer must have been made for
     /// [`Level::Reference`] to be as exact as that.
     pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
-        self.compose(
+        self.expose(
             &self.exact,
             moment,
             shown,

@@ -96,6 +96,8 @@ pub struct Camera {
     pub readout_s: f64,
     /// Radial distortion: a point at radius ρ (in units of the focal length) is imaged at ρ·(1 + k₁·ρ²). −0.5 to 0.5.
     pub distortion_k1: f64,
+    /// Whether frames are raw mosaics: red and green pixels by turns in even rows, green and blue ones in odd rows.
+    pub mosaic: bool,
     /// How unlike pixels are in what they make of light (PRNU), the standard deviation in percent, 0 to 20.
     pub prnu_percent: f64,
     /// How unlike pixels are in what they read in the dark (DSNU), the standard deviation in electrons, 0 to 1000.
@@ -140,6 +142,7 @@ impl Default for Camera {
             read_noise_e: Told::USUAL_READ_NOISE_E,
             readout_s: 0.0,
             distortion_k1: 0.0,
+            mosaic: false,
             prnu_percent: 0.0,
             dsnu_e: 0.0,
             hot_pixels_ppm: 0.0,
@@ -224,6 +227,8 @@ pub struct Panel {
     pub luminance_max_cd_m2: Option<f64>,
     /// Relative standard deviation of the luminance from LED to LED, 0 to 0.5.
     pub led_spread: f64,
+    /// The parts of the LEDs' own light that red, green and blue pixels of a mosaic see, each 0 to 1.
+    pub colour: [f64; 3],
     /// LEDs that never light: how many, or which ones.
     pub dead_leds: Leds,
     /// LEDs that always light: how many, or which ones.
@@ -256,6 +261,7 @@ impl Default for Panel {
             luminance_min_cd_m2: None,
             luminance_max_cd_m2: None,
             led_spread: 0.0,
+            colour: [1.0; 3],
             dead_leds: Leds::default(),
             stuck_leds: Leds::default(),
             dim_row: None,

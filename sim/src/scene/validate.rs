@@ -147,6 +147,9 @@ impl Scene {
             within(&key("luminance_max_cd_m2"), top, floor.max(1e-3), 1e7)?;
         }
         within(&key("led_spread"), panel.led_spread, 0.0, 0.5)?;
+        for part in panel.colour {
+            within(&key("colour"), part, 0.0, 1.0)?;
+        }
         within_leds(&key("dead_leds"), &panel.dead_leds)?;
         within_leds(&key("stuck_leds"), &panel.stuck_leds)?;
         if let Some(row) = panel.dim_row {
