@@ -35,7 +35,7 @@ pub struct CameraArguments {
     /// receiver learns the rest.
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// The camera's encoding: linear, srgb, rec709, or gamma's number from 1 to 4.
+    /// The camera's encoding: linear, srgb, rec709, or gamma's number from 1 to 4. A hint, where learning begins.
     #[arg(long, value_name = "CURVE", value_parser = encoding, visible_alias = "gamma")]
     encoding: Option<Encoding>,
     /// Grey level of no light, 0 to 64.

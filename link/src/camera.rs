@@ -106,6 +106,12 @@ impl Camera {
             .light((grey - self.black_grey) * white / (white - self.black_grey))
     }
 
+    /// The grey level of light, neither rounded nor cut at white; black for none.
+    pub fn grey(&self, light: f32) -> f32 {
+        let white = f32::from(u8::MAX);
+        self.black_grey + self.encoding.grey(light) * (white - self.black_grey) / white
+    }
+
     /// The nearest camera in range; what is not a number becomes the least.
     pub fn clamped(self) -> Self {
         let clamped =
@@ -238,5 +244,7 @@ mod tests {
         };
         assert_eq!((camera.light(3.0), camera.light(16.0)), (0.0, 0.0));
         assert!((camera.light(255.0) - 255.0 / 118.0).abs() < 1e-6);
+        assert_eq!(camera.grey(0.0), 16.0);
+        assert!((camera.grey(camera.light(77.0)) - 77.0).abs() < 1e-4);
     }
 }

@@ -40,7 +40,11 @@
 //! row, bright patches behind an open frame. An LED of one level does not follow the message; it is named and erased
 //! (`likelihood/leds.rs`). [`MaximumLikelihood::learnt`] tells what has been learnt.
 //!
-//! A microcontroller learns the same by the same code: the LEDs take 1.4 kB a panel.
+//! Where LEDs overlap, frames also tell by which curve the camera encodes light (`likelihood/curve.rs`): in the first of them, other
+//! curves are tried, one a frame, and the receiver goes over to one that is better beyond doubt.
+//!
+//! A microcontroller learns the same by the same code: the LEDs take 1.4 kB a panel, the curve 100 bytes. The curve may be left out there:
+//! it is the feature `learn-curve`.
 //!
 //! # Soft values
 //!
@@ -57,13 +61,14 @@
 //!
 //! # Limits
 //!
-//! One blur for the whole panel, Gaussian and as wide as high; the encoding is what it is told to be. Neither costs bits to speak of: discs
-//! of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. A background that is not plain costs bits
-//! in the first frames of an open panel, until its LEDs are known, and where it moves behind them. LEDs whose images are sharp discs many
-//! pixels wide are looked at in larger pixels, and any detector reads them.
+//! One blur for the whole panel, Gaussian and as wide as high; a curve that is a power, at the black level that was told. Neither costs
+//! bits to speak of: discs of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. A background that is not
+//! plain costs bits in the first frames of an open panel, until its LEDs are known, and where it moves behind them. LEDs whose images are
+//! sharp discs many pixels wide are looked at in larger pixels, and any detector reads them.
 
 mod ascent;
 mod crop;
+mod curve;
 mod estimate;
 mod experience;
 mod flip_search;
@@ -87,6 +92,7 @@ use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
+use crate::parameters::likelihood::curve::CONFIDENCE_MIN;
 use crate::parameters::likelihood::leds::SATURATED_MAX;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
 use crate::parameters::likelihood::mixture::MIXED;
@@ -94,7 +100,7 @@ use crop::{Crop, Sight};
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
 use level_prior::LevelPrior;
-use link::camera::Camera;
+use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
 
@@ -116,6 +122,8 @@ use model::Model;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
+    /// The curve that was told.
+    told: Encoding,
     experience: Experience,
     model: Model<PIXELS>,
 }
@@ -132,6 +140,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// room in flash.
     pub const fn empty() -> Self {
         Self {
+            told: Encoding::Gamma(0.0),
             experience: Experience::NONE,
             model: Model::new(),
         }
@@ -140,7 +149,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others: a search that
     /// begins from no blur at all may have no end.
     pub fn prepare(&mut self, camera: Camera) {
-        self.model.prepare(camera.clamped());
+        let camera = camera.clamped();
+        self.told = camera.encoding;
+        self.model.prepare(camera);
         self.experience = Experience::NONE;
     }
 
@@ -179,6 +190,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// Goes on with what was learnt elsewhere.
     pub fn set_experience(&mut self, experience: Experience) {
         self.experience = experience;
+        self.model.see_by(experience.curve.encoding(self.told));
     }
 
     /// Reads the panel at `corners`, and learns from it.
@@ -257,13 +269,18 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         });
         let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
-        if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
-            self.learn(&mut best);
-        }
-        Ok(Detection {
+        let detection = Detection {
             mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr)
-        })
+        };
+        if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
+            let read = best;
+            self.learn(&mut best);
+            if cfg!(feature = "learn-curve") && detection.confidence > CONFIDENCE_MIN {
+                self.learn_curve(frame, &crop, &read);
+            }
+        }
+        Ok(detection)
     }
 
     /// What is known of the panel's image.
@@ -350,6 +367,32 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             self.model.move_to(frame, crop, estimate)?;
         }
         Ok(false)
+    }
+
+    /// Learns of the camera's curve from a panel that was read, and goes on by another if that is better beyond doubt.
+    // Not inlined: the stack of those who read panels otherwise stays as it is.
+    #[inline(never)]
+    fn learn_curve(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) {
+        let now = self.model.camera.encoding;
+        let Experience {
+            levels,
+            leds,
+            curve,
+            ..
+        } = &mut self.experience;
+        let tells = estimate.overlaps(&crop.scale) && levels.fits_surely(estimate.levels.noise);
+        let Some(tried) = curve.next(now).filter(|_| tells) else {
+            return;
+        };
+        let Some(gain) = self.model.try_curve(tried, frame, crop, estimate) else {
+            return;
+        };
+        if curve.update(now, tried, &gain) {
+            self.model.see_by(curve.encoding(self.told));
+            let [from, to] = &gain.levels;
+            levels.go_over(from, to);
+            leds.go_over();
+        }
     }
 
     fn learn(&mut self, estimate: &mut Estimate) {

@@ -23,6 +23,8 @@ pub(crate) struct Scene {
     /// LED diameter over pitch.
     pub fill: f32,
     pub noise_grey: f32,
+    /// The deviation of light 1 by the noise of its electrons; it grows with the root of light.
+    pub shot_noise: f32,
     /// Standard deviation of the blur along x and y.
     pub blur_px: [f32; 2],
     pub gamma: f32,
@@ -45,6 +47,7 @@ impl Scene {
         light: [0.4 / 0.18, 0.4 / 0.18 * 5.0],
         fill: 0.5,
         noise_grey: 0.0,
+        shot_noise: 0.0,
         blur_px: [1.5; 2],
         gamma: 2.2,
         gain: |_| 1.0,
@@ -93,6 +96,11 @@ impl Scene {
             }
         }
         let mut random = Random(self.bits | 1);
+        if self.shot_noise > 0.0 {
+            for light in &mut light {
+                *light += self.shot_noise * light.sqrt() * random.normal();
+            }
+        }
         let grey = |light: f32| {
             MIDDLE_GREY * light.powf(1.0 / self.gamma) + self.noise_grey * random.normal()
         };

@@ -1,8 +1,10 @@
 //! What a search has come to.
 
+use super::crop::Scale;
 use super::levels::Levels;
 use crate::detect::bits_where;
 use crate::parameters::likelihood::search::DECIDED;
+use crate::parameters::spots::OVERLAP;
 use link::panel::{LEDS, PanelFrame};
 
 /// Bits and levels, as far as a search has come.
@@ -28,6 +30,11 @@ impl Estimate {
             levels.contrast = -levels.contrast;
             self.share = self.share.map(|share| 1.0 - share);
         }
+    }
+
+    /// Whether images of neighbouring LEDs overlap.
+    pub fn overlaps(&self, scale: &Scale) -> bool {
+        scale.pitch * scale.pitch < OVERLAP * self.levels.variance
     }
 
     /// Whether each LED is as good as On or Off.

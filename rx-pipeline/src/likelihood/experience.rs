@@ -1,6 +1,7 @@
 //! What a detector has learnt from a panel's frames.
 
 use super::crop::Scale;
+use super::curve::CurveEvidence;
 use super::leds::LedMoments;
 use super::level_prior::LevelPrior;
 use crate::parameters::likelihood::camera::BLUR_MIN;
@@ -16,6 +17,7 @@ pub struct Experience {
     pub(super) light_noise: f32,
     /// Whether what stands around the panel is as plain as what is between its LEDs.
     pub(super) is_plain_around: bool,
+    pub(super) curve: CurveEvidence,
 }
 
 impl Experience {
@@ -49,5 +51,6 @@ impl Experience {
         leds: LedMoments::NONE,
         light_noise: 0.0,
         is_plain_around: false,
+        curve: CurveEvidence::NONE,
     };
 }

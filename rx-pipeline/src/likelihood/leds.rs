@@ -98,6 +98,11 @@ impl LedMoments {
         self.panels >= LEARN_PANELS
     }
 
+    /// Goes on in the light of another curve, where what is known holds but roughly.
+    pub fn go_over(&mut self) {
+        self.panels = self.panels.min(LEARN_PANELS);
+    }
+
     /// Takes in the light of the LEDs in a new panel.
     pub fn update(&mut self, panel: PanelFrame, lit: &[f32; LEDS]) {
         self.seen[self.next] = panel.bits();

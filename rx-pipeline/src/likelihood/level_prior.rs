@@ -103,11 +103,36 @@ impl LevelPrior {
         self.mean = Vector::from(self.mean).component_mul(&scale).into();
         let blur = self.mean[3] - area * from.sharp_variance();
         self.mean[3] = (blur + to.sharp_variance()).max(*VARIANCE_PX2.start());
+        self.scale_covariance(&scale);
+        // The more frame pixels an image pixel is made of, the less its noise.
+        self.noise *= area;
+    }
+
+    /// Goes on in the light of another curve, in which a panel of levels `from` has levels `to`.
+    pub fn go_over(&mut self, from: &Levels, to: &Levels) {
+        let contrast = to.contrast / from.contrast;
+        let scale = Vector::from([
+            to.background / from.background,
+            contrast,
+            contrast,
+            to.variance / from.variance,
+            1.0,
+            1.0,
+        ]);
+        if !scale.iter().all(|scale| scale.is_normal()) {
+            *self = Self::NONE;
+            return;
+        }
+        let beside = Vector::from(self.mean) - Vector::from(from.values());
+        self.mean = (Vector::from(to.values()) + beside.component_mul(&scale)).into();
+        self.scale_covariance(&scale);
+        self.noise *= to.noise / from.noise;
+    }
+
+    fn scale_covariance(&mut self, scale: &Vector) {
         let covariance = matrix(&self.covariance).component_mul(&(scale * scale.transpose()));
         self.covariance = covariance.into();
         self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
-        // The more frame pixels an image pixel is made of, the less its noise.
-        self.noise *= area;
     }
 
     /// What it costs that the levels are unusual, in nats.

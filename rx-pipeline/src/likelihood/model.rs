@@ -32,11 +32,11 @@ const DARK: Camera = Camera {
 
 /// The image of a panel, and what it takes to explain it.
 pub(super) struct Model<const PIXELS: usize> {
-    /// The camera as it was told.
+    /// The camera as it was told, but for the curve, which frames tell.
     pub camera: Camera,
     /// The side of the pixels it sees in px of the camera's, and the variance of what mixes them with their neighbours, in px².
     pub pixels: [f32; 2],
-    metric: RootMetric,
+    pub metric: RootMetric,
     pub image: Image<PIXELS>,
     pub spots: SpotTable,
     pub flip_gains: FlipGains,

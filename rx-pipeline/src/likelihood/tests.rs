@@ -61,7 +61,7 @@ fn the_blur_need_not_be_known() {
 }
 
 /// Bits that look random.
-fn random_bits(seed: u64) -> u64 {
+pub(super) fn random_bits(seed: u64) -> u64 {
     let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) ^ mixed << 17
 }

@@ -158,6 +158,31 @@ pub mod camera {
     pub const BLUR_MIN: f32 = 0.3;
 }
 
+/// Which curve the camera encodes light by.
+pub mod curve {
+    /// The exponents that are tried. More of them: a curve is learnt the later, and nearer ones are hard to tell apart and change few bits.
+    pub const GAMMAS: [f32; 5] = [1.0, 1.4, 1.8, 2.2, 2.6];
+    /// How sure a frame's bits are that is held against other curves, at least (share that is expected to be right). Lower: wrong bits and
+    /// wrong places are explained by curves.
+    pub const CONFIDENCE_MIN: f32 = 0.95;
+    /// Fits of the levels under another curve (count). Fewer: faster, and other curves look worse than they are.
+    pub const FITS: usize = 2;
+    /// Each curve is tried so often before the best of them is tried again (frames). Fewer: by chance that is not the best.
+    pub const FIRST_FRAMES: u32 = 2;
+    /// A curve is taken after so many frames in which it was tried, at least (frames).
+    pub const FRAMES_MIN: u32 = 3;
+    /// Frames in which a curve is tried, at most (frames). More: the first frames are slower for longer.
+    pub const FRAMES_MAX: u32 = 32;
+    /// By how many of its own standard deviations a curve's gain differs from none, at least. Higher: curves are learnt later; lower: by
+    /// chance.
+    pub const DEVIATIONS: f32 = 4.0;
+    /// What a better curve may lose of what is expected in one unit (share of what it gains). Higher: a codec's or filter's errors are
+    /// taken for a curve.
+    pub const LOSS_MAX: f32 = 0.2;
+    /// A curve under which frames are less likely by this is tried no more (nats).
+    pub const GIVEN_UP: f32 = 32.0;
+}
+
 /// Two symbols in one exposure, of which α is the part of the one that begins.
 pub mod mixture {
     use core::ops::RangeInclusive;

@@ -1,0 +1,260 @@
+//! The camera's curve, as frames tell it.
+//!
+//! Light adds up where LEDs overlap, all On LEDs are alike, and the noise of electrons grows with the root of light: under the right curve
+//! only, so that the model leaves least under that. What is compared is the likelihood of the grey levels themselves, which is that of the
+//! root light made of them times its slope (Box & Cox 1964). A spot alone tells no curve: a Gaussian to a power is one of another width.
+//!
+//! Errors of codecs and filters grow with light otherwise than a sensor's noise. So what is expected is also held against what is seen in
+//! one and the same unit, whatever the curve: one that leaves clearly more of that is not taken.
+
+use super::crop::Crop;
+use super::estimate::{Estimate, hard};
+use super::image::root;
+use super::level_prior::LevelPrior;
+use super::levels::Levels;
+use super::model::Model;
+use crate::frame::Frame;
+use crate::parameters::likelihood::curve::*;
+use crate::spots::RootMetric;
+use link::camera::{Camera, Encoding};
+
+/// What frames have told of curves other than the one that they are read by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CurveEvidence {
+    /// The exponent of the curve that explains them best; 0 if that is the one that was told.
+    gamma: f32,
+    /// Frames in which another curve was tried.
+    frames: u32,
+    others: [Tally; GAMMAS.len()],
+}
+
+/// By how many nats frames are likelier under a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tally {
+    frames: u32,
+    sum: f32,
+    squares: f32,
+    /// The same sum of what is expected of the frames, in one unit.
+    sum_of_expected: f32,
+}
+
+impl Tally {
+    const NONE: Self = Self {
+        frames: 0,
+        sum: 0.0,
+        squares: 0.0,
+        sum_of_expected: 0.0,
+    };
+
+    fn add(&mut self, gain: &Gain) {
+        self.frames += 1;
+        self.sum += gain.likelihood;
+        self.squares += gain.likelihood * gain.likelihood;
+        self.sum_of_expected += gain.expected;
+    }
+
+    /// By how many nats a frame is likelier, as far as is known.
+    fn promise(&self) -> f32 {
+        if self.frames < FIRST_FRAMES {
+            f32::INFINITY
+        } else {
+            self.sum / self.frames as f32
+        }
+    }
+
+    /// Whether the frames are likelier beyond doubt.
+    fn is_better(&self) -> bool {
+        if self.frames < FRAMES_MIN || self.sum <= 0.0 {
+            return false;
+        }
+        let (frames, mean) = (self.frames as f32, self.promise());
+        // Log-likelihoods of that difference vary by twice as much from frame to frame, if by noise alone.
+        let variance = ((self.squares - mean * self.sum) / (frames - 1.0)).max(2.0 * mean);
+        self.sum * self.sum > DEVIATIONS * DEVIATIONS * variance * frames
+            && self.sum_of_expected > -LOSS_MAX * self.sum
+    }
+}
+
+/// The same of one frame.
+pub(super) struct Gain {
+    likelihood: f32,
+    /// The same of what is expected alone, in the unit of the curve so far.
+    expected: f32,
+    /// The levels of the frame under the curve so far, and under that one.
+    pub levels: [Levels; 2],
+}
+
+impl CurveEvidence {
+    /// That of one who has seen no frame; all zeros.
+    pub const NONE: Self = Self {
+        gamma: 0.0,
+        frames: 0,
+        others: [Tally::NONE; GAMMAS.len()],
+    };
+
+    /// The curve that explains the frames, as far as is known.
+    pub fn encoding(&self, told: Encoding) -> Encoding {
+        if self.gamma > 0.0 {
+            Encoding::Gamma(self.gamma)
+        } else {
+            told
+        }
+    }
+
+    /// The curve to try next beside the one that frames are read by, by its number: one hardly tried yet, or the best so far; none once
+    /// enough is known.
+    pub fn next(&self, now: Encoding) -> Option<usize> {
+        let promise = |i: usize| self.others[i].promise();
+        let open = self
+            .open(now)
+            .max_by(|&a, &b| promise(a).total_cmp(&promise(b)));
+        open.filter(|_| self.frames < FRAMES_MAX)
+    }
+
+    /// Takes in what a frame has gained by another curve, and goes over to that if it is better beyond doubt; whether it does.
+    pub fn update(&mut self, now: Encoding, tried: usize, gain: &Gain) -> bool {
+        self.frames += 1;
+        self.others[tried].add(gain);
+        let goes_over = self.others[tried].is_better() && self.next(now) == Some(tried);
+        if goes_over {
+            self.gamma = GAMMAS[tried];
+            self.others = [Tally::NONE; GAMMAS.len()];
+        }
+        goes_over
+    }
+
+    /// The curves that may still be better; one whose likelihood is no number is not.
+    fn open(&self, now: Encoding) -> impl Iterator<Item = usize> {
+        (0..GAMMAS.len())
+            .filter(move |&i| now != Encoding::Gamma(GAMMAS[i]) && self.others[i].sum > -GIVEN_UP)
+    }
+}
+
+impl<const PIXELS: usize> Model<PIXELS> {
+    /// Sees by another curve from now on.
+    pub fn see_by(&mut self, encoding: Encoding) {
+        if encoding != self.camera.encoding {
+            self.camera.encoding = encoding;
+            self.metric = RootMetric::new(&self.camera);
+        }
+    }
+
+    /// What a frame gains by the curve number `tried`, whose panel is that of an estimate under the curve so far; none where its
+    /// pixels do not fit in.
+    pub fn try_curve(
+        &mut self,
+        tried: usize,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        estimate: &Estimate,
+    ) -> Option<Gain> {
+        let mut here = Estimate {
+            share: estimate.share.map(hard),
+            ..*estimate
+        };
+        self.expect_with_noise(&mut here);
+        self.fit(&mut here, &LevelPrior::NONE);
+        let so_far = self.roots();
+        let left = self.left(&so_far, &so_far);
+        let other = Camera {
+            encoding: Encoding::Gamma(GAMMAS[tried]),
+            ..self.camera
+        };
+        let metric = core::mem::replace(&mut self.metric, RootMetric::new(&other));
+        let mut there = Estimate {
+            levels: here
+                .levels
+                .under(&self.camera, &metric, &other, &self.metric),
+            ..here
+        };
+        let loaded = self.load(frame, crop, there.levels.noise);
+        if loaded.is_ok() {
+            self.expect_with_noise(&mut there);
+            for _ in 0..FITS {
+                self.fit(&mut there, &LevelPrior::NONE);
+            }
+        }
+        let left_there = self.left(&self.roots(), &so_far);
+        self.metric = metric;
+        loaded.ok()?;
+        let nats = |squares: f32| 0.5 * left.pixels * libm::logf(left.squares / squares);
+        Some(Gain {
+            likelihood: nats(left_there.squares) - left_there.log_units,
+            expected: nats(left_there.squares_in_units),
+            levels: [here.levels, there.levels],
+        })
+    }
+
+    /// The root light of each grey level.
+    fn roots(&self) -> [f32; 256] {
+        let offset = self.image.offset;
+        core::array::from_fn(|grey| root(self.metric.light(grey as u8) + offset))
+    }
+
+    /// What is left of the pixels that are neither black nor white, where `roots` are the root light of grey levels, and `units` that
+    /// in whose unit it is measured too.
+    fn left(&self, roots: &[f32; 256], units: &[f32; 256]) -> Left {
+        let unit: [f32; 256] = core::array::from_fn(|grey| {
+            let (below, above) = (grey.saturating_sub(1), (grey + 1).min(255));
+            (units[above] - units[below]) / (roots[above] - roots[below]).max(f32::MIN_POSITIVE)
+        });
+        let grey = |light: f32| roots.partition_point(|&root| root < light);
+        let mut left = Left::default();
+        let [width, height] = self.image.size;
+        for row in 0..height {
+            let start = row * self.image.stride;
+            let seen = &self.image.seen[start..][..width];
+            for (&seen, &expected) in seen.iter().zip(&self.image.root[start..]) {
+                let level = grey(seen);
+                if level == 0 || seen >= self.image.full {
+                    continue;
+                }
+                let rest = seen - expected;
+                let middle = grey(seen - 0.5 * rest).clamp(1, 254);
+                left.pixels += 1.0;
+                left.squares += rest * rest;
+                left.squares_in_units += (rest * unit[middle]) * (rest * unit[middle]);
+                left.log_units += libm::logf(unit[level.min(254)]);
+            }
+        }
+        left
+    }
+}
+
+/// What is left of an image once what is expected is taken off.
+#[derive(Default)]
+struct Left {
+    pixels: f32,
+    squares: f32,
+    squares_in_units: f32,
+    /// The logarithms of the units, summed over the pixels.
+    log_units: f32,
+}
+
+impl Levels {
+    /// The levels of the same panel seen by the curve of another camera.
+    fn under(
+        &self,
+        camera: &Camera,
+        metric: &RootMetric,
+        other: &Camera,
+        other_metric: &RootMetric,
+    ) -> Self {
+        let peak = 1.0 / (core::f32::consts::TAU * self.variance);
+        let light = |light: f32| other.light(camera.grey(light));
+        let background = light(self.background);
+        let off = light(self.background + self.off * peak);
+        let on = light(self.background + (self.off + self.contrast) * peak);
+        let unit = metric.grey_of_root() / other_metric.grey_of_root();
+        Self {
+            background,
+            off: (off - background) / peak,
+            contrast: (on - off) / peak,
+            noise: self.noise * unit * unit,
+            ..*self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
