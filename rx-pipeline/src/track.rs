@@ -49,8 +49,8 @@ pub(crate) struct Track {
     speed: Lattice,
     speed_known: bool,
     usual: Option<f32>,
-    /// How far from where it was expected it has been lately (pitches).
-    astray: f32,
+    /// How far from where it was expected it has been lately (pitches); none of a panel whose place was told, and so its lines.
+    astray: Option<f32>,
     last_seen: u64,
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
@@ -107,7 +107,7 @@ impl Track {
             speed,
             speed_known: false,
             usual: None,
-            astray: 1.0,
+            astray: Some(1.0),
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -120,7 +120,7 @@ impl Track {
     pub fn placed(spots: LatticeModel, frame_size: (usize, usize)) -> Self {
         Self {
             speed_known: true,
-            astray: 0.0,
+            astray: None,
             any_number: true,
             ..Self::new(spots, 0, frame_size)
         }
@@ -273,7 +273,7 @@ impl Track {
             speed,
             speed_known: true,
             usual: Some(usual),
-            astray: (ASTRAY_SHARE * self.astray).max(astray),
+            astray: self.astray.map(|before| astray.max(ASTRAY_SHARE * before)),
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -284,7 +284,7 @@ impl Track {
 
     /// Whether it has been where it was expected, so that it cannot be a line off.
     pub fn is_on_course(&self) -> bool {
-        self.astray < ON_COURSE
+        self.astray.is_none_or(|astray| astray < ON_COURSE)
     }
 
     /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
@@ -320,13 +320,13 @@ impl Track {
         residuals: &mut Residuals<N>,
     ) -> Option<(LatticeModel, Slope)> {
         let mut slope = residuals.compare(&spots, observation, window)?;
-        if self.usual.is_none() {
-            for _ in 0..LEVELLING {
+        if self.is_blurred() {
+            // Levels that come from the change between two frames are no single frame's.
+            let levelling = if self.usual.is_none() { LEVELLING } else { 0 };
+            for _ in 0..levelling {
                 spots = spots.relevelled(&slope, false)?;
                 slope = residuals.compare(&spots, observation, window)?;
             }
-        }
-        if self.is_blurred() {
             let fit =
                 fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
             return Some((fit.spots, fit.slope));
