@@ -16,6 +16,7 @@
 
 mod bimodality;
 mod blob;
+mod constellation;
 mod error;
 mod evidence;
 mod hill_climbing;
@@ -359,14 +360,13 @@ impl<const N: usize> Attempt<'_, N> {
                 continue;
             }
             let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
-            let candidates = view.pose_candidates(&blob);
-            for candidate in candidates.maxima() {
+            for candidate in view.pose_candidates(blob) {
                 if self.budget == 0 {
                     break;
                 }
                 self.budget -= 1;
                 for Trial { widths_px, scope } in view.trials(&candidate) {
-                    let Some(pose) = view.sharpened(&blob, &candidate, &widths_px) else {
+                    let Some(pose) = view.sharpened(&candidate, &widths_px) else {
                         continue;
                     };
                     let same = |(other, scope_of_other): &(Lattice, Scope)| {

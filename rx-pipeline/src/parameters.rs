@@ -135,6 +135,21 @@ pub mod pose_candidates {
     pub const FORESHORTENING: f32 = 0.06;
 }
 
+/// The lattice on which spots lie.
+pub mod constellation {
+    /// The shortest step from LED to LED (samples). Shorter: slower, and more that repeats is tried.
+    pub const SHORTEST: i32 = 2;
+    /// The longest (samples). Longer: as above.
+    pub const LONGEST: i32 = 12;
+    /// How far rows lean, or columns (tangent). More: slower, and diagonals are taken for rows.
+    pub const STEEPEST: f32 = 0.45;
+    /// Steps along rows and along columns that are paired (count). More: slower.
+    pub const PEAKS: usize = 4;
+    /// Of pairs of steps that agree nearly as well the shortest are taken (share of the best's agreement). Lower: clutter
+    /// makes steps shorter; higher: every other LED is left out.
+    pub const AS_GOOD: f32 = 0.6;
+}
+
 /// From a seed to the maximum of the evidence near it. A climb has a first step (pitches) and a most of rounds (count):
 /// longer steps leave the hill they are on, shorter ones and fewer rounds do not reach its top.
 pub mod hill_climbing {
@@ -194,7 +209,7 @@ pub mod verification {
     pub const LINES_MOVED: usize = 2;
     /// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 1 for one that is
     /// Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
-    pub const LEAST_LINES_LEAD: i32 = 2;
+    pub const LEAST_LINES_LEAD: i32 = 3;
     /// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
     /// for other frames.
     pub const LINES_CLEARLY_WORSE: f32 = 1.6;
@@ -249,10 +264,10 @@ pub mod verification {
     /// How much likelier a panel has to be in a single frame, where its spots overlap, than spots of any brightness
     /// (natural logarithm of the odds). Places without a panel are some 20 000 times as common.
     pub const LEAST_LOG_ODDS: f32 = 10.0;
+    /// How unequal LEDs of one state are (share of the step from Off to On, standard deviation). Higher: more that is no panel passes.
+    pub const LED_SPREAD: f32 = 0.12;
     /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
     pub const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
-    /// The same wherever the LEDs do not have two distinct brightnesses.
-    pub const LEAST_LOG_ODDS_UNLESS_DISTINCT: f32 = 60.0;
     /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
     /// patch looks like them.
     pub const LEAST_PITCH_PX: f32 = 2.0;

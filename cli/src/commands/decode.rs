@@ -25,8 +25,9 @@ use crate::output::{self, Answer, line};
 const PANEL_PIXELS: usize = 512 * 512;
 /// The most pixels that the likelihood looks at; larger panels are binned.
 const LIKELIHOOD_PIXELS: usize = 128 * 128;
-/// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels.
-const SEARCH_PIXELS: usize = 128 * 128;
+/// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels. Boards end at
+/// edges that the largest pixels mix with LEDs, so there is room to find panels in smaller ones.
+const SEARCH_PIXELS: usize = 256 * 256;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]

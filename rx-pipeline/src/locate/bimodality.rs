@@ -1,14 +1,19 @@
 //! Two brightnesses, or any? A Bayesian comparison of the two models.
 //!
 //! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of
-//! any brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. With d the panel's
-//! brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their overlaps and n what it leaves in a pixel,
+//! any brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. A panel's are normal numbers
+//! around those of its bits, of a variance V that is far less: LEDs are not quite equal. Where spots overlap V is 0, as it would make up for
+//! anything smooth, too. With d the panel's brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their overlaps
+//! and n what it leaves in a pixel,
 //!
-//!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 − ½·bᵀ·(G + n/A)⁻¹·b/n + ½·log det(1 + A·G/n),   b = h + G·d:
+//!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 + free(h, V) − free(h + G·d, A),
+//!   free(b, A) = ½·bᵀ·(G + n/A)⁻¹·b/n − ½·log det(1 + A·G/n):
 //!
 //! what the panel's bits explain and how long they are, against the same of free brightnesses. On a lattice with right angles G is a
 //! Kronecker product, so that the eigenvectors of two 8×8 matrices are all that is needed.
 
+use super::verification::apart;
+use crate::parameters::verification::LED_SPREAD;
 use crate::spots::{LatticeModel, Slope};
 use link::panel::{LEDS, SIDE};
 use nalgebra::SMatrix;
@@ -34,18 +39,28 @@ pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
         .pitch()
         .map(|pitch| overlaps(pitch / spots.sigma));
     let overlapped = down * deviation * across;
-    let by_bits = deviation.dot(&(2.0 * agreement + overlapped)) / noise;
+    let by_bits = 0.5 * deviation.dot(&(2.0 * agreement + overlapped)) / noise;
     let (rows, columns) = (down.symmetric_eigen(), across.symmetric_eigen());
-    let mode = rows.eigenvectors.transpose() * (agreement + overlapped) * columns.eigenvectors;
-    let (mut by_any, mut length) = (0.0, 0.0);
-    for (i, u) in rows.eigenvalues.iter().enumerate() {
-        for (j, v) in columns.eigenvalues.iter().enumerate() {
-            let overlap = (u * v).max(0.0);
-            by_any += mode[(i, j)] * mode[(i, j)] / (overlap + 1.0 / prior) / noise;
-            length += libm::log1pf(overlap * prior);
+    let free = |agreement: Square, prior: f32| {
+        let mode = rows.eigenvectors.transpose() * agreement * columns.eigenvectors;
+        let (mut explained, mut length) = (0.0, 0.0);
+        for (i, u) in rows.eigenvalues.iter().enumerate() {
+            for (j, v) in columns.eigenvalues.iter().enumerate() {
+                let overlap = (u * v).max(0.0);
+                explained += mode[(i, j)] * mode[(i, j)] / (overlap + 1.0 / prior) / noise;
+                length += libm::log1pf(overlap * prior);
+            }
         }
-    }
-    0.5 * (by_bits - by_any + length) - LEDS as f32 * core::f32::consts::LN_2
+        0.5 * (explained - length)
+    };
+    // Of a scrambled bit's standard deviation, which is a half.
+    let spread = if apart(spots) < 1.0 {
+        0.0
+    } else {
+        4.0 * LED_SPREAD * LED_SPREAD * prior
+    };
+    let panel = by_bits - LEDS as f32 * core::f32::consts::LN_2 + free(agreement, spread);
+    panel - free(agreement + overlapped, prior)
 }
 
 /// Overlaps of eight spots in a line, so many standard deviations apart.

@@ -2,6 +2,7 @@
 //! evidence is a smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
 
 use super::blob::Blob;
+use super::constellation;
 use super::evidence::Evidence;
 use super::hill_climbing::{self, Pose};
 use super::patch::Patch;
@@ -82,13 +83,24 @@ impl View<'_, '_> {
         any || blob.side_px >= 8.0 * LEAST_RESOLVED_PX
     }
 
-    /// The candidates for the pose of what is in a blob.
-    pub fn pose_candidates(&self, blob: &Blob) -> PoseCandidates {
-        let step = if self.earlier.is_none() && self.ground == Ground::Edges {
-            (libm::ceilf(blob.side_px * SPOTS_ROOM / SAMPLES as f32) as usize).max(1)
-        } else {
-            ((blob.side_px / COARSE_SIDE) as usize).max(1)
-        };
+    /// The candidates for the pose of what is in a blob, found one by one as they are asked for: the lattice of spots that stand by
+    /// themselves, and the evidence's maxima.
+    pub fn pose_candidates(self, blob: Blob) -> impl Iterator<Item = Lattice> {
+        let spots_alone = self.earlier.is_none() && self.ground == Ground::Edges;
+        let on_spots = spots_alone.then(|| self.on_spots(&blob)).flatten();
+        let hills = core::iter::once_with(move || self.hills(&blob).into_maxima());
+        on_spots.into_iter().chain(hills.flatten())
+    }
+
+    /// The lattice of the spots in a blob.
+    fn on_spots(&self, blob: &Blob) -> Option<Lattice> {
+        let step = (libm::ceilf(blob.side_px * SPOTS_ROOM / SAMPLES as f32) as usize).max(1);
+        let patch = self.patch(blob, step);
+        constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice))
+    }
+
+    fn hills(&self, blob: &Blob) -> Hills {
+        let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
         let patch = self.patch(blob, step);
         let pitch = blob.side_px / 8.0 / step as f32;
         let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
@@ -97,7 +109,7 @@ impl View<'_, '_> {
         for pose in grid(patch.to_samples(blob.centre), pitch) {
             seeds.offer(evidence.of(&pose.lattice()), pose);
         }
-        PoseCandidates {
+        Hills {
             evidence,
             patch,
             seeds,
@@ -137,20 +149,21 @@ impl View<'_, '_> {
         }
         let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, NEAR)?;
         let near = patch.to_frame_lattice(&pose.lattice());
-        let blob = Blob {
-            centre: near.centre,
-            ..blob
-        };
-        self.sharpened(&blob, &near, &[self.spot_sigma_px])
+        self.sharpened(&near, &[self.spot_sigma_px])
             .map(|sharpened| sharpened.lattice)
     }
 
     /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations.
-    pub fn sharpened(&self, blob: &Blob, start: &Lattice, widths_px: &[f32]) -> Option<Sharpened> {
+    pub fn sharpened(&self, start: &Lattice, widths_px: &[f32]) -> Option<Sharpened> {
+        let [across, down] = start.pitch();
+        let blob = Blob {
+            centre: start.centre,
+            side_px: 8.0 * across.max(down),
+        };
         let step = (libm::ceilf(blob.side_px * FINE_ROOM / SAMPLES as f32) as usize).max(1);
-        let patch = self.patch(blob, step);
+        let patch = self.patch(&blob, step);
         let step = step as f32;
-        let pitch = start.pitch().map(|pitch| pitch / step);
+        let pitch = [across, down].map(|pitch| pitch / step);
         let pose = Pose {
             centre: patch.to_samples(start.centre),
             log_pitch: pitch.map(libm::logf),
@@ -161,15 +174,23 @@ impl View<'_, '_> {
         for &width_px in widths_px {
             let sigma = width_px.max(LEAST_SIGMA_PX) / step;
             let evidence = self.evidence(&patch, sigma, sigma);
-            let (value, pose) = hill_climbing::climb(&evidence, pose, FIRST_OF_A_WIDTH)?;
+            let Some((value, pose)) = hill_climbing::climb(&evidence, pose, FIRST_OF_A_WIDTH)
+            else {
+                continue;
+            };
             if best.as_ref().is_none_or(|best| value > best.0) {
                 best = Some((value, pose, sigma));
             }
         }
         let (_, pose, sigma) = best?;
         let evidence = self.evidence(&patch, sigma, sigma);
-        let (_, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
-        let lattice = pose.lattice();
+        let (value, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
+        // Poses have right angles; where these do not show, the start may be the better one.
+        let leaning = start.scaled(patch.to_samples(start.centre), 1.0 / step);
+        let lattice = match evidence.of(&leaning) {
+            Some(other) if other > value => leaning,
+            _ => pose.lattice(),
+        };
         Some(Sharpened {
             brightness: evidence.brightness(&lattice)?,
             lattice: patch.to_frame_lattice(&lattice),
@@ -195,18 +216,23 @@ pub(super) struct Sharpened {
 }
 
 /// The evidence around a blob, with the poses to climb it from.
-pub(super) struct PoseCandidates {
+pub(super) struct Hills {
     evidence: Evidence,
     patch: Patch,
     seeds: Ranking,
 }
 
-impl PoseCandidates {
-    /// The evidence's maxima as lattices in the frame's pixels, climbed to one by one as they are asked for.
-    pub fn maxima(&self) -> impl Iterator<Item = Lattice> + '_ {
-        self.seeds.0.iter().filter_map(|(_, seed)| {
-            let (_, pose) = hill_climbing::climb(&self.evidence, *seed, FROM_SEED)?;
-            Some(self.patch.to_frame_lattice(&pose.lattice()))
+impl Hills {
+    /// The evidence's maxima as lattices in the frame's pixels.
+    fn into_maxima(self) -> impl Iterator<Item = Lattice> {
+        let Self {
+            evidence,
+            patch,
+            seeds,
+        } = self;
+        seeds.0.into_iter().filter_map(move |(_, seed)| {
+            let (_, pose) = hill_climbing::climb(&evidence, seed, FROM_SEED)?;
+            Some(patch.to_frame_lattice(&pose.lattice()))
         })
     }
 }

@@ -148,9 +148,7 @@ pub(super) fn verify<const N: usize>(
 
 /// How much likelier than spots of any brightness the panel has to be.
 fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
-    if scope == Scope::Board && distinctness(fitted) < DISTINCT {
-        LEAST_LOG_ODDS_UNLESS_DISTINCT
-    } else if apart(&fitted.spots) < 1.0 {
+    if apart(&fitted.spots) < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT {
         LEAST_LOG_ODDS
     } else {
         f32::NEG_INFINITY

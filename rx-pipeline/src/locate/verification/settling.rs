@@ -6,6 +6,7 @@ use super::{LocateError, Scope};
 use crate::fit::{self, Fit};
 use crate::parameters::verification::*;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
+use link::panel::SIDE;
 
 /// What is fitted, and where.
 pub(super) struct Settling<'r, 'a, 'f, const N: usize> {
@@ -71,7 +72,8 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         } else {
             WORTH_A_MOVE * noise
         };
-        if doubt.abs() < enough {
+        let unsure = scope.is_single() && !ends_show(&fitted.spots);
+        if doubt.abs() < enough || unsure {
             return Err(LocateError::EdgeUnseen {
                 signal_to_noise: libm::sqrtf(doubt.abs() / noise),
             });
@@ -152,6 +154,18 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         let fitted = self.fit(observation, start, NARROW, steps)?;
         Ok((fitted, observation))
     }
+}
+
+/// Whether an LED is On in each of the four outer lines, or those that are Off show too: else what looks like a line may lie on either
+/// side.
+fn ends_show(spots: &LatticeModel) -> bool {
+    let lit = |column: usize, row: usize| spots.state[row * SIDE + column] > 0.5;
+    let last = SIDE - 1;
+    let off_shows = spots.off.abs() > LEAST_OFF * spots.contrast;
+    off_shows
+        || [0, last].iter().all(|&end| {
+            (0..SIDE).any(|place| lit(end, place)) && (0..SIDE).any(|place| lit(place, end))
+        })
 }
 
 fn explains_half(slope: &Slope) -> bool {

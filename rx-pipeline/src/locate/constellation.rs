@@ -1,0 +1,256 @@
+//! The lattice on which spots lie, from nothing but the spots.
+//!
+//! Where only spots are left, a patch agrees with itself one LED further on, along rows and along columns, whatever the panel's bits, its
+//! board and what is around it: the autocorrelation has a peak at each of the lattice's steps. The shortest two of them are its columns
+//! and rows, and the panel is where 64 such places hold most.
+
+use super::patch::Patch;
+use crate::lattice::Lattice;
+use crate::parameters::constellation::*;
+use crate::parameters::pose_candidates::PATCH_SIDE as SAMPLES;
+use heapless::Vec;
+use link::panel::LEDS;
+
+type Samples = [[f32; SAMPLES]; SAMPLES];
+
+/// From a place to one like it, in samples, and how much they agree.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    by: [f32; 2],
+    agreement: f32,
+}
+
+/// The lattice of the most striking 64 spots, in samples; `None` where nothing repeats.
+pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
+    let mean = patch.sample.iter().flatten().sum::<f32>() / (SAMPLES * SAMPLES) as f32;
+    let spots = patch.sample.map(|row| row.map(|sample| sample - mean));
+    let (column, row) = steps(&spots)?;
+    let [column, row] = [column, row].map(|step| refined(&spots, step));
+    let shape = Lattice {
+        centre: [0.0; 2],
+        column,
+        row,
+        tilt: [0.0; 2],
+    };
+    fullest(&spots, &shape)
+}
+
+/// The steps along rows and along columns.
+fn steps(spots: &Samples) -> Option<([f32; 2], [f32; 2])> {
+    let (columns, rows) = (peaks(spots, 0), peaks(spots, 1));
+    let pairs = || {
+        columns
+            .iter()
+            .flat_map(|u| rows.iter().map(move |v| (u, v)))
+    };
+    // On a lattice steps add up.
+    let agreement = |u: &Step, v: &Step| {
+        let across = |sign: f32| {
+            let [dx, dy] = core::array::from_fn(|axis| round(u.by[axis] + sign * v.by[axis]));
+            near(spots, [dx, dy]).agreement
+        };
+        u.agreement
+            .min(v.agreement)
+            .min(across(1.0))
+            .min(across(-1.0))
+    };
+    let squared = |step: &Step| step.by[0] * step.by[0] + step.by[1] * step.by[1];
+    let pairs: Vec<(f32, f32, [f32; 2], [f32; 2]), { PEAKS * PEAKS }> = pairs()
+        .map(|(u, v)| (agreement(u, v), squared(u) + squared(v), u.by, v.by))
+        .collect();
+    let best = pairs.iter().fold(0.0f32, |best, pair| best.max(pair.0));
+    // Twice a step is one too, and so are diagonals.
+    pairs
+        .iter()
+        .filter(|pair| best > 0.0 && pair.0 > AS_GOOD * best)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|&(_, _, column, row)| (column, row))
+}
+
+/// The steps near an axis (0: to the right, 1: downwards) that agree best.
+fn peaks(spots: &Samples, axis: usize) -> Vec<Step, PEAKS> {
+    let lag = |along: i32, aside: i32| match axis {
+        0 => [along, aside],
+        _ => [aside, along],
+    };
+    let mut peaks: Vec<Step, PEAKS> = Vec::new();
+    for along in SHORTEST..=LONGEST {
+        let widest = (STEEPEST * along as f32) as i32;
+        for aside in -widest..=widest {
+            let [dx, dy] = lag(along, aside);
+            let step = near(spots, [dx, dy]);
+            let is_peak = step.by == [dx, dy].map(|c| c as f32) && step.agreement > 0.0;
+            if !is_peak {
+                continue;
+            }
+            let place = peaks
+                .iter()
+                .position(|other| other.agreement < step.agreement)
+                .unwrap_or(peaks.len());
+            if peaks.is_full() && place < peaks.len() {
+                peaks.pop();
+            }
+            // Fails only for the worst when the list is full.
+            let _worst = peaks.insert(place, step);
+        }
+    }
+    peaks
+}
+
+/// The best step within one sample of `lag`.
+fn near(spots: &Samples, [dx, dy]: [i32; 2]) -> Step {
+    let mut best = Step {
+        by: [0.0; 2],
+        agreement: f32::NEG_INFINITY,
+    };
+    for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
+        let agreement = agreement(spots, [dx + i, dy + j]);
+        if agreement > best.agreement {
+            best = Step {
+                by: [dx + i, dy + j].map(|c| c as f32),
+                agreement,
+            };
+        }
+    }
+    best
+}
+
+/// The step as a share of a longer one, which is known better.
+fn refined(spots: &Samples, step: [f32; 2]) -> [f32; 2] {
+    let mut step = step;
+    for times in [2.0, 4.0] {
+        let far = near(spots, step.map(|c| round(times * c)));
+        if far.agreement > 0.0 {
+            step = centred(spots, far.by.map(round)).map(|c| c / times);
+        }
+    }
+    step
+}
+
+/// The top of a peak between samples: its centre of gravity.
+fn centred(spots: &Samples, [dx, dy]: [i32; 2]) -> [f32; 2] {
+    let (mut sum, mut moment) = (0.0, [0.0; 2]);
+    for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
+        let weight = agreement(spots, [dx + i, dy + j]).max(0.0);
+        sum += weight;
+        moment = [moment[0] + weight * i as f32, moment[1] + weight * j as f32];
+    }
+    let sum = sum.max(f32::MIN_POSITIVE);
+    [dx as f32 + moment[0] / sum, dy as f32 + moment[1] / sum]
+}
+
+/// The mean product of samples that far apart.
+fn agreement(spots: &Samples, [dx, dy]: [i32; 2]) -> f32 {
+    let [across, down] = [dx, dy].map(|c| c.unsigned_abs() as usize);
+    if across >= SAMPLES || down >= SAMPLES {
+        return 0.0;
+    }
+    let (here, there) = if dx >= 0 {
+        (0..SAMPLES - across, across..SAMPLES)
+    } else {
+        (across..SAMPLES, 0..SAMPLES - across)
+    };
+    let (from, to) = if dy >= 0 { (0, down) } else { (down, 0) };
+    let mut products = [0.0f32; SAMPLES];
+    for (upper, lower) in spots[from..].iter().zip(&spots[to..]) {
+        let pairs = upper[here.clone()].iter().zip(&lower[there.clone()]);
+        for (sum, (a, b)) in products.iter_mut().zip(pairs) {
+            *sum += a * b;
+        }
+    }
+    products.iter().sum::<f32>() / ((SAMPLES - across) * (SAMPLES - down)) as f32
+}
+
+/// The lattice of that shape whose places hold most.
+fn fullest(spots: &Samples, shape: &Lattice) -> Option<Lattice> {
+    let corners = shape.corners();
+    let room = |axis: usize| {
+        let ends = corners.iter().map(|corner| corner[axis]);
+        let (low, high) = ends.fold((0.0f32, 0.0f32), |(low, high), c| (low.min(c), high.max(c)));
+        1 - low as i32..SAMPLES as i32 - 1 - high as i32
+    };
+    let places: [[f32; 2]; LEDS] =
+        core::array::from_fn(|led| shape.position((led % 8) as f32, (led / 8) as f32));
+    let mut best = (0.0, None);
+    for (x, y) in room(0).flat_map(|x| room(1).map(move |y| (x, y))) {
+        let held: f32 = places
+            .iter()
+            .map(|place| {
+                let at =
+                    |c: f32, offset: i32| (round(c) + offset).clamp(0, SAMPLES as i32 - 1) as usize;
+                spots[at(place[1], y)][at(place[0], x)]
+            })
+            .sum();
+        if held > best.0 {
+            let centre = [x, y].map(|c| c as f32);
+            best = (held, Some(Lattice { centre, ..*shape }));
+        }
+    }
+    best.1
+}
+
+fn round(value: f32) -> i32 {
+    libm::roundf(value) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::scramble::split_mix64;
+
+    fn patch_of(lattice: &Lattice, bits: u64) -> Patch {
+        let mut sample = [[0.0; SAMPLES]; SAMPLES];
+        for (j, row) in sample.iter_mut().enumerate() {
+            for (i, sample) in row.iter_mut().enumerate() {
+                for led in 0..LEDS {
+                    let [x, y] = lattice.position((led % 8) as f32, (led / 8) as f32);
+                    let (dx, dy) = (i as f32 - x, j as f32 - y);
+                    let height = if bits >> led & 1 == 1 { 1.0 } else { 0.1 };
+                    *sample += height * libm::expf(-0.5 * (dx * dx + dy * dy));
+                }
+            }
+        }
+        let mut patch = Patch {
+            sample,
+            origin: [0.0; 2],
+            step: 1,
+        };
+        patch.spots_only((0.5 * lattice.pitch()[0]) as usize);
+        patch
+    }
+
+    /// Panels whose bits repeat by chance are taken for others: those wait for the next frame.
+    #[test]
+    fn scrambled_panels_are_seen_whatever_their_pose() {
+        const PANELS: u64 = 200;
+        let seen = (0..PANELS).filter(|&panel| {
+            let mut counter = 100 * panel;
+            let mut between = |low: f32, high: f32| {
+                counter += 1;
+                let part = (split_mix64(counter) >> 40) as f32 / (1 << 24) as f32;
+                low + part * (high - low)
+            };
+            let centre = [between(29.0, 35.0), between(29.0, 35.0)];
+            let (across, down) = (between(4.0, 6.0), between(4.0, 6.0));
+            let mut truth = Lattice::turned(centre, across, down, between(-0.25, 0.25));
+            truth.row[0] += between(-0.5, 0.5);
+            let Some(found) = lattice(&patch_of(&truth, split_mix64(100 * panel))) else {
+                return false;
+            };
+            let off = |a: [f32; 2], b: [f32; 2]| libm::hypotf(a[0] - b[0], a[1] - b[1]);
+            // An outer line that is Off may be left out.
+            off(found.column, truth.column) < 0.25
+                && off(found.row, truth.row) < 0.25
+                && off(found.centre, truth.centre) < 1.6 * across.max(down)
+        });
+        let seen = seen.count();
+        assert!(seen >= 190, "{seen} of {PANELS}");
+    }
+
+    #[test]
+    fn nothing_is_seen_where_nothing_repeats() {
+        let mut patch = patch_of(&Lattice::turned([32.0; 2], 5.0, 5.0, 0.0), 0);
+        patch.sample = [[1.0; SAMPLES]; SAMPLES];
+        assert!(lattice(&patch).is_none());
+    }
+}
