@@ -1,45 +1,174 @@
 //! Files that are written whole or not at all.
 
 use std::fs::File;
-use std::path::Path;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail, ensure};
+use atomic_write_file::AtomicWriteFile;
+
+/// Where the bytes of a path go.
+enum Place {
+    /// To standard output, after what was printed there.
+    Output,
+    /// To a device or a pipe, which is written to and not replaced.
+    Device,
+    /// To a file, which is replaced.
+    File(PathBuf),
+}
 
 /// Writes a file.
 ///
 /// # Errors
-/// As [`write_aside`].
+/// As [`write_with`].
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    write_aside(path, |aside| Ok(std::fs::write(aside, bytes)?))
+    write_with(path, |file| Ok(file.write_all(bytes.as_ref())?))
 }
 
-/// Writes a file beside its place and then moves it there, so that nobody finds half a file, not even after a power cut.
+/// Writes a file aside and then puts it into its place, so that nobody finds half a file, not even after a power cut; a device or a pipe
+/// is written to as it is.
 ///
 /// # Errors
-/// Those of `write`, and when the file cannot be moved; what was there before is untouched.
-pub fn write_aside(
+/// Those of `write`, and when not every byte can be kept; what was there before is untouched.
+pub fn write_with(
     path: &Path,
-    write: impl FnOnce(&Path) -> anyhow::Result<()>,
+    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    let unwritten = || format!("cannot write {}", path.display());
-    // A device or a pipe is written to, not replaced.
-    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-        return write(path).with_context(unwritten);
+    write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn write_to(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    match place(path)? {
+        Place::Output => write_through(&mut std::io::stdout().lock(), write),
+        Place::Device => write_through(&mut File::options().append(true).open(path)?, write),
+        Place::File(file) => {
+            let mut aside = AtomicWriteFile::open(file)?;
+            write_through(&mut aside, write)?;
+            Ok(aside.commit()?)
+        }
     }
-    let mut name = path
-        .file_name()
-        .with_context(|| format!("{} names no file", path.display()))?
-        .to_os_string();
-    // Two programs may write the same file.
-    name.push(format!(".{}.part", std::process::id()));
-    let aside = path.with_file_name(name);
-    let written = write(&aside).and_then(|()| {
-        File::open(&aside)?.sync_all()?;
-        Ok(std::fs::rename(&aside, path)?)
-    });
-    written.map_err(|error| {
-        // What is left of it is of no use; that it cannot be removed changes nothing.
-        let _ = std::fs::remove_file(&aside);
-        error.context(unwritten())
-    })
+}
+
+/// Writes all bytes, and not into a buffer that takes them and loses them later.
+fn write_through(
+    target: &mut impl Write,
+    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let mut buffer = BufWriter::new(target);
+    write(&mut buffer)?;
+    Ok(buffer.flush()?)
+}
+
+/// Where the bytes of a path go; an error where they should not.
+fn place(path: &Path) -> anyhow::Result<Place> {
+    // It may lead to a file, and the rest of the output goes there too.
+    if path == Path::new("/dev/stdout") {
+        return Ok(Place::Output);
+    }
+    match std::fs::metadata(path) {
+        Ok(there) if there.is_dir() => bail!("it is a folder: name a file"),
+        Ok(there) if !there.is_file() => Ok(Place::Device),
+        Ok(there) => {
+            ensure!(
+                !there.permissions().readonly(),
+                "it is write-protected: name another file"
+            );
+            // A link stays, and the file that it leads to is replaced.
+            Ok(Place::File(path.canonicalize()?))
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            if let Ok(target) = path.read_link() {
+                bail!(
+                    "it is a link to {}, which is not there: name that file itself",
+                    target.display()
+                );
+            }
+            Ok(Place::File(path.into()))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The names in a folder.
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).expect("a folder");
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.expect("an entry").file_name().into_string())
+            .collect::<Result<_, _>>()
+            .expect("plain names");
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_fails_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        write(&path, "old").expect("written");
+        let error = write_with(&path, |file| {
+            file.write_all(&[b'x'; 100_000])?;
+            bail!("no more")
+        });
+        let said = format!("{:#}", error.expect_err("it failed"));
+        assert!(said.contains("cannot write") && said.contains("no more"));
+        assert_eq!(std::fs::read(&path).expect("there"), b"old");
+        assert_eq!(names(folder.path()), ["file"]);
+        write(&path, "new").expect("written");
+        assert_eq!(std::fs::read(&path).expect("there"), b"new");
+    }
+
+    #[test]
+    fn folders_and_protected_files_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let refusal = |path: &Path| format!("{:#}", write(path, "new").expect_err("refused"));
+        assert!(refusal(folder.path()).contains("it is a folder"));
+        assert!(refusal(&folder.path().join("none/file")).contains("cannot write"));
+        let path = folder.path().join("file");
+        write(&path, "old").expect("written");
+        let mut permissions = std::fs::metadata(&path).expect("there").permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&path, permissions).expect("protected");
+        assert!(refusal(&path).contains("write-protected"));
+        assert_eq!(std::fs::read(&path).expect("there"), b"old");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_and_lead_to_something() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, link, dangling] =
+            ["file", "link", "dangling"].map(|name| folder.path().join(name));
+        write(&file, "old").expect("written");
+        std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).expect("set");
+        symlink("file", &link).expect("a link");
+        symlink("nowhere", &dangling).expect("a link");
+        write(&link, "new").expect("written");
+        assert_eq!(std::fs::read(&file).expect("there"), b"new");
+        let mode = std::fs::metadata(&file)
+            .expect("there")
+            .permissions()
+            .mode();
+        assert_eq!(mode & 0o777, 0o640);
+        assert!(link.is_symlink());
+        let said = format!("{:#}", write(&dangling, "new").expect_err("refused"));
+        assert!(said.contains("nowhere"), "{said}");
+        assert_eq!(names(folder.path()), ["dangling", "file", "link"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_device_is_told() {
+        for bytes in [1, 100_000] {
+            let error = write(Path::new("/dev/full"), vec![0; bytes]).expect_err("full");
+            assert!(format!("{error:#}").contains("No space left"));
+        }
+    }
 }

@@ -1,25 +1,29 @@
 //! Writing grey images and matrices.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use crate::files::write_aside;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::files;
 
 /// Writes a grey image as PNG: whole or not at all.
 pub fn write_png(path: &Path, grey: &[u8], width: usize, height: usize) -> anyhow::Result<()> {
-    write_aside(path, |aside| {
-        let size = [u32::try_from(width)?, u32::try_from(height)?];
-        image::save_buffer_with_format(
-            aside,
-            grey,
-            size[0],
-            size[1],
-            image::ExtendedColorType::L8,
-            image::ImageFormat::Png,
-        )?;
-        Ok(())
-    })
+    let size = [u32::try_from(width)?, u32::try_from(height)?];
+    write_encoded(path, grey, size, ExtendedColorType::L8)
+}
+
+/// Writes pixels as PNG: whole or not at all.
+pub fn write_encoded(
+    path: &Path,
+    pixels: &[u8],
+    [width, height]: [u32; 2],
+    kind: ExtendedColorType,
+) -> anyhow::Result<()> {
+    // The encoder keeps the error of its last bytes to itself, and memory has none.
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png).write_image(pixels, width, height, kind)?;
+    files::write(path, png)
 }
 
 /// A number that NumPy files hold.
@@ -59,15 +63,14 @@ pub fn write_npy<T: Number>(
         T::NAME
     );
     let padded = HEADER - MAGIC.len() - 2;
-    write_aside(path, |aside| {
-        let mut file = BufWriter::new(File::create(aside)?);
+    files::write_with(path, |file| {
         file.write_all(MAGIC)?;
         file.write_all(&(padded as u16).to_le_bytes())?;
         writeln!(file, "{about:<0$}", padded - 1)?;
         for value in values {
             file.write_all(value.bytes().as_ref())?;
         }
-        Ok(file.flush()?)
+        Ok(())
     })
 }
 

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use image::{Rgb, RgbImage};
+use image::{ExtendedColorType, Rgb, RgbImage};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 
-use crate::files::write_aside;
+use crate::pictures::write_encoded;
 
 /// The enlarged panel's side, about, in pixels.
 const SIDE_PX: f64 = 640.0;
@@ -79,11 +79,8 @@ pub fn reading(path: &Path, frame: &Frame, reading: &Reading) -> anyhow::Result<
             colour,
         );
     }
-    write_aside(path, |aside| {
-        Ok(canvas
-            .picture
-            .save_with_format(aside, image::ImageFormat::Png)?)
-    })
+    let size = [canvas.picture.width(), canvas.picture.height()];
+    write_encoded(path, &canvas.picture, size, ExtendedColorType::Rgb8)
 }
 
 struct Canvas {

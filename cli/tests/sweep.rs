@@ -69,7 +69,7 @@ impl Place {
     fn assert_nothing_half_written(&self, folder: &str) {
         let names = std::fs::read_dir(self.0.join(folder)).expect("a folder");
         let names = names.map(|entry| entry.expect("an entry").file_name());
-        let half = names.filter(|name| name.to_string_lossy().ends_with(".part"));
+        let half = names.filter(|name| name.to_string_lossy().starts_with('.'));
         assert_eq!(half.count(), 0);
     }
 }

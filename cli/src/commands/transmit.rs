@@ -1,7 +1,5 @@
 //! `vocc transmit`: the panels that the transmitter would show.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -10,6 +8,7 @@ use link::framing::Framer;
 use link::panel::PanelFrame;
 use link::raw;
 
+use crate::files;
 use crate::options::{Message, Shared};
 use crate::output::{self, Answer, line};
 
@@ -46,14 +45,12 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
         return Ok(Answer::Yes);
     };
-    let write = || {
-        let mut file = BufWriter::new(File::create(path)?);
+    files::write_with(path, |file| {
         for panel in panels {
             writeln!(file, "{panel}")?;
         }
-        file.flush()
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(())
+    })?;
     Ok(Answer::Yes)
 }
 
