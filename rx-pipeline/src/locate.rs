@@ -81,6 +81,8 @@ pub struct Location {
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
     pub(crate) spots: LatticeModel,
+    /// Whether only what is within its own outline was looked at.
+    pub(crate) is_amid_clutter: bool,
 }
 
 impl Location {

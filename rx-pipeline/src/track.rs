@@ -55,6 +55,8 @@ pub(crate) struct Track {
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
     missed: u32,
+    /// Whether what is around it is no ground that its LEDs stand on, and so does not count.
+    is_amid_clutter: bool,
     /// Whether it is seen in larger pixels, and so near that its tilt shows.
     is_near: bool,
     frame_size: (usize, usize),
@@ -111,8 +113,17 @@ impl Track {
             last_seen: number,
             any_number: false,
             missed: 0,
+            is_amid_clutter: false,
             is_near: false,
             frame_size,
+        }
+    }
+
+    /// The same, of a panel that was found by what is within its own outline alone.
+    pub fn amid_clutter(self, is_amid_clutter: bool) -> Self {
+        Self {
+            is_amid_clutter,
+            ..self
         }
     }
 
@@ -221,16 +232,7 @@ impl Track {
         residuals: &mut Residuals<N>,
     ) -> Result<(Self, f32), TrackError> {
         let window = fit::window(&lattice, RIM, self.frame_size).ok_or(TrackError::OutOfFrame)?;
-        let observation = Observation {
-            within: self.is_blurred().then(|| {
-                Outline::of(&LatticeModel {
-                    lattice,
-                    ..self.spots
-                })
-            }),
-            ..observation
-        };
-        let spots = LatticeModel {
+        let start = LatticeModel {
             lattice,
             state,
             ..self.spots
@@ -240,14 +242,21 @@ impl Track {
             explained: 0.0,
             needed,
         };
+        let is_alone = self.is_amid_clutter || self.is_blurred();
+        let observation = Observation {
+            within: is_alone.then(|| Outline::of(&start)),
+            ..observation
+        };
         let (spots, slope) = self
-            .settled(spots, observation, window, residuals)
+            .settled(start, observation, window, residuals)
             .ok_or(nothing)?;
         let explained = slope.explained();
         if explained.is_nan() || explained < needed {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
-        let levels = spots.relevelled(&slope, false).ok_or(nothing)?;
+        let levels = spots
+            .relevelled(&slope, self.is_amid_clutter)
+            .ok_or(nothing)?;
         let shaped = self.reshaped(&spots, &slope).ok_or(nothing)?;
         let off = difference(&shaped.lattice, &lattice);
         let off_px = libm::hypotf(off.centre[0], off.centre[1]);
@@ -288,13 +297,13 @@ impl Track {
     }
 
     /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
-    /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell.
+    /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell, nor does clutter.
     pub fn line_beside<const N: usize>(
         &self,
         observation: Observation<'_, '_>,
         residuals: &mut Residuals<N>,
     ) -> Option<Lattice> {
-        if self.is_blurred() {
+        if self.is_blurred() || self.is_amid_clutter {
             return None;
         }
         let window = fit::window(&self.spots.lattice, 1.0 + RIM, self.frame_size)?;
@@ -336,7 +345,7 @@ impl Track {
                 break;
             }
             let place = self.reshaped(&spots, &slope)?.lattice;
-            let levels = spots.relevelled(&slope, false)?;
+            let levels = spots.relevelled(&slope, self.is_amid_clutter)?;
             spots = LatticeModel {
                 lattice: place,
                 ..levels

@@ -24,6 +24,7 @@ pub(super) struct Verified {
     pub residual_grey: f32,
     pub noise_grey: f32,
     pub signal_to_noise: f32,
+    pub is_amid_clutter: bool,
 }
 
 impl Verified {
@@ -40,6 +41,7 @@ impl Verified {
             signal_to_noise: self.signal_to_noise,
             spot_sigma_px: self.spots.sigma,
             spots: self.spots,
+            is_amid_clutter: self.is_amid_clutter,
         }
     }
 }
@@ -142,6 +144,7 @@ pub(super) fn verify<const N: usize>(
         residual_grey: fitted.residual_grey(),
         noise_grey: libm::sqrtf(noise),
         signal_to_noise,
+        is_amid_clutter: scope == Scope::Board,
         spots: fitted.spots,
     })
 }

@@ -295,7 +295,8 @@ impl Reader {
         let view = self.look_at(&location.spots.lattice, tools);
         let view = view.ok_or(out_of_frame)?;
         let drawn = view.draw(frame, canvas).ok_or(out_of_frame)?;
-        let track = Track::new(location.spots, number, self.frame_size);
+        let track = Track::new(location.spots, number, self.frame_size)
+            .amid_clutter(location.is_amid_clutter);
         let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
         let spots = track.spots();
         let reading = self

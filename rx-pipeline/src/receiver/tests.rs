@@ -126,6 +126,30 @@ fn a_panel_is_read_on_its_own_lines_however_the_camera_shakes() {
 }
 
 #[test]
+fn a_panel_on_a_board_is_followed_before_a_wall_as_bright_as_its_leds() {
+    // A board that ends 0.9 pitches beyond the outer LEDs, turned as these are.
+    let wall = |[x, y]: [f32; 2]| {
+        let (sin, cos) = 11.0f32.to_radians().sin_cos();
+        let (x, y) = (x - 48.0, y - 48.0);
+        let on_board = [cos * x + sin * y, cos * y - sin * x]
+            .iter()
+            .all(|along| along.abs() < 4.4 * 5.4);
+        if on_board { 0.2 } else { 5.0 }
+    };
+    let scene = |_| Scene {
+        centre: [48.0; 2],
+        pitch_px: 5.4,
+        roll_deg: 11.0,
+        light: [1.2, 6.0],
+        blur_px: [1.0; 2],
+        noise_grey: 1.0,
+        background: wall,
+        ..Scene::PLAIN
+    };
+    assert!(read(&mut receiver(1.0), 20, scene) >= 18);
+}
+
+#[test]
 fn a_panel_whose_leds_run_into_each_other_is_followed() {
     // A board as dark as what is between the LEDs, before a bright wall on one side.
     let wall = |[x, _]: [f32; 2]| if x < 24.0 { 3.0 } else { 1.0 };
