@@ -20,13 +20,11 @@ use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
 use serde::Deserialize;
+use sim::input;
 
 use crate::files::write;
 use crate::frames::PixelArguments;
 use crate::frames::colour::Channel;
-
-/// The largest file that is read.
-const FILE_MAX: u64 = 64 * 1024;
 
 /// Options that tell of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -89,6 +87,11 @@ impl CameraArguments {
         Ok(None)
     }
 
+    /// The camera's file, if one is given.
+    pub fn file(&self) -> Option<PathBuf> {
+        self.camera.clone()
+    }
+
     /// Reads the file, if there is one, and checks all values.
     pub fn told(&self, pixels: PixelArguments) -> anyhow::Result<Told> {
         let file = match &self.camera {
@@ -144,13 +147,7 @@ impl Told {
 
 fn read(path: &Path) -> anyhow::Result<File> {
     let about = || format!("cannot read the camera's file {}", path.display());
-    let size = std::fs::metadata(path).with_context(about)?.len();
-    ensure!(
-        size <= FILE_MAX,
-        "{} has {size} bytes, and a camera's file at most {FILE_MAX}: give what `vocc receive --save-camera` writes",
-        path.display()
-    );
-    let text = std::fs::read_to_string(path).with_context(about)?;
+    let text = input::read_text(path, input::SCENE_MAX).with_context(about)?;
     let file: File = toml::from_str(&text).with_context(about)?;
     if let Some(depth) = file.depth {
         ensure!(

@@ -37,6 +37,20 @@ pub fn write_with(
     write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Looks whether a file can be written, and leaves everything as it is. Returns whether it is one: a device or a pipe is not.
+///
+/// # Errors
+/// When it cannot.
+pub fn check(path: &Path) -> anyhow::Result<bool> {
+    let aside = |place| match place {
+        Place::File(file) => AtomicWriteFile::open(file)?.discard().map(|()| true),
+        Place::Output | Place::Device => Ok(false),
+    };
+    place(path)
+        .and_then(|place| Ok(aside(place)?))
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
 fn write_to(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,

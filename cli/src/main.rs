@@ -7,7 +7,11 @@
 //! - [`report`]: what is told of results, on disk and while work goes on;
 //! - [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
 //! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
-//! - [`results`] keeps what long runs have finished, [`files`] are written whole or not at all, [`device`] talks to transmitters.
+//! - [`results`] keeps what long runs have finished, [`files`] are written whole or not at all, where [`outputs`] lets them;
+//! - [`device`] talks to transmitters.
+
+// They end the program when nobody listens: `output` has what does not.
+#![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod camera;
 mod commands;
@@ -17,6 +21,7 @@ mod frames;
 mod numbers;
 mod options;
 mod output;
+mod outputs;
 mod pictures;
 mod plot;
 mod progress;
@@ -24,6 +29,7 @@ mod report;
 mod results;
 mod show;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -82,14 +88,32 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let Arguments { command, shared } = Arguments::parse();
-    match run(command, &shared) {
+    match Arguments::try_parse() {
+        Ok(Arguments { command, shared }) => end(run(command, &shared)),
+        Err(told) if told.use_stderr() => {
+            let _ = told.print();
+            ExitCode::from(2)
+        }
+        // Help, or the version.
+        Err(told) => end(print(&told)),
+    }
+}
+
+fn print(told: &clap::Error) -> anyhow::Result<Answer> {
+    told.print()?;
+    std::io::stdout().flush()?;
+    Ok(Answer::Yes)
+}
+
+/// The exit status, and why it is no other.
+fn end(answer: anyhow::Result<Answer>) -> ExitCode {
+    match answer {
         Ok(Answer::Yes) => ExitCode::SUCCESS,
         Ok(Answer::No) => ExitCode::from(1),
         // Whoever reads the output has had enough.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("vocc: {}", output::explain(&error));
+            output::tell(format_args!("vocc: {}", output::explain(&error)));
             ExitCode::from(2)
         }
     }

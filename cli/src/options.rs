@@ -63,6 +63,11 @@ pub struct Message {
 }
 
 impl Message {
+    /// The file that holds it, if one does.
+    pub fn file(&self) -> Option<PathBuf> {
+        self.message_file.clone()
+    }
+
     /// The message's bytes; none where none is given.
     pub fn bytes(&self) -> anyhow::Result<Option<Vec<u8>>> {
         match (&self.message, &self.message_file) {

@@ -1,4 +1,4 @@
-//! What goes to standard output.
+//! What goes to standard output, and what is told beside it on standard error.
 
 use std::io::Write;
 
@@ -46,6 +46,11 @@ pub fn is_read(printed: anyhow::Result<()>) -> anyhow::Result<bool> {
         Err(error) if is_broken_pipe(&error) => Ok(false),
         printed => printed.map(|()| true),
     }
+}
+
+/// Tells something on standard error. If nobody listens, that is no reason to end.
+pub fn tell(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Prints one line.

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::output::tell;
+
 /// What the help of long commands says.
 pub const HELP: &str = "\
 Standard error shows how far it is and how long it will take: as a bar on a terminal, elsewhere as a line every ten seconds. Ctrl-C ends \
@@ -116,10 +118,13 @@ fn tell_now_and_then(
         while ended.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
             let begun = *begun.lock().unwrap_or_else(PoisonError::into_inner);
             let done = bar.position().saturating_sub(begun.steps);
-            eprintln!(
-                "{}",
-                line(bar.position(), bar.length(), done, unit, begun.at.elapsed())
-            );
+            tell(line(
+                bar.position(),
+                bar.length(),
+                done,
+                unit,
+                begun.at.elapsed(),
+            ));
         }
     });
     (end, lines)

@@ -1,14 +1,18 @@
 //! Files of results: read, kept while work goes on, and the table and the plot beside them.
 
+use std::cell::Cell;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Context, ensure};
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use sim::input;
 use studies::sweep::{News, Results, Run};
 
 use crate::files;
+use crate::output;
+use crate::outputs;
 
 /// Between two times that a run keeps what it has finished.
 const KEEP_EVERY: Duration = Duration::from_secs(10);
@@ -33,19 +37,32 @@ pub fn stem(path: &Path, own: &str) -> PathBuf {
     }
 }
 
+/// Looks at a file whose own extension is `own`, and at what goes beside it by the extensions there, before work begins; `read` is what
+/// the command reads.
+///
+/// # Errors
+/// When one of them cannot be written, or would take the place of something else.
+pub fn check(
+    path: &Path,
+    own: &str,
+    beside: &[&str],
+    read: impl IntoIterator<Item = PathBuf>,
+) -> anyhow::Result<()> {
+    let beside = beside.iter();
+    let beside: Vec<PathBuf> = beside
+        .map(|kind| stem(path, own).with_added_extension(kind))
+        .collect();
+    outputs::check_beside(path, &beside)?;
+    outputs::check([path.to_owned()].into_iter().chain(beside), read)
+}
+
 /// The results in a file.
 ///
 /// # Errors
 /// When there is no such file, or it holds no whole results of this version.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
-    // A device may have no end.
-    let is_file = !path.exists() || path.is_file();
-    ensure!(
-        is_file,
-        "{} is no file: give results that were kept",
-        path.display()
-    );
-    let text = std::fs::read_to_string(path)
+    // Many cells have many sums.
+    let text = input::read_text(path, u64::MAX)
         .with_context(|| format!("cannot read the results {}", path.display()))?;
     Results::from_json(&text).with_context(|| path.display().to_string())
 }
@@ -59,6 +76,46 @@ pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
     results
         .merge(&other)
         .with_context(|| path.display().to_string())
+}
+
+/// A file in which one run keeps its results, and which another may write to meanwhile.
+pub struct Place {
+    path: PathBuf,
+    seen: Cell<Option<Stamp>>,
+}
+
+/// When a file was written, and how long it is.
+type Stamp = (SystemTime, u64);
+
+impl Place {
+    /// The file as it is now.
+    pub fn new(path: &Path) -> Self {
+        Self {
+            path: path.into(),
+            seen: Cell::new(stamp(path)),
+        }
+    }
+
+    /// Has `write` write to the file.
+    ///
+    /// # Errors
+    /// Those of `write`, and when another run has written to the file since this one last did: its work would be lost.
+    pub fn keep(&self, write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
+        let now = stamp(&self.path);
+        ensure!(
+            now.is_none() || now == self.seen.get(),
+            "another run has written {} meanwhile, and its results stay: name another file for this one",
+            self.path.display()
+        );
+        let written = write(&self.path);
+        self.seen.set(stamp(&self.path));
+        written
+    }
+}
+
+fn stamp(path: &Path) -> Option<Stamp> {
+    let known = std::fs::metadata(path).ok()?;
+    Some((known.modified().ok()?, known.len()))
 }
 
 /// Writes results: whole or not at all.
@@ -98,7 +155,7 @@ pub fn advance(
     let done = run.advance(results, |news| {
         if kept.elapsed() > KEEP_EVERY {
             if let Err(error) = keep(news.results) {
-                eprintln!("vocc: {error:#}; going on");
+                output::tell(format_args!("vocc: {error:#}; going on"));
             }
             kept = Instant::now();
         }
@@ -111,4 +168,24 @@ pub fn advance(
     let done = done?;
     kept?;
     trouble.map_or(Ok(done), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_run_has_written_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.json");
+        let (one, other) = (Place::new(&path), Place::new(&path));
+        let writing = |text| move |path: &Path| files::write(path, text);
+        one.keep(writing("one")).expect("kept");
+        one.keep(writing("one more")).expect("kept");
+        let error = other.keep(writing("other")).expect_err("refused");
+        assert!(error.to_string().contains("another run"), "{error}");
+        assert_eq!(std::fs::read(&path).expect("there"), b"one more");
+        std::fs::remove_file(&path).expect("removed");
+        other.keep(writing("other")).expect("kept");
+    }
 }

@@ -132,6 +132,8 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
         &["3 illuminances"],
     );
     assert_eq!(std::fs::read_to_string(back).unwrap(), TABLE);
+    // What was pulled may be pulled again.
+    ends(&board.vocc(&["table", "pull", back]), 0, &[]);
     let pulled = board.vocc(&["table", "pull"]);
     assert_eq!(String::from_utf8_lossy(&pulled.stdout), TABLE);
 

@@ -6,7 +6,7 @@ mod common;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{folder, says, text, vocc};
+use common::{folder, refused, says, text, vocc};
 
 /// The program, where no file may grow beyond so many KiB: writing more fails as it does on a full disk.
 fn vocc_on_full_disk(folder: &Path, kib: u32, arguments: &str) -> Output {
@@ -127,4 +127,140 @@ fn pipes_and_standard_output_are_written_to() {
     assert!(piped.status.success(), "{piped:?}");
     let panels = std::fs::read_to_string(place.join("panels")).expect("there");
     assert_eq!(panels, text(&vocc(&["transmit", "--message", "A"]).stdout));
+}
+
+/// What bash makes of a script in a folder, where `vocc` is the program.
+fn bash(place: &Path, script: &str) -> Output {
+    let vocc = env!("CARGO_BIN_EXE_vocc");
+    Command::new("bash")
+        .current_dir(place)
+        .args(["-c", &format!("vocc() {{ {vocc} \"$@\"; }}; {script}")])
+        .output()
+        .expect("bash runs")
+}
+
+#[test]
+fn nothing_that_is_read_is_overwritten() {
+    let place = folder("overwriting");
+    let write = |name: &str, text: &str| std::fs::write(place.join(name), text).expect("written");
+    write("scene.toml", "[pose]\ndistance_m = 40\n");
+    write("message", "bend ahead");
+    write("camera.toml", "blur_sigma_px = 1.5\n");
+    write("user.csv", "mine\n");
+    write("user.svg", "mine\n");
+    write("old.toml", "mine = true\n");
+    write("protected.png", "mine\n");
+    let made = bash(
+        &place,
+        "vocc link --frames 2 --save film > /dev/null; chmod a-w protected.png; ln -s nowhere dangling.png
+         vocc evaluate --frames 512 --out a.json --shard 0/2 > /dev/null
+         vocc evaluate --frames 512 --out b.json --shard 1/2 > /dev/null; mkdir S; mv a.json b.json S",
+    );
+    says(&made, 0, &[]);
+    let before = bash(&place, "find . -type f | sort | xargs md5sum").stdout;
+    for (arguments, words) in [
+        (
+            "render scene.toml --crop --out scene.toml",
+            "scene.toml is read",
+        ),
+        (
+            "render scene.toml --crop --out x.png --linear ./scene.toml",
+            "is read",
+        ),
+        ("render --crop --out x.png --linear x.png", "written twice"),
+        ("render --crop --out dangling.png", "nowhere"),
+        ("render --crop --out protected.png", "write-protected"),
+        ("render --crop --out film", "folder"),
+        ("render --crop --out none/x.png", "none/x.png"),
+        (
+            "transmit --message-file message --symbols message",
+            "is read",
+        ),
+        ("evaluate scene.toml --out scene.toml --resume", "is read"),
+        ("evaluate --out user.json --frames 1000000000", "user.csv"),
+        (
+            "evaluate --out none/x.json --frames 1000000000",
+            "none/x.json",
+        ),
+        ("evaluate --out old.toml --frames 1000000000", "exists"),
+        ("optimize --out user.toml", "user.svg"),
+        ("merge S/a.json S/b.json --out S/a.json", "is read"),
+        ("merge S/a.json S/b.json --out old.toml", "no sum of these"),
+        ("merge S/a.json S/b.json --out user.json", "user.csv"),
+        (
+            "receive film --camera camera.toml --save-camera camera.toml",
+            "is read",
+        ),
+        (
+            "receive film --save-camera film/frame-000001.png",
+            "is read",
+        ),
+        (
+            "receive film --save-camera none/camera.toml",
+            "none/camera.toml",
+        ),
+        ("receive film --show ./film", "holds the frames"),
+        ("link --frames 2 --save film", "holds frames already"),
+        ("table pull old.toml --port /dev/none", "holds more"),
+        ("sweep --slurm old.toml plan.toml", "plan.toml"),
+    ] {
+        let output = bash(&place, &format!("vocc {arguments}"));
+        says(&output, 2, &[words]);
+        let after = bash(&place, "find . -type f | sort | xargs md5sum").stdout;
+        assert_eq!(text(&after), text(&before), "{arguments}");
+    }
+}
+
+#[test]
+fn a_sum_may_be_made_again() {
+    let place = folder("again");
+    let merged = bash(
+        &place,
+        "for k in 0 1; do vocc evaluate --frames 512 --out $k.json --shard $k/2 > /dev/null; done
+         vocc merge 0.json 1.json --out sum.json > /dev/null && vocc merge 0.json 1.json --out sum.json > /dev/null",
+    );
+    says(&merged, 0, &[]);
+}
+
+#[test]
+fn help_that_cannot_be_printed_is_told() {
+    let place = folder("help");
+    for arguments in [
+        "--help",
+        "--version",
+        "sweep --help",
+        "help render",
+        "plan",
+        "scene",
+    ] {
+        let full = bash(&place, &format!("vocc {arguments} > /dev/full"));
+        says(&full, 2, &["No space left"]);
+        let closed = bash(
+            &place,
+            &format!(
+                "(sleep 0.2; vocc {arguments}; echo $? > status) | true; sleep 0.5; cat status"
+            ),
+        );
+        says(&closed, 0, &[]);
+        assert_eq!(text(&closed.stdout).trim(), "0", "{arguments}");
+    }
+}
+
+#[test]
+fn nobody_need_listen_to_what_is_told() {
+    let place = folder("deaf");
+    for (arguments, status) in [
+        ("plan none.toml", 2),
+        ("no-such-command", 2),
+        ("decode none.png", 2),
+        ("receive none.png", 2),
+        ("evaluate --frames 512 --out none/x.json", 2),
+        ("evaluate --frames 512", 0),
+    ] {
+        for nobody in ["2> /dev/full", "2>&-"] {
+            let output = bash(&place, &format!("vocc {arguments} {nobody} > /dev/null"));
+            assert_eq!(output.status.code(), Some(status), "{arguments} {nobody}");
+        }
+    }
+    refused(&["plan", "none.toml"], &["none.toml"]);
 }

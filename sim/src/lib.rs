@@ -78,6 +78,7 @@ pub mod cost;
 pub mod disc;
 pub mod effects;
 mod formation;
+pub mod input;
 pub mod l2a;
 mod load;
 pub mod plan;

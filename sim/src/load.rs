@@ -5,6 +5,7 @@ use std::path::Path;
 use toml::Table;
 
 use crate::effects;
+use crate::input;
 use crate::scene::{Panel, Scene, SceneError, overrule, preset_toml};
 
 impl Scene {
@@ -17,12 +18,11 @@ impl Scene {
     pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let text = match preset_toml(name) {
             Some(text) => text,
-            None if Path::new(name).exists() => {
-                std::fs::read_to_string(name).map_err(|source| SceneError::Read {
+            None if Path::new(name).exists() => input::read_text(Path::new(name), input::SCENE_MAX)
+                .map_err(|source| SceneError::Read {
                     path: name.into(),
                     source,
-                })?
-            }
+                })?,
             None => return Err(SceneError::NotFound { name: name.into() }),
         };
         Self::from_toml(name, &text, overrides)
@@ -151,6 +151,8 @@ mod tests {
         assert!(message(&["distance_m=3"]).contains("names no table"));
         assert!(message(&["pose.distance_m"]).contains("no '='"));
         assert!(message(&["effects.blurr=on"]).contains("blurr"));
+        let two_lines = message(&["pose.distance_m=5\nlink.l2a=3"]);
+        assert!(two_lines.contains("one line"), "{two_lines}");
         assert!(message(&["pose.distance_m.x=1"]).contains("value stands"));
     }
 

@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
             Err(error) => {
                 bad += 1;
-                eprintln!("vocc: {}", output::explain(&error));
+                output::tell(format_args!("vocc: {}", output::explain(&error)));
             }
         }
     }

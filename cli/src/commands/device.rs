@@ -111,7 +111,7 @@ fn list(shared: &Shared) -> anyhow::Result<Answer> {
         }
     }
     if ports.is_empty() {
-        eprintln!("no serial ports: plug a transmitter in");
+        output::tell("no serial ports: plug a transmitter in");
         return Ok(Answer::No);
     }
     Ok(Answer::Yes)

@@ -12,6 +12,7 @@ use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 use crate::camera::CameraArguments;
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer};
+use crate::outputs;
 use crate::progress::Progress;
 use crate::results;
 
@@ -74,6 +75,16 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     };
     let mut sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);
     sweep.rare_events = arguments.rare_events;
+    if let Some(path) = &arguments.out {
+        let scene = outputs::files_of(&arguments.scene, &sweep.scene);
+        results::check(
+            path,
+            "json",
+            &["csv"],
+            scene.into_iter().chain(arguments.camera.file()),
+        )?;
+    }
+    let place = arguments.out.as_deref().map(results::Place::new);
     let mut results = Results::new(sweep.clone());
     if let Some(path) = arguments.out.as_ref().filter(|path| path.exists()) {
         ensure!(
@@ -89,8 +100,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut progress = Progress::new(arguments.frames.div_ceil(shard.count()), "frames");
     progress.begin_at(run.frames_done(&results));
     let started = Instant::now();
-    let keep = |results: &Results| match &arguments.out {
-        Some(path) => results::write_with_table(results, path),
+    let keep = |results: &Results| match &place {
+        Some(place) => place.keep(|path| results::write_with_table(results, path)),
         None => Ok(()),
     };
     let done = results::advance(&run, &mut results, keep, |news| {

@@ -18,6 +18,7 @@ use studies::statistics::FrameErrors;
 use crate::camera::CameraArguments;
 use crate::options::{Message, Shared, until_interrupted};
 use crate::output::{self, Answer, line};
+use crate::outputs;
 use crate::pictures;
 use crate::progress::Progress;
 
@@ -143,6 +144,9 @@ fn send(
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
+    if let Save::All(folder) = save {
+        outputs::check_recording(folder)?;
+    }
     let going_on = until_interrupted()?;
     let mut progress = Progress::new(frames, "frames");
     let mut counts = FrameCounts::default();
@@ -184,7 +188,7 @@ fn send(
     let received = received.or_else(|| road.finish());
     report(&road, settings, received.as_ref(), &counts, shared)?;
     if let Some(why) = ended {
-        eprintln!("the run ended early, {why}");
+        output::tell(format_args!("the run ended early, {why}"));
     }
     if !shared.json {
         if let Some(loss) = last_loss {

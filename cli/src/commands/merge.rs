@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
+use studies::sweep::Results;
 
 use super::sweep::{self, folder};
 use crate::options::Shared;
@@ -33,12 +34,21 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let (first, others) = files
         .split_first()
         .context("there are no shards: give the result files of all shards, or the folder")?;
+    if let Some(path) = &arguments.out {
+        results::check(path, "json", &["csv", "svg", "png"], files.iter().cloned())?;
+    }
     let mut results = results::read(first)?;
     for path in others {
         results::merge(&mut results, path)?;
     }
     let results = results.finish()?;
     if let Some(path) = &arguments.out {
+        let same_sweep = |there: Results| there.sweep() == results.sweep();
+        ensure!(
+            !path.exists() || results::read(path).is_ok_and(same_sweep),
+            "{} exists and holds no sum of these shards: name another file",
+            path.display()
+        );
         sweep::keep(&results, path)?;
     }
     if results.sweep().grid.is_empty() {

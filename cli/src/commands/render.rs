@@ -14,6 +14,7 @@ use link::panel::PanelFrame;
 
 use crate::options::Shared;
 use crate::output::{self, Answer, line};
+use crate::outputs;
 use crate::pictures;
 
 /// Arguments of `vocc render`.
@@ -68,6 +69,13 @@ fn hexadecimal(text: &str) -> Result<u64, String> {
 /// Renders, writes and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene(&arguments.scene)?;
+    outputs::check(
+        [&arguments.out]
+            .into_iter()
+            .chain(&arguments.linear)
+            .cloned(),
+        outputs::files_of(&arguments.scene, &scene),
+    )?;
     let renderer = Renderer::new(&scene, arguments.level)?;
     let mut random = stream(shared.seed, arguments.frame, Purpose::Bits);
     let shown: Vec<Shown> = (0..scene.panels.len())

@@ -11,6 +11,7 @@ use link::raw;
 use crate::files;
 use crate::options::{Message, Shared};
 use crate::output::{self, Answer, line};
+use crate::outputs;
 
 /// Arguments of `vocc transmit`.
 #[derive(clap::Args)]
@@ -34,6 +35,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         .message
         .bytes()?
         .context("give a message with --message or --message-file")?;
+    outputs::check(arguments.symbols.clone(), arguments.message.file())?;
     let panels = panels(&message, arguments)?;
     let Some(path) = &arguments.symbols else {
         for panel in panels {

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::{Context, bail, ensure};
-use image::{DynamicImage, GrayImage, ImageFormat, ImageReader};
+use anyhow::{Context, bail};
+use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
+use sim::input;
 
 use super::PixelArguments;
 use super::deep::Compander;
@@ -31,16 +32,10 @@ impl PictureReader {
 
     /// An 8-bit grey image from a PNG, JPEG or PGM file.
     pub fn read(&mut self, path: &Path) -> anyhow::Result<GrayImage> {
-        let image = decoded(path)?;
+        let unusable = || format!("cannot take {} for a frame", path.display());
+        let image = input::picture(path).with_context(unusable)?;
         let (width, height) = (image.width(), image.height());
-        ensure!(
-            width > 0 && height > 0,
-            "{} has no pixels ({width} × {height}): give a frame of the camera",
-            path.display(),
-        );
-        let grey = self
-            .grey(image)
-            .with_context(|| format!("cannot take {} for a frame", path.display()))?;
+        let grey = self.grey(image).with_context(unusable)?;
         GrayImage::from_raw(width, height, grey)
             .with_context(|| format!("{} has other pixels than its size says", path.display()))
     }
@@ -80,26 +75,4 @@ impl PictureReader {
             ),
         })
     }
-}
-
-fn decoded(path: &Path) -> anyhow::Result<DynamicImage> {
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let reader = ImageReader::new(std::io::Cursor::new(&bytes))
-        .with_guessed_format()
-        .with_context(|| format!("cannot read {}", path.display()))?;
-    let whole = || format!("{} is no whole PNG, JPEG or PGM image", path.display());
-    // The decoder fills what is missing of a JPEG with grey, which would pass for a frame.
-    if reader.format() == Some(ImageFormat::Jpeg) {
-        ensure!(ends(&bytes), "{}: it ends too soon", whole());
-    }
-    reader.decode().with_context(whole)
-}
-
-/// Whether a JPEG has its end-of-image marker after the last scan.
-fn ends(jpeg: &[u8]) -> bool {
-    let scan = jpeg
-        .windows(2)
-        .rposition(|marker| marker == [0xff, 0xda])
-        .unwrap_or(0);
-    jpeg[scan..].windows(2).any(|marker| marker == [0xff, 0xd9])
 }

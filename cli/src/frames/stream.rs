@@ -228,17 +228,20 @@ fn begins_with(header: &[u8], word: &[u8]) -> bool {
 
 /// The size of the frames, and how they are made up.
 fn y4m_header(header: &str) -> anyhow::Result<((usize, usize), Video)> {
-    let field = |tag: &str| {
-        header
-            .split(' ')
-            .skip(1)
-            .find_map(|field| field.strip_prefix(tag))
+    let fields = |tag: &'static str| {
+        let fields = header.split(' ').skip(1);
+        fields.filter_map(move |field| field.strip_prefix(tag))
     };
-    let side = |tag: &str| -> anyhow::Result<usize> {
-        let side = field(tag)
+    let field = |tag| fields(tag).next();
+    let side = |tag: &'static str| -> anyhow::Result<usize> {
+        let mut sides = fields(tag).filter(|side| side.bytes().all(|digit| digit.is_ascii_digit()));
+        let side = sides
+            .next()
             .and_then(|side| side.parse().ok())
-            .filter(|side| (1..=SIDE_MAX).contains(side));
-        side.with_context(|| format!("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}"))
+            .filter(|side| (1..=SIDE_MAX).contains(side) && sides.next().is_none());
+        side.with_context(|| {
+            format!("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two")
+        })
     };
     let (width, height) = (side("W")?, side("H")?);
     ensure!(
@@ -383,6 +386,10 @@ mod tests {
             b"YUV4MPEG29 W3 H2\n",
             b"YUV4MPEG2W3 H2\n",
             b"YUV4MPEG2 W3 H2",
+            b"YUV4MPEG2 W+3 H2\n",
+            b"YUV4MPEG2 W3 H2 W4\n",
+            b"YUV4MPEG2\tW3\tH2\n",
+            b"YUV4MPEG2 W3 H2\r\n",
             b"YUV4MPEG2 W18446744073709551615 H2\n",
         ] {
             assert!(open(bytes).is_err(), "{bytes:?}");

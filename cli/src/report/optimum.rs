@@ -6,7 +6,7 @@ use studies::optimum::{FIRST_ROUND, GRID};
 use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
 use crate::numbers::two_decimals;
-use crate::output::{is_read, json, line};
+use crate::output::{is_read, json, line, tell};
 use crate::progress::Progress;
 
 /// Ratios of a finer grid that get all frames.
@@ -118,11 +118,11 @@ impl Report {
     /// Says how to go on.
     pub fn interrupted(&self, out: Option<&Path>) {
         match out {
-            Some(path) => eprintln!(
+            Some(path) => tell(format_args!(
                 "vocc: interrupted; {} holds what is finished, go on with --resume",
                 path.display()
-            ),
-            None => eprintln!("vocc: interrupted"),
+            )),
+            None => tell("vocc: interrupted"),
         }
     }
 }

@@ -19,6 +19,8 @@ use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use crate::input;
+
 /// The version of the format.
 pub const FORMAT: u32 = 1;
 
@@ -234,7 +236,7 @@ pub fn read_with<T>(
     path: &Path,
     of_text: impl Fn(&str) -> Result<T, Fault>,
 ) -> Result<T, FileError> {
-    std::fs::read_to_string(path)
+    input::read_text(path, input::TABLE_MAX)
         .map_err(Fault::Read)
         .and_then(|text| of_text(&text))
         .map_err(|fault| FileError {

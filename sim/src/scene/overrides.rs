@@ -10,6 +10,10 @@ pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> 
         text: text.into(),
         why: why.into(),
     };
+    // A second line would be a second key, which TOML takes and nobody sees.
+    if text.chars().any(|c| c.is_control() && c != '\t') {
+        return Err(fault("it is more than one line"));
+    }
     let (path, value) = text
         .split_once('=')
         .ok_or_else(|| fault("there is no '='"))?;
@@ -42,7 +46,8 @@ pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> 
 pub fn parse_value(text: &str) -> Value {
     let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
         .ok()
-        .and_then(|mut t| t.remove("value"));
+        .filter(|table| table.len() == 1)
+        .and_then(|mut table| table.remove("value"));
     match as_toml {
         Some(Value::Integer(n)) if n.unsigned_abs() > 1 << 53 => Value::Float(n as f64),
         Some(value) => value,

@@ -31,6 +31,9 @@ fn within(key: &str, value: f64, min: f64, max: f64) -> Result<(), RangeError> {
     })
 }
 
+/// The most panels of a scene.
+pub const PANELS_MAX: usize = 256;
+
 impl Scene {
     /// Checks every key against its range; the names in `[effects]` are checked by whoever knows the effects.
     ///
@@ -38,6 +41,14 @@ impl Scene {
     /// The first key that is out of range.
     pub fn validate(&self) -> Result<(), RangeError> {
         self.validate_camera()?;
+        if self.panels.len() > PANELS_MAX {
+            return Err(RangeError {
+                key: "panel".into(),
+                value: format!("{} panels", self.panels.len()),
+                allowed: format!("at most {PANELS_MAX} of them"),
+                way_out: "leave out those that are not looked at".into(),
+            });
+        }
         for (index, panel) in self.panels.iter().enumerate() {
             self.validate_panel(index, panel)?;
         }

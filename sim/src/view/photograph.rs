@@ -1,5 +1,6 @@
 //! A photograph as the camera sees it.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -7,6 +8,7 @@ use image::imageops::{FilterType, resize};
 
 use super::error::ViewError;
 use crate::camera::curve::Curve;
+use crate::input;
 use crate::scene::Scene;
 
 /// A photograph scaled to the sensor, its mean linear value 1. Copies share it.
@@ -32,7 +34,7 @@ impl Photograph {
             path: path.clone(),
             why,
         };
-        let picture = image::open(path)
+        let picture = input::picture(Path::new(path))
             .map_err(|error| fault(error.to_string()))?
             .into_luma8();
         Self::new(&picture, path, scene).map(Some)

@@ -9,6 +9,7 @@
 //! 8·log₂ n sums are kept. The rule is asked at the ends of blocks and in their order alone, whoever worked on them.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -139,7 +140,7 @@ impl Accumulator {
     ///
     /// Only what lies in the range counts: for a part of a run that does not begin at 0 this is when the part alone has
     /// enough, and so the whole run certainly has.
-    pub fn standing(&self, range: std::ops::Range<u64>, errors: Option<u64>) -> Standing {
+    pub fn standing(&self, range: Range<u64>, errors: Option<u64>) -> Standing {
         let (mut next, mut counted) = (range.start, 0);
         let enough = |counted: u64| errors.is_some_and(|errors| counted >= errors);
         // A longer span may hold the first chunk.
@@ -178,6 +179,12 @@ impl Accumulator {
     /// Bit errors in all.
     pub fn errors(&self) -> u64 {
         self.nodes.values().map(|(_, sums)| sums.bit_errors()).sum()
+    }
+
+    /// The sums, and the chunks that each is of.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = (Range<u64>, &Evaluation)> {
+        let nodes = self.nodes.iter();
+        nodes.map(|(&first, (level, sums))| (first..first + (1 << level), sums))
     }
 
     /// The number of chunks in the sum.

@@ -44,6 +44,17 @@ impl Evaluation {
             && self.rare.swarms() <= frames / SWARM as u64
     }
 
+    /// Whether it is of exactly so many frames: counted ones, or those that swarms began with.
+    pub(crate) fn is_of(&self, frames: u64, rare: bool) -> bool {
+        let pairs = self.on.count() + self.off.count();
+        if rare {
+            let swarms = frames.div_ceil(SWARM as u64);
+            self.rare.swarms() == swarms && self.errors.frames() == 0 && pairs == 0
+        } else {
+            self.rare.is_empty() && self.errors.frames() == frames && pairs == LEDS as u64 * frames
+        }
+    }
+
     /// Bits that were read wrongly, or reached that by splitting.
     pub fn bit_errors(&self) -> u64 {
         self.errors.errors() + self.rare.errors()

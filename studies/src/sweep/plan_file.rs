@@ -85,6 +85,14 @@ pub enum PlanError {
         /// The key.
         key: String,
     },
+    /// A key stands twice, perhaps once in quotes.
+    #[error("plan {name}: the key {key} stands twice: leave one of them away")]
+    DoubledKey {
+        /// The file.
+        name: String,
+        /// The key.
+        key: String,
+    },
     /// No number of frames.
     #[error("plan {name}: there is no end: give frames, or bits under [stop]")]
     NoEnd {
@@ -178,7 +186,7 @@ impl Sweep {
             name: name.clone(),
             source: Box::new(fault),
         })?;
-        let mut set: Vec<String> = flat(&written.set)
+        let mut set: Vec<String> = keyed(&name, &written.set)?
             .into_iter()
             .map(|(key, value)| format!("{key}={}", as_override(value)))
             .collect();
@@ -288,7 +296,7 @@ impl Written {
 
 /// The grid's keys in alphabetical order, the first the slowest.
 fn axes(name: &str, grid: &Table) -> Result<Vec<Axis>, PlanError> {
-    let axes: Vec<Axis> = flat(grid)
+    let axes: Vec<Axis> = keyed(name, grid)?
         .into_iter()
         .map(|(key, value)| match value {
             Value::Array(values) => Ok(Axis {
@@ -308,7 +316,24 @@ fn axes(name: &str, grid: &Table) -> Result<Vec<Axis>, PlanError> {
     Ok(axes)
 }
 
-/// The values of nested tables by their dotted keys.
+/// The values of nested tables by their dotted keys, without the blanks that quotes may hold.
+///
+/// # Errors
+/// When a key stands twice: TOML takes `a.b` and `"a.b"` for two.
+fn keyed<'a>(name: &str, table: &'a Table) -> Result<Vec<(String, &'a Value)>, PlanError> {
+    let mut keyed: Vec<(String, &Value)> = Vec::new();
+    for (key, value) in flat(table) {
+        let key = key.split('.').map(str::trim).collect::<Vec<_>>().join(".");
+        if keyed.iter().any(|(known, _)| *known == key) {
+            let name = name.into();
+            return Err(PlanError::DoubledKey { name, key });
+        }
+        keyed.push((key, value));
+    }
+    Ok(keyed)
+}
+
+/// The same as they are written.
 fn flat(table: &Table) -> Vec<(String, &Value)> {
     let mut found = Vec::new();
     for (key, value) in table {
@@ -432,6 +457,24 @@ mod tests {
             let plan = format!("frames = 10\n[grid]\npose.distance_m = [{same}]");
             assert!(fault(&plan).contains("twice"), "{same}");
         }
+        for same in [
+            "\"pose.distance_m\"",
+            "\" pose.distance_m\"",
+            "\"pose . distance_m\"",
+        ] {
+            let grid = format!("frames = 10\n[grid]\n{same} = [30]\npose.distance_m = [50]");
+            assert!(fault(&grid).contains("stands twice"), "{same}");
+            let set = format!("[set]\n{same} = 30\npose.distance_m = 50");
+            assert!(
+                fault(&format!("frames = 10\n{set}\n[grid]\nlink.l2a = [1]"))
+                    .contains("stands twice")
+            );
+            let both = format!("frames = 10\n[set]\n{same} = 30{grid}");
+            assert!(!fault(&both).starts_with("none"), "{same}");
+        }
+        let lines =
+            "frames = 10\n[set]\npose.distance_m = \"5\\nlink.l2a=3\"\n[grid]\nlink.phase = [0.5]";
+        assert!(fault(lines).contains("one line"), "{}", fault(lines));
         assert!(with("").contains("there is no end"));
         assert!(with("frames = 0").contains("frames = 0"));
         assert!(with("frames = -4").contains("-4"));

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
 use super::{Sweep, SweepError, Work};
-use crate::monte_carlo::Evaluation;
-use crate::monte_carlo::{Accumulator, AccumulatorError, Standing};
+use crate::monte_carlo::{Accumulator, AccumulatorError, CHUNK, Evaluation, Standing};
 
 /// The version of the form.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
+/// The version that had no checksum, and is still read.
+const UNCHECKED: u32 = 2;
 
 /// The sums of a sweep's cells, and of which sweep they are.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +30,7 @@ pub enum ResultsError {
     #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
     Sweep(Box<SweepError>),
     /// Another form.
-    #[error("these are results of format {found}, this program ({version}) knows format {FORMAT}: read them with the version that wrote them, or make them again", version = env!("CARGO_PKG_VERSION"))]
+    #[error("these are results of format {found}, this program ({version}) knows format {FORMAT} and, without a checksum, {UNCHECKED}: read them with the version that wrote them, or make them again", version = env!("CARGO_PKG_VERSION"))]
     Format {
         /// The form's version.
         found: u32,
@@ -67,6 +69,29 @@ pub enum ResultsError {
         /// Chunks of a cell.
         chunks: u64,
     },
+    /// A sum of other frames than its chunks have.
+    #[error(
+        "the counts of cell {cell} do not add up: chunks {first} to {last} have {frames} frames, and something else was counted; the \
+         file is damaged, make it again"
+    )]
+    Counts {
+        /// The cell and its values.
+        cell: String,
+        /// The first chunk of the sum.
+        first: u64,
+        /// The last.
+        last: u64,
+        /// Their frames.
+        frames: u64,
+    },
+    /// Something was changed since it was written.
+    #[error(
+        "these results were changed after they were written: their checksum should be {wanted}; take the change back, or make them again"
+    )]
+    Checksum {
+        /// What belongs to what is there.
+        wanted: String,
+    },
     /// A sum that is there already, or that cannot be.
     #[error("cell {cell}: {source}")]
     Accumulator {
@@ -102,6 +127,20 @@ struct Written {
     version: String,
     sweep: Sweep,
     cells: Vec<WrittenCell>,
+    /// Of all the rest as it is written.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    checksum: Option<String>,
+}
+
+impl Written {
+    /// The CRC-64 of the text without a checksum.
+    fn checksum(&self) -> Result<String, serde_json::Error> {
+        let text = serde_json::to_vec(self)?;
+        Ok(format!(
+            "{:016x}",
+            Crc::<u64>::new(&CRC_64_XZ).checksum(&text)
+        ))
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -131,7 +170,7 @@ impl Results {
     /// When a number has no place in JSON.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         let cells = self.cells.iter().filter(|(_, sums)| !sums.is_empty());
-        serde_json::to_string(&Written {
+        let mut written = Written {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").into(),
             sweep: self.sweep.clone(),
@@ -141,22 +180,27 @@ impl Results {
                     sums: sums.clone(),
                 })
                 .collect(),
-        })
+            checksum: None,
+        };
+        written.checksum = Some(written.checksum()?);
+        serde_json::to_string(&written)
     }
 
-    /// What a file keeps.
+    /// What a file keeps. One of the format before this is read too: it has no checksum, but its counts must add up all the same.
     ///
     /// # Errors
-    /// When it is no such file, half of one, of another version, or contradicts itself.
+    /// When it is no such file, half of one, of another version, contradicts itself, or was changed since it was written.
     pub fn from_json(text: &str) -> Result<Self, ResultsError> {
         let Head { format, version } = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
-        if format != FORMAT {
+        if ![UNCHECKED, FORMAT].contains(&format) {
             return Err(ResultsError::Format { found: format });
         }
         if version != env!("CARGO_PKG_VERSION") {
             return Err(ResultsError::Version { found: version });
         }
-        let written: Written = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
+        let mut written: Written = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
+        let found = written.checksum.take();
+        let wanted = written.checksum().map_err(ResultsError::Damaged)?;
         written
             .sweep
             .check_description()
@@ -168,6 +212,11 @@ impl Results {
                 return Err(ResultsError::NoCell { cell, cells });
             }
             results.merge_cell(cell, &sums)?;
+            results.check_counts(cell, &sums)?;
+        }
+        // Last, as what was found before says more.
+        if format == FORMAT && found.as_ref() != Some(&wanted) {
+            return Err(ResultsError::Checksum { wanted });
         }
         Ok(results)
     }
@@ -183,6 +232,24 @@ impl Results {
         }
         for (&cell, sums) in &other.cells {
             self.merge_cell(cell, sums)?;
+        }
+        Ok(())
+    }
+
+    /// That each sum is of the frames of its chunks.
+    fn check_counts(&self, cell: usize, sums: &Accumulator) -> Result<(), ResultsError> {
+        for (chunks, found) in sums.spans() {
+            let [start, end] =
+                [chunks.start, chunks.end].map(|chunk| self.sweep.frames.min(chunk * CHUNK));
+            let frames = end - start;
+            if !found.is_of(frames, self.sweep.rare_events) {
+                return Err(ResultsError::Counts {
+                    cell: self.sweep.name_of(cell),
+                    first: chunks.start,
+                    last: chunks.end - 1,
+                    frames,
+                });
+            }
         }
         Ok(())
     }

@@ -154,7 +154,7 @@ fn damaged_files_are_refused() {
     for length in [0, 1, 10, text.len() / 2, text.len() - 1] {
         assert!(fault(&text[..length]).contains("no whole results"));
     }
-    let format = text.replacen("\"format\":2", "\"format\":1", 1);
+    let format = text.replacen("\"format\":3", "\"format\":1", 1);
     assert!(fault(&format).contains("format 1"), "{}", fault(&format));
     let version = concat!("\"version\":\"", env!("CARGO_PKG_VERSION"), "\"");
     let version = text.replacen(version, "\"version\":\"0.0.7\"", 1);
@@ -173,6 +173,48 @@ fn damaged_files_are_refused() {
     );
     let huge = text.replacen("\"frames\":300", "\"frames\":0", 1);
     assert!(fault(&huge).contains("frames = 0"), "{}", fault(&huge));
+}
+
+#[test]
+fn results_that_were_edited_are_refused() {
+    let mut noisy = sweep(300, None);
+    noisy.scene = noisy
+        .scene
+        .with("a test", &["pose.distance_m=40".into()])
+        .unwrap();
+    let text = run(&noisy, Shard::WHOLE).to_json().unwrap();
+    let without_errors = "\"errors\":[256]";
+    assert!(text.contains(without_errors), "{text}");
+    let edited = |counts: &str| text.replacen(without_errors, &format!("\"errors\":{counts}"), 1);
+    let fault = |text: &str| Results::from_json(text).unwrap_err().to_string();
+    for counts in ["[0]", "[255]", "[]", "[257]"] {
+        let fault = fault(&edited(counts));
+        assert!(fault.contains("damaged"), "{counts}: {fault}");
+    }
+    // The counts add up, and are others.
+    let moved = edited("[255,1]");
+    assert!(fault(&moved).contains("checksum"), "{}", fault(&moved));
+    let (checked, checksum) = text.split_once(",\"checksum\"").unwrap();
+    let bare = format!("{checked}}}");
+    assert!(fault(&bare).contains("checksum"), "{checksum}");
+    // The format before had none; what is read of it is written with one.
+    let before = bare.replacen("\"format\":3", "\"format\":2", 1);
+    assert_eq!(
+        Results::from_json(&before).unwrap().to_json().unwrap(),
+        text
+    );
+    let before = before.replacen(without_errors, "\"errors\":[0]", 1);
+    assert!(
+        fault(&before).contains("do not add up"),
+        "{}",
+        fault(&before)
+    );
+    // Blanks change nothing.
+    let spaced = text.replace("\":", "\": ");
+    assert_eq!(
+        Results::from_json(&spaced).unwrap().to_json().unwrap(),
+        text
+    );
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
+use sim::input;
 use studies::work_precision::{Part, Scale};
 
 use crate::files;
@@ -60,7 +61,7 @@ impl Kept {
 
     /// What a file holds of the same run.
     pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path)
+        let text = input::read_text(path, u64::MAX)
             .with_context(|| format!("cannot read {}", path.display()))?;
         let kept: Self = serde_json::from_str(&text)
             .with_context(|| format!("{} holds no points of vocc accuracy", path.display()))?;

@@ -14,6 +14,7 @@ use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 use crate::files;
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
+use crate::outputs;
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
@@ -74,6 +75,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let path = folder.join(KEPT);
+    let page = arguments.out.join("accuracy.md");
+    outputs::check_beside(&path, std::slice::from_ref(&page))?;
+    outputs::check([path.clone(), page], [])?;
     let going_on = until_interrupted()?;
     let mut kept = begin(arguments, Run::new(scale), &path)?;
     let asked = kept.missing.clone();
@@ -86,7 +90,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if finished {
         Ok(Answer::Yes)
     } else {
-        eprintln!("interrupted: what is finished is written; go on with --resume");
+        output::tell("interrupted: what is finished is written; go on with --resume");
         Ok(Answer::No)
     }
 }
@@ -129,7 +133,7 @@ fn measure(kept: &mut Kept, path: &Path, going_on: &dyn Fn() -> bool) -> anyhow:
         if !going_on() {
             return Ok(false);
         }
-        eprintln!("{name} …");
+        output::tell(format_args!("{name} …"));
         let Some(part) = PARTS.iter().find(|part| part.name == name) else {
             continue;
         };

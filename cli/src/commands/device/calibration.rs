@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow};
 use fixed::traits::Fixed;
 use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
+use sim::input;
 use tx_firmware::calibration::Calibration;
 
 use crate::options::{Port, Shared};
@@ -50,7 +51,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
 }
 
 fn read(path: &Path) -> anyhow::Result<Measured> {
-    let text = std::fs::read_to_string(path)
+    let text = input::read_text(path, input::SCENE_MAX)
         .with_context(|| format!("cannot read the calibration {}", path.display()))?;
     let values: Values = toml::from_str(&text)
         .with_context(|| format!("{} holds no calibration", path.display()))?;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
+use sim::input;
 use sim::scene::Scene;
 use studies::reproduction::Findings;
 
@@ -59,7 +60,7 @@ impl Kept {
 
     /// What the file holds, which must be of this run.
     pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path)
+        let text = input::read_text(path, u64::MAX)
             .with_context(|| format!("cannot read {}: run without --resume", path.display()))?;
         let kept: Self = serde_json::from_str(&text).with_context(|| {
             format!(

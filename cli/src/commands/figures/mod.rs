@@ -22,6 +22,7 @@ use crate::files;
 use crate::numbers::{number, with_interval};
 use crate::options::{Shared, until_interrupted};
 use crate::output::{self, Answer, line};
+use crate::outputs;
 use crate::progress::Progress;
 use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
@@ -78,6 +79,12 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("cannot make the folder {}", arguments.out.display()))?;
     let path = arguments.out.join(KEPT);
+    let reports = ["report.md", "report.html"].map(|name| arguments.out.join(name));
+    outputs::check_beside(&path, &reports)?;
+    outputs::check(
+        reports.into_iter().chain([path.clone()]),
+        outputs::files_of(&arguments.scene, &parts[0].study.scene),
+    )?;
     let run = Run::new(&parts[0].study.scene, frames, arguments.quick, shared.seed);
     let mut kept = if arguments.resume && path.exists() {
         Kept::read(&path, &run)?
@@ -113,7 +120,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if finished {
         Ok(Answer::Yes)
     } else {
-        eprintln!("interrupted: what is finished is written; go on with --resume");
+        output::tell("interrupted: what is finished is written; go on with --resume");
         Ok(Answer::No)
     }
 }

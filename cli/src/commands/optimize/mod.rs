@@ -15,6 +15,7 @@ use crate::commands::evaluate::single_precision;
 use crate::files;
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
+use crate::outputs;
 use crate::report::optimum::Report;
 use crate::{plot, results};
 
@@ -146,6 +147,10 @@ impl Arguments {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene(&arguments.scene)?;
     let survey = arguments.survey(shared, &scene)?;
+    if let Some(path) = &arguments.out {
+        let read = outputs::files_of(&arguments.scene, &scene);
+        results::check(path, "toml", &["svg", "png"], read)?;
+    }
     let mut file = arguments.begun(&survey, &scene)?;
     // What cannot be written should not be searched first.
     arguments.keep(&file)?;
@@ -158,7 +163,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
             // What is kept may be read later.
             if arguments.out.is_none() && !report.is_read() {
-                return Ok(Answer::No);
+                return Ok(Answer::Yes);
             }
             let searched = survey.entry(&scene, illuminance_lx, interval, |news| {
                 report.heard(news);

@@ -18,6 +18,7 @@ use crate::frames::picture::PictureReader;
 use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::options::Shared;
 use crate::output::{self, Answer};
+use crate::outputs;
 
 use reception::Reception;
 
@@ -94,12 +95,30 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
+    if let Some(folder) = &arguments.show {
+        ensure!(
+            !arguments
+                .sources
+                .iter()
+                .any(|source| outputs::is_same(source, folder)),
+            "{} holds the frames, and pictures of them would be taken for more: name another folder",
+            folder.display()
+        );
+        crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
+    }
     let is_stream = arguments.sources == [Path::new("-")];
     let files = if is_stream {
         Vec::new()
     } else {
         files::of(&arguments.sources)?
     };
+    outputs::check(
+        arguments.save_camera.clone(),
+        files
+            .iter()
+            .map(|file| file.path.clone())
+            .chain(arguments.camera.file()),
+    )?;
     let total = (!is_stream).then_some(files.len() as u64);
     let told = arguments.camera.told(arguments.pixels)?;
     let mut reception = Reception::<PANELS>::new(arguments, told, shared, total)?;

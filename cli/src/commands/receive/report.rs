@@ -99,7 +99,7 @@ impl<'a> Report<'a> {
 
     /// Says something on standard error.
     pub fn say(&self, what: &str) {
-        self.progress.aside(|| eprintln!("{what}"));
+        self.progress.aside(|| output::tell(what));
     }
 
     fn print(&self, as_text: &str, as_json: &serde_json::Value) -> anyhow::Result<()> {

@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use rx_pipeline::profile::{Profile, STAGES, Stage};
 
+use crate::output::tell;
+
 /// How long each stage took in all, how often it ran, and how long at most.
 #[derive(Default)]
 pub struct StageTimes {
@@ -32,14 +34,14 @@ impl Profile for StageTimes {
 impl StageTimes {
     /// Prints them on standard error.
     pub fn print(&self) {
-        eprintln!("stage      times  mean (us)  most (us)");
+        tell("stage      times  mean (us)  most (us)");
         for (stage, (total, count, most)) in STAGES.iter().zip(self.spent) {
             let mean = total.as_secs_f64() * 1e6 / f64::from(count.max(1));
-            eprintln!(
+            tell(format_args!(
                 "{:<9} {count:>6} {mean:>10.1} {:>10.1}",
                 format!("{stage:?}"),
                 most.as_secs_f64() * 1e6
-            );
+            ));
         }
     }
 }

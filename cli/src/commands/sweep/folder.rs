@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
+use sim::input;
 use studies::sweep::{Division, PlanFile, Shard, Sweep};
 
 use crate::files;
@@ -96,7 +97,7 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
 /// When there is none.
 pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
     let path = plan(folder);
-    let text = std::fs::read_to_string(&path).with_context(|| {
+    let text = input::read_text(&path, input::TABLE_MAX).with_context(|| {
         format!(
             "{} is no folder of a sweep's shards: cannot read {}",
             folder.display(),

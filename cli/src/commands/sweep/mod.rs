@@ -9,10 +9,12 @@ mod time_limit;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use sim::input;
 use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::{Shared, until_interrupted};
 use crate::output::Answer;
+use crate::outputs;
 use crate::report::sweep::Report;
 use crate::{plot, results};
 
@@ -76,13 +78,18 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     }
     match (arguments.shard, &arguments.out) {
         (Some(shard), Some(folder)) => part(arguments, &plan, shard, folder),
-        (_, folder) => whole(arguments, &plan, folder.as_deref(), shared.json),
+        (_, folder) => {
+            if let Some(folder) = folder {
+                check(folder, path, &plan.sweep)?;
+            }
+            whole(arguments, &plan, folder.as_deref(), shared.json)
+        }
     }
 }
 
 /// The plan in a file, with what the command line says over it.
 fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
-    let text = std::fs::read_to_string(path)
+    let text = input::read_text(path, input::TABLE_MAX)
         .with_context(|| format!("cannot read the plan {}", path.display()))?;
     let mut plan = Sweep::from_toml(&path.display().to_string(), &text, &shared.set)?;
     let (asked, planned) = (shared.seed, plan.sweep.seed);
@@ -96,6 +103,14 @@ fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
         plan.sweep.seed = asked;
     }
     Ok(plan)
+}
+
+/// Makes the folder of a whole sweep, if it is not there, and looks whether it can be written to.
+fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let read = outputs::files_of(&plan.to_string_lossy(), &sweep.scene);
+    results::check(&folder::whole(folder), "json", &["csv", "svg", "png"], read)
 }
 
 /// One shard of it.
@@ -125,10 +140,11 @@ fn work_off(
     let going_on = until_interrupted()?;
     let mut report = Report::silent();
     report.begin_at(run.frames_done(&results));
+    let place = results::Place::new(path);
     let done = results::advance(
         &run,
         &mut results,
-        |results| results::write(results, path),
+        |results| place.keep(|path| results::write(results, path)),
         |news| report.heard(news).map(|()| going_on()),
     )?;
     Ok(if done { Answer::Yes } else { Answer::No })
@@ -142,30 +158,32 @@ fn whole(
     as_json: bool,
 ) -> anyhow::Result<Answer> {
     let path = folder.map(folder::whole);
-    let mut results = match (&path, folder) {
-        (Some(path), Some(folder)) => {
-            std::fs::create_dir_all(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-            begun(&plan.sweep, path, arguments.resume)?
-        }
-        _ => Results::new(plan.sweep.clone()),
+    let mut results = match &path {
+        Some(path) => begun(&plan.sweep, path, arguments.resume)?,
+        None => Results::new(plan.sweep.clone()),
     };
     let run = Run::new(&plan.sweep, Shard::WHOLE, None)?;
+    let place = path.as_deref().map(results::Place::new);
     let going_on = until_interrupted()?;
     let mut report = Report::new(&plan.sweep, as_json)?;
     report.begin_at(run.frames_done(&results));
     let done = results::advance(
         &run,
         &mut results,
-        |results| path.as_ref().map_or(Ok(()), |path| keep(results, path)),
+        |results| match &place {
+            Some(place) => place.keep(|path| keep(results, path)),
+            None => Ok(()),
+        },
         |news| {
             report.heard(news)?;
             // What is kept may be read later.
             Ok(going_on() && (path.is_some() || report.is_read()))
         },
     )?;
+    // A reader who has left has had enough.
+    let enough = done || path.is_none() && !report.is_read();
     report.end(&results)?;
-    Ok(if done { Answer::Yes } else { Answer::No })
+    Ok(if enough { Answer::Yes } else { Answer::No })
 }
 
 /// Writes results, with a table and a plot beside them.

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use link::l2a_table::L2aTable;
 use serde_json::json;
+use sim::input;
 use sim::l2a::{read_table, table_file};
 
 use crate::device::table::{pull, push};
@@ -36,6 +37,14 @@ impl Transfer {
 
     /// Reads the table that the transmitter uses.
     pub fn pull(&self, shared: &Shared) -> anyhow::Result<Answer> {
+        if let Some(path) = &self.file {
+            ensure!(
+                !path.is_file() || is_pulled(path),
+                "{} holds more than a pulled table, which would be lost: name another file",
+                path.display()
+            );
+            files::check(path)?;
+        }
         let mut client = self.port.greet()?;
         let table = pull(&mut client).with_context(|| self.port.name())?;
         let text = table_file(&table);
@@ -110,6 +119,13 @@ impl Transfer {
 
 fn read(path: &Path) -> anyhow::Result<L2aTable> {
     Ok(read_table(path)?)
+}
+
+/// Whether a file is empty, or holds what a pull writes: a search's findings are hours of work.
+fn is_pulled(path: &Path) -> bool {
+    let text = input::read_text(path, input::TABLE_MAX);
+    let again = || Some(table_file(&read_table(path).ok()?));
+    text.is_ok_and(|text| text.is_empty() || again() == Some(text))
 }
 
 /// Which table it is.

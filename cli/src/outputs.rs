@@ -1,0 +1,142 @@
+//! What a command is going to write, looked at before it works: nothing that it reads is overwritten, and what cannot be written is not
+//! computed first.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{bail, ensure};
+use sim::scene::{Scene, preset_toml};
+
+use crate::files;
+
+/// Looks at each file that is going to be written, where `read` are those that the command reads.
+///
+/// # Errors
+/// When one of them cannot be written, is read, or stands twice.
+pub fn check(
+    written: impl IntoIterator<Item = PathBuf>,
+    read: impl IntoIterator<Item = PathBuf>,
+) -> anyhow::Result<()> {
+    let mut taken: Vec<PathBuf> = read.into_iter().map(|path| real(&path)).collect();
+    let inputs = taken.len();
+    for path in written {
+        if !files::check(&path)? {
+            continue;
+        }
+        let own = real(&path);
+        match taken.iter().position(|other| *other == own) {
+            Some(place) if place < inputs => bail!(
+                "{} is read, and would be overwritten: name another file",
+                path.display()
+            ),
+            Some(_) => bail!("{} would be written twice: name two files", path.display()),
+            None => taken.push(own),
+        }
+    }
+    Ok(())
+}
+
+/// Looks at files that go beside another: where that is not there yet, they are of something else.
+///
+/// # Errors
+/// When one of them is there alone.
+pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
+    let foreign = beside.iter().find(|path| !file.exists() && path.exists());
+    match foreign {
+        Some(foreign) => bail!(
+            "{} is there without {}, so it is of something else, and would be overwritten: give the output another name",
+            foreign.display(),
+            file.display()
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Looks at a folder for frames, which must not be mixed with others.
+///
+/// # Errors
+/// When there are some already, or none can be written there.
+pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
+    let mut entries = std::fs::read_dir(folder)?.filter_map(Result::ok);
+    let frame = entries.find(|entry| entry.file_name().to_string_lossy().starts_with("frame-"));
+    ensure!(
+        frame.is_none(),
+        "{} holds frames already, and two recordings would be one: name another folder, or clear this one",
+        folder.display()
+    );
+    files::check(&folder.join("frame-000000.png")).map(drop)
+}
+
+/// The files that a scene is read from, where `name` is what it is called on the command line.
+pub fn files_of(name: &str, scene: &Scene) -> Vec<PathBuf> {
+    let own = preset_toml(name).is_none().then(|| name.to_owned());
+    [
+        own,
+        scene.link.table.clone(),
+        scene.ambient.background_image.clone(),
+    ]
+    .into_iter()
+    .flatten()
+    .map(PathBuf::from)
+    .collect()
+}
+
+/// Whether two paths lead to the same place.
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    real(one) == real(other)
+}
+
+/// A path without links and dots; what is not there is in a folder that is.
+fn real(path: &Path) -> PathBuf {
+    let in_folder = || {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    path.canonicalize()
+        .ok()
+        .or_else(in_folder)
+        .unwrap_or_else(|| path.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_is_read_is_written_and_nothing_twice() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        let around = folder
+            .path()
+            .join("..")
+            .join(folder.path().file_name().expect("a name"))
+            .join("a");
+        std::fs::write(&a, "a").expect("written");
+        assert!(check([b.clone()], [a.clone()]).is_ok());
+        let refusal = |written: &[&PathBuf], read: &[&PathBuf]| {
+            let paths = |paths: &[&PathBuf]| paths.iter().copied().cloned().collect::<Vec<_>>();
+            check(paths(written), paths(read))
+                .expect_err("refused")
+                .to_string()
+        };
+        assert!(refusal(&[&around], &[&a]).contains("is read"));
+        assert!(refusal(&[&a, &around], &[&b]).contains("written twice"));
+        assert!(refusal(&[&b, &b], &[]).contains("written twice"));
+        assert!(refusal(&[&folder.path().join("no/file")], &[]).contains("cannot write"));
+        assert_eq!(std::fs::read(&a).expect("there"), b"a");
+        assert!(!b.exists());
+    }
+
+    #[test]
+    fn what_stands_alone_is_of_something_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, table] = ["run.json", "run.csv"].map(|name| folder.path().join(name));
+        assert!(check_beside(&file, std::slice::from_ref(&table)).is_ok());
+        std::fs::write(&table, "mine").expect("written");
+        assert!(check_beside(&file, std::slice::from_ref(&table)).is_err());
+        std::fs::write(&file, "{}").expect("written");
+        assert!(check_beside(&file, &[table]).is_ok());
+    }
+}
