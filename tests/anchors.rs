@@ -14,6 +14,7 @@ use studies::baselines::straightforward::render;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::{Distinguishability, Moments};
+use studies::stop::Stop;
 
 /// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
 type Anchor = (f64, f64, f64, [f64; 3]);
@@ -55,6 +56,7 @@ fn evaluated((l2a, interval, distance_m, _): &Anchor) -> Distinguishability {
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     Evaluator::new(&scene, settings)
         .expect("a visible scene")

@@ -4,6 +4,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
+use studies::stop::Stop;
 
 /// The bit errors of a detector in a number of frames.
 fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
@@ -14,6 +15,7 @@ fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
         detector,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     let evaluator = Evaluator::new(scene, settings).expect("a visible scene");
     evaluator

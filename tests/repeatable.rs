@@ -4,6 +4,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluation, Evaluator, Settings};
+use studies::stop::Stop;
 
 fn evaluate(
     preset: &str,
@@ -20,6 +21,7 @@ fn evaluate(
         detector,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -61,6 +63,7 @@ fn a_frame_does_not_depend_on_those_before_it() {
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use atomic_write_file::AtomicWriteFile;
 
+use crate::stop;
+
 /// Where the bytes of a path go.
 enum Place {
     /// To standard output, after what was printed there.
@@ -59,6 +61,7 @@ fn write_to(
         Place::Output => write_through(&mut std::io::stdout().lock(), write),
         Place::Device => write_through(&mut File::options().append(true).open(path)?, write),
         Place::File(file) => {
+            let _whole = stop::writing();
             let mut aside = AtomicWriteFile::open(file)?;
             write_through(&mut aside, write)?;
             Ok(aside.commit()?)

@@ -5,7 +5,7 @@
 //!
 //! - [`commands`]: one a module, arguments in, library calls, answers out; [`options`] are what several of them take;
 //! - [`report`]: what is told of results, on disk and while work goes on;
-//! - [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
+//! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
 //! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
 //! - [`results`] keeps what long runs have finished, [`files`] are written whole or not at all, where [`outputs`] lets them;
 //! - [`device`] talks to transmitters.
@@ -28,6 +28,7 @@ mod progress;
 mod report;
 mod results;
 mod show;
+mod stop;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -120,6 +121,7 @@ fn end(answer: anyhow::Result<Answer>) -> ExitCode {
 }
 
 fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
+    stop::watch()?;
     if let Some(threads) = shared.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())

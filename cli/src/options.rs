@@ -3,8 +3,6 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
 use anyhow::Context;
@@ -39,15 +37,6 @@ impl Shared {
     pub fn scene(&self, name: &str) -> anyhow::Result<Scene> {
         Ok(Scene::load(name, &self.set)?)
     }
-}
-
-/// A flag that Ctrl-C clears, as does the signal that tells a program to end (SIGTERM), so that work ends with what is finished.
-pub fn until_interrupted() -> anyhow::Result<impl Fn() -> bool> {
-    let going = Arc::new(AtomicBool::new(true));
-    let flag = Arc::clone(&going);
-    ctrlc::set_handler(move || flag.store(false, Ordering::Relaxed))
-        .context("cannot watch for Ctrl-C")?;
-    Ok(move || going.load(Ordering::Relaxed))
 }
 
 /// A message, from the command line or from a file.

@@ -15,6 +15,7 @@ use sim::scene::{Scene, SceneError};
 
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, PANEL_PIXELS, Settings};
+use crate::stop::Stop;
 use crate::work_precision::scene_at;
 
 /// Frames from which the camera is learnt before errors count.
@@ -154,6 +155,7 @@ fn evaluator(
         detector,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     Evaluator::new(scene, settings)
 }

@@ -28,7 +28,7 @@
 //! Each knows those above it, and none below.
 //!
 //! ```text
-//! statistics    detectors            moments, error rates and their intervals; the receivers by name, and a genie
+//! statistics    detectors   stop     moments, error rates and their intervals; the receivers by name, and a genie; may work go on?
 //! monte_carlo                        many random frames at one setting, in chunks that add up
 //! splitting     optimum              error rates too small to count; the best LED-to-ambient ratio
 //! sweep         table                grids of settings, in shards that add up to one run; tables of the best ratios
@@ -62,6 +62,7 @@ pub mod random_scenes;
 pub mod reproduction;
 pub mod splitting;
 pub mod statistics;
+pub mod stop;
 pub mod sweep;
 pub mod table;
 pub mod work_precision;

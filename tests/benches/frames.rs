@@ -18,6 +18,7 @@ use studies::baselines::supersampled;
 use studies::baselines::{Panel, straightforward};
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
+use studies::stop::Stop;
 
 use link::panel::PanelFrame;
 
@@ -40,6 +41,7 @@ fn settings(level: Level) -> Settings {
         detector: DetectorChoice::KMeans,
         level,
         camera: None,
+        stop: Stop::NEVER,
     }
 }
 

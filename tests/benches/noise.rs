@@ -20,6 +20,7 @@ use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
+use studies::stop::Stop;
 
 const PIXELS: usize = 1920 * 1080;
 
@@ -171,6 +172,7 @@ fn evaluate_night(bencher: Bencher, noise: &str) {
         detector: DetectorChoice::KMeans,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();

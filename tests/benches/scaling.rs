@@ -11,6 +11,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings, Workspace};
+use studies::stop::Stop;
 
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -95,6 +96,7 @@ impl Course {
             detector: DetectorChoice::KMeans,
             level: Level::Fast,
             camera: None,
+            stop: Stop::NEVER,
         };
         let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
         Self {

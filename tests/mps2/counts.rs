@@ -11,6 +11,7 @@ use sim::road::camera_of;
 use sim::scene::Scene;
 use studies::detectors::{DETECTORS, DetectorChoice};
 use studies::monte_carlo::{self, Evaluator};
+use studies::stop::Stop;
 use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
 use vocc_tests::firmware::say;
 
@@ -106,6 +107,7 @@ fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
         detector: choice,
         level: Level::Fast,
         camera: None,
+        stop: Stop::NEVER,
     };
     let evaluator = Evaluator::new(scene, settings).expect("a panel in view");
     match evaluator.method().expect("a receiver's detector") {

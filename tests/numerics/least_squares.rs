@@ -5,6 +5,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
+use studies::stop::Stop;
 
 const FRAMES: u64 = 32;
 
@@ -30,6 +31,7 @@ fn the_likeliest_bits_at_150_m_are_no_worse_than_otsu_s_and_near_the_genie_s() {
             detector,
             level: Level::Fast,
             camera: None,
+            stop: Stop::NEVER,
         };
         let evaluator = Evaluator::new(&scene(), settings).expect("a visible scene");
         evaluator

@@ -10,8 +10,9 @@ use link::serial::{Answer as Told, Limit, Request, Status};
 use serde_json::{Value, json};
 
 use crate::device::port;
-use crate::options::{Connection, Message, Port, Shared, seconds, until_interrupted};
+use crate::options::{Connection, Message, Port, Shared, seconds};
 use crate::output::{self, Answer, line};
+use crate::stop::stop;
 
 mod calibration;
 
@@ -124,11 +125,11 @@ fn watch(
     shared: &Shared,
 ) -> anyhow::Result<Answer> {
     const NAP: Duration = Duration::from_millis(50);
-    let going = until_interrupted()?;
+    let stop = stop();
     let interval = Duration::from_secs_f64(interval_s);
     let mut client = port.greet()?;
     let mut told = 0;
-    while going() && count.is_none_or(|count| told < count) {
+    while !stop.is_asked() && count.is_none_or(|count| told < count) {
         let asked = std::time::Instant::now();
         let status = status(&mut client, port)?;
         if shared.json {
@@ -137,7 +138,7 @@ fn watch(
             line(&short(&status))?;
         }
         told += 1;
-        while going() && count != Some(told) && asked.elapsed() < interval {
+        while !stop.is_asked() && count != Some(told) && asked.elapsed() < interval {
             std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
         }
     }

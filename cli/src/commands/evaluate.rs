@@ -10,11 +10,12 @@ use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::camera::CameraArguments;
-use crate::options::{Shared, until_interrupted};
+use crate::options::Shared;
 use crate::output::{self, Answer};
 use crate::outputs;
 use crate::progress::Progress;
 use crate::results;
+use crate::stop::stop;
 
 /// Arguments of `vocc evaluate`.
 #[derive(clap::Args)]
@@ -72,6 +73,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         detector: arguments.detector,
         level: arguments.level,
         camera: arguments.camera.told_if_any()?,
+        stop: stop(),
     };
     let mut sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);
     sweep.rare_events = arguments.rare_events;
@@ -95,8 +97,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         results::merge(&mut results, path)?;
     }
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    let run = Run::new(&sweep, shard, None)?;
-    let going_on = until_interrupted()?;
+    let run = Run::new(&sweep, shard, None)?.until(settings.stop);
     let mut progress = Progress::new(arguments.frames.div_ceil(shard.count()), "frames");
     progress.begin_at(run.frames_done(&results));
     let started = Instant::now();
@@ -106,7 +107,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     };
     let done = results::advance(&run, &mut results, keep, |news| {
         progress.done(news.frames);
-        Ok(going_on())
+        Ok(true)
     });
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);

@@ -16,11 +16,12 @@ use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
-use crate::options::{Message, Shared, until_interrupted};
+use crate::options::{Message, Shared};
 use crate::output::{self, Answer, line};
 use crate::outputs;
 use crate::pictures;
 use crate::progress::Progress;
+use crate::stop::stop;
 
 /// Arguments of `vocc link`.
 #[derive(clap::Args)]
@@ -147,7 +148,7 @@ fn send(
     if let Save::All(folder) = save {
         outputs::check_recording(folder)?;
     }
-    let going_on = until_interrupted()?;
+    let stop = stop();
     let mut progress = Progress::new(frames, "frames");
     let mut counts = FrameCounts::default();
     let (mut received, mut saved, mut last_loss): (
@@ -180,7 +181,7 @@ fn send(
         counts.straddled += u64::from(report.straddled);
         received = received.or(report.delivered);
         progress.done(frame + 1);
-        if !going_on() {
+        if stop.is_asked() {
             break;
         }
     }

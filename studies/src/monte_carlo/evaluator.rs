@@ -28,6 +28,7 @@ use super::observation::{Observation, PANEL_PIXELS, measure};
 use crate::detectors::DetectorChoice;
 use crate::detectors::genie::{Genie, LikelihoodTable};
 use crate::statistics::Moments;
+use crate::stop::Stop;
 
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
 pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
@@ -53,6 +54,8 @@ pub struct Settings {
     pub level: Level,
     /// What the receiver is told of the camera; none: what a maker knows of the scene's.
     pub camera: Option<Camera>,
+    /// What ends the work early.
+    pub stop: Stop,
 }
 
 impl Settings {
@@ -65,6 +68,7 @@ impl Settings {
             detector,
             level: Level::Fast,
             camera: None,
+            stop: Stop::NEVER,
         }
     }
 }
@@ -97,6 +101,7 @@ pub fn receiving_method(
                 detector,
                 level,
                 camera: None,
+                stop: Stop::NEVER,
             };
             Evaluator::new(scene, settings)?
                 .method()
@@ -397,6 +402,10 @@ impl Evaluator {
         frame: u64,
         workspace: &mut Workspace,
     ) -> Result<Observation, EvaluateError> {
+        // Whatever is done with frames comes by here.
+        if self.settings.stop.is_asked() {
+            return Err(EvaluateError::Stopped);
+        }
         let Workspace {
             grey, map, shown, ..
         } = workspace;

@@ -21,11 +21,12 @@ mod search;
 pub use criterion::{CRITERIA, Criterion};
 pub use peak::{Peak, Window};
 pub(crate) use samples::at_ratio;
-pub use samples::{FIRST_ROUND, Sample, Samples};
-pub use search::optimum;
+pub use samples::{FIRST_ROUND, Round, Sample, Samples};
+pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluation, Settings};
+use crate::stop::Stop;
 use sim::accuracy::Level;
 
 /// The range of ratios that Do & Yoo 2020 search (section 3.4.2).
@@ -56,6 +57,8 @@ pub struct Search {
     pub detector: DetectorChoice,
     /// How exactly frames are drawn.
     pub level: Level,
+    /// What ends the search early, in the middle of a round too.
+    pub stop: Stop,
 }
 
 impl Default for Search {
@@ -70,6 +73,7 @@ impl Default for Search {
             random_reflectance: true,
             detector: DetectorChoice::KMeans,
             level: Level::Fast,
+            stop: Stop::NEVER,
         }
     }
 }
@@ -84,6 +88,7 @@ impl Search {
             detector: self.detector,
             level: self.level,
             camera: None,
+            stop: self.stop,
         }
     }
 }

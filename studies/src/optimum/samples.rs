@@ -56,6 +56,23 @@ impl Sample {
     }
 }
 
+/// A round that is finished.
+#[derive(Clone, Copy, Debug)]
+pub struct Round<'a> {
+    /// Its frames.
+    pub frames: u64,
+    /// What came out, batch by batch.
+    pub batches: &'a [Evaluation],
+    /// Whether an earlier run has finished it.
+    pub is_known: bool,
+}
+
+/// Whether batches can be a round of so many frames.
+fn is_round(batches: &[Evaluation], frames: u64) -> bool {
+    let found: u64 = batches.iter().map(|batch| batch.errors.frames()).sum();
+    batches.len() as u64 == frames.min(BATCHES) && found == frames
+}
+
 fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
     let mut sum = Evaluation::default();
     parts.for_each(|part| sum.merge(part));
@@ -84,6 +101,22 @@ impl Samples {
         rounds_wanted: usize,
         mut progress: impl FnMut(u64) -> bool,
     ) -> Result<bool, EvaluateError> {
+        let (known, heard) = (&mut std::iter::empty(), |round: &Round| {
+            progress(round.frames)
+        });
+        self.extend_from(scene, settings, l2a, rounds_wanted, known, heard)
+    }
+
+    /// The same, with rounds that an earlier run has finished, in its order.
+    pub(super) fn extend_from(
+        &mut self,
+        scene: &Scene,
+        settings: Settings,
+        l2a: f64,
+        rounds_wanted: usize,
+        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
+        mut progress: impl FnMut(&Round) -> bool,
+    ) -> Result<bool, EvaluateError> {
         let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
             Ok(place) => place,
             Err(place) => {
@@ -94,15 +127,26 @@ impl Samples {
         };
         let have = self.0[place].rounds.len();
         let borders = rounds(settings.frames);
-        if have >= rounds_wanted.min(borders.len() - 1) {
-            return Ok(true);
-        }
-        let evaluator = Evaluator::new(&at_ratio(scene, l2a), settings)?;
+        let mut evaluator = None;
         for border in borders.windows(2).take(rounds_wanted).skip(have) {
-            self.0[place]
-                .rounds
-                .push(round(&evaluator, border[0]..border[1])?);
-            if !progress(border[1] - border[0]) {
+            let frames = border[1] - border[0];
+            let (batches, is_known) = match known.next() {
+                Some(batches) if is_round(&batches, frames) => (batches, true),
+                _ => {
+                    let evaluator = match &mut evaluator {
+                        Some(evaluator) => evaluator,
+                        none => none.insert(Evaluator::new(&at_ratio(scene, l2a), settings)?),
+                    };
+                    (round(evaluator, border[0]..border[1])?, false)
+                }
+            };
+            let goes_on = progress(&Round {
+                frames,
+                batches: &batches,
+                is_known,
+            });
+            self.0[place].rounds.push(batches);
+            if !goes_on {
                 return Ok(false);
             }
         }

@@ -2,9 +2,11 @@
 
 use sim::scene::Scene;
 
+use crate::monte_carlo::{EvaluateError, Evaluation};
+
 use super::criterion::Criterion;
 use super::peak::{Peak, Window, index_of_highest};
-use super::samples::{Samples, rounds};
+use super::samples::{Round, Samples, rounds};
 use super::{FRAMES_MIN, GRID, Optimum, OptimumError, RANGE_MAX, Search};
 
 /// Steps of the finer grid in one of the wide grid.
@@ -32,13 +34,30 @@ const MOVES_MAX: usize = 16;
 pub fn optimum(
     scene: &Scene,
     search: &Search,
-    progress: impl FnMut(u64) -> bool,
+    mut progress: impl FnMut(u64) -> bool,
+) -> Result<Optimum, OptimumError> {
+    optimum_from(scene, search, &mut std::iter::empty(), |round| {
+        progress(round.frames)
+    })
+}
+
+/// The same, gone on from the rounds that an earlier run of the same search has finished, in the order in which `progress` was told
+/// of them: a search does the same again with the same rounds.
+///
+/// # Errors
+/// As [`optimum`].
+pub fn optimum_from(
+    scene: &Scene,
+    search: &Search,
+    known: &mut dyn Iterator<Item = Vec<Evaluation>>,
+    progress: impl FnMut(&Round) -> bool,
 ) -> Result<Optimum, OptimumError> {
     check(search)?;
     let mut lattice = Lattice {
         scene,
         search,
         samples: Samples::default(),
+        known,
         progress,
     };
     let peak = match search.criterion {
@@ -71,10 +90,12 @@ struct Lattice<'a, P> {
     scene: &'a Scene,
     search: &'a Search,
     samples: Samples,
+    /// Rounds that are finished already.
+    known: &'a mut dyn Iterator<Item = Vec<Evaluation>>,
     progress: P,
 }
 
-impl<P: FnMut(u64) -> bool> Lattice<'_, P> {
+impl<P: FnMut(&Round) -> bool> Lattice<'_, P> {
     /// The number of the last step.
     const LAST: usize = (GRID - 1) * FINER;
 
@@ -101,10 +122,20 @@ impl<P: FnMut(u64) -> bool> Lattice<'_, P> {
             let settings = self.search.settings();
             let done = self
                 .samples
-                .extend(self.scene, settings, l2a, rounds, &mut self.progress)
-                .map_err(|source| OptimumError::Evaluate {
+                .extend_from(
+                    self.scene,
+                    settings,
                     l2a,
-                    source: Box::new(source),
+                    rounds,
+                    self.known,
+                    &mut self.progress,
+                )
+                .map_err(|source| match source {
+                    EvaluateError::Stopped => OptimumError::Interrupted,
+                    source => OptimumError::Evaluate {
+                        l2a,
+                        source: Box::new(source),
+                    },
                 })?;
             if !done {
                 return Err(OptimumError::Interrupted);
@@ -298,6 +329,30 @@ mod tests {
         });
         assert!(matches!(ended, Err(OptimumError::Interrupted)));
         assert_eq!(frames, 1000);
+    }
+
+    #[test]
+    fn a_search_goes_on_from_the_rounds_of_one_that_was_ended() {
+        let search = Search {
+            frames: 5000,
+            ..search(Criterion::B2w)
+        };
+        let mut rounds = Vec::new();
+        let mut keep = |round: &Round| {
+            assert!(!round.is_known);
+            rounds.push(round.batches.to_vec());
+            rounds.len() < 25
+        };
+        let ended = optimum_from(&scene(&FAR), &search, &mut std::iter::empty(), &mut keep);
+        assert!(matches!(ended, Err(OptimumError::Interrupted)));
+        let (mut known, mut new) = (0, 0);
+        let resumed = optimum_from(&scene(&FAR), &search, &mut rounds.into_iter(), |round| {
+            *if round.is_known { &mut known } else { &mut new } += 1;
+            true
+        });
+        let whole = optimum(&scene(&FAR), &search, |_| true).unwrap();
+        assert_eq!(resumed.unwrap(), whole);
+        assert!(known == 25 && new > 0, "{known} known, {new} new");
     }
 
     #[test]

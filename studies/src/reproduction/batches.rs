@@ -8,6 +8,7 @@ use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Observation, Settings, Workspace};
 use crate::statistics::{BATCHES, Estimate, jackknife};
 use crate::statistics::{Distinguishability, Moments};
+use crate::stop::Stop;
 use sim::scene::Scene;
 
 /// What the frames of a batch add up to.
@@ -64,9 +65,17 @@ impl Batches {
     /// Measures `frames` random frames of `scene`, rounded up to whole batches, each with its own reflectance.
     ///
     /// # Errors
-    /// When the scene cannot be seen or measured.
-    pub fn measure(scene: &Scene, frames: u64, seed: u64) -> Result<Self, EvaluateError> {
-        let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
+    /// When the scene cannot be seen or measured, or `stop` has ended it.
+    pub fn measure(
+        scene: &Scene,
+        frames: u64,
+        seed: u64,
+        stop: Stop,
+    ) -> Result<Self, EvaluateError> {
+        let settings = Settings {
+            stop,
+            ..Settings::fast(frames, seed, DetectorChoice::KMeans)
+        };
         let evaluator = Evaluator::new(scene, settings)?;
         let frames = frames.div_ceil(BATCHES as u64).max(1);
         let batch = |workspace: &mut Workspace, batch: u64| {
@@ -120,7 +129,7 @@ mod tests {
 
     fn point(frames: u64, seed: u64) -> Batches {
         let scene = Scene::load("paper", &[]).unwrap();
-        Batches::measure(&scene, frames, seed).unwrap()
+        Batches::measure(&scene, frames, seed, Stop::NEVER).unwrap()
     }
 
     fn b2w(sums: &Sums) -> f64 {

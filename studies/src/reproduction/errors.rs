@@ -11,6 +11,7 @@ use super::operating_point::OperatingPoint;
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
 use crate::statistics::FrameErrors;
+use crate::stop::Stop;
 use sim::scene::Scene;
 
 /// The intervals of Table 1 of Do & Yoo 2020.
@@ -60,7 +61,7 @@ pub fn strata(count: u64, dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f
 /// A detector that learns does so on other frames of each stratum.
 ///
 /// # Errors
-/// When the scene cannot be seen or measured, or the detector not be trained.
+/// When the scene cannot be seen or measured, the detector not be trained, or `stop` has ended it.
 pub fn count(
     scene: &Scene,
     distance_m: f64,
@@ -68,8 +69,12 @@ pub fn count(
     detector: DetectorChoice,
     limits: Limits,
     seed: u64,
+    stop: Stop,
 ) -> Result<FrameErrors, EvaluateError> {
-    let settings = Settings::fast(limits.frames, seed, detector);
+    let settings = Settings {
+        stop,
+        ..Settings::fast(limits.frames, seed, detector)
+    };
     let prepare = |&(interval, l2a): &(f64, f64)| {
         let setting = OperatingPoint {
             interval,
@@ -139,7 +144,16 @@ mod tests {
         let strata = strata(24, Dimming::Random, |_| 2.0);
         let count = |frames, errors| {
             let limits = Limits { frames, errors };
-            count(&scene(), 70.0, &strata, DetectorChoice::KMeans, limits, 1).unwrap()
+            count(
+                &scene(),
+                70.0,
+                &strata,
+                DetectorChoice::KMeans,
+                limits,
+                1,
+                Stop::NEVER,
+            )
+            .unwrap()
         };
         let all = count(1000, u64::MAX);
         assert_eq!(all.frames(), 1152, "three rounds of all strata");

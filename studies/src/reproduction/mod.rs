@@ -21,7 +21,7 @@
 //! let mut findings = Findings::default();
 //! for setting in study.over_distance() {
 //!     let task = Task::Point(setting);
-//!     if let Some(found) = study.perform(&task, &findings, &|| true)? {
+//!     if let Some(found) = study.perform(&task, &findings)? {
 //!         findings.keep(task, found);
 //!     }
 //! }

@@ -21,8 +21,6 @@ pub struct BestRatio {
 
 /// Finds it.
 ///
-/// `going_on` is asked now and then; when it answers no the search is given up.
-///
 /// # Errors
 /// When the scene cannot be evaluated, or the search was given up.
 pub fn find(
@@ -30,14 +28,13 @@ pub fn find(
     interval: f64,
     distance_m: f64,
     search: &Search,
-    going_on: &dyn Fn() -> bool,
 ) -> Result<BestRatio, OptimumError> {
     let setting = OperatingPoint {
         interval,
         distance_m,
         l2a: 1.0,
     };
-    let best = optimum(&setting.scene(scene), search, |_| going_on())?;
+    let best = optimum(&setting.scene(scene), search, |_| true)?;
     let [low, high] = best.l2a_95;
     Ok(BestRatio {
         l2a: Estimate {
@@ -52,7 +49,10 @@ pub fn find(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicBool;
+
     use super::*;
+    use crate::stop::Stop;
 
     #[test]
     fn the_papers_best_ratio_is_found_and_a_search_can_be_given_up() {
@@ -61,12 +61,17 @@ mod tests {
             frames: 1024,
             ..Search::default()
         };
-        let best = find(&scene, 1.0, 50.0, &search, &|| true).unwrap();
+        let best = find(&scene, 1.0, 50.0, &search).unwrap();
         assert!(
             (best.l2a.value - 2.0).abs() < 0.25 && !best.at_border,
             "{best:?}"
         );
-        let given_up = find(&scene, 1.0, 50.0, &search, &|| false);
+        static ASKED: AtomicBool = AtomicBool::new(true);
+        let stopped = Search {
+            stop: Stop::at(&ASKED),
+            ..search
+        };
+        let given_up = find(&scene, 1.0, 50.0, &stopped);
         assert!(
             matches!(given_up, Err(OptimumError::Interrupted)),
             "{given_up:?}"

@@ -12,6 +12,7 @@ use crate::detectors::DetectorChoice;
 use crate::monte_carlo::EvaluateError;
 use crate::optimum::{FRAMES_MIN, OptimumError, Search};
 use crate::statistics::FrameErrors;
+use crate::stop::Stop;
 use sim::scene::Scene;
 
 /// The interval at which L2A and distance are varied.
@@ -51,6 +52,8 @@ pub struct Study {
     pub axes: Axes,
     /// A search for a best ratio ends before its frames do when the 95 % interval is no wider than ± this.
     pub tolerance: f64,
+    /// What ends a task early.
+    pub stop: Stop,
 }
 
 impl Study {
@@ -65,6 +68,7 @@ impl Study {
                 Extent::Figures => 0.02,
                 Extent::Quick | Extent::Claims => 0.05,
             },
+            stop: Stop::NEVER,
         }
     }
 
@@ -148,22 +152,17 @@ impl Study {
         self.frames.div_ceil(points.max(1) as u64)
     }
 
-    /// Does a task; `known` holds the findings of those before it. `going_on` is asked now and then; when it answers no the task
-    /// may be given up: `None`.
+    /// Does a task; `known` holds the findings of those before it. `None` where [`Study::stop`] has ended it.
     ///
     /// # Errors
     /// When the scene cannot be seen or measured at the task's setting.
-    pub fn perform(
-        &self,
-        task: &Task,
-        known: &Findings,
-        going_on: &dyn Fn() -> bool,
-    ) -> Result<Option<Finding>, StudyError> {
-        match task {
-            Task::Point(setting) => self
-                .measure(*setting)
-                .map(|point| Some(Finding::Point(point)))
-                .map_err(|error| StudyError::Evaluate(task.to_string(), error)),
+    pub fn perform(&self, task: &Task, known: &Findings) -> Result<Option<Finding>, StudyError> {
+        let fault = |error| match error {
+            EvaluateError::Stopped => None,
+            error => Some(StudyError::Evaluate(task.to_string(), error)),
+        };
+        let found = match task {
+            Task::Point(setting) => self.measure(*setting).map(Finding::Point).map_err(fault),
             Task::Optimum {
                 interval,
                 distance_m,
@@ -172,13 +171,15 @@ impl Study {
                     frames: self.search_frames(),
                     tolerance: self.tolerance,
                     seed: self.seed,
+                    stop: self.stop,
                     ..Search::default()
                 };
-                match optima::find(&self.scene, *interval, *distance_m, &search, going_on) {
-                    Ok(best) => Ok(Some(Finding::Optimum(best))),
-                    Err(OptimumError::Interrupted) => Ok(None),
-                    Err(error) => Err(StudyError::Optimum(task.to_string(), error)),
-                }
+                optima::find(&self.scene, *interval, *distance_m, &search)
+                    .map(Finding::Optimum)
+                    .map_err(|error| match error {
+                        OptimumError::Interrupted => None,
+                        error => Some(StudyError::Optimum(task.to_string(), error)),
+                    })
             }
             Task::Errors {
                 distance_m,
@@ -186,9 +187,10 @@ impl Study {
                 detector,
             } => self
                 .count(*distance_m, *dimming, detector, known)
-                .map(|errors| Some(Finding::Errors(Box::new(errors))))
-                .map_err(|error| StudyError::Evaluate(task.to_string(), error)),
-        }
+                .map(|errors| Finding::Errors(Box::new(errors)))
+                .map_err(fault),
+        };
+        found.map_or_else(|fault| fault.map_or(Ok(None), Err), |found| Ok(Some(found)))
     }
 
     fn measure(&self, setting: OperatingPoint) -> Result<Batches, EvaluateError> {
@@ -198,7 +200,7 @@ impl Study {
             .filter(|settings| settings.contains(&setting));
         let frames = holding.map(|settings| self.share(settings.len())).max();
         let frames = frames.unwrap_or(0);
-        Batches::measure(&setting.scene(&self.scene), frames, self.seed)
+        Batches::measure(&setting.scene(&self.scene), frames, self.seed, self.stop)
     }
 
     fn count(
@@ -223,6 +225,7 @@ impl Study {
             detector.parse().unwrap_or(DetectorChoice::Best),
             limits,
             self.seed,
+            self.stop,
         )
     }
 

@@ -8,6 +8,7 @@ use toml::Value;
 
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Settings, chunks};
+use crate::stop::Stop;
 use sim::accuracy::Level;
 use sim::scene::{Scene, SceneError, parse_value};
 
@@ -118,6 +119,13 @@ pub enum SweepError {
         /// Why not.
         source: Box<EvaluateError>,
     },
+}
+
+impl SweepError {
+    /// Whether it is that work was asked to stop.
+    pub(super) fn is_stop(&self) -> bool {
+        matches!(self, Self::Evaluate { source, .. } if matches!(**source, EvaluateError::Stopped))
+    }
 }
 
 impl Sweep {
@@ -257,6 +265,7 @@ impl Sweep {
             detector: self.cell(index).detector,
             level: self.level,
             camera: self.camera,
+            stop: Stop::NEVER,
         }
     }
 

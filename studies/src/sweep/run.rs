@@ -1,22 +1,27 @@
 //! The engine: works a shard's chunks off, on all threads.
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use super::shard::Expected;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
 use crate::monte_carlo::Standing;
-use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Workspace};
+use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Settings, Workspace};
 use crate::splitting::{SplittingEvaluator, SplittingWorkspace};
+use crate::stop::Stop;
 
 /// Chunks that are worked on for each thread before results are added up and shown.
 const CHUNKS_A_THREAD: usize = 16;
+/// After this time no more of them are begun: what is finished is to be kept soon, however long a chunk takes.
+const BATCH_TIME: Duration = Duration::from_secs(1);
 
 /// A shard of a sweep to be done.
 pub struct Run<'a> {
     sweep: &'a Sweep,
     work: Vec<Work>,
+    stop: Stop,
 }
 
 /// How far a run is.
@@ -44,7 +49,7 @@ impl Sweep {
         (0..self.cells())
             .into_par_iter()
             .map(|cell| {
-                let worker = self.worker(cell)?;
+                let worker = self.worker(cell, Stop::NEVER)?;
                 let first = self.chunk(cell, &worker, 0, &mut worker.room())?;
                 let frames = CHUNK.min(self.frames) as f64;
                 let expected = enough as f64 / first.bit_errors() as f64 * frames;
@@ -71,8 +76,12 @@ impl Sweep {
         Ok(Partition::new(self.chunks(), cells.collect()))
     }
 
-    fn worker(&self, cell: usize) -> Result<Worker, SweepError> {
-        let (scene, settings) = (self.scene_of(cell)?, self.settings_of(cell));
+    fn worker(&self, cell: usize, stop: Stop) -> Result<Worker, SweepError> {
+        let scene = self.scene_of(cell)?;
+        let settings = Settings {
+            stop,
+            ..self.settings_of(cell)
+        };
         let worker = if self.rare_events {
             SplittingEvaluator::new(&scene, settings)
                 .map(|evaluator| Worker::Splitting(evaluator.into()))
@@ -143,7 +152,16 @@ impl<'a> Run<'a> {
         } else {
             sweep.partition(expected)?.work(shard)
         };
-        Ok(Self { sweep, work })
+        Ok(Self {
+            sweep,
+            work,
+            stop: Stop::NEVER,
+        })
+    }
+
+    /// The same, ended early by `stop`: at once, with what is finished.
+    pub fn until(self, stop: Stop) -> Self {
+        Self { stop, ..self }
     }
 
     /// What is to be done.
@@ -171,7 +189,7 @@ impl<'a> Run<'a> {
                 expected: self.frames_expected(results),
                 finished: &finished,
             });
-            if left.is_empty() || !going_on {
+            if left.is_empty() || !going_on || self.stop.is_asked() {
                 return Ok(left.is_empty());
             }
             let batch = self.batch(&left, results);
@@ -181,11 +199,20 @@ impl<'a> Run<'a> {
             new.retain(|cell| !open.contains_key(cell));
             let made = new
                 .par_iter()
-                .map(|&cell| Ok((cell, self.sweep.worker(cell)?)));
-            open.extend(made.collect::<Result<Vec<_>, SweepError>>()?);
+                .map(|&cell| Ok((cell, self.sweep.worker(cell, self.stop)?)));
+            match made.collect::<Result<Vec<_>, SweepError>>() {
+                Ok(made) => open.extend(made),
+                // The next news end the work.
+                Err(fault) if fault.is_stop() => continue,
+                Err(fault) => return Err(fault),
+            }
             let parts = self.evaluate(&batch, &open);
             for ((cell, chunk), part) in batch.into_iter().zip(parts) {
-                results.add(cell, chunk, part?);
+                match part {
+                    Some(Ok(part)) => results.add(cell, chunk, part),
+                    Some(Err(fault)) if !fault.is_stop() => return Err(fault),
+                    _ => {}
+                }
             }
         }
     }
@@ -228,18 +255,23 @@ impl<'a> Run<'a> {
         batch
     }
 
+    /// What came out of each chunk of a batch; none of those that were not begun.
     fn evaluate(
         &self,
         batch: &[(usize, u64)],
         open: &BTreeMap<usize, Worker>,
-    ) -> Vec<Result<Evaluation, SweepError>> {
+    ) -> Vec<Option<Result<Evaluation, SweepError>>> {
+        let begun = Instant::now();
         let part = |room: &mut Option<(usize, Room)>, &(cell, chunk): &(usize, u64)| {
+            if begun.elapsed() > BATCH_TIME {
+                return None;
+            }
             let worker = &open[&cell];
             let (_, room) = match room {
                 Some(room) if room.0 == cell => room,
                 other => other.insert((cell, worker.room())),
             };
-            self.sweep.chunk(cell, worker, chunk, room)
+            Some(self.sweep.chunk(cell, worker, chunk, room))
         };
         batch.par_iter().map_init(|| None, part).collect()
     }

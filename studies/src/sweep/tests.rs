@@ -1,9 +1,13 @@
 //! Shards, interruptions and stopping rules against one run.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
 use proptest::prelude::*;
 
 use super::*;
 use crate::monte_carlo::Standing;
+use crate::stop::Stop;
 
 /// Cells of which some have enough errors soon and some never.
 fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {
@@ -126,6 +130,32 @@ fn interruptions_change_nothing() {
         interruptions += 1;
     }
     assert!(interruptions > 2, "{interruptions}");
+    assert_eq!(results, whole);
+}
+
+#[test]
+fn a_stop_at_any_moment_changes_nothing() {
+    let sweep = sweep(3000, Some(500));
+    let whole = run(&sweep, Shard::WHOLE);
+    let mut results = Results::new(sweep.clone());
+    let mut stops = 0;
+    loop {
+        let flag: &AtomicBool = Box::leak(Box::default());
+        let engine = Run::new(&sweep, Shard::WHOLE, None).unwrap();
+        let timer = std::thread::spawn(move || {
+            // Ever later, so that some chunk is finished at last.
+            std::thread::sleep(Duration::from_millis(5 * stops));
+            flag.store(true, Ordering::Relaxed);
+        });
+        let stopping = engine.until(Stop::at(flag));
+        let is_done = stopping.advance(&mut results, |_| true).unwrap();
+        timer.join().unwrap();
+        if is_done {
+            break;
+        }
+        stops += 1;
+    }
+    assert!(stops > 0);
     assert_eq!(results, whole);
 }
 

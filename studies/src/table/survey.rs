@@ -2,7 +2,8 @@
 
 use super::condition::Condition;
 use super::outcome::{Cell, Entry, Rule};
-use crate::optimum::{Optimum, OptimumError, Search, least_mean_ber, optimum};
+use crate::monte_carlo::Evaluation;
+use crate::optimum::{Optimum, OptimumError, Round, Search, least_mean_ber, optimum_from};
 use link::l2a_table::{L2A_MIN, L2aTable, TableError};
 use sim::scene::{RangeError, Scene};
 
@@ -41,8 +42,8 @@ pub struct Survey {
 /// What a survey tells while it works.
 #[derive(Clone, Copy, Debug)]
 pub enum News<'a> {
-    /// So many more frames are done.
-    Frames(u64),
+    /// More frames are done.
+    Round(&'a Round<'a>),
     /// The best ratio at one setting is known; [`Cell::table_loss`] may not be known yet, and is 1 then.
     Cell(&'a Cell),
 }
@@ -161,6 +162,27 @@ impl Survey {
         scene: &Scene,
         illuminance_lx: f64,
         interval: f64,
+        tell: impl FnMut(News) -> bool,
+    ) -> Result<(Entry, Vec<Cell>), SurveyError> {
+        self.entry_from(
+            scene,
+            illuminance_lx,
+            interval,
+            &mut std::iter::empty(),
+            tell,
+        )
+    }
+
+    /// The same, gone on from the rounds that an earlier run has finished of this entry, in the order in which it was told of them.
+    ///
+    /// # Errors
+    /// As [`Survey::entry`].
+    pub fn entry_from(
+        &self,
+        scene: &Scene,
+        illuminance_lx: f64,
+        interval: f64,
+        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
         mut tell: impl FnMut(News) -> bool,
     ) -> Result<(Entry, Vec<Cell>), SurveyError> {
         let at = |distance_m, yaw_deg| Condition {
@@ -171,7 +193,13 @@ impl Survey {
         };
         let mut parallel = Vec::new();
         for &distance_m in &self.distance_m {
-            parallel.push(self.best(scene, at(distance_m, self.yaw_deg[0]), None, &mut tell)?);
+            parallel.push(self.best(
+                scene,
+                at(distance_m, self.yaw_deg[0]),
+                None,
+                known,
+                &mut tell,
+            )?);
         }
         let entry = self.summary(illuminance_lx, interval, &parallel)?;
         let carried = entry.l2a(self.rule);
@@ -181,8 +209,13 @@ impl Survey {
             .collect();
         for &yaw_deg in &self.yaw_deg[1..] {
             for &distance_m in &self.distance_m {
-                let (cell, _) =
-                    self.best(scene, at(distance_m, yaw_deg), Some(carried), &mut tell)?;
+                let (cell, _) = self.best(
+                    scene,
+                    at(distance_m, yaw_deg),
+                    Some(carried),
+                    known,
+                    &mut tell,
+                )?;
                 cells.push(cell);
             }
         }
@@ -195,11 +228,12 @@ impl Survey {
         scene: &Scene,
         setting: Condition,
         carried: Option<f64>,
+        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
         tell: &mut impl FnMut(News) -> bool,
     ) -> Result<(Cell, Optimum), SurveyError> {
         let fault = |source| SurveyError::Optimum { setting, source };
-        let optimum = optimum(&setting.of(scene), &self.search, |frames| {
-            tell(News::Frames(frames))
+        let optimum = optimum_from(&setting.of(scene), &self.search, known, |round| {
+            tell(News::Round(round))
         })
         .map_err(fault)?;
         let cell = Cell::of(setting, &optimum);

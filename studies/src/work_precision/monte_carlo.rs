@@ -14,6 +14,7 @@ use crate::monte_carlo::{Evaluator, Settings};
 use crate::optimum::{Criterion, Peak, Samples, Window, at_ratio};
 use crate::reproduction::{Batches, Sums, estimate_of};
 use crate::statistics::wilson_95;
+use crate::stop::Stop;
 use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 
@@ -179,11 +180,16 @@ impl Study {
     }
 
     fn b2w(&self) -> Result<Diagram, PrecisionError> {
-        let truth = Batches::measure(&self.paper, self.reference_frames(), self.scale.seed)?
-            .estimate(b2w)
-            .value;
+        let truth = Batches::measure(
+            &self.paper,
+            self.reference_frames(),
+            self.scale.seed,
+            Stop::NEVER,
+        )?
+        .estimate(b2w)
+        .value;
         let points = self.curve("one setting", 1, self.frame_ns[0], truth, |frames, seed| {
-            let estimate = Batches::measure(&self.paper, frames, seed)?.estimate(b2w);
+            let estimate = Batches::measure(&self.paper, frames, seed, Stop::NEVER)?.estimate(b2w);
             Ok((estimate.value, estimate.value - estimate.low))
         })?;
         Ok(diagram(
@@ -199,7 +205,8 @@ impl Study {
         let ratio = |sums: &[Sums]| b2w(&sums[0]) / b2w(&sums[1]);
         let estimate = |frames, seed, numbers| {
             let seeds = [seed, other_seed(seed, 1, numbers)];
-            let [one, other] = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k]));
+            let [one, other] =
+                [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER));
             let estimate = estimate_of(&[&one?, &other?], ratio);
             Ok((estimate.value, estimate.value - estimate.low))
         };
@@ -395,7 +402,8 @@ mod tests {
         let scenes = PAIR.map(|l2a| at_ratio(&Scene::load("paper", &[]).unwrap(), l2a));
         let width = |frames, numbers| {
             let seeds = [7, other_seed(7, 1, numbers)];
-            let points = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k]).unwrap());
+            let points = [0, 1]
+                .map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER).unwrap());
             let estimate = estimate_of(&[&points[0], &points[1]], |sums| {
                 b2w(&sums[0]) / b2w(&sums[1])
             });

@@ -9,16 +9,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use serde::Serialize;
+use studies::stop::Stop;
 use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
 
 use crate::files;
-use crate::options::{Shared, until_interrupted};
+use crate::options::Shared;
 use crate::output::{self, Answer, line};
 use crate::outputs;
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
 use crate::report::work_precision::{Made, page};
+use crate::stop::stop;
 use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
@@ -78,11 +80,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let page = arguments.out.join("accuracy.md");
     outputs::check_beside(&path, std::slice::from_ref(&page))?;
     outputs::check([path.clone(), page], [])?;
-    let going_on = until_interrupted()?;
     let mut kept = begin(arguments, Run::new(scale), &path)?;
     let asked = kept.missing.clone();
-    let finished = measure(&mut kept, &path, &going_on)?;
-    write(&kept, arguments, &folder)?;
+    let stop = stop();
+    let finished = measure(&mut kept, &path, stop)?;
+    // Whoever waits for the end of it has the points, and all else with --resume.
+    if finished {
+        write(&kept, arguments, &folder)?;
+    }
     let measured = kept.parts.iter().filter(|part| asked.contains(&part.name));
     for part in measured {
         print(part, shared.json)?;
@@ -90,7 +95,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if finished {
         Ok(Answer::Yes)
     } else {
-        output::tell("interrupted: what is finished is written; go on with --resume");
+        output::tell(format_args!(
+            "interrupted: {} keeps what is finished; go on with --resume, which draws it",
+            path.display()
+        ));
         Ok(Answer::No)
     }
 }
@@ -125,12 +133,14 @@ fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Kept> {
     Ok(kept)
 }
 
-/// Measures what is missing, while it may go on; false if it might not.
-fn measure(kept: &mut Kept, path: &Path, going_on: &dyn Fn() -> bool) -> anyhow::Result<bool> {
+/// Measures what is missing; false if it was asked to stop.
+fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
+    // What cannot be kept should not be measured first.
+    kept.write(path)?;
     let missing = std::mem::take(&mut kept.missing);
     let mut progress = Progress::new(missing.len() as u64, "parts");
     for (done, name) in (0..).zip(&missing) {
-        if !going_on() {
+        if stop.is_asked() {
             return Ok(false);
         }
         output::tell(format_args!("{name} …"));

@@ -1,5 +1,7 @@
 //! A small run, interrupted, finished and drawn.
 
+use std::sync::atomic::AtomicBool;
+
 use super::*;
 use clap::Parser;
 
@@ -20,8 +22,9 @@ fn parts_are_measured_kept_drawn_and_not_measured_again() {
     let path = folder.path().join(KEPT);
     let mut kept = tiny();
     kept.missing = arguments.parts.clone();
-    assert!(!measure(&mut kept.clone(), &path, &|| false).expect("nothing to do"));
-    assert!(measure(&mut kept, &path, &|| true).expect("measured"));
+    static ASKED: AtomicBool = AtomicBool::new(true);
+    assert!(!measure(&mut kept.clone(), &path, Stop::at(&ASKED)).expect("nothing to do"));
+    assert!(measure(&mut kept, &path, Stop::NEVER).expect("measured"));
     write(&kept, &arguments, folder.path()).expect("drawn");
     let again = Arguments {
         parts: Vec::new(),

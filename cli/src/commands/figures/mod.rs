@@ -20,12 +20,13 @@ use studies::reproduction::{
 
 use crate::files;
 use crate::numbers::{number, with_interval};
-use crate::options::{Shared, until_interrupted};
+use crate::options::Shared;
 use crate::output::{self, Answer, line};
 use crate::outputs;
 use crate::progress::Progress;
 use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
+use crate::stop::stop;
 use kept::{Kept, Run};
 
 /// Arguments of `vocc figures`.
@@ -91,8 +92,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     } else {
         Kept::new(run)
     };
-    let going_on = until_interrupted()?;
-    let finished = compute(&parts, &mut kept, &path, &going_on)?;
+    if !compute(&parts, &mut kept, &path)? {
+        output::tell(format_args!(
+            "interrupted: {} keeps what is finished; go on with --resume, which draws it",
+            path.display()
+        ));
+        return Ok(Answer::No);
+    }
     let nothing = Findings::default();
     let of = |part: &Part| {
         let findings = kept.findings.get(part.name).unwrap_or(&nothing);
@@ -117,11 +123,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     files::write(&arguments.out.join("report.md"), report.markdown())?;
     files::write(&arguments.out.join("report.html"), report.html())?;
     print(&claims, shared.json)?;
-    if finished {
-        Ok(Answer::Yes)
-    } else {
-        output::tell("interrupted: what is finished is written; go on with --resume");
-        Ok(Answer::No)
+    Ok(Answer::Yes)
+}
+
+/// A study that Ctrl-C ends.
+fn study(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Study {
+    Study {
+        stop: stop(),
+        ..Study::new(scene, extent, frames, seed)
     }
 }
 
@@ -135,7 +144,7 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
     let scene = shared.scene(&arguments.scene)?;
     let main = Part {
         name: "",
-        study: Study::new(scene, extent, frames, shared.seed),
+        study: study(scene, extent, frames, shared.seed),
     };
     // A first look is at the scene alone.
     let others: &[Interpretation] = if arguments.quick {
@@ -150,19 +159,16 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
         let frames = frames / READING_SHARE;
         Ok(Part {
             name: reading.name,
-            study: Study::new(scene, Extent::Claims, frames, shared.seed),
+            study: study(scene, Extent::Claims, frames, shared.seed),
         })
     });
     std::iter::once(Ok(main)).chain(others).collect()
 }
 
-/// Does what is not done yet, while it may go on; false if it might not.
-fn compute(
-    parts: &[Part],
-    kept: &mut Kept,
-    path: &Path,
-    going_on: &dyn Fn() -> bool,
-) -> anyhow::Result<bool> {
+/// Does what is not done yet; false if it was asked to stop.
+fn compute(parts: &[Part], kept: &mut Kept, path: &Path) -> anyhow::Result<bool> {
+    // What cannot be kept should not be worked on first.
+    kept.write(path)?;
     let tasks: Vec<_> = parts
         .iter()
         .flat_map(|part| part.study.tasks().into_iter().map(move |task| (part, task)))
@@ -172,8 +178,7 @@ fn compute(
     for (done, (part, task)) in (1..).zip(tasks) {
         let findings = kept.findings.entry(part.name.into()).or_default();
         if findings.of(&task).is_none() {
-            let found = part.study.perform(&task, findings, going_on)?;
-            let Some(found) = found.filter(|_| going_on()) else {
+            let Some(found) = part.study.perform(&task, findings)? else {
                 kept.write(path)?;
                 return Ok(false);
             };

@@ -1,9 +1,19 @@
 //! A whole run of few points, interrupted and finished, and what it draws.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 use studies::reproduction::Axes;
+use studies::stop::Stop;
+
+fn stopped_after(time: Duration) -> Stop {
+    let flag: &AtomicBool = Box::leak(Box::default());
+    std::thread::spawn(move || {
+        std::thread::sleep(time);
+        flag.store(true, Ordering::Relaxed);
+    });
+    Stop::at(flag)
+}
 
 fn small() -> Study {
     let scene = Scene::load("paper", &[]).expect("a preset");
@@ -31,30 +41,38 @@ fn folder(name: &str) -> PathBuf {
 
 #[test]
 fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
-    let parts = [Part {
-        name: "",
-        study: small(),
-    }];
-    let run = |seed| Run::new(&parts[0].study.scene, 1000, true, seed);
+    let parts = |stop| {
+        [Part {
+            name: "",
+            study: Study { stop, ..small() },
+        }]
+    };
+    let uninterrupted = parts(Stop::NEVER);
+    let study = &uninterrupted[0].study;
+    let run = |seed| Run::new(&study.scene, 1000, true, seed);
     let folder = folder("interrupted");
     let path = folder.join(KEPT);
-    let mut kept = Kept::new(run(1));
-    let asked = Cell::new(0);
-    let going_on = || {
-        asked.set(asked.get() + 1);
-        asked.get() < 3
-    };
-    assert!(!compute(&parts, &mut kept, &path, &going_on).expect("work"));
-    let claims = judge(&parts[0].study, &kept.findings[""]);
-    assert!(claims.is_empty(), "no curve is finished: {claims:?}");
-    let mut again = Kept::read(&path, &run(1)).expect("what was kept");
-    assert_eq!(again.findings, kept.findings);
+    Kept::new(run(1)).write(&path).expect("a file");
     assert!(Kept::read(&path, &run(2)).is_err());
-    assert!(compute(&parts, &mut again, &path, &|| true).expect("work"));
+    let mut interruptions = 0;
+    let again = loop {
+        let mut kept = Kept::read(&path, &run(1)).expect("what was kept");
+        // Ever later, so that some task is finished at last.
+        let after = Duration::from_millis(1 << interruptions);
+        if compute(&parts(stopped_after(after)), &mut kept, &path).expect("work") {
+            break kept;
+        }
+        if interruptions == 0 {
+            let claims = kept.findings.get("").map(|findings| judge(study, findings));
+            assert_eq!(claims.unwrap_or_default(), [], "no curve is finished");
+        }
+        interruptions += 1;
+    };
+    assert!(interruptions > 2, "{interruptions}");
     let mut whole = Kept::new(run(1));
-    assert!(compute(&parts, &mut whole, &path, &|| true).expect("work"));
+    assert!(compute(&uninterrupted, &mut whole, &path).expect("work"));
     assert_eq!(again.findings, whole.findings);
-    drawn(&parts[0].study, &whole.findings[""], &folder);
+    drawn(study, &whole.findings[""], &folder);
     std::fs::remove_dir_all(&folder).expect("cleared");
 }
 

@@ -1,6 +1,7 @@
 //! `vocc optimize`: the best LED-to-ambient ratio at many settings, and the table a transmitter carries.
 
 mod chart;
+mod rounds;
 
 use std::path::PathBuf;
 
@@ -9,15 +10,17 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Criterion, RANGE, Search};
-use studies::table::{Rule, Survey, TableFile};
+use studies::table::{News, Rule, Survey, TableFile};
 
 use crate::commands::evaluate::single_precision;
 use crate::files;
-use crate::options::{Shared, until_interrupted};
+use crate::options::Shared;
 use crate::output::Answer;
 use crate::outputs;
 use crate::report::optimum::Report;
+use crate::stop::stop;
 use crate::{plot, results};
+use rounds::{About, Rounds};
 
 /// How long it takes.
 const DURATION: &str = "\
@@ -99,6 +102,7 @@ impl Arguments {
             random_reflectance: !self.fixed_reflectance,
             detector: self.detector,
             level: self.level,
+            stop: stop(),
         };
         let own = vec![scene.ambient.illuminance_lx];
         let survey = Survey {
@@ -154,7 +158,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut file = arguments.begun(&survey, &scene)?;
     // What cannot be written should not be searched first.
     arguments.keep(&file)?;
-    let going_on = until_interrupted()?;
+    let settings = settings(&survey, &scene)?;
     let mut report = Report::new(&survey, &file, shared.json)?;
     for &illuminance_lx in &survey.illuminance_lx {
         for &interval in &survey.interval {
@@ -165,15 +169,32 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             if arguments.out.is_none() && !report.is_read() {
                 return Ok(Answer::Yes);
             }
-            let searched = survey.entry(&scene, illuminance_lx, interval, |news| {
+            let about = About {
+                table: &settings,
+                illuminance_lx,
+                interval,
+            };
+            let begun = arguments
+                .out
+                .as_deref()
+                .map(|path| Rounds::begin(path, &about));
+            let (mut rounds, known) = begun.transpose()?.unzip();
+            let known = &mut known.into_iter().flatten();
+            let searched = survey.entry_from(&scene, illuminance_lx, interval, known, |news| {
+                if let (News::Round(round), Some(rounds)) = (&news, &mut rounds)
+                    && !round.is_known
+                {
+                    rounds.add(round.batches);
+                }
                 report.heard(news);
-                going_on()
+                true
             });
             match searched {
                 Ok((entry, cells)) => {
                     let told = report.entry(&entry, &cells);
                     file.add(survey.rule, entry, cells);
                     arguments.keep(&file)?;
+                    rounds.map_or(Ok(()), Rounds::finish)?;
                     told?;
                 }
                 Err(error) if error.is_interruption() => {
@@ -188,4 +209,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         plot::save(&results::stem(path, "toml"), &chart::draw(&file, &survey)?)?;
     }
     Ok(Answer::Yes)
+}
+
+/// What a search depends on, as its table says it.
+fn settings(survey: &Survey, scene: &Scene) -> anyhow::Result<String> {
+    TableFile::of(survey, scene)
+        .to_toml()
+        .context("the table cannot be written as TOML")
 }

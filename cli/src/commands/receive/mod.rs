@@ -19,6 +19,7 @@ use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::options::Shared;
 use crate::output::{self, Answer};
 use crate::outputs;
+use crate::stop::{Input, stop};
 
 use reception::Reception;
 
@@ -119,12 +120,14 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
             .map(|file| file.path.clone())
             .chain(arguments.camera.file()),
     )?;
+    let stop = stop();
     let total = (!is_stream).then_some(files.len() as u64);
     let told = arguments.camera.told(arguments.pixels)?;
     let mut reception = Reception::<PANELS>::new(arguments, told, shared, total)?;
     if is_stream {
         let channel = told.pixels.channel.unwrap_or_default();
-        let mut stream = Stream::open(std::io::stdin().lock(), arguments.raw, channel)?;
+        let input = Input::new(std::io::stdin(), stop);
+        let mut stream = Stream::open(input, arguments.raw, channel)?;
         let (width, height) = stream.size();
         if let Some(rate) = stream.rate() {
             reception.by_default(rate)?;
@@ -133,6 +136,8 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
             match stream.next_frame() {
                 Ok(Some(grey)) => reception.take_next(&Frame::new(grey, width, height)?)?,
                 Ok(None) => return reception.finish(),
+                // Its end was cut off by whoever has asked to stop.
+                Err(_) if stop.is_asked() => return reception.finish(),
                 Err(error) => {
                     // What came before it is not lost.
                     reception.finish()?;
@@ -144,6 +149,9 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
     let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut bad = 0;
     for FrameFile { path, number } in &files {
+        if stop.is_asked() {
+            return reception.finish();
+        }
         let image = pictures.read(path).and_then(|image| {
             reception.check_size((image.width() as usize, image.height() as usize))?;
             Ok(image)

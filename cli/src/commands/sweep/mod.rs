@@ -12,10 +12,11 @@ use anyhow::{Context, bail, ensure};
 use sim::input;
 use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
-use crate::options::{Shared, until_interrupted};
+use crate::options::Shared;
 use crate::output::Answer;
 use crate::outputs;
 use crate::report::sweep::Report;
+use crate::stop::stop;
 use crate::{plot, results};
 
 /// What a plan looks like, and how sweeps are done in parts.
@@ -136,8 +137,7 @@ fn work_off(
     path: &Path,
     mut results: Results,
 ) -> anyhow::Result<Answer> {
-    let run = Run::new(&plan.sweep, shard, plan.expected_frames())?;
-    let going_on = until_interrupted()?;
+    let run = Run::new(&plan.sweep, shard, plan.expected_frames())?.until(stop());
     let mut report = Report::silent();
     report.begin_at(run.frames_done(&results));
     let place = results::Place::new(path);
@@ -145,7 +145,7 @@ fn work_off(
         &run,
         &mut results,
         |results| place.keep(|path| results::write(results, path)),
-        |news| report.heard(news).map(|()| going_on()),
+        |news| report.heard(news).map(|()| true),
     )?;
     Ok(if done { Answer::Yes } else { Answer::No })
 }
@@ -162,9 +162,8 @@ fn whole(
         Some(path) => begun(&plan.sweep, path, arguments.resume)?,
         None => Results::new(plan.sweep.clone()),
     };
-    let run = Run::new(&plan.sweep, Shard::WHOLE, None)?;
+    let run = Run::new(&plan.sweep, Shard::WHOLE, None)?.until(stop());
     let place = path.as_deref().map(results::Place::new);
-    let going_on = until_interrupted()?;
     let mut report = Report::new(&plan.sweep, as_json)?;
     report.begin_at(run.frames_done(&results));
     let done = results::advance(
@@ -177,7 +176,7 @@ fn whole(
         |news| {
             report.heard(news)?;
             // What is kept may be read later.
-            Ok(going_on() && (path.is_some() || report.is_read()))
+            Ok(path.is_some() || report.is_read())
         },
     )?;
     // A reader who has left has had enough.

@@ -1,0 +1,152 @@
+//! The rounds of the entry in work, kept beside the table as they are finished, so that an interrupted search goes on from them.
+//!
+//! A line each, behind its checksum, after one that says of what they are rounds. It is the one file that grows and is not replaced: a
+//! round more costs what it is long. A line that is cut or damaged is no round, nor are those after it.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use serde::Serialize;
+use studies::monte_carlo::Evaluation;
+
+use crate::{files, output};
+
+/// What the file's name has more than the table's.
+const EXTENSION: &str = "rounds";
+/// Between two times that the rounds are made safe against a power cut.
+const SYNC_EVERY: Duration = Duration::from_secs(10);
+
+/// The rounds of one entry.
+pub struct Rounds {
+    path: PathBuf,
+    /// None where nothing can be kept.
+    file: Option<File>,
+    synced: Instant,
+}
+
+/// Of what they are rounds.
+#[derive(Serialize)]
+pub struct About<'a> {
+    /// The table without entries, which says all settings.
+    pub table: &'a str,
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+}
+
+impl Rounds {
+    /// Those beside a table; with the rounds that an earlier run has finished.
+    pub fn begin(table: &Path, about: &About) -> anyhow::Result<(Self, Vec<Vec<Evaluation>>)> {
+        let path = table.with_added_extension(EXTENSION);
+        let head = serde_json::to_string(about)?;
+        let (text, known) = whole(&std::fs::read_to_string(&path).unwrap_or_default(), &head);
+        files::write(&path, text)?;
+        let file = File::options()
+            .append(true)
+            .open(&path)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        let rounds = Self {
+            path,
+            file: Some(file),
+            synced: Instant::now(),
+        };
+        Ok((rounds, known))
+    }
+
+    /// Adds one. Trouble does not end the work: it is then done again by whoever goes on from here.
+    pub fn add(&mut self, batches: &[Evaluation]) {
+        let Some(file) = &mut self.file else { return };
+        let kept = append(file, batches).and_then(|()| {
+            if self.synced.elapsed() > SYNC_EVERY {
+                self.synced = Instant::now();
+                file.sync_data()?;
+            }
+            Ok(())
+        });
+        if let Err(error) = kept {
+            output::tell(format_args!(
+                "vocc: cannot write {}: {error}; going on",
+                self.path.display()
+            ));
+            self.file = None;
+        }
+    }
+
+    /// They are in the table now.
+    pub fn finish(self) -> anyhow::Result<()> {
+        std::fs::remove_file(&self.path)
+            .with_context(|| format!("cannot remove {}", self.path.display()))
+    }
+}
+
+fn append(file: &mut File, batches: &[Evaluation]) -> std::io::Result<()> {
+    let round = serde_json::to_string(batches)?;
+    file.write_all(format!("{:08x} {round}\n", checksum(&round)).as_bytes())
+}
+
+/// The part of a file that is whole and begins with `head`, and its rounds.
+fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>) {
+    let mut kept = format!("{head}\n");
+    let mut known = Vec::new();
+    let lines = text.strip_prefix(&kept).unwrap_or_default();
+    for line in lines.split_inclusive('\n') {
+        let Some(batches) = round(line) else { break };
+        known.push(batches);
+        kept += line;
+    }
+    (kept, known)
+}
+
+/// The round of a line; none if it is damaged.
+fn round(line: &str) -> Option<Vec<Evaluation>> {
+    let (sum, round) = line.strip_suffix('\n')?.split_once(' ')?;
+    let is_sound = u32::from_str_radix(sum, 16).ok()? == checksum(round);
+    is_sound.then(|| serde_json::from_str(round).ok()).flatten()
+}
+
+fn checksum(text: &str) -> u32 {
+    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_are_those_of_the_same_search_up_to_a_cut() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let table = folder.path().join("table.toml");
+        let about = |interval| About {
+            table: "format = 1",
+            illuminance_lx: 100.0,
+            interval,
+        };
+        let round = vec![Evaluation::default(); 2];
+        let (mut rounds, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        assert!(known.is_empty());
+        rounds.add(&round);
+        rounds.add(&round);
+        drop(rounds);
+        let path = table.with_added_extension(EXTENSION);
+        let text = std::fs::read_to_string(&path).expect("rounds");
+        std::fs::write(&path, &text[..text.len() - 5]).expect("room");
+        let (mut rounds, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        assert_eq!(known, std::slice::from_ref(&round));
+        rounds.add(&round);
+        drop(rounds);
+        assert_eq!(std::fs::read_to_string(&path).expect("rounds"), text);
+        let damaged = text.replacen("\"on\"", "\"no\"", 1);
+        std::fs::write(&path, damaged).expect("room");
+        let (_, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        assert!(known.is_empty(), "it is damaged");
+        let (rounds, known) = Rounds::begin(&table, &about(2.0)).expect("room");
+        assert!(known.is_empty(), "they are of another interval");
+        rounds.finish().expect("removed");
+        assert!(!path.exists());
+    }
+}

@@ -1,0 +1,189 @@
+//! Ctrl-C, and the signals by which others end a program: the one place that knows of them.
+//!
+//! A command that keeps what it has finished asks for [`stop`] and ends by itself as soon as that says so, in all loops down to the
+//! single frame. What takes too long for that is left where it stands, and all other commands end at once, as if nobody watched. No file
+//! is left half written in any case.
+
+use std::io::{BufRead, Read};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use signal_hook::low_level::emulate_default_handler;
+use studies::stop::Stop;
+
+use crate::output;
+
+/// Whether the program was asked to end.
+static ASKED: AtomicBool = AtomicBool::new(false);
+/// Whether the command ends by itself when it is.
+static IS_HEARD: AtomicBool = AtomicBool::new(false);
+/// Held while a file is written.
+static WRITING: Mutex<()> = Mutex::new(());
+
+/// What a command has to end by itself. With what comes after, a program ends within a second.
+const PATIENCE: Duration = Duration::from_millis(900);
+/// Between two looks at the flag while nothing comes in.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// Read at once from what may never answer.
+const PIECE: usize = 1 << 18;
+
+/// Watches for the signals until the program ends.
+pub fn watch() -> anyhow::Result<()> {
+    let mut watched = vec![SIGINT, SIGTERM];
+    // `nohup` keeps a program running when its terminal goes.
+    if !is_ignored(SIGHUP) {
+        watched.push(SIGHUP);
+    }
+    let mut signals = Signals::new(watched).context("cannot watch for Ctrl-C")?;
+    std::thread::spawn(move || signals.forever().for_each(end));
+    Ok(())
+}
+
+/// Whether whoever has started the program wants this signal to be ignored.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status
+        .lines()
+        .find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    ignored.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+fn end(signal: i32) {
+    ASKED.store(true, Ordering::Relaxed);
+    let is_heard = IS_HEARD.load(Ordering::Relaxed);
+    if is_heard {
+        std::thread::sleep(PATIENCE);
+    }
+    let _whole = writing();
+    if is_heard {
+        output::tell("vocc: interrupted in the middle; what was kept before stays");
+        std::process::exit(1);
+    }
+    // It does not come back.
+    let _ = emulate_default_handler(signal);
+}
+
+/// The flag, for a command that ends by itself with what is finished.
+pub fn stop() -> Stop {
+    IS_HEARD.store(true, Ordering::Relaxed);
+    Stop::at(&ASKED)
+}
+
+/// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.
+pub fn writing() -> MutexGuard<'static, ()> {
+    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What comes from a source that may never answer; it ends when the program is asked to.
+pub struct Input {
+    pieces: Receiver<std::io::Result<Vec<u8>>>,
+    piece: Vec<u8>,
+    taken: usize,
+    stop: Stop,
+}
+
+impl Input {
+    /// Of a source that another thread reads from.
+    pub fn new(source: impl Read + Send + 'static, stop: Stop) -> Self {
+        let (sender, pieces) = sync_channel(2);
+        std::thread::spawn(move || read_all(source, &sender));
+        Self {
+            pieces,
+            piece: Vec::new(),
+            taken: 0,
+            stop,
+        }
+    }
+
+    /// The next piece; an empty one when there are no more or the program is asked to end.
+    fn next(&self) -> std::io::Result<Vec<u8>> {
+        while !self.stop.is_asked() {
+            match self.pieces.recv_timeout(LOOK_EVERY) {
+                Ok(piece) => return piece,
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
+fn read_all(mut source: impl Read, to: &SyncSender<std::io::Result<Vec<u8>>>) {
+    loop {
+        let mut piece = vec![0; PIECE];
+        let read = source.read(&mut piece).map(|length| {
+            piece.truncate(length);
+            piece
+        });
+        let is_last = match &read {
+            Ok(piece) => piece.is_empty(),
+            Err(error) => error.kind() != std::io::ErrorKind::Interrupted,
+        };
+        // Whoever does not want more has ended.
+        if to.send(read).is_err() || is_last {
+            return;
+        }
+    }
+}
+
+impl BufRead for Input {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        if self.taken == self.piece.len() {
+            (self.piece, self.taken) = (self.next()?, 0);
+        }
+        Ok(&self.piece[self.taken..])
+    }
+
+    fn consume(&mut self, length: usize) {
+        self.taken += length;
+    }
+}
+
+impl Read for Input {
+    fn read(&mut self, room: &mut [u8]) -> std::io::Result<usize> {
+        let mut there = self.fill_buf()?;
+        let length = there.read(room)?;
+        self.consume(length);
+        Ok(length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Never answers.
+    struct Silent;
+
+    impl Read for Silent {
+        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
+            loop {
+                std::thread::park();
+            }
+        }
+    }
+
+    #[test]
+    fn all_that_comes_in_is_read_to_its_end() {
+        let sent: Vec<u8> = (0..3 * PIECE + 7).map(|k| k as u8).collect();
+        let mut read = Vec::new();
+        let mut input = Input::new(std::io::Cursor::new(sent.clone()), Stop::NEVER);
+        input.read_to_end(&mut read).expect("read");
+        assert!(read == sent);
+        assert_eq!(input.read(&mut [0]).expect("the end"), 0);
+    }
+
+    #[test]
+    fn a_source_that_never_answers_can_be_ended() {
+        static FLAG: AtomicBool = AtomicBool::new(false);
+        let mut input = Input::new(Silent, Stop::at(&FLAG));
+        let reader = std::thread::spawn(move || input.read(&mut [0]));
+        FLAG.store(true, Ordering::Relaxed);
+        assert_eq!(reader.join().expect("ends").expect("the end"), 0);
+    }
+}
