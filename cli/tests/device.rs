@@ -15,6 +15,7 @@ use std::time::Duration;
 use common::{json, text, vocc};
 use fake::Fake;
 use serialport::{SerialPort, TTYPort};
+use tx_firmware::store::StoreError;
 
 /// A transmitter at a pseudo-terminal, while it lives.
 struct Board {
@@ -395,6 +396,86 @@ fn another_protocol_is_told_and_which_side_is_older() {
         });
         let speaks = format!("speaks protocol {version}, this program 1");
         ends(&board.vocc(&["device", "status"]), 2, &[&speaks, older]);
+    }
+}
+
+/// Pushes [`TABLE`] to a board whose answers `hurt` changes, and takes the table that the board then has: the old one or the new.
+fn pushed(mut hurt: impl FnMut(usize, Vec<u8>) -> Vec<u8> + Send + 'static) -> (Output, bool) {
+    let mut answers = 0;
+    let board = Board::start(move |fake, bytes| {
+        let answer = fake.exchange(bytes);
+        if answer.is_empty() {
+            return answer;
+        }
+        answers += 1;
+        hurt(answers, answer)
+    });
+    let table = file("breaks.toml", TABLE);
+    let table = table.to_str().expect("a name");
+    let output = board.vocc(&["table", "push", table, "--timeout", "0.05"]);
+    let fake = board.stop();
+    let used = fake.transmitter.table();
+    let is_new = *used != Fake::first_table();
+    assert_eq!(
+        fake.kept.table.as_ref().is_some_and(|kept| kept == used),
+        is_new
+    );
+    assert!(
+        !is_new || used.illuminances_lx().len() == 3,
+        "half a table is in use"
+    );
+    (output, is_new)
+}
+
+#[test]
+fn a_conversation_that_breaks_after_the_hello_leaves_the_old_table_or_the_new() {
+    for (said, breaks) in [
+        (
+            "silent",
+            &(|_: Vec<u8>| Vec::new()) as &'static (dyn Fn(Vec<u8>) -> Vec<u8> + Sync),
+        ),
+        ("half an answer", &|answer: Vec<u8>| {
+            answer[..answer.len() / 2].to_vec()
+        }),
+        ("another version", &|answer: Vec<u8>| of_version(2, &answer)),
+        ("the noise of a restart", &|answer: Vec<u8>| {
+            vec![0xff; answer.len()]
+        }),
+    ] {
+        for after in 1.. {
+            let (output, is_new) = pushed(move |number, answer| {
+                if number > after {
+                    breaks(answer)
+                } else {
+                    answer
+                }
+            });
+            if output.status.success() {
+                assert!(is_new && after > 1, "{said}");
+                break;
+            }
+            ends(&output, 2, &[]);
+            assert!(!output.stderr.is_empty(), "{said} after {after}");
+        }
+    }
+}
+
+#[test]
+fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
+    for fault in [StoreError::Full, StoreError::Flash] {
+        let mut is_told = false;
+        let board = Board::start(move |fake, bytes| {
+            if !std::mem::replace(&mut is_told, true) {
+                fake.kept.fault = Some(fault);
+            }
+            fake.exchange(bytes)
+        });
+        let table = file("full.toml", TABLE);
+        let push = ["table", "push", table.to_str().expect("a name")];
+        ends(&board.vocc(&push), 2, &["flash"]);
+        let fake = board.stop();
+        assert_eq!(*fake.transmitter.table(), Fake::first_table());
+        assert!(fake.kept.table.is_none());
     }
 }
 

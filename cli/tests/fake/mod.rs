@@ -14,10 +14,15 @@ use tx_firmware::transmitter::Transmitter;
 #[derive(Default)]
 pub struct Kept {
     pub table: Option<L2aTable>,
+    /// Why no more can be written to it.
+    pub fault: Option<StoreError>,
 }
 
 impl Memory for Kept {
     fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
+        }
         self.table = Some(table.clone());
         Ok(())
     }
