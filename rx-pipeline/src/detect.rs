@@ -38,7 +38,7 @@ pub(crate) use detection::{bits_where, lit};
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;
-use crate::parameters::detect::MIN_CONTRAST_GREY;
+use crate::parameters::detect::{MIN_CONTRAST_GREY, WHITE_CELLS_MAX, WHITE_GREY};
 use link::panel::PanelFrame;
 use standardise::standardised;
 
@@ -145,6 +145,15 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
     }
 }
 
+/// Whether so few cells are white that what Off LEDs show is no ripple of their neighbours' light.
+pub(crate) fn check_white(features: &Features) -> Result<(), DetectError> {
+    let is_white = |&&grey: &&f32| grey > WHITE_GREY;
+    match features.mean_grey.iter().filter(is_white).count() {
+        0..=WHITE_CELLS_MAX => Ok(()),
+        white => Err(DetectError::TooWhite { white }),
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -193,6 +202,16 @@ pub(crate) mod tests {
             Detector::KMeans.detect(&alike),
             Err(DetectError::OneClass { on: 0 })
         );
+    }
+
+    #[test]
+    fn panels_that_are_white_all_over_are_refused() {
+        let mut white = features_of(0xff, 4.0, &[[0.0; 2]; LEDS]);
+        white.mean_grey = white.mean_grey.map(|grey| grey + 130.0);
+        let refused = Err(DetectError::TooWhite { white: LEDS });
+        assert_eq!(check_white(&white), refused);
+        white.mean_grey[..LEDS - WHITE_CELLS_MAX].fill(240.0);
+        assert_eq!(check_white(&white), Ok(()));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Why a panel could not be read.
 
-use crate::parameters::detect::MIN_CONTRAST_GREY;
+use crate::parameters::detect::{MIN_CONTRAST_GREY, WHITE_CELLS_MAX};
 use link::panel::{LEDS, PanelFrame};
 
 /// Why a panel could not be read.
@@ -23,6 +23,14 @@ pub enum DetectError {
     OneClass {
         /// Cells in the brighter group, 0 or 64.
         on: u32,
+    },
+    /// Next to all cells are white.
+    #[error(
+        "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or dim the panel"
+    )]
+    TooWhite {
+        /// Cells that are white.
+        white: usize,
     },
     /// The panel's pixels are too many, or none.
     #[error(

@@ -5,6 +5,11 @@ pub const DARKEST_GREY: f32 = 0.5;
 /// The least difference between the brightest and the darkest cell's mean that can be told from rounding (grey). Higher:
 /// faint panels are refused; lower: rounding is read as bits.
 pub const MIN_CONTRAST_GREY: f32 = 0.5;
+/// A cell of a brighter mean is white, but for what a codec leaves of that (grey). Higher: ripples of white are read as bits.
+pub const WHITE_GREY: f32 = 248.0;
+/// White cells of a panel that is read, at most (count): scrambled bits light 32 ± 4 LEDs. Higher: what shines over from its
+/// neighbours is read as an LED; lower: bright panels with many LEDs On are refused.
+pub const WHITE_CELLS_MAX: usize = 48;
 /// What is added to each standardised feature's variance within a class (share of its variance in the panel). Higher:
 /// all soft values are less sure; none: those of a frame without noise are infinite.
 pub const VARIANCE_FLOOR: f32 = 0.01;

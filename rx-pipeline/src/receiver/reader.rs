@@ -6,7 +6,7 @@ use super::view::View;
 use crate::cells::{CellMap, CellsError};
 use crate::coarse::Grid;
 use crate::corners::Corners;
-use crate::detect::{Detection, Detector, Method, Mixture};
+use crate::detect::{Detection, Detector, Method, Mixture, check_white};
 use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -371,6 +371,7 @@ impl Reader {
             profile.timed(Stage::Cells, || self.build(corners, map))?;
         }
         let features = profile.timed(Stage::Features, || Features::measure(frame, map))?;
+        check_white(&features)?;
         let detector = match self.method {
             Method::Features(detector) => detector,
             Method::MaximumLikelihood => Detector::default(),
