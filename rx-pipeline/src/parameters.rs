@@ -369,6 +369,11 @@ pub mod tracking {
     /// A panel that has lately been nearer to where it was expected has not jumped by a line (pitches). Lower: slower where
     /// cameras shake.
     pub const ON_COURSE: f32 = 0.1;
+    /// One that has lately been farther, and explains less than this share of what it usually does, may be seen halfway between two lines:
+    /// it is looked for around too (pitches; share). Lower and higher: as above.
+    pub const NEAR_COURSE: f32 = 0.2;
+    /// See there.
+    pub const LESS_THAN_USUAL: f32 = 0.95;
     /// What of the farthest that it was from there still counts in the next frame (share). Higher: slower after a jump, and when a
     /// panel has just been found.
     pub const ASTRAY_SHARE: f32 = 0.8;

@@ -296,6 +296,14 @@ impl Track {
         self.astray.is_none_or(|astray| astray < ON_COURSE)
     }
 
+    /// Whether it may be seen halfway between two lines, by the share of the light that it explains: it is not where it was expected, and
+    /// explains less than usual.
+    pub fn may_be_elsewhere(&self, explained: f32) -> bool {
+        let usual = self.usual.unwrap_or(1.0);
+        self.astray.is_some_and(|astray| astray > NEAR_COURSE)
+            && explained < LESS_THAN_USUAL * usual
+    }
+
     /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
     /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell, nor does clutter.
     pub fn line_beside<const N: usize>(

@@ -221,12 +221,17 @@ impl Reader {
         let expected = track.predicted(input.number);
         let here = self.attempt(track, expected, Gate::SURE, input, profile);
         // As long as it is not known how the panel moves, its bits may look right a line off.
-        if let (Ok((now, ..)), true) = (&here, track.speed_known()) {
-            if now.is_on_course() {
-                return here;
+        let here = match here {
+            Ok(here) if track.speed_known() && here.0.is_on_course() => return Ok(here),
+            Ok(here) if track.speed_known() => {
+                let here = self.on_its_line(track, Ok(here), input, profile);
+                if !matches!(&here, Ok((now, _, explained)) if now.may_be_elsewhere(*explained)) {
+                    return here;
+                }
+                here
             }
-            return self.on_its_line(track, here, input, profile);
-        }
+            here => here,
+        };
         let near = profile.timed(Stage::Search, || {
             let sigma_px = track.spot_sigma_px();
             input.locator.locate_near(input.frame, &expected, sigma_px)

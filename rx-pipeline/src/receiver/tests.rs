@@ -126,6 +126,22 @@ fn a_panel_is_read_on_its_own_lines_however_the_camera_shakes() {
 }
 
 #[test]
+fn a_soft_panel_that_jumps_is_not_read_halfway_between_its_lines() {
+    let shaken = |number: usize| {
+        let turn = number as f32;
+        let shake = [turn * 2.4, turn * 4.1].map(|angle| 2.9 * angle.sin());
+        Scene {
+            centre: [47.3 + shake[0], 48.6 + shake[1]],
+            pitch_px: 5.6,
+            blur_px: [2.3; 2],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        }
+    };
+    assert!(read(&mut receiver(1.0), 60, shaken) >= 40);
+}
+
+#[test]
 fn a_panel_on_a_board_is_followed_before_a_wall_as_bright_as_its_leds() {
     // A board that ends 0.9 pitches beyond the outer LEDs, turned as these are.
     let wall = |[x, y]: [f32; 2]| {
