@@ -33,6 +33,7 @@ use libm::erfc;
 
 use crate::camera::curve::Curve;
 use crate::disc::kernel::CURVATURE;
+use crate::disc::outline::Blur;
 
 /// A choice between exactness and time; see the [module](self).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -127,13 +128,18 @@ impl Accuracy {
         }
     }
 
-    /// How far beyond a disc's edge it is drawn: outside lies at most `truncation` of the blurred light of a plane full
-    /// of LEDs, 2·erfc(z/√2) for a margin of z·σ, and half a pixel for the pixel's own square.
-    pub fn margin_px(&self, sigma_px: f64) -> f64 {
+    /// A blur of `sigma_px` for what is drawn pixel by pixel. Beyond its reach lies at most `truncation` of the blurred light of a plane
+    /// full of LEDs, 2·erfc(z/√2) for a reach of z·σ.
+    pub fn blur(&self, sigma_px: f64) -> Blur {
         let mut z = 0.0;
         while 2.0 * erfc(z * std::f64::consts::FRAC_1_SQRT_2) > self.truncation {
             z += 0.1;
         }
-        0.5 + z * sigma_px
+        Blur::within(sigma_px, z * sigma_px, self.quadrature)
+    }
+
+    /// How far beyond a disc's edge it is drawn: the blur's reach, and half a pixel for the pixel's own square.
+    pub fn margin_px(&self, sigma_px: f64) -> f64 {
+        self.blur(sigma_px).margin_px()
     }
 }

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat2, DVec2};
 
+use crate::disc::chords::longest_panel;
 use crate::disc::gauss;
 use crate::disc::kernel::Exact;
 use crate::disc::overlap;
@@ -24,10 +25,39 @@ pub enum Outline {
 
 /// How many σ away from a pixel's side something still counts: beyond is less than 1e-57 of its light.
 const REACH_SIGMA: f64 = 16.0;
-/// The longest panel that the rule of [`gauss`] integrates to 1e-13 of an LED and 1e-9 of a tail, in σ.
-const PANEL_SIGMA: f64 = 1.5;
+/// The longest panel of bell times step, as a part of a Gaussian's own: 1.5 σ integrate to 1e-13 of an LED and 1e-9 of a tail.
+const PART_OF_PANEL: f64 = 0.3;
 /// A blur below this moves light by less than 1e-9 px, and counts as none.
 const SHARPEST_PX: f64 = 1e-10;
+
+/// A round blur, and how exactly it is integrated.
+#[derive(Clone, Copy, Debug)]
+pub struct Blur {
+    sigma_px: f64,
+    reach_px: f64,
+    panel_px: f64,
+}
+
+impl Blur {
+    /// A blur of `sigma_px` to 1e-9 of an outline's light: see [`Outline::light`].
+    pub fn exact(sigma_px: f64) -> Self {
+        Self::within(sigma_px, REACH_SIGMA * sigma_px, 0.0)
+    }
+
+    /// A blur of `sigma_px` that counts as over beyond `reach_px`, integrated to about `tolerance` of an outline's light.
+    pub fn within(sigma_px: f64, reach_px: f64, tolerance: f64) -> Self {
+        Self {
+            sigma_px,
+            reach_px,
+            panel_px: PART_OF_PANEL * longest_panel(tolerance) * sigma_px,
+        }
+    }
+
+    /// How far it reaches from an edge, and half a pixel's own width more, in px.
+    pub fn margin_px(&self) -> f64 {
+        0.5 + self.reach_px
+    }
+}
 
 impl Outline {
     /// How far it reaches from its centre along x, and along y.
@@ -55,7 +85,12 @@ impl Outline {
     /// assert_eq!(disc.light(0.05, DVec2::ZERO), 1.0);
     /// ```
     pub fn light(&self, sigma_px: f64, at: DVec2) -> f64 {
-        if sigma_px < SHARPEST_PX {
+        self.light_by(&Blur::exact(sigma_px), at)
+    }
+
+    /// The same, as exactly as `blur` asks.
+    pub fn light_by(&self, blur: &Blur, at: DVec2) -> f64 {
+        if blur.sigma_px < SHARPEST_PX {
             return match self {
                 Self::Ellipse(shape) => overlap::ellipse(*shape, -at),
                 Self::Quadrilateral(corners) => {
@@ -63,7 +98,7 @@ impl Outline {
                 }
             };
         }
-        let pixel = Pixel::new(sigma_px);
+        let pixel = Pixel::new(blur);
         if self.surrounds(at, pixel.far) {
             return 1.0;
         }
@@ -151,12 +186,12 @@ struct Pixel {
 }
 
 impl Pixel {
-    fn new(sigma_px: f64) -> Self {
+    fn new(blur: &Blur) -> Self {
         Self {
-            kernel: Exact::new(sigma_px),
-            far: 0.5 + REACH_SIGMA * sigma_px,
-            straight: 0.5 - REACH_SIGMA * sigma_px,
-            panel: PANEL_SIGMA * sigma_px,
+            kernel: Exact::new(blur.sigma_px),
+            far: 0.5 + blur.reach_px,
+            straight: 0.5 - blur.reach_px,
+            panel: blur.panel_px,
         }
     }
 
@@ -181,5 +216,40 @@ impl Pixel {
         }
         let middle = f64::midpoint(from, to);
         self.along(curve, from, middle) + self.along(curve, middle, to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::Accuracy;
+
+    #[test]
+    fn a_coarser_blur_errs_by_what_it_was_allowed() {
+        let outlines = [
+            Outline::Ellipse(DMat2::from_cols(
+                DVec2::new(12.0, 3.0),
+                DVec2::new(-2.0, 9.0),
+            )),
+            Outline::Quadrilateral([
+                DVec2::new(-14.0, -9.0),
+                DVec2::new(13.0, -11.0),
+                DVec2::new(15.0, 8.0),
+                DVec2::new(-12.0, 10.0),
+            ]),
+        ];
+        for (sigma_px, tolerance) in [(0.3, 1e-3), (0.8, 1e-5), (1.1, 1e-7), (4.0, 1e-4)] {
+            let blur = Accuracy::even(tolerance).blur(sigma_px);
+            for outline in outlines {
+                let mut worst = 0.0_f64;
+                for i in -40..=40 {
+                    let at = DVec2::new(0.61 * f64::from(i), 0.37 * f64::from(i * i % 53 - 26));
+                    let off = outline.light_by(&blur, at) - outline.light(sigma_px, at);
+                    worst = worst.max(off.abs());
+                }
+                assert!(worst <= tolerance, "σ {sigma_px}: {worst:e}");
+                assert!(worst > 0.0, "σ {sigma_px}: drawn as exactly as can be");
+            }
+        }
     }
 }

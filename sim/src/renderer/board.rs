@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::layout;
+use super::outlined::Outlined;
 use crate::accuracy::Accuracy;
 use crate::disc::chords::Chords;
 use crate::disc::outline::Outline;
@@ -12,8 +13,7 @@ use crate::view::{BOARD_CORNERS, PanelView};
 
 /// A panel's board of 8 × 8 pitches.
 pub(super) struct Board {
-    pub(super) centre: DVec2,
-    pub(super) outline: Outline,
+    pub(super) outlined: Outlined,
     /// None where it is drawn pixel by pixel.
     pub(super) chords: Option<Chords>,
 }
@@ -31,8 +31,7 @@ impl Board {
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
-            centre,
-            outline,
+            outlined: Outlined::new(outline, centre),
             chords: Chords::within(&outline, formation.sigma_px, accuracy.quadrature),
         }
     }

@@ -4,7 +4,7 @@ use glam::DVec2;
 use link::panel::{LEDS, SIDE};
 
 use crate::disc::kernel::Real;
-use crate::disc::outline::Outline;
+use crate::disc::outline::{Blur, Outline};
 use crate::renderer::separable::SeparableImage;
 
 /// A rectangle of the sensor.
@@ -179,16 +179,31 @@ impl<R: Real> Canvas<R> {
         }
     }
 
+    /// Adds the values of another canvas times `light`, where both have pixels.
+    pub fn add(&mut self, other: &Canvas<f32>, light: R) {
+        let (own, others) = (self.region, other.region);
+        let (from, to) = (
+            own.x.max(others.x),
+            (own.x + own.width).min(others.x + others.width),
+        );
+        if from >= to {
+            return;
+        }
+        for y in own.y.max(others.y)..(own.y + own.height).min(others.y + others.height) {
+            let row = |region: Region| {
+                let start = (y - region.y) * region.width;
+                start + from - region.x..start + to - region.x
+            };
+            let values = &mut self.values[row(own)];
+            for (value, &other) in values.iter_mut().zip(&other.values[row(others)]) {
+                *value += light * R::from_f64(f64::from(other));
+            }
+        }
+    }
+
     /// Adds an outline of the given linear `light` with its centre at `centre` (in px of the sensor), pixel by pixel.
-    pub fn add_outline(
-        &mut self,
-        outline: &Outline,
-        sigma_px: f64,
-        margin_px: f64,
-        centre: DVec2,
-        light: R,
-    ) {
-        let (reach_x, reach_y) = (outline.reach() + margin_px).into();
+    pub fn add_outline(&mut self, outline: &Outline, blur: &Blur, centre: DVec2, light: R) {
+        let (reach_x, reach_y) = (outline.reach() + blur.margin_px()).into();
         let centre = centre - DVec2::new(self.region.x as f64, self.region.y as f64);
         let (from_x, to_x) = self.span(centre.x, reach_x, self.region.width);
         let (from_y, to_y) = self.span(centre.y, reach_y, self.region.height);
@@ -196,7 +211,7 @@ impl<R: Real> Canvas<R> {
             let row = &mut self.values[j * self.region.width..][from_x..to_x];
             for (i, value) in (from_x..to_x).zip(row) {
                 let at = DVec2::new(i as f64, j as f64) - centre;
-                *value += light * R::from_f64(outline.light(sigma_px, at));
+                *value += light * R::from_f64(outline.light_by(blur, at));
             }
         }
     }

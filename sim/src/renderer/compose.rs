@@ -6,7 +6,6 @@ use link::panel::LEDS;
 use super::{Renderer, Shown};
 use crate::camera::clock::Moment;
 use crate::disc::kernel::{Kernel, Real};
-use crate::disc::outline::Outline;
 use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout, image_of};
@@ -33,12 +32,7 @@ impl Renderer {
             }
             Images::Outlines(outlines) => {
                 for (led, &light) in light.iter().enumerate() {
-                    self.add_outline(
-                        image_of(outlines, led),
-                        layout.centre(led) + shift,
-                        light,
-                        canvas,
-                    );
+                    self.add_outlined(&outlines[led], shift, light, canvas);
                 }
             }
         }
@@ -136,28 +130,12 @@ impl Renderer {
         light: K::Real,
         canvas: &mut Canvas<K::Real>,
     ) {
-        let centre = board.centre + shift;
         match &board.chords {
             Some(chords) => {
                 let image = ChordImage::new(kernel, chords, &self.spread, self.margin_px);
-                canvas.add_led(&image, centre, light);
+                canvas.add_led(&image, board.outlined.centre + shift, light);
             }
-            None => self.add_outline(&board.outline, centre, light, canvas),
-        }
-    }
-
-    /// Adds an outline pixel by pixel, at each point of the spread.
-    fn add_outline<R: Real>(
-        &self,
-        outline: &Outline,
-        centre: DVec2,
-        light: R,
-        canvas: &mut Canvas<R>,
-    ) {
-        let sigma_px = self.formation.sigma_px;
-        for &(place, part) in &self.spread.points {
-            let light = light * R::from_f64(part);
-            canvas.add_outline(outline, sigma_px, self.margin_px, centre + place, light);
+            None => self.add_outlined(&board.outlined, shift, light, canvas),
         }
     }
 

@@ -11,6 +11,7 @@ use crate::disc::outline::Outline;
 use crate::disc::spread::Spread;
 use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
+use crate::renderer::outlined::Outlined;
 use crate::renderer::polyphase::Polyphase;
 use crate::renderer::separable::SeparableImage;
 use crate::scene::Camera;
@@ -36,7 +37,7 @@ pub enum Images {
         table: Option<Polyphase>,
     },
     /// Pixel by pixel, where there is no blur or one far smaller than they are.
-    Outlines(Vec<Outline>),
+    Outlines(Box<[Outlined; LEDS]>),
 }
 
 /// Where a panel's LEDs are, in px of the sensor.
@@ -129,7 +130,9 @@ fn images(
     let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
     let Some(Chords(most)) = Chords::within(&largest, formation.sigma_px, accuracy.quadrature)
     else {
-        return Images::Outlines(shapes.map(Outline::Ellipse).collect());
+        let outlined =
+            |ellipse: &Ellipse| Outlined::new(Outline::Ellipse(ellipse.shape), ellipse.centre);
+        return Images::Outlines(Box::new(ellipses.each_ref().map(outlined)));
     };
     let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
     let table = match shapes.as_slice() {

@@ -5,6 +5,7 @@ mod board;
 pub mod canvas;
 mod compose;
 mod layout;
+mod outlined;
 mod polyphase;
 mod read_out;
 mod regions;
@@ -23,6 +24,7 @@ use crate::camera::encoder::Encoder;
 use crate::camera::exposure::LedLight;
 use crate::camera::noise::PixelNoise;
 use crate::disc::kernel::{Exact, Tabulated};
+use crate::disc::outline::Blur;
 use crate::disc::spread::Spread;
 use crate::effects;
 use crate::formation::Formation;
@@ -57,6 +59,8 @@ pub struct Renderer {
     exact: Exact,
     table: Tabulated,
     spread: Spread,
+    /// The blur's round core, for what is drawn pixel by pixel.
+    blur: Blur,
     margin_px: f64,
     /// For each panel drawn: its layouts over the exposure with their weights.
     layouts: Vec<Vec<(f64, Layout)>>,
@@ -178,6 +182,7 @@ impl Renderer {
             table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(&formation.curve),
             spread,
+            blur: accuracy.blur(formation.sigma_px),
             margin_px,
             layouts,
             boards,
