@@ -13,18 +13,22 @@
 //! depth = 12
 //! ```
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::input;
 
 use crate::files::write;
-use crate::frames::PixelArguments;
 use crate::frames::colour::Channel;
+use crate::frames::{Bayer, PixelArguments};
+
+/// A gamma that is learnt of samples in proportion to light.
+const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
 /// Options that tell of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -45,7 +49,7 @@ pub struct CameraArguments {
 }
 
 /// A camera's file.
-#[derive(Default, Deserialize)]
+#[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     encoding: Option<Encoding>,
@@ -54,7 +58,7 @@ struct File {
     blur_aspect: Option<f32>,
     read_noise_e: Option<f32>,
     channel: Option<Channel>,
-    bayer: Option<crate::frames::Bayer>,
+    bayer: Option<Bayer>,
     depth: Option<u8>,
 }
 
@@ -133,15 +137,56 @@ impl CameraArguments {
 impl Told {
     /// The encoding of the pixels that the receiver gets: deep pictures in proportion to light are encoded for it.
     pub fn of_pixels(&self, deep: bool) -> Camera {
-        let linear = self.encoding.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR;
         Camera {
-            encoding: if deep && linear {
+            encoding: if self.encodes(deep) {
                 Encoding::default()
             } else {
                 self.camera.encoding
             },
             ..self.camera
         }
+    }
+
+    /// The encoding of the film's own samples, of that which was learnt from the pixels that the receiver got.
+    fn of_samples(&self, learnt: Encoding, deep: bool) -> Encoding {
+        match learnt {
+            Encoding::Gamma(gamma) if self.encodes(deep) => {
+                let gamma = gamma / Encoding::USUAL_GAMMA as f32;
+                if AS_GOOD_AS_LINEAR.contains(&gamma) {
+                    Encoding::LINEAR
+                } else {
+                    Encoding::Gamma(gamma)
+                }
+            }
+            _ => learnt,
+        }
+    }
+
+    /// Whether pictures are encoded for the receiver.
+    fn encodes(&self, deep: bool) -> bool {
+        deep && self.encoding.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
+    }
+
+    /// Writes what was learnt, and how pixels were told to be taken, as a file that `--camera` reads: whole or not at all. `deep`: whether
+    /// the pictures had more than 8 bits.
+    pub fn save(&self, path: &Path, learnt: &Learnt, deep: bool) -> anyhow::Result<()> {
+        let camera = learnt.camera;
+        let encoding = self.of_samples(camera.encoding, deep);
+        let camera = Camera { encoding, ..camera }.clamped();
+        let file = File {
+            encoding: Some(camera.encoding),
+            black_grey: Some(camera.black_grey),
+            blur_sigma_px: Some(camera.blur_sigma_px),
+            blur_aspect: Some(camera.blur_aspect),
+            read_noise_e: Some(camera.read_noise_e),
+            channel: self.pixels.channel,
+            bayer: self.pixels.bayer,
+            depth: self.pixels.depth,
+        };
+        write(
+            path,
+            format!("# {}\n{}", as_text(learnt), toml::to_string(&file)?),
+        )
     }
 }
 
@@ -157,16 +202,6 @@ fn read(path: &Path) -> anyhow::Result<File> {
         );
     }
     Ok(file)
-}
-
-/// Writes what was learnt as a file that `--camera` reads: whole or not at all.
-pub fn save(path: &Path, learnt: &Learnt) -> anyhow::Result<()> {
-    let text = format!(
-        "# {}\n{}",
-        as_text(learnt),
-        toml::to_string(&learnt.camera)?
-    );
-    write(path, text)
 }
 
 /// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
@@ -248,6 +283,26 @@ mod tests {
         arguments.told(PixelArguments::default())
     }
 
+    /// What a file of what was learnt says when it is given back.
+    fn saved(told: &Told, camera: Camera, deep: bool) -> Told {
+        let learnt = Learnt {
+            camera,
+            blur_deviation_px: 0.01,
+            noise_grey: 1.0,
+            broken: 1 << 9,
+            frames: 20,
+        };
+        assert!(as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        told.save(&path, &learnt, deep).unwrap();
+        let arguments = CameraArguments {
+            camera: Some(path),
+            ..CameraArguments::default()
+        };
+        arguments.told(PixelArguments::default()).unwrap()
+    }
+
     #[test]
     fn a_camera_that_was_written_is_read() {
         let camera = Camera {
@@ -257,28 +312,51 @@ mod tests {
             blur_aspect: 1.25,
             read_noise_e: 5.0,
         };
+        let before = told("bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12").unwrap();
+        let again = saved(&before, camera, false);
+        assert_eq!(again.camera, camera);
+        assert_eq!(again.pixels.bayer, before.pixels.bayer);
+        assert_eq!(again.pixels.channel, Some(Channel::Red));
+        assert_eq!(again.pixels.depth, Some(12));
+    }
+
+    #[test]
+    fn an_option_overrules_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("camera.toml");
-        let learnt = Learnt {
-            camera,
-            blur_deviation_px: 0.01,
-            noise_grey: 1.0,
-            broken: 1 << 9,
-            frames: 20,
-        };
-        save(&path, &learnt).unwrap();
-        assert!(as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
+        std::fs::write(&path, "blur_sigma_px = 1.0\nblack_grey = 4.0").unwrap();
         let arguments = CameraArguments {
             camera: Some(path),
             blur: Some(2.0),
             ..CameraArguments::default()
         };
-        let told = arguments.told(PixelArguments::default()).unwrap();
-        let overruled = Camera {
-            blur_sigma_px: 2.0,
-            ..camera
+        let camera = arguments.told(PixelArguments::default()).unwrap().camera;
+        assert_eq!((camera.blur_sigma_px, camera.black_grey), (2.0, 4.0));
+    }
+
+    #[test]
+    fn a_deep_film_is_read_alike_by_what_was_learnt_of_it() {
+        let learnt = |gamma| Camera {
+            encoding: Encoding::Gamma(gamma),
+            ..Camera::default()
         };
-        assert_eq!(told.camera, overruled);
+        let untold = told("").unwrap();
+        // In proportion to light: encoded for the receiver the first time, and so the second.
+        let linear = saved(&untold, learnt(2.1), true);
+        assert_eq!(linear.encoding, Some(Encoding::LINEAR));
+        assert_eq!(linear.of_pixels(true), untold.of_pixels(true));
+        // Samples that were encoded already come out as what they are.
+        let encoded = saved(&untold, learnt(3.96), true);
+        assert_eq!(encoded.encoding, Some(Encoding::Gamma(1.8)));
+        assert_eq!(
+            saved(&encoded, learnt(1.7), true).encoding,
+            Some(Encoding::Gamma(1.7))
+        );
+        // 8 bits are as they are.
+        assert_eq!(
+            saved(&untold, learnt(2.1), false).encoding,
+            Some(Encoding::Gamma(2.1))
+        );
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! One channel of colours.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// What to read of a colour picture.
 ///
 /// A lamp of any colour is bright in the brightest channel; red alone tells a red lamp from a white wall.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Channel {
     /// The brightest of the three, pixel by pixel.

@@ -1,7 +1,7 @@
 //! The mosaic that a sensor's colour filters make, read at every pixel.
 
 use anyhow::ensure;
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::colour::Channel;
 
@@ -30,6 +30,20 @@ impl<'de> Deserialize<'de> for Mosaic {
         String::deserialize(deserializer)?
             .parse()
             .map_err(serde::de::Error::custom)
+    }
+}
+
+impl Serialize for Mosaic {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let letter = |colour: u8| ["R", "G", "B"][usize::from(colour)];
+        serializer.serialize_str(
+            &self
+                .0
+                .as_flattened()
+                .iter()
+                .map(|&colour| letter(colour))
+                .collect::<String>(),
+        )
     }
 }
 

@@ -9,7 +9,7 @@ use rx_pipeline::receiver::{
 use super::Arguments;
 use super::report::Report;
 use super::stage_times::StageTimes;
-use crate::camera::{self, Told};
+use crate::camera::Told;
 use crate::options::{self, Shared};
 use crate::output::Answer;
 
@@ -26,6 +26,8 @@ pub struct Reception<'a, const PANELS: usize> {
     report: Report<'a>,
     /// The next frame's number, if it follows the last one.
     next: u64,
+    /// Whether frames have been brought to 8 bits from more.
+    deep: bool,
     size: Option<(usize, usize)>,
     times: StageTimes,
 }
@@ -61,6 +63,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             told,
             arguments,
             report: Report::new(arguments, shared.json, total),
+            deep: false,
             next: 0,
             size: None,
             times: StageTimes::default(),
@@ -78,6 +81,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
 
     /// The frames to come have been brought to 8 bits from more.
     pub fn is_deep(&mut self) {
+        self.deep = true;
         self.settings.camera = self.told.of_pixels(true);
     }
 
@@ -148,7 +152,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let learnt = learnt.into_iter().flatten().next();
         if let Some(path) = &self.arguments.save_camera {
             match &learnt {
-                Some(learnt) => camera::save(path, learnt)?,
+                Some(learnt) => self.told.save(path, learnt, self.deep)?,
                 None => self.report.say(&format!(
                     "no panel was read, so nothing was learnt of the camera: {} is not written",
                     path.display()
