@@ -114,6 +114,16 @@ impl Crop {
         }
     }
 
+    /// The image pixel in the middle of an LED and the three right of it and below.
+    pub fn between(&self, led: usize) -> [usize; 2] {
+        let four = [led, led + 1, led + SIDE, led + SIDE + 1];
+        [0, 1].map(|axis| {
+            let sum: f32 = four.iter().map(|&led| self.centre[led][axis]).sum();
+            // A cast of what is negative is 0.
+            libm::roundf(0.25 * sum) as usize
+        })
+    }
+
     /// The pixels of row `y` of the image, `width` wide, that are looked at.
     pub fn columns(&self, y: usize, width: usize) -> Range<usize> {
         columns(&self.edge, y, width)

@@ -5,9 +5,9 @@
 use super::crop::Crop;
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::OVEREXPOSED;
+use crate::parameters::likelihood::crop::{FULL_GROUND, OVEREXPOSED};
 use crate::spots::{LANES, RootMetric, SpotTable};
-use link::panel::LEDS;
+use link::panel::{LEDS, SIDE};
 
 /// Root light that is seen, and expected, of pixels that are left out: they are so bright that no LED changes them, and so
 /// nothing has to ask for them.
@@ -23,7 +23,7 @@ pub(super) struct Image<const PIXELS: usize> {
     pub stride: usize,
     /// What is added to light under the root.
     pub offset: f32,
-    /// The root light of a pixel that is just about read as 255.
+    /// The root light of a pixel that is just about read as 255, from which a pixel says "at least"; beyond all light where none does.
     pub full: f32,
     /// One bit a row: whether a pixel of it is saturated.
     saturated_rows: u128,
@@ -110,7 +110,27 @@ impl<const PIXELS: usize> Image<PIXELS> {
             seen[..panel.start].fill(LEFT_OUT);
             seen[panel.end..].fill(LEFT_OUT);
         }
+        if self.has_full_ground(crop) {
+            (self.full, self.saturated_rows) = (LEFT_OUT, 0);
+        }
         true
+    }
+
+    /// Whether what is between the LEDs is saturated nearly everywhere: a white board in the sun. Then Off LEDs are dark dots on white, and
+    /// white is taken for what it seems to be: of "at least" no level would follow.
+    fn has_full_ground(&self, crop: &Crop) -> bool {
+        let rows = (0..LEDS - SIDE).step_by(SIDE);
+        let between = rows.flat_map(|row| (row..row + SIDE - 1).map(|led| crop.between(led)));
+        let full = between.filter(|&[x, y]| {
+            let seen = self.seen.get(y * self.stride + x);
+            seen.is_some_and(|seen| (self.full..LEFT_OUT).contains(seen))
+        });
+        full.count() >= FULL_GROUND
+    }
+
+    /// Whether it was found to have a [saturated ground](Self::has_full_ground).
+    fn is_full_throughout(&self) -> bool {
+        self.full >= LEFT_OUT
     }
 
     /// Whether so much of it is saturated that light is no longer linear in the bits.
@@ -198,8 +218,9 @@ impl<const PIXELS: usize> Image<PIXELS> {
         })
     }
 
-    /// The mean light of the pixels that are as dark as the mean, or darker.
-    pub fn dark(&self) -> f32 {
+    /// Light that the ground between the LEDs may have: the mean of the pixels that are as dark as the mean, or darker, and that of the
+    /// others where the ground is saturated.
+    pub fn ground(&self) -> f32 {
         let mean_below = |limit: f32| {
             let (mut sum, mut count) = (0.0, 0usize);
             for (&seen, _) in self.pixels() {
@@ -210,7 +231,11 @@ impl<const PIXELS: usize> Image<PIXELS> {
             }
             (sum / count.max(1) as f32).max(0.0)
         };
-        mean_below(root(mean_below(LEFT_OUT) + self.offset) * ABOVE)
+        let mean = mean_below(LEFT_OUT);
+        if self.is_full_throughout() {
+            return mean;
+        }
+        mean_below(root(mean + self.offset) * ABOVE)
     }
 
     /// Fills [`Image::root`] with the light that is seen, above a `background`.

@@ -19,7 +19,7 @@ impl LeastSquares {
     /// Solves for the light in `image`, in whose roots it keeps what is left of the light.
     pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &SpotTable) -> Self {
         let [width, height] = image.size;
-        let background = image.dark();
+        let background = image.ground();
         image.start_from_light(background);
         let mut found = Self {
             background,

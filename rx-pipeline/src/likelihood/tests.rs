@@ -463,3 +463,30 @@ proptest! {
         prop_assert!(detection.mixed.is_none_or(|mixture| mixture == Mixture::INSEPARABLE));
     }
 }
+
+#[test]
+fn off_leds_are_dark_dots_on_a_board_that_clips() {
+    // A white board of 8 × 8 pitches in the sun: On LEDs do not show on it, and around it is a road.
+    let board = |[x, y]: [f32; 2]| {
+        let (sin, cos) = 11.0f32.to_radians().sin_cos();
+        let (x, y) = (x - 48.0, y - 48.0);
+        let is_on_it = [cos * x + sin * y, cos * y - sin * x]
+            .iter()
+            .all(|along| along.abs() < 4.0 * 9.0);
+        if is_on_it { 7.0 } else { 1.0 }
+    };
+    let scene = Scene {
+        centre: [48.0; 2],
+        pitch_px: 9.0,
+        roll_deg: 11.0,
+        fill: 0.35,
+        // As the difference from the road.
+        light: [-4.0, 9.0],
+        blur_px: [0.7; 2],
+        noise_grey: 1.0,
+        background: board,
+        ..Scene::PLAIN
+    };
+    let (wrong, _) = wrong_bits(&scene, 6);
+    assert_eq!(wrong, 0);
+}

@@ -20,6 +20,9 @@ pub mod crop {
     /// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
     /// flips are listed by a form that saturation bends; lower: fewer sets are looked at.
     pub const OVEREXPOSED: f32 = 0.2;
+    /// Of the 49 places between four LEDs, so many at grey 255 make the ground white (count). Fewer: LEDs that run together count
+    /// as ground; more: a hot or dead pixel, or clutter, hides that it is.
+    pub const FULL_GROUND: usize = 45;
 }
 
 /// The first guess: the light of the 64 LEDs by least squares, in rounds of Gauss and Seidel's method.
