@@ -87,6 +87,12 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
 
 /// A path without links and dots; what is not there is in a folder that is.
 fn real(path: &Path) -> PathBuf {
+    // What is in the folder at hand has no other folder.
+    let path = if path.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        path
+    };
     let in_folder = || {
         let folder = path
             .parent()

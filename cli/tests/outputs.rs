@@ -74,13 +74,29 @@ fn frames_and_panels_that_have_no_room_are_not_half_there() {
     let link = vocc_on_full_disk(&place, 4, "link --frames 1 --save frames");
     says(&link, 2, &["cannot write frames/frame-000000.png"]);
     assert!(names(&place.join("frames")).is_empty());
+    // What is seen is told all the same.
+    assert!(text(&link.stdout).contains("bit errors"), "{link:?}");
+    let film = vocc_on_full_disk(
+        &place,
+        4096,
+        "link day --message hi --level fast --save film --set camera.width_px=320 --set camera.height_px=240",
+    );
+    says(&film, 0, &[]);
+    let seen = vocc_on_full_disk(&place, 1, "receive film --symbol-rate 90 --show seen");
+    says(
+        &seen,
+        2,
+        &["cannot write seen/frame-", "going on without pictures"],
+    );
+    assert!(text(&seen.stdout).contains("hi"), "{seen:?}");
+    assert!(names(&place.join("seen")).is_empty());
     let panels = vocc_on_full_disk(
         &place,
         4,
         "transmit --message A --count 1000 --symbols panels.txt",
     );
     says(&panels, 2, &["cannot write panels.txt"]);
-    assert_eq!(names(&place), ["frames"]);
+    assert_eq!(names(&place), ["film", "frames", "seen"]);
 }
 
 #[test]
@@ -199,7 +215,12 @@ fn nothing_that_is_read_is_overwritten() {
             "receive film --save-camera none/camera.toml",
             "none/camera.toml",
         ),
-        ("receive film --show ./film", "holds the frames"),
+        ("receive film --show ./film", "holds frames"),
+        (
+            "receive film/frame-000000.png --show ./film",
+            "holds frames",
+        ),
+        ("receive scene.toml --show .", "holds frames"),
         ("link --frames 2 --save film", "holds frames already"),
         ("table pull old.toml --port /dev/none", "holds more"),
         ("sweep --slurm old.toml plan.toml", "plan.toml"),

@@ -59,7 +59,7 @@
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter, and each
 //!   writes its part of the image formation. [`cost`]: what each takes, measured by [`timing`].
 //! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
-//! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to.
+//! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to. [`input`]: files that are read.
 //!
 //! What is learnt with frames (error rates, the best ratio, what accuracy costs) is in the crate `studies`.
 //!

@@ -157,7 +157,7 @@ fn send(
         Option<String>,
     ) = Default::default();
     let sensor = road.renderer().sensor();
-    let mut ended = None;
+    let (mut ended, mut unsaved) = (None, None);
     for frame in 0..frames {
         let report = match road.frame(frame) {
             Ok(report) => report,
@@ -170,8 +170,18 @@ fn send(
         };
         if let (Save::All(folder), _) | (Save::First(folder), 0) = (save, frame) {
             let path = folder.join(format!("frame-{frame:06}.png"));
-            pictures::write_png(&path, report.grey, sensor.width, sensor.height)?;
-            saved.get_or_insert(path);
+            if unsaved.is_none() {
+                let written = pictures::write_png(&path, report.grey, sensor.width, sensor.height);
+                // Whether the message arrives can still be told.
+                unsaved = written.err();
+                if let Some(error) = &unsaved {
+                    progress.aside(|| {
+                        output::tell(format_args!("vocc: {error:#}; going on without frames"));
+                    });
+                } else {
+                    saved.get_or_insert(path);
+                }
+            }
         }
         if let Err(loss) = &report.read {
             counts.unread += 1;
@@ -198,6 +208,9 @@ fn send(
         if let Some(path) = saved {
             line(&format!("saved         {}", path.display()))?;
         }
+    }
+    if let Some(error) = unsaved {
+        return Err(error);
     }
     Ok(
         if received.is_some_and(|received| received.message == settings.message) {

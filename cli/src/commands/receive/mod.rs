@@ -96,23 +96,21 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    if let Some(folder) = &arguments.show {
-        ensure!(
-            !arguments
-                .sources
-                .iter()
-                .any(|source| outputs::is_same(source, folder)),
-            "{} holds the frames, and pictures of them would be taken for more: name another folder",
-            folder.display()
-        );
-        crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
-    }
     let is_stream = arguments.sources == [Path::new("-")];
     let files = if is_stream {
         Vec::new()
     } else {
         files::of(&arguments.sources)?
     };
+    if let Some(folder) = &arguments.show {
+        let mut folders = files.iter().filter_map(|file| file.path.parent());
+        ensure!(
+            !folders.any(|other| outputs::is_same(other, folder)),
+            "{} holds frames that are read, and pictures of them would be taken for more: name another folder",
+            folder.display()
+        );
+        crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
+    }
     outputs::check(
         arguments.save_camera.clone(),
         files

@@ -162,7 +162,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         if self.arguments.profile {
             self.times.print();
         }
-        Ok(self.report.end())
+        self.report.end()
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Report<'a> {
     diagnosis: Diagnosis,
     whole: Vec<Whole>,
     progress: Progress,
+    /// Why there are no more pictures, if they are asked for.
+    undrawn: Option<anyhow::Error>,
 }
 
 impl<'a> Report<'a> {
@@ -40,6 +42,7 @@ impl<'a> Report<'a> {
             diagnosis: Diagnosis::default(),
             whole: Vec::new(),
             progress,
+            undrawn: None,
         }
     }
 
@@ -60,16 +63,22 @@ impl<'a> Report<'a> {
     }
 
     /// Says why there was no message, if there was none.
-    pub fn end(self) -> Answer {
+    ///
+    /// # Errors
+    /// When a picture could not be drawn.
+    pub fn end(self) -> anyhow::Result<Answer> {
+        if let Some(error) = self.undrawn {
+            return Err(error);
+        }
         if self.messages > 0 {
-            return Answer::Yes;
+            return Ok(Answer::Yes);
         }
         let frames = self.numbers.len();
         self.say(&format!("no message in {frames} frames"));
         for line in self.diagnosis.lines() {
             self.say(&line);
         }
-        Answer::No
+        Ok(Answer::No)
     }
 
     /// The place of the frame at hand among all.
@@ -128,9 +137,13 @@ impl<'a> Report<'a> {
                 return Ok(());
             }
         };
-        if let Some(folder) = &self.arguments.show {
+        if let (Some(folder), None) = (&self.arguments.show, &self.undrawn) {
             let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
-            show::reading(&path, frame, reading)?;
+            if let Err(error) = show::reading(&path, frame, reading) {
+                // Messages are worth more than pictures of them.
+                self.say(&format!("vocc: {error:#}; going on without pictures"));
+                self.undrawn = Some(error);
+            }
         }
         if self.arguments.bits {
             self.bits(number, panel, &of_panel, reading, outcome.symbol)?;
