@@ -7,13 +7,15 @@
 //! - [`report`]: what is told of results, on disk and while work goes on;
 //! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
 //! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
-//! - [`results`] keeps what long runs have finished, [`files`] are written whole or not at all, where [`outputs`] lets them;
+//! - [`results`] keeps what long runs have finished, [`checksum`] tells whether it was changed since;
+//! - [`files`] are written whole or not at all, where [`outputs`] lets them;
 //! - [`device`] talks to transmitters.
 
 // They end the program when nobody listens: `output` has what does not.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod camera;
+mod checksum;
 mod commands;
 mod device;
 mod files;

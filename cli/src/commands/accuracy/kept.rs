@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use sim::input;
 use studies::work_precision::{Part, Scale};
 
-use crate::files;
+use crate::{checksum, files};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -63,7 +63,7 @@ impl Kept {
     pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
         let text = input::read_text(path, u64::MAX)
             .with_context(|| format!("cannot read {}", path.display()))?;
-        let kept: Self = serde_json::from_str(&text)
+        let kept: Self = checksum::from_json(&text)
             .with_context(|| format!("{} holds no points of vocc accuracy", path.display()))?;
         ensure!(
             kept.run == *run,
@@ -76,7 +76,7 @@ impl Kept {
 
     /// Writes it: whole or not at all.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string(self)?;
+        let text = checksum::to_json(self)?;
         files::write(path, text)
     }
 }

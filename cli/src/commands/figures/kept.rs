@@ -9,7 +9,7 @@ use sim::input;
 use sim::scene::Scene;
 use studies::reproduction::Findings;
 
-use crate::files;
+use crate::{checksum, files};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -62,7 +62,7 @@ impl Kept {
     pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
         let text = input::read_text(path, u64::MAX)
             .with_context(|| format!("cannot read {}: run without --resume", path.display()))?;
-        let kept: Self = serde_json::from_str(&text).with_context(|| {
+        let kept: Self = checksum::from_json(&text).with_context(|| {
             format!(
                 "{} holds no findings of vocc figures: run without --resume",
                 path.display()
@@ -78,7 +78,7 @@ impl Kept {
 
     /// Writes it: whole or not at all.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = serde_json::to_string(self)?;
+        let text = checksum::to_json(self)?;
         files::write(path, text)
     }
 }

@@ -1,0 +1,70 @@
+//! JSON that tells whether it was changed after it was written.
+
+use anyhow::ensure;
+use crc::{CRC_64_XZ, Crc};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// What is before the checksum, the object's last field, and what after.
+const AROUND: [&str; 2] = [",\"checksum\":\"", "\"}"];
+
+/// An object, with the checksum of its text without it.
+pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
+    let text = serde_json::to_string(value)?;
+    let [before, after] = AROUND;
+    let open = text.strip_suffix('}').unwrap_or(&text);
+    Ok(format!("{open}{before}{}{after}", of(&text)))
+}
+
+/// What the text says; one without a checksum is of an earlier version.
+///
+/// # Errors
+/// When it was changed, cut off, or never was such an object.
+pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
+    let [before, after] = AROUND;
+    let parts = text
+        .trim_end()
+        .strip_suffix(after)
+        .and_then(|text| text.rsplit_once(before));
+    let Some((open, checksum)) = parts else {
+        return Ok(serde_json::from_str(text)?);
+    };
+    let whole = format!("{open}}}");
+    let wanted = of(&whole);
+    ensure!(
+        checksum == wanted,
+        "it was changed after it was written: its checksum should be {wanted}"
+    );
+    Ok(serde_json::from_str(&whole)?)
+}
+
+fn of(text: &str) -> String {
+    let sum = Crc::<u64>::new(&CRC_64_XZ).checksum(text.as_bytes());
+    format!("{sum:016x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn a_change_is_noticed_wherever_it_is() {
+        let kept = BTreeMap::from([("errors", 256), ("frames", 60_000)]);
+        let text = to_json(&kept).expect("JSON");
+        let read = |text: &str| from_json::<BTreeMap<String, u64>>(text);
+        assert_eq!(read(&text).expect("unchanged")["errors"], 256);
+        for place in 0..text.len() {
+            let mut changed = text.clone().into_bytes();
+            changed[place] ^= 1;
+            let changed = String::from_utf8(changed).expect("text");
+            assert!(read(&changed).is_err(), "{changed}");
+            assert!(read(&text[..place]).is_err(), "{}", &text[..place]);
+        }
+        assert_eq!(
+            read(r#"{"errors":1}"#).expect("an earlier version's")["errors"],
+            1
+        );
+    }
+}
