@@ -1,0 +1,227 @@
+//! Every command of the program, at work that is small enough to be disturbed often.
+
+/// A command at work.
+///
+/// In its arguments `@name` is a file that it writes, `@name/` a folder, `<name` a file that it reads, and `%port` a serial port at
+/// which nobody answers.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// The command as `--help` lists it, such as `table show`.
+    pub command: &'static str,
+    /// What is said after it.
+    pub arguments: &'static [&'static str],
+    /// What it reads on standard input.
+    pub input: Option<&'static str>,
+    /// How it is done again.
+    pub again: Again,
+    /// Whether the same command writes the same bytes: what measures times does not.
+    pub repeats: bool,
+    /// How often it takes its turn: what takes long does so seldom.
+    pub turns: u32,
+    /// Whether it takes too long for the gate to see its end: there it is disturbed, and not gone on with.
+    pub is_slow: bool,
+}
+
+/// Small frames.
+pub const SMALL: [&str; 4] = [
+    "--set",
+    "camera.width_px=320",
+    "--set",
+    "camera.height_px=240",
+];
+
+/// What is done with what an earlier run has left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Again {
+    /// It is replaced.
+    Replaces,
+    /// It is gone on with, by `--resume`.
+    Resumes,
+    /// It is cleared away first: the command replaces nobody's files.
+    Clears,
+}
+
+const fn work(command: &'static str, arguments: &'static [&'static str]) -> Work {
+    Work {
+        command,
+        arguments,
+        input: None,
+        again: Again::Replaces,
+        repeats: true,
+        turns: 4,
+        is_slow: false,
+    }
+}
+
+const fn long(command: &'static str, arguments: &'static [&'static str]) -> Work {
+    Work {
+        again: Again::Resumes,
+        turns: 6,
+        ..work(command, arguments)
+    }
+}
+
+/// All of them; the empty command is the program without one.
+pub const WORKS: &[Work] = &[
+    work("", &[]),
+    Work {
+        again: Again::Clears,
+        ..work(
+            "link",
+            &[
+                "day",
+                "--level",
+                "fast",
+                "--message",
+                "hi",
+                "--frames",
+                "12",
+                "--save",
+                "@saved/",
+                "--set",
+                "camera.width_px=320",
+                "--set",
+                "camera.height_px=240",
+            ],
+        )
+    },
+    work(
+        "render",
+        &["--crop", "--out", "@c.png", "--linear", "@c.npy"],
+    ),
+    work("render", &["--out", "@whole.png"]),
+    work("plan", &["<scene.toml"]),
+    long("evaluate", &["--frames", "4096", "--out", "@e.json"]),
+    Work {
+        turns: 1,
+        ..long(
+            "evaluate",
+            &[
+                "--frames",
+                "512",
+                "--rare-events",
+                "--set",
+                "effects.noise=on",
+                "--set",
+                "ambient.illuminance_lx=50",
+                "--out",
+                "@r.json",
+            ],
+        )
+    },
+    Work {
+        turns: 2,
+        is_slow: true,
+        ..long(
+            "figures",
+            &["--quick", "--frames", "1000", "--out", "@figures/"],
+        )
+    },
+    long("sweep", &["<plan.toml", "--out", "@sweep/"]),
+    long(
+        "sweep",
+        &["<plan.toml", "--out", "@shards/", "--shard", "0/2"],
+    ),
+    Work {
+        turns: 1,
+        repeats: false,
+        ..long(
+            "accuracy",
+            &["--quick", "--part", "effects", "--out", "@accuracy/"],
+        )
+    },
+    Work {
+        again: Again::Clears,
+        ..work(
+            "merge",
+            &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"],
+        )
+    },
+    long(
+        "optimize",
+        &[
+            "--frames",
+            "64",
+            "--intervals",
+            "1,2",
+            "--distances",
+            "50",
+            "-o",
+            "@best.toml",
+        ],
+    ),
+    work("table show", &["<table.toml"]),
+    work("table check", &["<table.toml"]),
+    work(
+        "table push",
+        &["<table.toml", "--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
+        "table pull",
+        &["@pulled.toml", "--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
+        "table verify",
+        &["<table.toml", "--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
+        "transmit",
+        &["--message", "hi", "--symbols", "@symbols.txt"],
+    ),
+    work("transmit", &["--message-file", "<message.txt"]),
+    work("decode", &["<frame.png"]),
+    work(
+        "receive",
+        &[
+            "frames",
+            "--symbol-rate",
+            "90",
+            "--show",
+            "@shown/",
+            "--save-camera",
+            "@camera.toml",
+        ],
+    ),
+    Work {
+        input: Some("film.raw"),
+        ..work(
+            "receive",
+            &["-", "--raw", "320x240", "--symbol-rate", "90", "--bits"],
+        )
+    },
+    work("device list", &[]),
+    work("device status", &["--port", "%port", "--timeout", "0.05"]),
+    work(
+        "device watch",
+        &["--count", "1", "--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
+        "device calibration",
+        &["--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
+        "device send",
+        &[
+            "--message-file",
+            "<message.txt",
+            "--port",
+            "%port",
+            "--timeout",
+            "0.05",
+        ],
+    ),
+    work("scene", &["night"]),
+];
+
+/// The commands that a help text lists.
+pub fn listed(help: &str) -> Vec<String> {
+    let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    lines
+        .take_while(|line| !line.is_empty())
+        // What is said of a command may go on in the next line, farther in.
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .map(String::from)
+        .collect()
+}

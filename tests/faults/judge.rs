@@ -1,0 +1,246 @@
+//! What is asked of a command that something has happened to.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::attempt::{self, Outcome};
+use crate::commands::{Again, Work};
+use crate::fault::{Fault, Signal};
+use crate::workshop::{Files, PIPE, Workshop, clear, put};
+
+/// What was in a place before.
+const OLD: &[u8] = b"what was here before";
+/// In this time something happens to a command whose end nobody waits for.
+const BEGINNING: Duration = Duration::from_secs(2);
+/// What unfinished work leaves beside its files until it is gone on with: why a shard failed, and the rounds of a search.
+const NOTES: [&str; 2] = [".failed", ".rounds"];
+/// An aborted program's signal.
+const ABORTED: i32 = 6;
+
+/// A command and what it does undisturbed.
+pub struct Known {
+    /// The command.
+    pub work: Work,
+    /// Its status.
+    pub status: i32,
+    /// Whether it prints something.
+    pub prints: bool,
+    /// What it writes.
+    pub written: Files,
+    /// How long it takes.
+    pub time: Duration,
+    /// Whether it was seen undisturbed, and has something to be compared with.
+    is_seen: bool,
+}
+
+impl Known {
+    /// By a run that nothing happens to.
+    pub fn of(workshop: &Workshop, work: Work) -> Self {
+        let folder = workshop.folder();
+        let outcome = attempt::run(workshop, &work, None, false, folder.path());
+        let status = outcome.status.code().expect("a status");
+        assert!(
+            status == 0 || work.again != Again::Resumes,
+            "{}",
+            outcome.errors
+        );
+        Self {
+            work,
+            status,
+            prints: outcome.has_printed == Some(true),
+            written: workshop.written(folder.path()),
+            time: outcome.time,
+            is_seen: true,
+        }
+    }
+
+    /// One whose end nobody waits for.
+    pub fn unseen(work: Work) -> Self {
+        Self {
+            work,
+            status: 0,
+            prints: false,
+            written: Files::new(),
+            time: BEGINNING,
+            is_seen: false,
+        }
+    }
+
+    fn resumes(&self) -> bool {
+        self.work.again == Again::Resumes
+    }
+
+    /// The bytes of its largest file.
+    pub fn largest(&self) -> u64 {
+        let sizes = self.written.values().map(|bytes| bytes.len() as u64);
+        sizes.max().unwrap_or(0)
+    }
+
+    /// Whether a fault is one for it.
+    pub fn can_suffer(&self, fault: Fault) -> bool {
+        let writes_file = |text: &&str| text.starts_with('@') && !text.ends_with('/');
+        match fault {
+            Fault::FullDevice => {
+                self.work.again == Again::Replaces && self.work.arguments.iter().any(writes_file)
+            }
+            Fault::ReadOnlyPlace => self.work.writes(),
+            Fault::FullOutput => self.prints,
+            Fault::FileLimit(_) => self.work.writes(),
+            Fault::ClosedOutput | Fault::AddressSpace(_) => self.is_seen,
+            _ => true,
+        }
+    }
+
+    /// Lets a fault happen and then goes on undisturbed.
+    ///
+    /// # Errors
+    /// What is not as it is promised. Otherwise: how long it took to end after a signal, if it got one.
+    pub fn suffer(
+        &self,
+        workshop: &Workshop,
+        fault: Fault,
+        over_old: bool,
+        patience: Duration,
+    ) -> Result<Option<Duration>, String> {
+        let folder = workshop.folder();
+        let over_old = over_old && self.work.again == Again::Replaces;
+        if over_old {
+            self.written
+                .keys()
+                .for_each(|name| put(folder.path(), name, OLD));
+        }
+        let outcome = attempt::run(workshop, &self.work, Some(fault), false, folder.path());
+        self.ended_well(fault, &outcome, patience)?;
+        if !self.is_seen {
+            return Ok(outcome.after_signal);
+        }
+        let left = self.left(workshop, fault, folder.path());
+        self.left_well(fault, &outcome, &left, over_old)?;
+        if self.work.again == Again::Clears {
+            left.keys().for_each(|name| clear(folder.path(), name));
+        }
+        let again = attempt::run(workshop, &self.work, None, self.resumes(), folder.path());
+        if again.status.code() != Some(self.status) {
+            return Err(format!(
+                "afterwards it ends with {}: {}",
+                again.status, again.errors
+            ));
+        }
+        self.is_whole(&self.left(workshop, fault, folder.path()))
+            .map_err(|why| format!("done again, {why}"))?;
+        Ok(outcome.after_signal)
+    }
+
+    /// What is in the folder beside inputs. After the one signal that nobody hears the aside of a file may be there, by a name of its own.
+    fn left(&self, workshop: &Workshop, fault: Fault, folder: &Path) -> Files {
+        let mut left = workshop.written(folder);
+        let is_killed = matches!(fault, Fault::Signal(Signal::Kill, _));
+        let is_aside = |name: &str| {
+            name.rsplit('/')
+                .next()
+                .is_some_and(|name| name.starts_with('.'))
+        };
+        left.retain(|name, _| name != PIPE && !(is_killed && is_aside(name)));
+        left
+    }
+
+    /// A status or the signal sent, no panic, a cause, and no lie.
+    fn ended_well(
+        &self,
+        fault: Fault,
+        outcome: &Outcome,
+        patience: Duration,
+    ) -> Result<(), String> {
+        let said = |why: String| Err(format!("{why}: {}", outcome.errors.trim()));
+        let aborted =
+            outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
+        let may_die_of = match fault {
+            Fault::Signal(signal, _) => Some(signal.number()),
+            Fault::SilentInput(_) => Some(Signal::Interrupt.number()),
+            // The language's library ends a program that no memory is left for.
+            Fault::AddressSpace(_) if aborted => Some(ABORTED),
+            _ => None,
+        };
+        let is_status = outcome
+            .status
+            .code()
+            .is_some_and(|status| (0..=2).contains(&status));
+        if !is_status && (outcome.signal().is_none() || outcome.signal() != may_die_of) {
+            return said(format!("it ended with {}", outcome.status));
+        }
+        if outcome.errors.contains("panicked") {
+            return said("it panicked".into());
+        }
+        if let Some(time) = outcome.after_signal.filter(|time| *time > patience) {
+            return said(format!("it took {time:.1?} to end"));
+        }
+        let causes = fault.causes();
+        let is_named =
+            causes.is_empty() || causes.iter().any(|cause| outcome.errors.contains(cause));
+        match outcome.status.code() {
+            Some(2) if outcome.errors.is_empty() => said("it said nothing".into()),
+            Some(2) if self.status != 2 && !is_named => said("it named another cause".into()),
+            Some(0 | 1)
+                if matches!(
+                    fault,
+                    Fault::FullDevice | Fault::ReadOnlyPlace | Fault::FullOutput
+                ) =>
+            {
+                said("it ended as if all were well".into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Old files or new ones, nothing in between and nothing else.
+    fn left_well(
+        &self,
+        fault: Fault,
+        outcome: &Outcome,
+        left: &Files,
+        over_old: bool,
+    ) -> Result<(), String> {
+        for (name, bytes) in left {
+            let Some(whole) = self.written.get(name) else {
+                if self.resumes() && NOTES.iter().any(|note| name.ends_with(note)) {
+                    continue;
+                }
+                return Err(format!("it left {name}"));
+            };
+            let is_old = over_old && bytes == OLD;
+            let is_kept = self.resumes() || !self.work.repeats;
+            if !is_old && !is_kept && bytes != whole {
+                return Err(format!(
+                    "{name} is {} bytes of {}",
+                    bytes.len(),
+                    whole.len()
+                ));
+            }
+        }
+        if over_old && left.len() != self.written.len() {
+            return Err("an old file is gone".into());
+        }
+        let has_finished = outcome.status.code() == Some(self.status) && self.status < 2;
+        match fault {
+            Fault::FileLimit(_) | Fault::AddressSpace(_) if has_finished => self
+                .is_whole(left)
+                .map_err(|why| format!("it ended as if all were well, but {why}")),
+            _ => Ok(()),
+        }
+    }
+
+    /// All that an undisturbed run writes, and nothing else.
+    fn is_whole(&self, left: &Files) -> Result<(), String> {
+        for (name, whole) in &self.written {
+            match left.get(name) {
+                None => return Err(format!("{name} is missing")),
+                Some(bytes) if self.work.repeats && bytes != whole => {
+                    return Err(format!("{name} differs from that of an undisturbed run"));
+                }
+                Some(_) => {}
+            }
+        }
+        let other = left.keys().find(|name| !self.written.contains_key(*name));
+        other.map_or(Ok(()), |name| Err(format!("{name} is left over")))
+    }
+}

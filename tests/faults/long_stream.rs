@@ -1,0 +1,79 @@
+//! A stream that goes on and on.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{ChildStdin, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::workshop::Workshop;
+
+/// Bytes of a frame of the film.
+const FRAME: usize = 320 * 240;
+/// Frames that may be on their way: in the pipe, in the program's own buffers and in the receiver.
+const ON_THE_WAY: u64 = 64;
+/// By how much the memory may grow once a tenth is done.
+const MORE_KB: u64 = 4096;
+
+/// Streams so many frames through `receive`.
+///
+/// # Panics
+/// When memory grows, or what is seen in a frame is told late.
+pub fn run(workshop: &Workshop, frames: u64) {
+    let folder = workshop.folder();
+    let film = std::fs::read(folder.path().join("film.raw")).expect("a film");
+    let mut receive = Command::new(workshop.vocc())
+        .args([
+            "receive",
+            "-",
+            "--raw",
+            "320x240",
+            "--symbol-rate",
+            "90",
+            "--bits",
+            "--json",
+        ])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    let told = Arc::new(AtomicU64::new(0));
+    let lines = BufReader::new(receive.stdout.take().expect("an output")).lines();
+    let counter = Arc::clone(&told);
+    let reader = std::thread::spawn(move || {
+        for line in lines {
+            let is_frame = line.expect("text").contains("\"frame\"");
+            counter.fetch_add(u64::from(is_frame), Ordering::Relaxed);
+        }
+    });
+    let mut input = receive.stdin.take().expect("an input");
+    let settled = frames / 10;
+    write(&mut input, &film, 0..settled, &told);
+    let before = peak_kb(receive.id());
+    write(&mut input, &film, settled..frames, &told);
+    let after = peak_kb(receive.id());
+    drop(input);
+    let status = receive.wait().expect("it ends");
+    reader.join().expect("all is read");
+    assert!(status.success(), "{status}");
+    assert_eq!(told.load(Ordering::Relaxed), frames);
+    eprintln!("{frames} frames: {before} kB after a tenth, {after} kB after all");
+    assert!(after <= before + MORE_KB, "{before} kB, then {after} kB");
+}
+
+fn write(input: &mut ChildStdin, film: &[u8], frames: std::ops::Range<u64>, told: &AtomicU64) {
+    let mut pictures = film.chunks_exact(FRAME).cycle();
+    for frame in frames {
+        let picture = pictures.next().expect("a film has frames");
+        input.write_all(picture).expect("it reads on");
+        let late = frame.saturating_sub(told.load(Ordering::Relaxed));
+        assert!(late <= ON_THE_WAY, "{late} frames are not told of");
+    }
+}
+
+/// The most memory that a process has had so far.
+fn peak_kb(process: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it lives");
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = peak.and_then(|peak| peak.trim().trim_end_matches(" kB").parse().ok());
+    number.expect("a number of kB")
+}

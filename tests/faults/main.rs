@@ -1,0 +1,197 @@
+//! Every command of the program while things go wrong around it: the disk full at any byte, its output closed, signals at any time,
+//! places where nobody may write, inputs that never answer, too little memory.
+//!
+//! ```text
+//! cargo test -p vocc-tests --test faults                               # as the gate does
+//! VOCC_PROGRAM=target/release/vocc VOCC_FAULTS=20000 VOCC_FAULT_SEED=7 cargo test --release -p vocc-tests --test faults     # hours of it, other ones
+//! VOCC_STREAM_FRAMES=10000000 cargo test --release -p vocc-tests --test faults long_stream
+//! ```
+#![cfg(target_os = "linux")]
+
+mod attempt;
+mod commands;
+mod fault;
+mod judge;
+mod long_stream;
+mod workshop;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use libtest_mimic::Arguments;
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use vocc_tests::programs;
+use vocc_tests::trials::{self, Unready};
+
+use commands::{WORKS, Work, listed};
+use fault::Fault;
+use judge::Known;
+use workshop::Workshop;
+
+/// Faults in the gate.
+const FEW: u64 = 100;
+/// Frames of a stream in the gate.
+const FEW_FRAMES: u64 = 2000;
+/// A command is to end within a second; the machine may be busy with others.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// Faults that are injected at once.
+const AT_ONCE: usize = 2;
+
+type Test = fn(&Workshop);
+
+fn main() -> ExitCode {
+    let tests: [(&str, Test); 3] = [
+        ("every_command_is_disturbed", every_command_is_disturbed),
+        (
+            "nothing_is_lost_whatever_goes_wrong",
+            nothing_is_lost_whatever_goes_wrong,
+        ),
+        (
+            "a_long_stream_takes_no_more_memory_and_is_told_of_at_once",
+            a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
+        ),
+    ];
+    let mut arguments = Arguments::from_args();
+    arguments.test_threads = Some(1);
+    trials::run(&arguments, "faults", tests, || program().map(Workshop::new))
+}
+
+/// The program that is named, or the one that is built here.
+fn program() -> Result<PathBuf, Unready> {
+    match std::env::var_os("VOCC_PROGRAM") {
+        Some(path) => Ok(std::fs::canonicalize(path)?),
+        None => programs::vocc(),
+    }
+}
+
+/// The commands that the program's help lists are those that are disturbed.
+fn every_command_is_disturbed(workshop: &Workshop) {
+    let help = |of: &[&str]| {
+        let output = Command::new(workshop.vocc())
+            .args(of)
+            .arg("--help")
+            .output()
+            .expect("vocc runs");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let mut all = BTreeSet::from([String::new()]);
+    for command in listed(&help(&[])) {
+        let inner = listed(&help(&[&command]));
+        if inner.is_empty() {
+            all.insert(command);
+        } else {
+            all.extend(inner.iter().map(|inner| format!("{command} {inner}")));
+        }
+    }
+    let disturbed: BTreeSet<String> = WORKS.iter().map(|work| work.command.into()).collect();
+    assert_eq!(disturbed, all);
+}
+
+fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
+    let (count, seed) = (number("VOCC_FAULTS", FEW), number("VOCC_FAULT_SEED", 1));
+    let is_gate = count == FEW;
+    let known = |&work: &Work| match work.is_slow && is_gate {
+        true => Known::unseen(work),
+        false => Known::of(workshop, work),
+    };
+    let known: Vec<Known> = WORKS.iter().map(known).collect();
+    let (next, counts) = (AtomicU64::new(0), Mutex::new(BTreeMap::<&str, u64>::new()));
+    let (faults, longest) = (
+        Mutex::new(Vec::new()),
+        Mutex::new((Duration::ZERO, String::new())),
+    );
+    std::thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| {
+                loop {
+                    let trial = next.fetch_add(1, Ordering::Relaxed);
+                    if trial >= count {
+                        return;
+                    }
+                    // Each is the same alone.
+                    let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ trial);
+                    let (known, fault, over_old) = draw(&known, random);
+                    let what = format!(
+                        "fault {trial} of seed {seed}: {:?}: {fault}",
+                        known.work.command
+                    );
+                    *counts
+                        .lock()
+                        .expect("nobody panics")
+                        .entry(kind(fault))
+                        .or_default() += 1;
+                    match known.suffer(workshop, fault, over_old, PATIENCE) {
+                        Err(why) => faults
+                            .lock()
+                            .expect("nobody panics")
+                            .push(format!("{what}: {why}")),
+                        Ok(time) => {
+                            let mut longest = longest.lock().expect("nobody panics");
+                            if let Some(time) = time.filter(|time| *time > longest.0) {
+                                *longest = (time, what);
+                            }
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let (time, of) = longest.into_inner().expect("nobody panics");
+    eprintln!(
+        "{count} faults of seed {seed}: {:?}",
+        counts.into_inner().expect("nobody panics")
+    );
+    eprintln!("the longest way to an end after a signal: {time:.2?}, {of}");
+    let faults = faults.into_inner().expect("nobody panics");
+    assert!(
+        faults.is_empty(),
+        "{} of {count}:\n{}",
+        faults.len(),
+        faults.join("\n")
+    );
+}
+
+fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop) {
+    long_stream::run(workshop, number("VOCC_STREAM_FRAMES", FEW_FRAMES));
+}
+
+/// The number that an environment variable tells.
+fn number(name: &str, usual: u64) -> u64 {
+    std::env::var(name).map_or(usual, |told| {
+        told.parse()
+            .unwrap_or_else(|_| panic!("{name}={told} is no number"))
+    })
+}
+
+/// A command, in turns, and what happens to it.
+fn draw<'a>(known: &'a [Known], random: &mut impl Rng) -> (&'a Known, Fault, bool) {
+    let turns = known
+        .iter()
+        .flat_map(|known| (0..known.work.turns).map(move |_| known));
+    let turns: Vec<&Known> = turns.collect();
+    let known = turns[random.random_range(0..turns.len())];
+    loop {
+        let fault = Fault::draw(random, known.time, known.largest(), known.work.inputs());
+        if known.can_suffer(fault) {
+            return (known, fault, random.random_range(0..2u32) == 0);
+        }
+    }
+}
+
+fn kind(fault: Fault) -> &'static str {
+    match fault {
+        Fault::FileLimit(_) => "disk full",
+        Fault::AddressSpace(_) => "little memory",
+        Fault::FullOutput => "output full",
+        Fault::ClosedOutput => "output closed",
+        Fault::FullDevice => "device full",
+        Fault::ReadOnlyPlace => "read-only place",
+        Fault::SilentInput(_) => "silent input",
+        Fault::Signal(..) => "signal",
+    }
+}
