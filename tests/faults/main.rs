@@ -4,7 +4,7 @@
 //! ```text
 //! cargo test -p vocc-tests --test faults                               # as the gate does
 //! VOCC_PROGRAM=target/release/vocc VOCC_FAULTS=20000 VOCC_FAULT_SEED=7 cargo test --release -p vocc-tests --test faults     # hours of it, other ones
-//! VOCC_STREAM_FRAMES=10000000 cargo test --release -p vocc-tests --test faults long_stream
+//! VOCC_STREAM_FRAMES=150000 cargo test --release -p vocc-tests --test faults long_stream
 //! ```
 #![cfg(target_os = "linux")]
 
