@@ -1,6 +1,7 @@
 //! `vocc receive`: messages from a sequence of frames.
 
 mod diagnosis;
+mod places;
 mod reception;
 mod report;
 mod stage_times;

@@ -8,6 +8,7 @@ use rx_pipeline::camera::Learnt;
 
 use super::Arguments;
 use super::diagnosis::Diagnosis;
+use super::places::Places;
 use crate::camera;
 use crate::output::{self, Answer, line};
 use crate::progress::Progress;
@@ -18,8 +19,8 @@ pub struct Report<'a> {
     arguments: &'a Arguments,
     as_json: bool,
     messages: u64,
-    /// The numbers of all frames so far: a frame is told of by its place among them.
-    numbers: Vec<u64>,
+    /// A frame is told of by its place among all so far.
+    places: Places,
     diagnosis: Diagnosis,
     whole: Vec<Whole>,
     progress: Progress,
@@ -38,7 +39,7 @@ impl<'a> Report<'a> {
             arguments,
             as_json,
             messages: 0,
-            numbers: Vec::new(),
+            places: Places::default(),
             diagnosis: Diagnosis::default(),
             whole: Vec::new(),
             progress,
@@ -48,12 +49,12 @@ impl<'a> Report<'a> {
 
     /// Begins a frame that the camera took as its `number`th.
     pub fn begin(&mut self, number: u64) {
-        self.numbers.push(number);
+        self.places.push(number);
     }
 
     /// Shows that it is done.
     pub fn done(&mut self) {
-        self.progress.done(self.numbers.len() as u64);
+        self.progress.done(self.places.count());
     }
 
     /// Says why it cannot be used.
@@ -73,7 +74,7 @@ impl<'a> Report<'a> {
         if self.messages > 0 {
             return Ok(Answer::Yes);
         }
-        let frames = self.numbers.len();
+        let frames = self.places.count();
         self.say(&format!("no message in {frames} frames"));
         for line in self.diagnosis.lines() {
             self.say(&line);
@@ -82,13 +83,8 @@ impl<'a> Report<'a> {
     }
 
     /// The place of the frame at hand among all.
-    fn place(&self) -> usize {
-        self.numbers.len().saturating_sub(1)
-    }
-
-    /// The place of the frame of that number.
-    fn place_of(&self, number: u64) -> usize {
-        self.numbers.partition_point(|&other| other < number)
+    fn place(&self) -> u64 {
+        self.places.count().saturating_sub(1)
     }
 
     /// Says what was learnt of the camera by a panel; where no message could, in JSON too.
@@ -153,7 +149,7 @@ impl<'a> Report<'a> {
 
     fn bits(
         &self,
-        number: usize,
+        number: u64,
         panel: usize,
         of_panel: &str,
         reading: &Reading,
@@ -178,8 +174,8 @@ impl<'a> Report<'a> {
                 self.whole.push(Whole {
                     panel,
                     text: String::from_utf8_lossy(delivery.message).into_owned(),
-                    first: self.place_of(delivery.first_stamp),
-                    last: self.place_of(delivery.last_stamp),
+                    first: self.places.of(delivery.first_stamp),
+                    last: self.places.of(delivery.last_stamp),
                     corrected: delivery.corrected_bits,
                 });
             }
@@ -240,7 +236,7 @@ impl<'a> Report<'a> {
 struct Whole {
     panel: usize,
     text: String,
-    first: usize,
-    last: usize,
+    first: u64,
+    last: u64,
     corrected: u32,
 }
