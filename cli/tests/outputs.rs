@@ -233,6 +233,38 @@ fn nothing_that_is_read_is_overwritten() {
 }
 
 #[test]
+fn two_runs_do_not_share_a_place() {
+    let place = folder("two-runs");
+    let place = place.join("kept.json");
+    let out = place.to_str().expect("a plain path");
+    let first = [
+        "evaluate",
+        "--frames",
+        "1000000000",
+        "--threads",
+        "1",
+        "--out",
+        out,
+    ];
+    let mut first = common::command(&first)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("vocc runs");
+    while !place.exists() {
+        assert!(first.try_wait().expect("known").is_none(), "it has ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    refused(&["evaluate", "--frames", "512", "--out", out], &["exists"]);
+    first.kill().expect("it runs");
+    first.wait().expect("it ends");
+    refused(
+        &["evaluate", "--frames", "512", "--out", out, "--resume"],
+        &["frames differ"],
+    );
+}
+
+#[test]
 fn a_sum_may_be_made_again() {
     let place = folder("again");
     let merged = bash(

@@ -344,28 +344,43 @@ fn is_upright(matrix: &[[f32; 3]; 3]) -> bool {
     [column_down, row_across, across, down] == [0.0; 4]
 }
 
-/// The pixels whose centres lie within the box around all cells, if they and their neighbours are in the frame.
-fn bounds(corners: &Corners, width: usize, height: usize) -> Result<Bounds, CellsError> {
-    let outline = corners.homography().outline();
-    let ends = |axis: usize| {
-        let values = outline.map(|corner| corner[axis]);
-        (
-            values.into_iter().fold(f64::INFINITY, f64::min),
-            values.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        )
-    };
-    let ((left, right), (top, bottom)) = (ends(0), ends(1));
-    let (x, y) = (libm::ceil(left), libm::ceil(top));
-    let (last_x, last_y) = (libm::floor(right), libm::floor(bottom));
-    if !(x >= 1.0 && y >= 1.0 && last_x + 2.0 <= width as f64 && last_y + 2.0 <= height as f64) {
-        return Err(CellsError::OutsideFrame {
+impl CellsError {
+    /// That cells which end there are not within a frame of that size.
+    pub(crate) fn outside_frame(
+        [[left, right], [top, bottom]]: [[f64; 2]; 2],
+        [width, height]: [usize; 2],
+    ) -> Self {
+        Self::OutsideFrame {
             left,
             right,
             top,
             bottom,
             width,
             height,
-        });
+        }
+    }
+}
+
+/// Where the outermost cells end along x and along y.
+pub(crate) fn ends(corners: &Corners) -> [[f64; 2]; 2] {
+    let outline = corners.homography().outline();
+    [0, 1].map(|axis| {
+        let values = outline.map(|corner| corner[axis]);
+        [
+            values.into_iter().fold(f64::INFINITY, f64::min),
+            values.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        ]
+    })
+}
+
+/// The pixels whose centres lie within the box around all cells, if they and their neighbours are in the frame.
+fn bounds(corners: &Corners, width: usize, height: usize) -> Result<Bounds, CellsError> {
+    let ends = ends(corners);
+    let [[left, right], [top, bottom]] = ends;
+    let (x, y) = (libm::ceil(left), libm::ceil(top));
+    let (last_x, last_y) = (libm::floor(right), libm::floor(bottom));
+    if !(x >= 1.0 && y >= 1.0 && last_x + 2.0 <= width as f64 && last_y + 2.0 <= height as f64) {
+        return Err(CellsError::outside_frame(ends, [width, height]));
     }
     Ok(Bounds {
         x: x as usize,

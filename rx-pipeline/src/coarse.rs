@@ -10,11 +10,9 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::parameters::coarse::{SAMPLES_ACROSS, SAMPLES_DOWN};
 use crate::parameters::spots::SIGMA_PX;
-use crate::spots::LatticeModel;
+use crate::spots::{LatticeModel, PIXEL_VARIANCE};
 use core::ops::Range;
 
-/// The variance of a place within a pixel.
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 /// The variance of the binomial 1, 2, 1.
 const MIXING_VARIANCE: f32 = 0.5;
 /// Larger pixels worked on together.
@@ -125,8 +123,8 @@ impl Grid {
         }
     }
 
-    /// The `width` × `height` larger pixels, in `buffer`; `None` if they do not fit into it or none of them is whole in the frame. Beyond its
-    /// edges the frame goes on as it ends.
+    /// The `width` × `height` larger pixels, in `buffer`; `None` if they do not fit into it or none of them is whole in the frame. Beyond
+    /// its edges the frame goes on as it ends.
     pub fn draw<'a>(
         &self,
         frame: &Frame<'_>,
@@ -397,7 +395,10 @@ mod tests {
 
         #[test]
         fn places_and_spots_go_there_and_back(
-            side in 1usize..40, origin in prop::array::uniform2(-50i32..2000), at in prop::array::uniform2(0.0f32..2000.0), sigma in 0.9f32..3.0,
+            side in 1usize..40,
+            origin in prop::array::uniform2(-50i32..2000),
+            at in prop::array::uniform2(0.0f32..2000.0),
+            sigma in 0.9f32..3.0,
         ) {
             let grid = Grid { side, origin };
             let back = grid.place_of_frame(grid.place_in_frame(at));

@@ -192,8 +192,8 @@ impl Homography {
             .map(|[a, b, c]| [a, b, a * x + b * y + c].map(|value| (value * scale) as f32))
     }
 
-    /// The image of the panel's middle, the steps to the next LED in its row and in its column there, and by how much farther off these are,
-    /// as a share of the distance.
+    /// The image of the panel's middle, the steps to the next LED in its row and in its column there, and by how much farther off these
+    /// are, as a share of the distance.
     pub(crate) fn about_middle(&self) -> [[f32; 2]; 4] {
         let middle = LAST / 2.0;
         let [x, y, [g, h, one]] = self.forward;

@@ -39,7 +39,7 @@ use crate::parameters::pose_candidates::POSE_CANDIDATES;
 use crate::parameters::search::*;
 use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
 use crate::profile::{Profile, Stage};
-use crate::spots::{GreyMetric, LatticeModel, Residuals};
+use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
@@ -97,9 +97,6 @@ impl Location {
         })
     }
 }
-
-/// The variance of a place within a pixel.
-const PIXEL_VARIANCE: f32 = 1.0 / 12.0;
 
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

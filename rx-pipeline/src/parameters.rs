@@ -257,6 +257,14 @@ pub mod verification {
     /// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
     /// smooth, far fewer.
     pub const DIFFERENT: RangeInclusive<u32> = 40..=84;
+    /// How much a single frame's bits repeat, at most (squared deviations of random ones): 1 of 10 000 panels does more. Higher: windows,
+    /// text and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
+    pub const MOST_REPETITION: u32 = 19;
+    /// Outer lines without an LED that is On in a single frame, at most (count): 1 of 10 000 panels has more, and so has a lattice that is
+    /// larger than the panel. Higher: such lattices pass.
+    pub const MOST_DARK_EDGES: usize = 1;
+    /// Columns and rows after which bits may repeat, at most (count).
+    pub const FARTHEST_REPEAT: u32 = 4;
     /// Places next to the lattice that look like LEDs, at most (count): more belong to something that goes on.
     pub const LIT_AROUND: [u32; 2] = [2, 3];
     /// Off LEDs darker than the ground by more are none, without a board and with one (share of the step from Off to On).

@@ -222,8 +222,8 @@ impl<
         self.panels.each_ref().map(|panel| panel.reader.corners())
     }
 
-    /// What the frames have told of the camera and the LEDs, by the numbers of the panels; none of a panel that has not been read by maximum
-    /// likelihood.
+    /// What the frames have told of the camera and the LEDs, by the numbers of the panels; none of a panel that has not been read by
+    /// maximum likelihood.
     pub fn learnt_each(&self) -> [Option<Learnt>; PANELS] {
         self.memory
             .borrow()

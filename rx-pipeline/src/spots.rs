@@ -33,3 +33,6 @@ pub(crate) use root_metric::RootMetric;
 pub(crate) use slope::Slope;
 pub(crate) use spot_table::SpotTable;
 pub(crate) use window::{LANES, Window, dot};
+
+/// The variance of a place within a pixel, in px².
+pub(crate) const PIXEL_VARIANCE: f32 = 1.0 / 12.0;

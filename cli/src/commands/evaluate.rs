@@ -105,6 +105,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Some(place) => place.keep(|path| results::write_with_table(results, path)),
         None => Ok(()),
     };
+    if let Some(place) = &place {
+        // Another run finds the place taken, and what cannot be kept is not worked on first.
+        place.keep(|path| results::write(&results, path))?;
+    }
     let done = results::advance(&run, &mut results, keep, |news| {
         progress.done(news.frames);
         Ok(true)

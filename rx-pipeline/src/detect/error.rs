@@ -26,7 +26,8 @@ pub enum DetectError {
     },
     /// Next to all cells are white.
     #[error(
-        "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or dim the panel"
+        "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or \
+         dim the panel"
     )]
     TooWhite {
         /// Cells that are white.

@@ -6,7 +6,7 @@ use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::parameters::likelihood::crop::{PITCH_MAX_PX, RIM_PX, SIGMA_MAX_PX, WIDE_PITCH_MIN_PX};
 use crate::parameters::reading::MIN_PITCH_PX;
-use crate::spots::{LANES, Window};
+use crate::spots::{LANES, PIXEL_VARIANCE, Window};
 use link::panel::{LEDS, SIDE};
 
 /// What is known of a panel's image before it is looked at.
@@ -30,7 +30,7 @@ pub(super) struct Scale {
 impl Scale {
     /// The variance of an LED's image without any blur, in px² of the image: of a disc about half a pitch wide, and of a pixel.
     pub fn sharp_variance(&self) -> f32 {
-        self.pitch * self.pitch / 64.0 + 1.0 / 12.0
+        self.pitch * self.pitch / 64.0 + PIXEL_VARIANCE
     }
 }
 

@@ -93,7 +93,8 @@ impl LevelPrior {
         })
     }
 
-    /// Goes on in an image of another scale: the nearer a panel, the more pixels its LEDs' light fills, and the less of their width is blur.
+    /// Goes on in an image of another scale: the nearer a panel, the more pixels its LEDs' light fills, and the less of their width
+    /// is blur.
     pub fn rescale(&mut self, from: &Scale, to: &Scale) {
         let pixel = from.bin as f32 / to.bin as f32;
         let growth = to.pitch / (from.pitch * pixel);

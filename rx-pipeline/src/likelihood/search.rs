@@ -16,8 +16,8 @@ use crate::parameters::likelihood::search::{
 use link::panel::LEDS;
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and spots
-    /// of `usual` variance are as good a guess as any.
+    /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and
+    /// spots of `usual` variance are as good a guess as any.
     pub fn first_variance(
         &mut self,
         frame: &Frame<'_>,

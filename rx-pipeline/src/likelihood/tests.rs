@@ -197,8 +197,8 @@ fn leds_that_a_short_message_never_changes_are_not_broken() {
     assert_eq!(detector.learnt().unwrap().broken, 0);
 }
 
-/// Where what shows between the LEDs is not plain, some bits are wrong. Soft values that claimed all to be right would cost more nats than a
-/// bit has, ln 2.
+/// Where what shows between the LEDs is not plain, some bits are wrong. Soft values that claimed all to be right would cost more nats than
+/// a bit has, ln 2.
 #[test]
 fn what_the_model_does_not_explain_makes_bits_doubtful() {
     let scene = Scene {

@@ -2,9 +2,9 @@
 //!
 //! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of
 //! any brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. A panel's are normal numbers
-//! around those of its bits, of a variance V that is far less: LEDs are not quite equal. Where spots overlap V is 0, as it would make up for
-//! anything smooth, too. With d the panel's brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their overlaps
-//! and n what it leaves in a pixel,
+//! around those of its bits, of a variance V that is far less: LEDs are not quite equal. Where spots overlap V is 0, as it would make up
+//! for anything smooth, too. With d the panel's brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their
+//! overlaps and n what it leaves in a pixel,
 //!
 //!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 + free(h, V) − free(h + G·d, A),
 //!   free(b, A) = ½·bᵀ·(G + n/A)⁻¹·b/n − ½·log det(1 + A·G/n):

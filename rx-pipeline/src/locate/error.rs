@@ -84,8 +84,8 @@ pub enum LocateError {
     },
     /// The spots that fit best are no LEDs.
     #[error(
-        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs as far apart as these are {narrowest_px:.2} \
-         to {widest_px:.2}; bring the camera into focus, or come nearer"
+        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs as far apart as these are \
+         {narrowest_px:.2} to {widest_px:.2}; bring the camera into focus, or come nearer"
     )]
     SpotsDoNotFit {
         /// The fitted spots' standard deviation.

@@ -60,13 +60,7 @@ impl Patch {
 
     /// A lattice in samples in the frame.
     pub fn to_frame_lattice(&self, lattice: &Lattice) -> Lattice {
-        let step = self.step as f32;
-        Lattice {
-            centre: self.to_frame(lattice.centre),
-            column: lattice.column.map(|c| c * step),
-            row: lattice.row.map(|c| c * step),
-            tilt: [0.0; 2],
-        }
+        lattice.scaled(self.to_frame(lattice.centre), self.step as f32)
     }
 
     /// Takes off the median of the patch's rim.

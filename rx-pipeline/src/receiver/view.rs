@@ -1,7 +1,7 @@
 //! What of a frame a followed panel is looked at in: the frame itself, or larger pixels around the panel.
 
 use super::outcome::Loss;
-use crate::cells::CellsError;
+use crate::cells::{CellsError, ends};
 use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -165,14 +165,7 @@ impl View {
                         .map(f64::from)
                 };
                 let ([left, top], [right, bottom]) = (to_frame(left, top), to_frame(right, bottom));
-                CellsError::OutsideFrame {
-                    left,
-                    right,
-                    top,
-                    bottom,
-                    width,
-                    height,
-                }
+                CellsError::outside_frame([[left, right], [top, bottom]], [width, height])
             }
             other => other,
         }
@@ -198,19 +191,7 @@ impl View {
 
     /// That the cells of a panel seen here are not all in the frame.
     pub fn outside_frame(&self, corners: &Corners) -> CellsError {
-        let outline = corners.homography().outline();
-        let end = |axis: usize, start: f64, of: fn(f64, f64) -> f64| {
-            outline.iter().map(|corner| corner[axis]).fold(start, of)
-        };
-        let [width, height] = self.size;
-        CellsError::OutsideFrame {
-            left: end(0, f64::INFINITY, f64::min),
-            right: end(0, f64::NEG_INFINITY, f64::max),
-            top: end(1, f64::INFINITY, f64::min),
-            bottom: end(1, f64::NEG_INFINITY, f64::max),
-            width,
-            height,
-        }
+        CellsError::outside_frame(ends(corners), self.size)
     }
 
     /// What is seen of a frame, drawn in `buffer` if need be.
@@ -222,7 +203,7 @@ impl View {
     }
 }
 
-/// How far larger pixels may lie beyond the frame, where they are as at its end, in its pixels: what a panel at the very rim needs around it.
+/// How far larger pixels may lie beyond the frame, where they are as at its end, in its pixels: what a panel at the very rim needs.
 fn beyond(side: usize) -> i32 {
     2 * side as i32
 }

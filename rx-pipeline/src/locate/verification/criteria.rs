@@ -6,6 +6,7 @@ use crate::lattice::Lattice;
 use crate::locate::LocateError;
 use crate::parameters::verification::*;
 use crate::spots::{LatticeModel, Slope};
+use link::framing::SYNC;
 
 /// All that needs nothing but the fit, with `noise` the variance of a pixel; gives the signal-to-noise ratio.
 pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, LocateError> {
@@ -13,7 +14,7 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, Loc
     unsaturated(slope)?;
     explained_down_to_noise(fitted, noise, scope)?;
     let signal_to_noise = clear(slope, noise, scope)?;
-    random(spots)?;
+    random(spots, scope)?;
     all_edges_seen(spots, slope, noise)?;
     let darkest = match scope {
         Scope::Change => f32::NEG_INFINITY,
@@ -73,16 +74,66 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     Ok(libm::sqrtf(explained))
 }
 
-fn random(spots: &LatticeModel) -> Result<(), LocateError> {
+fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
     let pattern = states.fold(0u64, |bits, (led, &state)| {
         bits | u64::from(state != 0.0) << led
     });
     let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
-    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) {
+    // What begins each block is the same each time, and far from random.
+    let is_sync = [pattern, !pattern].contains(&SYNC.bits());
+    let is_orderly =
+        || repetition(pattern) > MOST_REPETITION || dark_edges(pattern) > MOST_DARK_EDGES;
+    if !LIT.contains(&lit)
+        || !DIFFERENT.contains(&different)
+        || scope.is_single() && !is_sync && is_orderly()
+    {
         return Err(LocateError::NotRandom { lit, different });
     }
     Ok(())
+}
+
+/// Outer lines in which no LED is On.
+fn dark_edges(pattern: u64) -> usize {
+    let lines = [
+        0xff,
+        0xff << 56,
+        0x0101_0101_0101_0101,
+        0x8080_8080_8080_8080,
+    ];
+    lines.iter().filter(|&line| pattern & line == 0).count()
+}
+
+/// How much a pattern is like itself a few columns and rows on: the square of what like places are more than unlike ones, over all that are
+/// compared. In random bits it is 1 at most on average.
+fn repetition(pattern: u64) -> u32 {
+    let steps = (0..=FARTHEST_REPEAT).flat_map(|down| {
+        (-(FARTHEST_REPEAT as i32)..=FARTHEST_REPEAT as i32).map(move |across| (across, down))
+    });
+    steps
+        .filter(|&(across, down)| down > 0 || across > 0)
+        .map(|(across, down)| {
+            let columns = across.unsigned_abs();
+            let within = column_mask(columns);
+            // Places whose counterpart is `columns` to the right and `down` rows below; or to the left.
+            let (there, here) = if across >= 0 {
+                (pattern >> (8 * down + columns), pattern)
+            } else {
+                (pattern >> (8 * down), pattern >> columns)
+            };
+            let compared = within & (u64::MAX >> (8 * down));
+            let places = compared.count_ones();
+            let unlike = ((there ^ here) & compared).count_ones();
+            let surplus = places.saturating_sub(2 * unlike);
+            surplus * surplus / places
+        })
+        .max()
+        .unwrap_or(0)
+}
+
+/// All but the last so many columns.
+fn column_mask(columns: u32) -> u64 {
+    0x0101_0101_0101_0101 * (0xff >> columns)
 }
 
 fn all_edges_seen(spots: &LatticeModel, slope: &Slope, noise: f32) -> Result<(), LocateError> {
@@ -132,15 +183,15 @@ fn as_wide_as_leds(spots: &LatticeModel) -> Result<(), LocateError> {
 
 /// Pairs of neighbours in rows and columns that differ.
 fn neighbours_that_differ(pattern: u64) -> u32 {
-    const NOT_LAST_COLUMN: u64 = 0x7f7f_7f7f_7f7f_7f7f;
     let rows = (pattern ^ pattern >> 8) & (u64::MAX >> 8);
-    let columns = (pattern ^ pattern >> 1) & NOT_LAST_COLUMN;
+    let columns = (pattern ^ pattern >> 1) & column_mask(1);
     rows.count_ones() + columns.count_ones()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use link::scramble::split_mix64;
 
     #[test]
     fn random_bits_differ_from_their_neighbours_half_of_the_time() {
@@ -149,5 +200,19 @@ mod tests {
         // A chessboard differs everywhere.
         assert_eq!(neighbours_that_differ(0xaa55_aa55_aa55_aa55), 112);
         assert!(DIFFERENT.contains(&neighbours_that_differ(0x9a3c_5e71_0f96_c3a5)));
+    }
+
+    #[test]
+    fn patterns_that_repeat_are_told_from_random_bits() {
+        // Every third row and column is dark.
+        assert_eq!(repetition(0x3636_0036_3600_3636), 40);
+        let repeating = (1..1000).filter(|&i| repetition(split_mix64(i)) > MOST_REPETITION);
+        assert!(repeating.count() <= 1);
+    }
+
+    #[test]
+    fn outer_lines_without_an_led_that_is_on_are_counted() {
+        assert_eq!(dark_edges(0x0050_265a_3a5c_2e00), 4);
+        assert_eq!(dark_edges(SYNC.bits()), 0);
     }
 }
