@@ -1,6 +1,7 @@
 //! What a command is going to write, looked at before it works: nothing that it reads is overwritten, and what cannot be written is not
 //! computed first.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use anyhow::{bail, ensure};
@@ -64,6 +65,25 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
         folder.display()
     );
     files::check(&folder.join("frame-000000.png")).map(drop)
+}
+
+/// Holds a folder for this run as long as the answer lives: where another run holds it, both would write into each other's work. The
+/// system gives it free however a run ends. Systems that lock no folders hold nothing.
+///
+/// # Errors
+/// When another run holds it.
+pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
+    let Ok(held) = File::open(folder) else {
+        return Ok(None);
+    };
+    match held.try_lock() {
+        Ok(()) => Ok(Some(held)),
+        Err(TryLockError::WouldBlock) => bail!(
+            "another run is at work in {}: wait for its end, or name another folder",
+            folder.display()
+        ),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 /// The files that a scene is read from, where `name` is what it is called on the command line.
@@ -133,6 +153,19 @@ mod tests {
         assert!(refusal(&[&folder.path().join("no/file")], &[]).contains("cannot write"));
         assert_eq!(std::fs::read(&a).expect("there"), b"a");
         assert!(!b.exists());
+    }
+
+    #[test]
+    fn a_folder_is_one_runs_at_a_time() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let first = hold(folder.path()).expect("free");
+        if first.is_none() {
+            return;
+        }
+        let second = hold(folder.path()).expect_err("held").to_string();
+        assert!(second.contains("another run is at work"), "{second}");
+        drop(first);
+        assert!(hold(folder.path()).is_ok());
     }
 
     #[test]

@@ -265,6 +265,25 @@ fn two_runs_do_not_share_a_place() {
 }
 
 #[test]
+fn two_runs_do_not_share_a_folder() {
+    let place = folder("two-figures");
+    let out = place.to_str().expect("a plain path");
+    let arguments = ["figures", "--quick", "--threads", "1", "--out", out];
+    let mut first = common::command(&arguments)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("vocc runs");
+    while !place.join("findings.json").exists() {
+        assert!(first.try_wait().expect("known").is_none(), "it has ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    refused(&arguments, &["another run is at work"]);
+    first.kill().expect("it runs");
+    first.wait().expect("it ends");
+}
+
+#[test]
 fn a_sum_may_be_made_again() {
     let place = folder("again");
     let merged = bash(

@@ -145,9 +145,13 @@ fn send(
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    if let Save::All(folder) = save {
-        outputs::check_recording(folder)?;
-    }
+    let _held = match save {
+        Save::All(folder) => {
+            outputs::check_recording(folder)?;
+            outputs::hold(folder)?
+        }
+        _ => None,
+    };
     let stop = stop();
     let mut progress = Progress::new(frames, "frames");
     let mut counts = FrameCounts::default();

@@ -76,6 +76,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let folder = arguments.out.join(FOLDER);
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let _held = outputs::hold(&folder)?;
     let path = folder.join(KEPT);
     let page = arguments.out.join("accuracy.md");
     outputs::check_beside(&path, std::slice::from_ref(&page))?;

@@ -79,6 +79,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let parts = parts(arguments, shared, frames)?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("cannot make the folder {}", arguments.out.display()))?;
+    let _held = outputs::hold(&arguments.out)?;
     let path = arguments.out.join(KEPT);
     let reports = ["report.md", "report.html"].map(|name| arguments.out.join(name));
     outputs::check_beside(&path, &reports)?;
