@@ -5,7 +5,7 @@
 use super::crop::Crop;
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::{FULL_GROUND, OVEREXPOSED};
+use crate::parameters::likelihood::crop::{APART_PX, FULL_GROUND, OVEREXPOSED};
 use crate::spots::{LANES, RootMetric, SpotTable};
 use link::panel::{LEDS, SIDE};
 
@@ -125,7 +125,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
             let seen = self.seen.get(y * self.stride + x);
             seen.is_some_and(|seen| (self.full..LEFT_OUT).contains(seen))
         });
-        full.count() >= FULL_GROUND
+        crop.scale.pitch >= APART_PX && full.count() >= FULL_GROUND
     }
 
     /// Whether it was found to have a [saturated ground](Self::has_full_ground).

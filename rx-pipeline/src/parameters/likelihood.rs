@@ -23,6 +23,8 @@ pub mod crop {
     /// Of the 49 places between four LEDs, so many at grey 255 make the ground white (count). Fewer: LEDs that run together count
     /// as ground; more: a hot or dead pixel, or clutter, hides that it is.
     pub const FULL_GROUND: usize = 45;
+    /// Nearer LEDs run together where they are overexposed, and what is between them is no ground (px of the image).
+    pub const APART_PX: f32 = 4.0;
 }
 
 /// The first guess: the light of the 64 LEDs by least squares, in rounds of Gauss and Seidel's method.
