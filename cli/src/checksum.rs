@@ -1,9 +1,9 @@
 //! JSON that tells whether it was changed after it was written.
 
 use anyhow::ensure;
-use crc::{CRC_64_XZ, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use studies::checksum;
 
 /// What is before the checksum, the object's last field, and what after.
 const AROUND: [&str; 2] = [",\"checksum\":\"", "\"}"];
@@ -13,7 +13,10 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
     let text = serde_json::to_string(value)?;
     let [before, after] = AROUND;
     let open = text.strip_suffix('}').unwrap_or(&text);
-    Ok(format!("{open}{before}{}{after}", of(&text)))
+    Ok(format!(
+        "{open}{before}{}{after}",
+        checksum::of(text.as_bytes())
+    ))
 }
 
 /// What the text says; one without a checksum is of an earlier version.
@@ -26,21 +29,16 @@ pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
         .trim_end()
         .strip_suffix(after)
         .and_then(|text| text.rsplit_once(before));
-    let Some((open, checksum)) = parts else {
+    let Some((open, found)) = parts else {
         return Ok(serde_json::from_str(text)?);
     };
     let whole = format!("{open}}}");
-    let wanted = of(&whole);
+    let wanted = checksum::of(whole.as_bytes());
     ensure!(
-        checksum == wanted,
+        found == wanted,
         "it was changed after it was written: its checksum should be {wanted}"
     );
     Ok(serde_json::from_str(&whole)?)
-}
-
-fn of(text: &str) -> String {
-    let sum = Crc::<u64>::new(&CRC_64_XZ).checksum(text.as_bytes());
-    format!("{sum:016x}")
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! is left half written in any case.
 
 use std::io::{BufRead, Read};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -16,7 +17,7 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 use studies::stop::Stop;
 
-use crate::output;
+use crate::output::{self, Answer};
 
 /// Whether the program was asked to end.
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -72,6 +73,15 @@ fn end(signal: i32) {
 pub fn stop() -> Stop {
     IS_HEARD.store(true, Ordering::Relaxed);
     Stop::at(&ASKED)
+}
+
+/// Tells where a command that was asked to end has kept what is finished, and that only `--resume` draws it.
+pub fn interrupted(kept: &Path) -> Answer {
+    output::tell(format_args!(
+        "interrupted: {} keeps what is finished; go on with --resume, which draws it",
+        kept.display()
+    ));
+    Answer::No
 }
 
 /// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.

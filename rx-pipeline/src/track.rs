@@ -320,8 +320,9 @@ impl Track {
             Some(spots.expected_squares(&slope, false))
         };
         let here = left(&self.spots)?;
-        let lines = (0..9).map(|i| fit::shifted(&self.spots, i % 3 - 1, i / 3 - 1));
-        let (least, beside) = lines
+        let around = (0..9).filter(|&i| i != 4);
+        let (least, beside) = around
+            .map(|i| fit::shifted(&self.spots, i % 3 - 1, i / 3 - 1))
             .filter_map(|beside| Some((left(&beside)?, beside.lattice)))
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
         (least < LINE_LEFT * here).then_some(beside)

@@ -28,7 +28,8 @@
 //! Each knows those above it, and none below.
 //!
 //! ```text
-//! statistics    detectors   stop     moments, error rates and their intervals; the receivers by name, and a genie; may work go on?
+//! statistics    detectors            moments, error rates and their intervals; the receivers by name, and a genie
+//! stop          checksum             may work go on? was what is kept changed?
 //! monte_carlo                        many random frames at one setting, in chunks that add up
 //! splitting     optimum              error rates too small to count; the best LED-to-ambient ratio
 //! sweep         table                grids of settings, in shards that add up to one run; tables of the best ratios
@@ -54,6 +55,7 @@
 
 pub mod baselines;
 pub mod camera_knowledge;
+pub mod checksum;
 pub mod detectors;
 pub mod monte_carlo;
 pub mod optimum;

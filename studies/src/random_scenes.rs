@@ -9,6 +9,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use sim::accuracy::Level;
+use sim::input;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::scene::{Scene, SceneError};
@@ -60,7 +61,7 @@ pub enum RandomSceneError {
         /// The file.
         path: PathBuf,
         /// Why not.
-        source: image::ImageError,
+        source: input::PictureError,
     },
     /// A backdrop is to be cut from no photographs, or from an empty one.
     #[error(
@@ -100,7 +101,7 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
         .map_err(unlisted)?;
     paths.retain(|path| path.extension().is_some_and(|e| e == "png"));
     paths.sort();
-    let open = |path: PathBuf| match image::open(&path) {
+    let open = |path: PathBuf| match input::picture(&path) {
         Ok(picture) => Ok(picture.into_luma8()),
         Err(source) => Err(RandomSceneError::Photograph { path, source }),
     };

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A flag that ends work from elsewhere, such as from a handler of Ctrl-C. Copies are of the same flag.
 ///
-/// It is looked at frame by frame: work that is asked to stop ends with an error that says so ([`crate::monte_carlo::EvaluateError::Stopped`]),
-/// and whoever adds pieces of work up keeps those that are finished.
+/// It is looked at frame by frame: work that is asked to stop ends with an error that says so
+/// ([`crate::monte_carlo::EvaluateError::Stopped`]), and whoever adds pieces of work up keeps those that are finished.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicBool, Ordering};

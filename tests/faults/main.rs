@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! cargo test -p vocc-tests --test faults                               # as the gate does
-//! VOCC_PROGRAM=target/release/vocc VOCC_FAULTS=20000 VOCC_FAULT_SEED=7 cargo test --release -p vocc-tests --test faults     # hours of it, other ones
+//! export VOCC_PROGRAM=target/release/vocc VOCC_FAULTS=20000 VOCC_FAULT_SEED=7                     # hours of it, other ones
+//! cargo test --release -p vocc-tests --test faults
 //! VOCC_STREAM_FRAMES=150000 cargo test --release -p vocc-tests --test faults long_stream
 //! ```
 #![cfg(target_os = "linux")]

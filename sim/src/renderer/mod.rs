@@ -131,7 +131,8 @@ impl Renderer {
         let scene = &view.scene;
         let (shape, tolerance) = (formation.spread, accuracy.quadrature / 4.0);
         let spread = Spread::new(shape, formation.sigma_px, tolerance);
-        let margin_px = accuracy.margin_px(formation.sigma_px) + spread.reach_px;
+        let blur = accuracy.blur(formation.sigma_px);
+        let margin_px = blur.margin_px() + spread.reach_px;
         let drawn = if formation.other_panels {
             view.panels.len()
         } else {
@@ -182,7 +183,7 @@ impl Renderer {
             table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(&formation.curve),
             spread,
-            blur: accuracy.blur(formation.sigma_px),
+            blur,
             margin_px,
             layouts,
             boards,

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
 use super::{Sweep, SweepError, Work};
+use crate::checksum;
 use crate::monte_carlo::{Accumulator, AccumulatorError, CHUNK, Evaluation, Standing};
 
 /// The version of the form.
@@ -30,7 +30,11 @@ pub enum ResultsError {
     #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
     Sweep(Box<SweepError>),
     /// Another form.
-    #[error("these are results of format {found}, this program ({version}) knows format {FORMAT} and, without a checksum, {UNCHECKED}: read them with the version that wrote them, or make them again", version = env!("CARGO_PKG_VERSION"))]
+    #[error(
+        "these are results of format {found}, this program ({version}) knows format {FORMAT} and, without a checksum, {UNCHECKED}: read \
+         them with the version that wrote them, or make them again",
+        version = env!("CARGO_PKG_VERSION")
+    )]
     Format {
         /// The form's version.
         found: u32,
@@ -133,13 +137,9 @@ struct Written {
 }
 
 impl Written {
-    /// The CRC-64 of the text without a checksum.
+    /// That of the text without a checksum.
     fn checksum(&self) -> Result<String, serde_json::Error> {
-        let text = serde_json::to_vec(self)?;
-        Ok(format!(
-            "{:016x}",
-            Crc::<u64>::new(&CRC_64_XZ).checksum(&text)
-        ))
+        Ok(checksum::of(&serde_json::to_vec(self)?))
     }
 }
 

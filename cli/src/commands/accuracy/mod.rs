@@ -20,7 +20,7 @@ use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
 use crate::report::work_precision::{Made, page};
-use crate::stop::stop;
+use crate::stop::{interrupted, stop};
 use kept::{Kept, Run};
 
 /// Arguments of `vocc accuracy`.
@@ -93,15 +93,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     for part in measured {
         print(part, shared.json)?;
     }
-    if finished {
-        Ok(Answer::Yes)
+    Ok(if finished {
+        Answer::Yes
     } else {
-        output::tell(format_args!(
-            "interrupted: {} keeps what is finished; go on with --resume, which draws it",
-            path.display()
-        ));
-        Ok(Answer::No)
-    }
+        interrupted(&path)
+    })
 }
 
 /// What need not be measured again.

@@ -26,7 +26,7 @@ use crate::outputs;
 use crate::progress::Progress;
 use crate::report::claims::{self, Judged};
 use crate::report::figure::Figure;
-use crate::stop::stop;
+use crate::stop::{interrupted, stop};
 use kept::{Kept, Run};
 
 /// Arguments of `vocc figures`.
@@ -94,11 +94,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Kept::new(run)
     };
     if !compute(&parts, &mut kept, &path)? {
-        output::tell(format_args!(
-            "interrupted: {} keeps what is finished; go on with --resume, which draws it",
-            path.display()
-        ));
-        return Ok(Answer::No);
+        return Ok(interrupted(&path));
     }
     let nothing = Findings::default();
     let of = |part: &Part| {

@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use crc::{CRC_32_ISO_HDLC, Crc};
 use serde::Serialize;
+use sim::input;
+use studies::checksum;
 use studies::monte_carlo::Evaluation;
 
 use crate::{files, output};
@@ -44,7 +45,8 @@ impl Rounds {
     pub fn begin(table: &Path, about: &About) -> anyhow::Result<(Self, Vec<Vec<Evaluation>>)> {
         let path = table.with_added_extension(EXTENSION);
         let head = serde_json::to_string(about)?;
-        let (text, known) = whole(&std::fs::read_to_string(&path).unwrap_or_default(), &head);
+        let found = input::read_text(&path, u64::MAX).unwrap_or_default();
+        let (text, known) = whole(&found, &head);
         files::write(&path, text)?;
         let file = File::options()
             .append(true)
@@ -86,7 +88,8 @@ impl Rounds {
 
 fn append(file: &mut File, batches: &[Evaluation]) -> std::io::Result<()> {
     let round = serde_json::to_string(batches)?;
-    file.write_all(format!("{:08x} {round}\n", checksum(&round)).as_bytes())
+    let sum = checksum::of(round.as_bytes());
+    file.write_all(format!("{sum} {round}\n").as_bytes())
 }
 
 /// The part of a file that is whole and begins with `head`, and its rounds.
@@ -105,12 +108,8 @@ fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>) {
 /// The round of a line; none if it is damaged.
 fn round(line: &str) -> Option<Vec<Evaluation>> {
     let (sum, round) = line.strip_suffix('\n')?.split_once(' ')?;
-    let is_sound = u32::from_str_radix(sum, 16).ok()? == checksum(round);
+    let is_sound = sum == checksum::of(round.as_bytes());
     is_sound.then(|| serde_json::from_str(round).ok()).flatten()
-}
-
-fn checksum(text: &str) -> u32 {
-    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(text.as_bytes())
 }
 
 #[cfg(test)]
