@@ -96,12 +96,12 @@ fn what_is_too_large_is_not_read() {
     ] {
         refused_soon(&place, arguments, &["more than", "bytes"]);
     }
-    let panels = "[[panel]]\n".repeat(257);
+    let panels = "[[panel]]\n".repeat(4097);
     std::fs::write(place.join("panels.toml"), panels).expect("written");
     refused_soon(
         &place,
         &["plan", "panels.toml"],
-        &["257 panels", "at most 256"],
+        &["4097 panels", "at most 4096"],
     );
     let panels = "[[panel]]\n".repeat(100_000);
     std::fs::write(place.join("panels.toml"), panels).expect("written");

@@ -80,6 +80,66 @@ fn near_led(renderer: &Renderer) -> [usize; 2] {
     [at(left, right), at(top, bottom)].map(|place| place.round() as usize)
 }
 
+/// A row of panels at 50 m, so many pixels apart, every other one with a board.
+fn row_of(panels: usize, apart_px: f64) -> Scene {
+    let mut scene = paper(&["camera.width_px=640", "camera.height_px=480"]);
+    let focal_px = scene.camera.focal_px();
+    let middle = (panels - 1) as f64 / 2.0;
+    scene.panels = (0..panels)
+        .map(|index| Panel {
+            board_reflectance: (index % 2 == 1).then_some(0.5),
+            pose: Some(Pose {
+                distance_m: 50.0 + 0.1 * index as f64,
+                x_m: (index as f64 - middle) * apart_px * 50.0 / focal_px,
+                ..Pose::default()
+            }),
+            ..Panel::default()
+        })
+        .collect();
+    scene
+}
+
+#[test]
+fn a_part_of_the_sensor_is_drawn_as_in_the_whole() {
+    for apart_px in [20.0, 50.0] {
+        let scene = row_of(7, apart_px);
+        for level in [Level::Fast, Level::Fine] {
+            let renderer = Renderer::new(&scene, level).expect("a visible scene");
+            let shown: Vec<_> = (0..7)
+                .map(|index| {
+                    renderer.steady(index, PanelFrame::from_bits(0x0123_4567_89ab_cdef << index))
+                })
+                .collect();
+            let drawn = |region| {
+                let mut canvas = Canvas::new(region);
+                renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+                canvas
+            };
+            let (whole, part) = (drawn(renderer.sensor()), renderer.surroundings(3));
+            let rows = whole.values().chunks_exact(whole.region().width);
+            let same: Vec<f32> = rows
+                .skip(part.y)
+                .take(part.height)
+                .flat_map(|row| row[part.x..part.x + part.width].to_vec())
+                .collect();
+            assert!(
+                same == drawn(part).values(),
+                "{apart_px} px apart, {level:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn as_many_lie_one_behind_the_other_as_meet_and_not_all_there_are() {
+    let layers = |apart_px| {
+        let renderer = Renderer::new(&row_of(6, apart_px), Level::Fast).expect("a visible scene");
+        renderer.view().layers
+    };
+    // A panel's LEDs span 31 px, and 40 px are left on either side of them.
+    assert_eq!([114.0, 80.0, 20.0].map(layers), [1, 3, 6]);
+}
+
 #[test]
 fn no_pixel_is_brighter_than_the_brightest_led() {
     for settings in [&[][..], &["panel.board_reflectance=0.3"]] {

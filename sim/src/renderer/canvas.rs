@@ -28,6 +28,38 @@ impl Region {
         !apart(self.x, self.width, other.x, other.width)
             && !apart(self.y, self.height, other.y, other.height)
     }
+
+    /// The region with `by` pixels more on each side, as far as there are any.
+    pub(super) fn widened(self, by: usize) -> Self {
+        let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
+        Self {
+            x,
+            y,
+            width: self.x + self.width + by - x,
+            height: self.y + self.height + by - y,
+        }
+    }
+
+    /// What both regions have in common, which may be nothing.
+    fn common(self, other: Self) -> Self {
+        let end = |a: usize, length: usize, b: usize, other: usize| (a + length).min(b + other);
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        Self {
+            x,
+            y,
+            width: end(self.x, self.width, other.x, other.width).saturating_sub(x),
+            height: end(self.y, self.height, other.y, other.height).saturating_sub(y),
+        }
+    }
+
+    /// Its first pixel, and the one after its last.
+    pub(super) fn corners(self) -> [DVec2; 2] {
+        let corner = |x: usize, y: usize| DVec2::new(x as f64, y as f64);
+        [
+            corner(self.x, self.y),
+            corner(self.x + self.width, self.y + self.height),
+        ]
+    }
 }
 
 /// Linear values of a region, row by row.
@@ -76,17 +108,28 @@ impl<R: Real> Canvas<R> {
         self.values.fill(value);
     }
 
-    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws on black says.
-    pub fn cover(&mut self, light: R, draw: impl FnOnce(&mut Self)) {
-        let region = self.region;
+    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws on black says; it draws
+    /// nothing outside `within`.
+    pub fn cover(&mut self, light: R, within: Region, draw: impl FnOnce(&mut Self)) {
+        let part = self.region.common(within);
+        if part.width == 0 || part.height == 0 {
+            return;
+        }
         let mut mask = self
             .mask
             .take()
-            .unwrap_or_else(|| Box::new(Self::new(region)));
-        mask.fill(R::default());
+            .unwrap_or_else(|| Box::new(Self::new(part)));
+        mask.region = part;
+        mask.values.clear();
+        mask.values.resize(part.width * part.height, R::default());
         draw(&mut mask);
-        for (value, &covered) in self.values.iter_mut().zip(mask.values()) {
-            *value += covered * (light - *value);
+        let rows = self.values.chunks_exact_mut(self.region.width);
+        let rows = rows.skip(part.y - self.region.y);
+        for (row, covered) in rows.zip(mask.values.chunks_exact(part.width)) {
+            let row = &mut row[part.x - self.region.x..][..part.width];
+            for (value, &covered) in row.iter_mut().zip(covered) {
+                *value += covered * (light - *value);
+            }
         }
         self.mask = Some(mask);
     }
@@ -105,13 +148,21 @@ impl<R: Real> Canvas<R> {
     ) {
         let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
+        let firsts = columns.map(|column| column.floor() as i64 - before_x as i64 - x as i64);
+        let end = self.region.width as i64;
+        let from = firsts.into_iter().fold(end, i64::min).max(0);
+        let to = firsts.into_iter().fold(i64::MIN, i64::max) + width as i64;
+        if from >= to.min(end) {
+            return;
+        }
+        let lit_length = (to.min(end) - from) as usize;
         // Room on either side for LEDs that are not wholly in the region.
-        let row_length = self.region.width + 2 * width;
-        self.row.resize(self.region.width, R::default());
+        let row_length = lit_length + 2 * width;
+        self.row.resize(lit_length, R::default());
         self.across.resize(SIDE * row_length, R::default());
         self.down.resize(height, R::default());
-        let starts = columns.map(|column| {
-            let first = column.floor() as i64 - before_x as i64 - x as i64 + width as i64;
+        let starts = firsts.map(|first| {
+            let first = first - from + width as i64;
             first.clamp(0, (row_length - width) as i64) as usize
         });
         for term in 0..image.terms() {
@@ -124,7 +175,7 @@ impl<R: Real> Canvas<R> {
                 image.across(term, fraction, &mut values[start..start + width]);
             }
             for (row, light) in rows.iter().zip(light.chunks_exact(SIDE)) {
-                let lit = &mut self.row[..self.region.width];
+                let lit = &mut self.row[..lit_length];
                 lit.fill(R::default());
                 let columns = self.across.chunks_exact(4 * row_length);
                 for (four, light) in columns.zip(light.chunks_exact(4)) {
@@ -136,7 +187,7 @@ impl<R: Real> Canvas<R> {
                 let first = row.floor() as i64 - before_y as i64 - y as i64;
                 for (j, &down) in (first..).zip(&self.down) {
                     if (0..self.region.height as i64).contains(&j) {
-                        let start = j as usize * self.region.width;
+                        let start = j as usize * self.region.width + from as usize;
                         add_scaled(&mut self.values[start..start + lit.len()], lit, down);
                     }
                 }

@@ -83,8 +83,12 @@ impl Renderer {
                 continue;
             };
             let shift = DVec2::from_array(shown.shift_px);
+            let touched = self.touched(index, shift);
+            if !touched.meets(canvas.region()) {
+                continue;
+            }
             if let Some(light) = self.board_light(index) {
-                canvas.cover(K::Real::from_f64(light), |mask| {
+                canvas.cover(K::Real::from_f64(light), touched, |mask| {
                     for (weight, board) in &self.boards[index] {
                         self.add_board(kernel, board, shift, K::Real::from_f64(*weight), mask);
                     }
@@ -97,7 +101,7 @@ impl Renderer {
                 light = light.map(|light| light - ground);
             } else {
                 // Opaque LEDs hide what is behind them before they add their own light.
-                canvas.cover(K::Real::default(), |mask| {
+                canvas.cover(K::Real::default(), touched, |mask| {
                     self.add_leds(index, shift, &[1.0; LEDS], mask, paint);
                 });
             }

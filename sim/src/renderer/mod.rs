@@ -34,7 +34,7 @@ use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout};
 use crate::scene::Scene;
-use crate::view::{Photograph, View, ViewError};
+use crate::view::{Photograph, View, ViewError, for_each_meeting};
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +66,8 @@ pub struct Renderer {
     layouts: Vec<Vec<(f64, Layout)>>,
     /// The panels drawn, the farthest first: a near board covers what is behind it.
     far_to_near: Vec<usize>,
+    /// For each panel drawn: the part of the sensor that it lights.
+    surroundings: Vec<Region>,
     /// For each panel drawn: its board over the exposure with weights; empty without a board.
     boards: Vec<Vec<(f64, Board)>>,
     /// For each panel drawn: whether all that is behind its LEDs has one linear value.
@@ -187,6 +189,7 @@ impl Renderer {
             margin_px,
             layouts,
             boards,
+            surroundings: Vec::new(),
             on_even_ground: Vec::new(),
             pixel_noise: OnceLock::new(),
             backdrop: OnceLock::new(),
@@ -196,9 +199,9 @@ impl Renderer {
             formation,
             level,
         };
-        renderer.on_even_ground = (0..drawn)
-            .map(|index| renderer.is_on_even_ground(index))
-            .collect();
+        let surroundings = |index| renderer.around(index, margin_px);
+        renderer.surroundings = (0..drawn).map(surroundings).collect();
+        renderer.on_even_ground = renderer.even_grounds();
         renderer
     }
 
@@ -232,13 +235,26 @@ impl Renderer {
             }
     }
 
-    /// Whether all behind the LEDs of panel `index` has one value: its board, or a plain background where no farther panel is.
-    fn is_on_even_ground(&self, index: usize) -> bool {
-        let surroundings = self.surroundings(index);
-        let mut farther = self.far_to_near.iter().take_while(|&&other| other != index);
-        !self.boards[index].is_empty()
-            || self.photograph().is_none()
-                && farther.all(|&other| !surroundings.meets(self.surroundings(other)))
+    /// For each panel drawn, whether all behind its LEDs has one value: its board, or a plain background where no farther panel is.
+    fn even_grounds(&self) -> Vec<bool> {
+        let mut even = vec![self.photograph().is_none(); self.surroundings.len()];
+        let mut turn = vec![0; even.len()];
+        for (place, &index) in self.far_to_near.iter().enumerate() {
+            turn[index] = place;
+        }
+        let boxes: Vec<_> = self
+            .surroundings
+            .iter()
+            .map(|part| part.corners())
+            .collect();
+        for_each_meeting(&boxes, |a, b| {
+            even[if turn[a] > turn[b] { a } else { b }] = false;
+        });
+        let boards = self.boards.iter();
+        boards
+            .zip(even)
+            .map(|(board, even)| even || !board.is_empty())
+            .collect()
     }
 
     /// The scene, worked out.

@@ -32,6 +32,9 @@ impl Outlined {
     }
 }
 
+/// Of more panels than these, what is still is not kept: where they overlap, each may be as large as the sensor.
+const MOST_STILL: usize = 256;
+
 impl Renderer {
     /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
     pub(super) fn add_outlined<R: Real>(
@@ -41,7 +44,8 @@ impl Renderer {
         light: R,
         canvas: &mut Canvas<R>,
     ) {
-        if shift == DVec2::ZERO && self.level != Level::Reference {
+        let is_kept = self.layouts.len() <= MOST_STILL && self.level != Level::Reference;
+        if shift == DVec2::ZERO && is_kept {
             let still = outlined.still.get_or_init(|| self.still(outlined));
             canvas.add(still, light);
         } else {

@@ -7,6 +7,7 @@ use rx_pipeline::corners::{Corners, CornersError};
 use super::Renderer;
 use super::board::board_corners;
 use super::canvas::Region;
+use super::polyphase;
 
 impl Renderer {
     /// The whole sensor.
@@ -22,7 +23,14 @@ impl Renderer {
     /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel, and for what the
     /// camera does to encoded levels around.
     pub fn surroundings(&self, index: usize) -> Region {
-        self.around(index, self.margin_px)
+        let drawn = self.surroundings.get(index).copied();
+        drawn.unwrap_or_else(|| self.around(index, self.margin_px))
+    }
+
+    /// The part of the sensor outside which drawing panel `index`, moved by `shift`, changes nothing.
+    pub(super) fn touched(&self, index: usize, shift: DVec2) -> Region {
+        self.surroundings(index)
+            .widened(shift.abs().max_element().ceil() as usize + polyphase::LANES)
     }
 
     /// The part of the sensor that the cells of panel `index` cover, with a rim of one pixel for their gradient and room for a shift of
@@ -31,7 +39,7 @@ impl Renderer {
         self.around(index, 0.0)
     }
 
-    fn around(&self, index: usize, margin_px: f64) -> Region {
+    pub(super) fn around(&self, index: usize, margin_px: f64) -> Region {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
         let samples = self.formation.motion_samples.iter();

@@ -31,8 +31,8 @@ fn within(key: &str, value: f64, min: f64, max: f64) -> Result<(), RangeError> {
     })
 }
 
-/// The most panels of a scene.
-pub const PANELS_MAX: usize = 256;
+/// The most panels of a scene: so that they and their tables are less than 1 GB.
+pub const PANELS_MAX: usize = 4096;
 
 impl Scene {
     /// Checks every key against its range; the names in `[effects]` are checked by whoever knows the effects.

@@ -1,12 +1,14 @@
 //! A scene with all that effects need to know of it worked out once.
 
 mod error;
+mod meeting;
 mod panel;
 mod photograph;
 mod range;
 
 pub(crate) use error::DEPTH_MIN_M;
 pub use error::ViewError;
+pub(crate) use meeting::for_each_meeting;
 pub(crate) use panel::BOARD_CORNERS;
 pub use panel::PanelView;
 pub use photograph::Photograph;
@@ -112,24 +114,19 @@ impl View {
     }
 }
 
-/// All panels where any two may meet in the image, else one: their boxes are widened by their own size, and by the blur.
+/// One panel, and the most that any one may meet in the image: their boxes are widened by their own size, and by the blur.
 fn layers(view: &View) -> usize {
     let boxes: Vec<_> = view
         .panels
         .iter()
         .map(|panel| wide_box(panel, 6.0 * view.scene.camera.blur_sigma_px))
         .collect();
-    let meet =
-        |(a, b): (&[DVec2; 2], &[DVec2; 2])| a[0].cmplt(b[1]).all() && b[0].cmplt(a[1]).all();
-    let pairs = boxes
-        .iter()
-        .enumerate()
-        .flat_map(|(i, a)| boxes[..i].iter().map(move |b| (a, b)));
-    if pairs.into_iter().any(meet) {
-        view.panels.len()
-    } else {
-        1
-    }
+    let mut layers = vec![1; boxes.len()];
+    for_each_meeting(&boxes, |a, b| {
+        layers[a] += 1;
+        layers[b] += 1;
+    });
+    layers.into_iter().max().unwrap_or(1)
 }
 
 /// The box around a panel's LEDs, wider by its size and a margin on each side.
