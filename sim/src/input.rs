@@ -10,6 +10,8 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 pub const SCENE_MAX: u64 = 1 << 20;
 /// The largest plan or table, in bytes of text.
 pub const TABLE_MAX: u64 = 1 << 24;
+/// The largest file of results that are kept, in bytes of text.
+pub const RESULTS_MAX: u64 = 1 << 30;
 /// The most columns or rows of a picture: as many as a camera may have.
 pub const SIDE_MAX: u32 = 8192;
 /// The largest picture, in bytes: four channels of 16 bits.
@@ -22,7 +24,9 @@ pub enum PictureError {
     #[error("cannot read it: {0}")]
     Read(#[from] Error),
     /// It is no picture, or a damaged one.
-    #[error("it is no whole PNG, JPEG or PGM image: {0}")]
+    #[error(
+        "it is no whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there"
+    )]
     Damaged(#[from] ImageError),
     /// A JPEG without an end.
     #[error("it is no whole PNG, JPEG or PGM image: it ends too soon")]
