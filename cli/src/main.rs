@@ -20,6 +20,7 @@ mod commands;
 mod device;
 mod files;
 mod frames;
+mod kept;
 mod numbers;
 mod options;
 mod output;
@@ -35,6 +36,7 @@ mod stop;
 use std::io::Write;
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 
 use options::Shared;
@@ -124,11 +126,11 @@ fn end(answer: anyhow::Result<Answer>) -> ExitCode {
 
 fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
     stop::watch()?;
-    if let Some(threads) = shared.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global()?;
-    }
+    // Made here, as who needs them first could not say that there is no room for them. 0: as many as there are processors.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(shared.threads.unwrap_or_default().into())
+        .build_global()
+        .context("cannot start threads: ask for fewer with --threads")?;
     match command {
         None => commands::link::demonstrate(shared),
         Some(Command::Link(arguments)) => commands::link::run(&arguments, shared),

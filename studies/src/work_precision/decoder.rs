@@ -13,6 +13,7 @@ use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
 use super::pareto;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::statistics::wilson_95;
 use sim::random::{Purpose, normal, stream};
@@ -40,9 +41,11 @@ const CODES: [(LDPCCode, &str); 5] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
-    let mut diagrams = vec![formats(scale)];
-    diagrams.extend(NOISES.map(|(noise, wrong)| codes(noise, wrong, scale)));
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+    let mut diagrams = vec![steps.take("formats", |steps| formats(scale, steps))?];
+    for (noise, wrong) in NOISES {
+        diagrams.push(steps.take(wrong, |steps| codes(noise, wrong, scale, steps))?);
+    }
     Ok(Part {
         name: "decoder".into(),
         title: "Correcting errors".into(),
@@ -99,26 +102,31 @@ fn worth_of_iterations(formats: &Diagram) -> String {
 }
 
 /// One code in all number formats.
-fn formats(scale: &Scale) -> Diagram {
+fn formats(scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> {
     let sent = Sent::new(COMPARED, COMPARED_NOISE, scale);
-    let mut candidates = sent.curve("i8", || sent.decoder::<i8>());
+    let mut candidates = sent.curve("i8", steps, || sent.decoder::<i8>())?;
     if let Some(default) = candidates.last_mut() {
         default.point.is_default = true;
         default.point.is_baseline = true;
     }
-    candidates.extend(sent.curve("f32", || sent.decoder::<f32>()));
-    candidates.extend(sent.curve("f64", || sent.decoder::<f64>()));
-    candidates.extend(sent.curve("bit flipping", || sent.flipper()));
+    candidates.extend(sent.curve("f32", steps, || sent.decoder::<f32>())?);
+    candidates.extend(sent.curve("f64", steps, || sent.decoder::<f64>())?);
+    candidates.extend(sent.curve("bit flipping", steps, || sent.flipper())?);
     let title = "TC512 in four number formats, 9 % of bits wrong";
-    diagram(title.into(), candidates, scale)
+    Ok(diagram(title.into(), candidates, scale))
 }
 
 /// All codes in 8 bits.
-fn codes(noise: f64, wrong: &str, scale: &Scale) -> Diagram {
+fn codes(
+    noise: f64,
+    wrong: &str,
+    scale: &Scale,
+    steps: &mut Steps,
+) -> Result<Diagram, PrecisionError> {
     let sent = CODES.map(|(code, name)| (Sent::new(code, noise, scale), name));
     let mut candidates = Vec::new();
     for (sent, name) in &sent {
-        let mut curve = sent.curve(name, || sent.decoder::<i8>());
+        let mut curve = sent.curve(name, steps, || sent.decoder::<i8>())?;
         if let Some(default) = curve.last_mut() {
             default.point.is_default = true;
             default.point.is_baseline = sent.code == COMPARED;
@@ -126,7 +134,7 @@ fn codes(noise: f64, wrong: &str, scale: &Scale) -> Diagram {
         candidates.extend(curve);
     }
     let title = format!("all codes in 8 bits, {wrong} of bits wrong");
-    diagram(title, candidates, scale)
+    Ok(diagram(title, candidates, scale))
 }
 
 fn diagram(title: String, candidates: Vec<Candidate>, scale: &Scale) -> Diagram {
@@ -145,6 +153,7 @@ fn diagram(title: String, candidates: Vec<Candidate>, scale: &Scale) -> Diagram 
 /// Messages as they arrive.
 struct Sent {
     code: LDPCCode,
+    noise: f64,
     blocks: Vec<Block>,
 }
 
@@ -166,6 +175,7 @@ impl Sent {
         };
         Self {
             code,
+            noise,
             blocks: (0..blocks).map(block).collect(),
         }
     }
@@ -180,7 +190,12 @@ impl Sent {
     }
 
     /// A way to decode at all limits of [`ITERATIONS`].
-    fn curve<'a>(&'a self, name: &str, decoder: impl Fn() -> Decode<'a>) -> Vec<Candidate<'a>> {
+    fn curve<'a>(
+        &'a self,
+        name: &str,
+        steps: &mut Steps,
+        decoder: impl Fn() -> Decode<'a>,
+    ) -> Result<Vec<Candidate<'a>>, PrecisionError> {
         let mut decode = decoder();
         let mut needed = |blocks: &[Block]| {
             // A message is there when the last of its blocks is.
@@ -188,7 +203,9 @@ impl Sent {
             needed.try_fold(0, |most, own| Some(most.max(own?)))
         };
         let messages = self.blocks.chunks_exact(self.blocks_a_message());
-        let needed: Vec<Option<usize>> = messages.map(&mut needed).collect();
+        let step = format!("{name}, noise of {}", self.noise);
+        let needed: Vec<Option<usize>> =
+            steps.take(step, |_| Ok(messages.map(&mut needed).collect()))?;
         let candidate = |limit: usize| {
             let in_time = |needed: &&Option<usize>| needed.is_some_and(|needed| needed <= limit);
             let lost = needed.len() - needed.iter().filter(in_time).count();
@@ -205,7 +222,7 @@ impl Sent {
                 units: blocks.len() as f64 / self.blocks_a_message() as f64,
             }
         };
-        ITERATIONS.map(candidate).into()
+        Ok(ITERATIONS.map(candidate).into())
     }
 
     /// Min-sum, with its working area.
@@ -316,9 +333,13 @@ mod tests {
         let lost = |curve: Vec<Candidate>| -> Vec<Point> {
             curve.into_iter().map(|candidate| candidate.point).collect()
         };
-        let eight_bits = lost(sent.curve("i8", || sent.decoder::<i8>()));
-        let exact = lost(sent.curve("f64", || sent.decoder::<f64>()));
-        let hard = lost(sent.curve("bit flipping", || sent.flipper()));
+        let steps = &mut Steps::unkept();
+        let eight_bits = lost(sent.curve("i8", steps, || sent.decoder::<i8>()).unwrap());
+        let exact = lost(sent.curve("f64", steps, || sent.decoder::<f64>()).unwrap());
+        let hard = lost(
+            sent.curve("bit flipping", steps, || sent.flipper())
+                .unwrap(),
+        );
         assert!(eight_bits.is_sorted_by(|a, b| a.error >= b.error));
         assert!(eight_bits[2].error > 2.0 * eight_bits[7].error);
         let [low, high] = exact[7].error_95.unwrap();

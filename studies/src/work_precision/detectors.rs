@@ -18,6 +18,7 @@ use super::numbers::{range, rounded, variant};
 use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::detectors::{DETECTORS, DetectorChoice};
 use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
@@ -48,11 +49,11 @@ const SOFT: &str = ", soft";
 const INSTRUCTIONS: &str = include_str!("data/cortex-m7.csv");
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
     let mut diagrams = Vec::new();
     let mut floors = Vec::new();
     for place in PLACES {
-        let (diagram, floor) = diagram(place, scale)?;
+        let (diagram, floor) = steps.take(format!("{place:?}"), |_| diagram(place, scale))?;
         diagrams.push(diagram);
         floors.push(floor);
     }

@@ -8,6 +8,7 @@ use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
 use super::pareto;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use sim::accuracy::Level;
 use sim::effects;
@@ -39,8 +40,8 @@ const FRAMES: usize = 12;
 const NOTHING_GREY: f64 = 1e-4;
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
-    let diagrams = PRESETS.map(|preset| diagram(preset, scale));
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+    let diagrams = PRESETS.map(|preset| steps.take(preset, |_| diagram(preset, scale)));
     let diagrams: Vec<Diagram> = diagrams.into_iter().collect::<Result<_, _>>()?;
     Ok(Part {
         name: "effects".into(),

@@ -13,6 +13,7 @@ use super::error::PrecisionError;
 use super::numbers::{percent, rounded, variant};
 use super::pareto;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::random_scenes::{FRAMES, RIGHT, RandomScene, WINDOW_PIXELS};
 use crate::statistics::wilson_95;
@@ -34,7 +35,7 @@ const PHOTOGRAPHS: [&[u8]; 5] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
     let photographs: Vec<GrayImage> = PHOTOGRAPHS
         .iter()
         .map(|png| Ok(image::load_from_memory(png)?.into_luma8()))
@@ -47,7 +48,7 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
     let (mut candidates, mut corners) = (Vec::new(), Vec::new());
     for (decimation, share) in SEARCHES {
         let search = Search::new(decimation, share)?;
-        let (candidate, off) = search.candidate(&panels);
+        let (candidate, off) = search.candidate(&panels, steps)?;
         candidates.push(candidate);
         corners.push(off);
     }
@@ -158,24 +159,26 @@ impl Search {
     }
 
     /// The miss rate with the work of a search, and the median corner error of what was found.
-    fn candidate<'a>(mut self, panels: &'a [RandomScene]) -> (Candidate<'a>, Option<f64>) {
-        let mut errors: Vec<f64> = panels.iter().filter_map(|panel| self.find(panel)).collect();
+    fn candidate<'a>(
+        mut self,
+        panels: &'a [RandomScene],
+        steps: &mut Steps,
+    ) -> Result<(Candidate<'a>, Option<f64>), PrecisionError> {
+        let mut errors: Vec<f64> = steps.take(name(self.share, self.decimation), |_| {
+            Ok(panels.iter().filter_map(|panel| self.find(panel)).collect())
+        })?;
         errors.sort_by(f64::total_cmp);
         let count = panels.len() as f64;
         let missed = count - errors.len() as f64;
         let at_most = missed == 0.0;
-        let name = if self.share { "share" } else { "full" };
+        let curve = if self.share { "share" } else { "full" };
         let is_default = self.decimation == 1 && self.share;
         let point = Point {
             error_95: (!at_most).then(|| wilson_95(missed, count)),
             at_most,
             is_default,
             is_baseline: is_default,
-            ..Point::new(
-                self::name(self.share, self.decimation),
-                missed.max(NONE) / count,
-            )
-            .on(name)
+            ..Point::new(name(self.share, self.decimation), missed.max(NONE) / count).on(curve)
         };
         let timed = &panels[..TIMED.min(panels.len())];
         let earlier: Vec<_> = timed.iter().map(|panel| self.smaller(panel, 0)).collect();
@@ -189,7 +192,7 @@ impl Search {
             }),
             units: timed.len() as f64,
         };
-        (candidate, errors.get(errors.len() / 2).copied())
+        Ok((candidate, errors.get(errors.len() / 2).copied()))
     }
 
     /// How far off the panel's corners are in the first frame in which it is found, or none.

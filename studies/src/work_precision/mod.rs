@@ -7,9 +7,9 @@
 //! `WorkPrecisionSet` shows differential equation solvers that way.
 //!
 //! ```
-//! use studies::work_precision::{PARTS, Scale};
+//! use studies::work_precision::{PARTS, Scale, Steps};
 //! let decoder = PARTS.iter().find(|part| part.name == "decoder").expect("a part");
-//! let part = (decoder.measure)(&Scale::TINY)?;
+//! let part = (decoder.measure)(&Scale::TINY, &mut Steps::unkept())?;
 //! assert!(part.diagrams.iter().all(|diagram| diagram.points.iter().any(|point| point.on_front)));
 //! # Ok::<(), studies::work_precision::PrecisionError>(())
 //! ```
@@ -27,6 +27,7 @@ mod pareto;
 mod quartiles;
 mod renderer;
 mod scale;
+mod steps;
 mod timing;
 mod transmitter;
 
@@ -37,6 +38,7 @@ pub use error::PrecisionError;
 pub use pareto::mark_front;
 pub use quartiles::Quartiles;
 pub use scale::Scale;
+pub use steps::{Finished, Steps};
 pub use timing::{Candidate, time_by_turns};
 
 /// A part that can be measured.
@@ -44,7 +46,7 @@ pub struct Measurable {
     /// Its name, a word.
     pub name: &'static str,
     /// Measures it.
-    pub measure: fn(&Scale) -> Result<Part, PrecisionError>,
+    pub measure: fn(&Scale, &mut Steps) -> Result<Part, PrecisionError>,
     /// What is done unless told otherwise, and what the points say of that: worked out from them, so that text and numbers cannot part.
     pub why: fn(&[Diagram]) -> String,
 }

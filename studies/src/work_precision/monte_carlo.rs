@@ -8,6 +8,7 @@ use super::numbers::{range, variant};
 use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{Evaluator, Settings};
@@ -41,7 +42,7 @@ const WRONG: [&str; 4] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
     let paper = Scene::load("paper", &[])?;
     let wrong = WRONG
         .map(String::from)
@@ -49,12 +50,19 @@ pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
         .chain(["effects.noise=on".into()]);
     let wrong = Scene::load("paper", &wrong.collect::<Vec<_>>())?;
     let study = Study {
-        frame_ns: [time_of_frame(&paper, scale)?, time_of_frame(&wrong, scale)?],
+        frame_ns: steps.take("time of a frame", |_| {
+            Ok([time_of_frame(&paper, scale)?, time_of_frame(&wrong, scale)?])
+        })?,
         paper,
         wrong,
         scale: *scale,
     };
-    let diagrams = vec![study.b2w()?, study.pair()?, study.best()?, study.errors()?];
+    let diagrams = vec![
+        steps.take("b2w", |_| study.b2w())?,
+        steps.take("pair", |_| study.pair())?,
+        steps.take("best", |_| study.best())?,
+        steps.take("errors", |_| study.errors())?,
+    ];
     Ok(Part {
         name: "monte-carlo".into(),
         title: "Monte Carlo".into(),

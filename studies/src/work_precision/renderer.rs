@@ -11,6 +11,7 @@ use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
 use super::pareto;
 use super::scale::Scale;
+use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::baselines::supersampled;
 use crate::baselines::{Panel, straightforward};
@@ -39,18 +40,21 @@ const FINER: [usize; 5] = [1, 2, 4, 8, 16];
 const FINEST: &str = "supersampled 16×";
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
     let (mut diagrams, mut reference_times) = (Vec::new(), Vec::new());
     for (distance_m, interval) in SCENES {
-        let scene = TestScene::new(distance_m, interval, scale)?;
-        let side = scene.side();
-        let (points, reference_time) = scene.measure(scale);
+        let name = format!("{distance_m} m, interval {interval}");
+        let (side, points, reference_time) = steps.take(&name, |_| {
+            let scene = TestScene::new(distance_m, interval, scale)?;
+            let (points, reference_time) = scene.measure(scale);
+            Ok((scene.side(), points, reference_time))
+        })?;
         reference_times.push(reference_time);
         let diagram = |what: &str, wanted: fn(&&Point) -> bool| {
             let mut points: Vec<Point> = points.iter().filter(wanted).cloned().collect();
             pareto::mark_front(&mut points);
             Diagram {
-                title: format!("{what}: {distance_m} m, interval {interval} ({side} × {side} px)"),
+                title: format!("{what}: {name} ({side} × {side} px)"),
                 error: "error of a pixel".into(),
                 error_unit: "grey levels".into(),
                 cost: "one frame".into(),

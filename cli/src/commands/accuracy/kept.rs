@@ -1,13 +1,9 @@
 //! What a run has measured so far, so that an interrupted one can go on and single parts be measured again.
 
-use std::path::Path;
+use std::collections::BTreeMap;
 
-use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
-use sim::input;
-use studies::work_precision::{Part, Scale};
-
-use crate::{checksum, files};
+use studies::work_precision::{Finished, Part, Scale};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -20,6 +16,9 @@ pub struct Kept {
     pub run: Run,
     /// The parts that are measured, in their order.
     pub parts: Vec<Part>,
+    /// The steps that are finished of those that are not, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub begun: BTreeMap<String, Finished>,
     /// The names of those that are still to be.
     #[serde(skip)]
     pub missing: Vec<String>,
@@ -55,29 +54,19 @@ impl Kept {
         Self {
             run,
             parts: Vec::new(),
+            begun: BTreeMap::new(),
             missing: Vec::new(),
         }
     }
+}
 
-    /// What a file holds of the same run.
-    pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
-        let text = input::read_text(path, u64::MAX)
-            .with_context(|| format!("cannot read {}", path.display()))?;
-        let kept: Self = checksum::from_json(&text)
-            .with_context(|| format!("{} holds no points of vocc accuracy", path.display()))?;
-        ensure!(
-            kept.run == *run,
-            "{} is of another run: machine, seed, --quick and version must be the same; choose another folder or leave \
-             --resume and --part out",
-            path.display()
-        );
-        Ok(kept)
-    }
+impl crate::kept::Kept for Kept {
+    type Run = Run;
+    const IS: &str = "points of vocc accuracy";
+    const SAME: &str = "machine, seed, --quick and version";
 
-    /// Writes it: whole or not at all.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = checksum::to_json(self)?;
-        files::write(path, text)
+    fn run(&self) -> &Run {
+        &self.run
     }
 }
 

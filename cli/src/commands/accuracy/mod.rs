@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use serde::Serialize;
 use studies::stop::Stop;
-use studies::work_precision::{CostUnit, Diagram, PARTS, Part, Point, Scale};
+use studies::work_precision::{CostUnit, Diagram, Measurable, PARTS, Part, Point, Scale, Steps};
 
 use crate::files;
+use crate::kept::Kept as _;
 use crate::options::Shared;
 use crate::output::{self, Answer, line};
 use crate::outputs;
@@ -119,6 +120,9 @@ fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Kept> {
     let mut kept = Kept::read(path, &run)?;
     kept.parts
         .retain(|part| !arguments.parts.contains(&part.name));
+    if !arguments.resume {
+        kept.begun.retain(|name, _| !arguments.parts.contains(name));
+    }
     kept.missing = if arguments.parts.is_empty() {
         let names = PARTS.iter().map(|part| part.name.to_string());
         names
@@ -144,8 +148,9 @@ fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
         let Some(part) = PARTS.iter().find(|part| part.name == name) else {
             continue;
         };
-        let measured = (part.measure)(&kept.run.scale)
+        let measured = measure_part(part, kept, path)
             .with_context(|| format!("the part {name} cannot be measured"))?;
+        kept.begun.remove(name);
         kept.parts.push(measured);
         let place = |part: &Part| PARTS.iter().position(|known| known.name == part.name);
         kept.parts.sort_by_key(place);
@@ -153,6 +158,22 @@ fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
         progress.done(done + 1);
     }
     Ok(true)
+}
+
+/// Measures a part, and keeps each of its steps.
+fn measure_part(part: &Measurable, kept: &mut Kept, path: &Path) -> anyhow::Result<Part> {
+    let (scale, name) = (kept.run.scale, part.name);
+    let finished = kept.begun.get(name).cloned().unwrap_or_default();
+    let mut unwritten = Ok(());
+    let steps = Steps::new(finished, |finished| {
+        kept.begun.insert(name.into(), finished.clone());
+        if unwritten.is_ok() {
+            unwritten = kept.write(path);
+        }
+    });
+    let measured = (part.measure)(&scale, &mut { steps })?;
+    unwritten?;
+    Ok(measured)
 }
 
 /// The page, its plots and its numbers.

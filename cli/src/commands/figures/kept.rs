@@ -1,15 +1,10 @@
-//! The file that keeps what is finished, so that an interrupted run can go on.
+//! What is finished, and kept so that an interrupted run can go on.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
-use sim::input;
 use sim::scene::Scene;
 use studies::reproduction::Findings;
-
-use crate::{checksum, files};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -57,28 +52,14 @@ impl Kept {
             findings: BTreeMap::new(),
         }
     }
+}
 
-    /// What the file holds, which must be of this run.
-    pub fn read(path: &Path, run: &Run) -> anyhow::Result<Self> {
-        let text = input::read_text(path, u64::MAX)
-            .with_context(|| format!("cannot read {}: run without --resume", path.display()))?;
-        let kept: Self = checksum::from_json(&text).with_context(|| {
-            format!(
-                "{} holds no findings of vocc figures: run without --resume",
-                path.display()
-            )
-        })?;
-        ensure!(
-            kept.run == *run,
-            "{} is of another run: scene, frames, seed and version must be the same; run without --resume to start again",
-            path.display()
-        );
-        Ok(kept)
-    }
+impl crate::kept::Kept for Kept {
+    type Run = Run;
+    const IS: &str = "findings of vocc figures";
+    const SAME: &str = "scene, frames, seed and version";
 
-    /// Writes it: whole or not at all.
-    pub fn write(&self, path: &Path) -> anyhow::Result<()> {
-        let text = checksum::to_json(self)?;
-        files::write(path, text)
+    fn run(&self) -> &Run {
+        &self.run
     }
 }

@@ -19,6 +19,7 @@ use studies::reproduction::{
 };
 
 use crate::files;
+use crate::kept::Kept as _;
 use crate::numbers::{number, with_interval};
 use crate::options::Shared;
 use crate::output::{self, Answer, line};

@@ -15,6 +15,7 @@ use super::numbers::{range, rounded};
 use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
+use super::steps::Steps;
 
 /// Cycles of the paths on an emulated RP2040.
 const CYCLES: &str = include_str!("../data/cortex-m0plus.csv");
@@ -111,7 +112,7 @@ const PATHS: [(&str, &str, &str, Path); 12] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError> {
     let points = points(scale);
     let diagrams = vec![Diagram {
         title: "Cortex-M0+ of an RP2040".into(),

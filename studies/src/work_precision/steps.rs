@@ -1,0 +1,93 @@
+//! The steps of a measurement, each kept as soon as it is finished, so that who is interrupted loses one of them at most.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::error::PrecisionError;
+
+/// What came out of steps, by their names.
+pub type Finished = BTreeMap<String, Value>;
+
+/// What is finished of a part's steps, and who keeps it.
+pub struct Steps<'a> {
+    finished: Finished,
+    keep: Box<dyn FnMut(&Finished) + 'a>,
+}
+
+impl<'a> Steps<'a> {
+    /// Steps of which some are finished; `keep` is told of all as soon as there is one more.
+    pub fn new(finished: Finished, keep: impl FnMut(&Finished) + 'a) -> Self {
+        Self {
+            finished,
+            keep: Box::new(keep),
+        }
+    }
+
+    /// Steps that nobody keeps.
+    pub fn unkept() -> Self {
+        Self::new(Finished::new(), |_| ())
+    }
+
+    /// What came out of a step before, else what `measure` finds now. Its name says all that sets it apart from the part's others.
+    ///
+    /// # Errors
+    /// Those of `measure`.
+    pub(super) fn take<T: Serialize + DeserializeOwned>(
+        &mut self,
+        name: impl Into<String>,
+        measure: impl FnOnce(&mut Self) -> Result<T, PrecisionError>,
+    ) -> Result<T, PrecisionError> {
+        let name = name.into();
+        if let Some(kept) = self.finished.get(&name) {
+            // What JSON has no number for is no whole finding, and is measured again.
+            if let Ok(kept) = T::deserialize(kept) {
+                return Ok(kept);
+            }
+        }
+        let measured = measure(self)?;
+        if let Ok(value) = serde_json::to_value(&measured) {
+            self.finished.insert(name, value);
+            (self.keep)(&self.finished);
+        }
+        Ok(measured)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{PARTS, Part, Scale};
+    use super::*;
+
+    /// The errors of all points: what does not depend on time.
+    fn errors(part: &Part) -> Vec<(String, f64)> {
+        let points = part.diagrams.iter().flat_map(|diagram| &diagram.points);
+        points
+            .map(|point| (point.variant.clone(), point.error))
+            .collect()
+    }
+
+    #[test]
+    fn a_part_goes_on_from_any_of_its_steps() {
+        let decoder = PARTS.iter().find(|part| part.name == "decoder").unwrap();
+        let mut kept = vec![Finished::new()];
+        let whole = {
+            let steps = Steps::new(Finished::new(), |finished| kept.push(finished.clone()));
+            (decoder.measure)(&Scale::TINY, &mut { steps }).unwrap()
+        };
+        assert!(kept.len() > 10, "{}", kept.len());
+        for finished in kept.iter().step_by(5).chain(kept.last()) {
+            let mut measured = 0;
+            let steps = Steps::new(finished.clone(), |_| measured += 1);
+            let resumed = (decoder.measure)(&Scale::TINY, &mut { steps }).unwrap();
+            assert_eq!(errors(&resumed), errors(&whole));
+            assert_eq!(measured, kept.len() - 1 - finished.len());
+        }
+        // Once all is measured the times are those that were kept, too.
+        let all = kept.pop().unwrap();
+        let again = (decoder.measure)(&Scale::TINY, &mut Steps::new(all, |_| ())).unwrap();
+        assert_eq!(again, whole);
+    }
+}
