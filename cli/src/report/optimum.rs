@@ -51,7 +51,7 @@ impl Report {
     /// Shows progress. The settings to come are expected to take as long as those done.
     pub fn heard(&mut self, news: News) {
         match news {
-            News::Round(round) => self.frames_done += round.frames,
+            News::Piece(piece) => self.frames_done += piece.frames(),
             News::Cell(_) => {
                 self.cells_done += 1;
                 let each = self.frames_done / self.cells_done;

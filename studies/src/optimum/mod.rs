@@ -21,7 +21,7 @@ mod search;
 pub use criterion::{CRITERIA, Criterion};
 pub use peak::{Peak, Window};
 pub(crate) use samples::at_ratio;
-pub use samples::{FIRST_ROUND, Round, Sample, Samples};
+pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
 pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;

@@ -11,6 +11,8 @@ use super::criterion::Criterion;
 
 /// Batches of a round.
 const BATCHES: u64 = 64;
+/// A round is done, and can be kept, in pieces of about so many frames: some seconds of the detector that takes longest.
+const PIECE: u64 = 8192;
 /// Frames of the first round; each further one doubles their number.
 pub const FIRST_ROUND: u64 = 2048;
 /// Resamples of the bootstrap.
@@ -56,21 +58,20 @@ impl Sample {
     }
 }
 
-/// A round that is finished.
+/// A piece of a round that is finished: all of a small one.
 #[derive(Clone, Copy, Debug)]
-pub struct Round<'a> {
-    /// Its frames.
-    pub frames: u64,
+pub struct Piece<'a> {
     /// What came out, batch by batch.
     pub batches: &'a [Evaluation],
     /// Whether an earlier run has finished it.
     pub is_known: bool,
 }
 
-/// Whether batches can be a round of so many frames.
-fn is_round(batches: &[Evaluation], frames: u64) -> bool {
-    let found: u64 = batches.iter().map(|batch| batch.errors.frames()).sum();
-    batches.len() as u64 == frames.min(BATCHES) && found == frames
+impl Piece<'_> {
+    /// Its frames.
+    pub fn frames(&self) -> u64 {
+        self.batches.iter().map(|batch| batch.errors.frames()).sum()
+    }
 }
 
 fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
@@ -101,13 +102,13 @@ impl Samples {
         rounds_wanted: usize,
         mut progress: impl FnMut(u64) -> bool,
     ) -> Result<bool, EvaluateError> {
-        let (known, heard) = (&mut std::iter::empty(), |round: &Round| {
-            progress(round.frames)
+        let (known, heard) = (&mut std::iter::empty(), |piece: &Piece| {
+            progress(piece.frames())
         });
         self.extend_from(scene, settings, l2a, rounds_wanted, known, heard)
     }
 
-    /// The same, with rounds that an earlier run has finished, in its order.
+    /// The same, with pieces of rounds that an earlier run has finished, in its order.
     pub(super) fn extend_from(
         &mut self,
         scene: &Scene,
@@ -115,7 +116,7 @@ impl Samples {
         l2a: f64,
         rounds_wanted: usize,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        mut progress: impl FnMut(&Round) -> bool,
+        mut progress: impl FnMut(&Piece) -> bool,
     ) -> Result<bool, EvaluateError> {
         let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
             Ok(place) => place,
@@ -129,23 +130,32 @@ impl Samples {
         let borders = rounds(settings.frames);
         let mut evaluator = None;
         for border in borders.windows(2).take(rounds_wanted).skip(have) {
-            let frames = border[1] - border[0];
-            let (batches, is_known) = match known.next() {
-                Some(batches) if is_round(&batches, frames) => (batches, true),
-                _ => {
-                    let evaluator = match &mut evaluator {
-                        Some(evaluator) => evaluator,
-                        none => none.insert(Evaluator::new(&at_ratio(scene, l2a), settings)?),
-                    };
-                    (round(evaluator, border[0]..border[1])?, false)
-                }
+            let round = Round {
+                first: border[0],
+                frames: border[1] - border[0],
             };
-            let goes_on = progress(&Round {
-                frames,
-                batches: &batches,
-                is_known,
-            });
-            self.0[place].rounds.push(batches);
+            let (mut batches, mut goes_on) = (Vec::new(), true);
+            while goes_on && (batches.len() as u64) < round.batches() {
+                let next = batches.len() as u64;
+                let (piece, is_known) = match known.next() {
+                    Some(piece) if round.has(next, &piece) => (piece, true),
+                    _ => {
+                        let evaluator = match &mut evaluator {
+                            Some(evaluator) => evaluator,
+                            none => none.insert(Evaluator::new(&at_ratio(scene, l2a), settings)?),
+                        };
+                        (round.piece(next, evaluator)?, false)
+                    }
+                };
+                goes_on = progress(&Piece {
+                    batches: &piece,
+                    is_known,
+                });
+                batches.extend(piece);
+            }
+            if batches.len() as u64 == round.batches() {
+                self.0[place].rounds.push(batches);
+            }
             if !goes_on {
                 return Ok(false);
             }
@@ -240,23 +250,47 @@ pub fn at_ratio(scene: &Scene, l2a: f64) -> Scene {
     scene
 }
 
-/// A round of frames, in batches.
-fn round(
-    evaluator: &Evaluator,
-    frames: std::ops::Range<u64>,
-) -> Result<Vec<Evaluation>, EvaluateError> {
-    let count = frames.end - frames.start;
-    let batches = count.min(BATCHES);
-    let border = |batch: u64| {
-        frames.start + (u128::from(count) * u128::from(batch) / u128::from(batches)) as u64
-    };
-    (0..batches)
-        .into_par_iter()
-        .map_init(
-            || evaluator.workspace(),
-            |workspace, batch| evaluator.evaluate(border(batch)..border(batch + 1), workspace),
-        )
-        .collect()
+/// A round of frames, which is done in batches.
+struct Round {
+    first: u64,
+    frames: u64,
+}
+
+impl Round {
+    fn batches(&self) -> u64 {
+        self.frames.min(BATCHES)
+    }
+
+    /// The first frame of a batch.
+    fn border(&self, batch: u64) -> u64 {
+        let before = u128::from(self.frames) * u128::from(batch) / u128::from(self.batches());
+        self.first + before as u64
+    }
+
+    /// Whether these can be its batches from `first` on.
+    fn has(&self, first: u64, batches: &[Evaluation]) -> bool {
+        let is_batch = |(batch, found): (u64, &Evaluation)| {
+            batch < self.batches()
+                && found.errors.frames() == self.border(batch + 1) - self.border(batch)
+        };
+        !batches.is_empty() && (first..).zip(batches).all(is_batch)
+    }
+
+    /// The next batches from `first` on, as many as make a piece and as all threads have work with.
+    fn piece(&self, first: u64, evaluator: &Evaluator) -> Result<Vec<Evaluation>, EvaluateError> {
+        let batch_frames = self.frames.div_ceil(self.batches());
+        let count = (PIECE / batch_frames)
+            .max(1)
+            .next_multiple_of(rayon::current_num_threads() as u64);
+        let frames_of = |batch| self.border(batch)..self.border(batch + 1);
+        (first..self.batches().min(first + count))
+            .into_par_iter()
+            .map_init(
+                || evaluator.workspace(),
+                |workspace, batch| evaluator.evaluate(frames_of(batch), workspace),
+            )
+            .collect()
+    }
 }
 
 #[cfg(test)]
@@ -350,6 +384,38 @@ mod tests {
         assert_eq!((point.l2a, point.rounds()), (2.0, 1));
         assert_eq!(point.total().errors, both.errors);
         assert_eq!(Samples::pooled(&[]), Samples::default());
+    }
+
+    #[test]
+    fn a_round_goes_on_from_any_piece_of_it() {
+        let settings = Settings::fast(40_000, 5, DetectorChoice::KMeans);
+        let extend = |known: Vec<Vec<Evaluation>>| {
+            let (mut samples, mut pieces) = (Samples::default(), Vec::new());
+            let heard = |piece: &Piece| {
+                pieces.push((piece.is_known, piece.batches.to_vec()));
+                true
+            };
+            let known = &mut known.into_iter();
+            samples
+                .extend_from(&scene(70), settings, 1.0, usize::MAX, known, heard)
+                .unwrap();
+            (samples, pieces)
+        };
+        let (whole, pieces) = extend(Vec::new());
+        assert!(pieces.len() > whole.points()[0].rounds());
+        let kept: Vec<_> = pieces.into_iter().map(|(_, batches)| batches).collect();
+        // Up to the middle of the last round, and the first round in pieces of another size.
+        let (first, others) = kept.split_first().unwrap();
+        let (start, end) = first.split_at(5);
+        let known = [start.to_vec(), end.to_vec()]
+            .into_iter()
+            .chain(others[..others.len() - 1].to_vec());
+        let (resumed, pieces) = extend(known.collect());
+        assert!(resumed == whole);
+        let new = pieces.iter().filter(|(is_known, _)| !is_known).count();
+        assert_eq!((new, pieces.len()), (1, kept.len() + 1));
+        // What is of another size is done again.
+        assert!(extend(vec![others[others.len() - 1].clone()]).0 == whole);
     }
 
     #[test]

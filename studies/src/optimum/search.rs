@@ -6,7 +6,7 @@ use crate::monte_carlo::{EvaluateError, Evaluation};
 
 use super::criterion::Criterion;
 use super::peak::{Peak, Window, index_of_highest};
-use super::samples::{Round, Samples, rounds};
+use super::samples::{Piece, Samples, rounds};
 use super::{FRAMES_MIN, GRID, Optimum, OptimumError, RANGE_MAX, Search};
 
 /// Steps of the finer grid in one of the wide grid.
@@ -36,13 +36,13 @@ pub fn optimum(
     search: &Search,
     mut progress: impl FnMut(u64) -> bool,
 ) -> Result<Optimum, OptimumError> {
-    optimum_from(scene, search, &mut std::iter::empty(), |round| {
-        progress(round.frames)
+    optimum_from(scene, search, &mut std::iter::empty(), |piece| {
+        progress(piece.frames())
     })
 }
 
-/// The same, gone on from the rounds that an earlier run of the same search has finished, in the order in which `progress` was told
-/// of them: a search does the same again with the same rounds.
+/// The same, gone on from the pieces of rounds that an earlier run of the same search has finished, in the order in which `progress` was
+/// told of them: a search does the same again with the same rounds.
 ///
 /// # Errors
 /// As [`optimum`].
@@ -50,7 +50,7 @@ pub fn optimum_from(
     scene: &Scene,
     search: &Search,
     known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-    progress: impl FnMut(&Round) -> bool,
+    progress: impl FnMut(&Piece) -> bool,
 ) -> Result<Optimum, OptimumError> {
     check(search)?;
     let mut lattice = Lattice {
@@ -95,7 +95,7 @@ struct Lattice<'a, P> {
     progress: P,
 }
 
-impl<P: FnMut(&Round) -> bool> Lattice<'_, P> {
+impl<P: FnMut(&Piece) -> bool> Lattice<'_, P> {
     /// The number of the last step.
     const LAST: usize = (GRID - 1) * FINER;
 
@@ -338,16 +338,16 @@ mod tests {
             ..search(Criterion::B2w)
         };
         let mut rounds = Vec::new();
-        let mut keep = |round: &Round| {
-            assert!(!round.is_known);
-            rounds.push(round.batches.to_vec());
+        let mut keep = |piece: &Piece| {
+            assert!(!piece.is_known);
+            rounds.push(piece.batches.to_vec());
             rounds.len() < 25
         };
         let ended = optimum_from(&scene(&FAR), &search, &mut std::iter::empty(), &mut keep);
         assert!(matches!(ended, Err(OptimumError::Interrupted)));
         let (mut known, mut new) = (0, 0);
-        let resumed = optimum_from(&scene(&FAR), &search, &mut rounds.into_iter(), |round| {
-            *if round.is_known { &mut known } else { &mut new } += 1;
+        let resumed = optimum_from(&scene(&FAR), &search, &mut rounds.into_iter(), |piece| {
+            *if piece.is_known { &mut known } else { &mut new } += 1;
             true
         });
         let whole = optimum(&scene(&FAR), &search, |_| true).unwrap();

@@ -3,7 +3,7 @@
 use super::condition::Condition;
 use super::outcome::{Cell, Entry, Rule};
 use crate::monte_carlo::Evaluation;
-use crate::optimum::{Optimum, OptimumError, Round, Search, least_mean_ber, optimum_from};
+use crate::optimum::{Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from};
 use link::l2a_table::{L2A_MIN, L2aTable, TableError};
 use sim::scene::{RangeError, Scene};
 
@@ -43,7 +43,7 @@ pub struct Survey {
 #[derive(Clone, Copy, Debug)]
 pub enum News<'a> {
     /// More frames are done.
-    Round(&'a Round<'a>),
+    Piece(&'a Piece<'a>),
     /// The best ratio at one setting is known; [`Cell::table_loss`] may not be known yet, and is 1 then.
     Cell(&'a Cell),
 }
@@ -173,7 +173,8 @@ impl Survey {
         )
     }
 
-    /// The same, gone on from the rounds that an earlier run has finished of this entry, in the order in which it was told of them.
+    /// The same, gone on from the pieces of rounds that an earlier run has finished of this entry, in the order in which it was told of
+    /// them.
     ///
     /// # Errors
     /// As [`Survey::entry`].
@@ -232,8 +233,8 @@ impl Survey {
         tell: &mut impl FnMut(News) -> bool,
     ) -> Result<(Cell, Optimum), SurveyError> {
         let fault = |source| SurveyError::Optimum { setting, source };
-        let optimum = optimum_from(&setting.of(scene), &self.search, known, |round| {
-            tell(News::Round(round))
+        let optimum = optimum_from(&setting.of(scene), &self.search, known, |piece| {
+            tell(News::Piece(piece))
         })
         .map_err(fault)?;
         let cell = Cell::of(setting, &optimum);

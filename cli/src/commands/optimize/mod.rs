@@ -181,10 +181,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             let (mut rounds, known) = begun.transpose()?.unzip();
             let known = &mut known.into_iter().flatten();
             let searched = survey.entry_from(&scene, illuminance_lx, interval, known, |news| {
-                if let (News::Round(round), Some(rounds)) = (&news, &mut rounds)
-                    && !round.is_known
+                if let (News::Piece(piece), Some(rounds)) = (&news, &mut rounds)
+                    && !piece.is_known
                 {
-                    rounds.add(round.batches);
+                    rounds.add(piece.batches);
                 }
                 report.heard(news);
                 true

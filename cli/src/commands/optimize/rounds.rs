@@ -1,7 +1,8 @@
-//! The rounds of the entry in work, kept beside the table as they are finished, so that an interrupted search goes on from them.
+//! The rounds of the entry in work, kept beside the table piece by piece as they are finished, so that an interrupted search goes on from
+//! them.
 //!
-//! A line each, behind its checksum, after one that says of what they are rounds. It is the one file that grows and is not replaced: a
-//! round more costs what it is long. A line that is cut or damaged is no round, nor are those after it.
+//! A line each, behind its checksum, after one that says of what they are pieces. It is the one file that grows and is not replaced: a
+//! piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
 
 use std::fs::File;
 use std::io::Write;
@@ -41,11 +42,11 @@ pub struct About<'a> {
 }
 
 impl Rounds {
-    /// Those beside a table; with the rounds that an earlier run has finished.
+    /// Those beside a table; with the pieces that an earlier run has finished.
     pub fn begin(table: &Path, about: &About) -> anyhow::Result<(Self, Vec<Vec<Evaluation>>)> {
         let path = table.with_added_extension(EXTENSION);
         let head = serde_json::to_string(about)?;
-        let found = input::read_text(&path, u64::MAX).unwrap_or_default();
+        let found = input::read_text(&path, input::RESULTS_MAX).unwrap_or_default();
         let (text, known) = whole(&found, &head);
         files::write(&path, text)?;
         let file = File::options()
@@ -60,7 +61,7 @@ impl Rounds {
         Ok((rounds, known))
     }
 
-    /// Adds one. Trouble does not end the work: it is then done again by whoever goes on from here.
+    /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
     pub fn add(&mut self, batches: &[Evaluation]) {
         let Some(file) = &mut self.file else { return };
         let kept = append(file, batches).and_then(|()| {
@@ -92,7 +93,7 @@ fn append(file: &mut File, batches: &[Evaluation]) -> std::io::Result<()> {
     file.write_all(format!("{sum} {round}\n").as_bytes())
 }
 
-/// The part of a file that is whole and begins with `head`, and its rounds.
+/// The part of a file that is whole and begins with `head`, and its pieces.
 fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>) {
     let mut kept = format!("{head}\n");
     let mut known = Vec::new();
@@ -105,7 +106,7 @@ fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>) {
     (kept, known)
 }
 
-/// The round of a line; none if it is damaged.
+/// The piece of a line; none if it is damaged.
 fn round(line: &str) -> Option<Vec<Evaluation>> {
     let (sum, round) = line.strip_suffix('\n')?.split_once(' ')?;
     let is_sound = sum == checksum::of(round.as_bytes());
