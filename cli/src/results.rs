@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::ffi::OsStr;
+use std::fs::Metadata;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -62,7 +63,7 @@ pub fn check(
 /// When there is no such file, or it holds no whole results of this version.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
     // Many cells have many sums.
-    let text = input::read_text(path, u64::MAX)
+    let text = input::read_text(path, input::RESULTS_MAX)
         .with_context(|| format!("cannot read the results {}", path.display()))?;
     Results::from_json(&text).with_context(|| path.display().to_string())
 }
@@ -84,8 +85,8 @@ pub struct Place {
     seen: Cell<Option<Stamp>>,
 }
 
-/// When a file was written, and how long it is.
-type Stamp = (SystemTime, u64);
+/// When a file was written, how long it is, and which one: the clock may have been set back meanwhile.
+type Stamp = (SystemTime, u64, u64);
 
 impl Place {
     /// The file as it is now.
@@ -115,7 +116,18 @@ impl Place {
 
 fn stamp(path: &Path) -> Option<Stamp> {
     let known = std::fs::metadata(path).ok()?;
-    Some((known.modified().ok()?, known.len()))
+    Some((known.modified().ok()?, known.len(), number(&known)))
+}
+
+/// A number that no other file of its disk has; 0 where the system has none.
+#[cfg(unix)]
+fn number(known: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(known)
+}
+
+#[cfg(not(unix))]
+fn number(_: &Metadata) -> u64 {
+    0
 }
 
 /// Writes results: whole or not at all.
@@ -173,6 +185,23 @@ pub fn advance(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_clock_that_was_set_back_hides_no_other_run() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.json");
+        let place = Place::new(&path);
+        let writing = |text| move |path: &Path| files::write(path, text);
+        place.keep(writing("mine")).expect("kept");
+        let (written, ..) = stamp(&path).expect("there");
+        files::write(&path, "your").expect("room");
+        let file = std::fs::File::options().write(true).open(&path);
+        file.and_then(|file| file.set_modified(written))
+            .expect("set back");
+        let error = place.keep(writing("mine")).expect_err("refused");
+        assert!(error.to_string().contains("another run"), "{error}");
+    }
 
     #[test]
     fn what_another_run_has_written_stays() {

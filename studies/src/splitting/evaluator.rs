@@ -24,8 +24,23 @@ impl SplittingEvaluator {
     /// # Errors
     /// When the scene cannot be evaluated, or simulates no noise.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        Self::with_levels(scene, settings, None)
+    }
+
+    /// The same with the levels that were chosen before for this scene and these settings: to choose them takes as long as some swarms.
+    ///
+    /// # Errors
+    /// As [`SplittingEvaluator::new`].
+    pub fn with_levels(
+        scene: &Scene,
+        settings: Settings,
+        levels: Option<&[f32]>,
+    ) -> Result<Self, EvaluateError> {
         let sampler = Sampler::new(scene, settings)?;
-        let levels = levels::choose(&sampler)?;
+        let levels = match levels {
+            Some(levels) => levels.to_vec(),
+            None => levels::choose(&sampler)?,
+        };
         Ok(Self { sampler, levels })
     }
 

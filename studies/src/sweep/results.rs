@@ -18,6 +18,8 @@ const UNCHECKED: u32 = 2;
 pub struct Results {
     sweep: Sweep,
     cells: BTreeMap<usize, Accumulator>,
+    /// The levels of the score, but for the last, of cells of rare events that are in work.
+    levels: BTreeMap<usize, Vec<f32>>,
 }
 
 /// Why results cannot be read or added up.
@@ -131,6 +133,8 @@ struct Written {
     version: String,
     sweep: Sweep,
     cells: Vec<WrittenCell>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    levels: BTreeMap<usize, Vec<f32>>,
     /// Of all the rest as it is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
@@ -156,6 +160,7 @@ impl Results {
         Self {
             sweep,
             cells: BTreeMap::new(),
+            levels: BTreeMap::new(),
         }
     }
 
@@ -180,6 +185,7 @@ impl Results {
                     sums: sums.clone(),
                 })
                 .collect(),
+            levels: self.levels.clone(),
             checksum: None,
         };
         written.checksum = Some(written.checksum()?);
@@ -207,6 +213,7 @@ impl Results {
             .map_err(|fault| ResultsError::Sweep(Box::new(fault)))?;
         let cells = written.sweep.cells();
         let mut results = Self::new(written.sweep);
+        results.levels = written.levels;
         for WrittenCell { cell, sums } in written.cells {
             if cell >= cells {
                 return Err(ResultsError::NoCell { cell, cells });
@@ -272,6 +279,7 @@ impl Results {
     /// # Errors
     /// When something is missing.
     pub fn finish(mut self) -> Result<Self, ResultsError> {
+        self.levels.clear();
         for cell in 0..self.sweep.cells() {
             match self.standing(cell) {
                 Standing::Done(end) => self.truncate(cell, end),
@@ -317,6 +325,23 @@ impl Results {
     /// Bit errors of a cell so far.
     pub fn errors_of(&self, cell: usize) -> u64 {
         self.cells.get(&cell).map_or(0, Accumulator::errors)
+    }
+
+    /// The levels that were chosen for a cell of rare events, infinity at the end; none if they were not, or the cell is done.
+    pub(super) fn levels_of(&self, cell: usize) -> Option<Vec<f32>> {
+        let levels = self.levels.get(&cell)?.iter().copied();
+        Some(levels.chain([f32::INFINITY]).collect())
+    }
+
+    /// Keeps the levels of a cell: JSON has no infinity.
+    pub(super) fn keep_levels(&mut self, cell: usize, levels: &[f32]) {
+        let finite = levels.iter().copied().filter(|level| level.is_finite());
+        self.levels.insert(cell, finite.collect());
+    }
+
+    /// Forgets the levels of a cell that is done.
+    pub(super) fn forget_levels(&mut self, cell: usize) {
+        self.levels.remove(&cell);
     }
 
     pub(super) fn contains(&self, cell: usize, chunk: u64) -> bool {

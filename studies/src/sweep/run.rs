@@ -49,7 +49,7 @@ impl Sweep {
         (0..self.cells())
             .into_par_iter()
             .map(|cell| {
-                let worker = self.worker(cell, Stop::NEVER)?;
+                let worker = self.worker(cell, None, Stop::NEVER)?;
                 let first = self.chunk(cell, &worker, 0, &mut worker.room())?;
                 let frames = CHUNK.min(self.frames) as f64;
                 let expected = enough as f64 / first.bit_errors() as f64 * frames;
@@ -76,14 +76,20 @@ impl Sweep {
         Ok(Partition::new(self.chunks(), cells.collect()))
     }
 
-    fn worker(&self, cell: usize, stop: Stop) -> Result<Worker, SweepError> {
+    /// Who works on a cell, with the levels that were chosen for it before.
+    fn worker(
+        &self,
+        cell: usize,
+        levels: Option<&[f32]>,
+        stop: Stop,
+    ) -> Result<Worker, SweepError> {
         let scene = self.scene_of(cell)?;
         let settings = Settings {
             stop,
             ..self.settings_of(cell)
         };
         let worker = if self.rare_events {
-            SplittingEvaluator::new(&scene, settings)
+            SplittingEvaluator::with_levels(&scene, settings, levels)
                 .map(|evaluator| Worker::Splitting(evaluator.into()))
         } else {
             Evaluator::new(&scene, settings).map(|evaluator| Worker::Counting(evaluator.into()))
@@ -123,6 +129,13 @@ enum Room {
 }
 
 impl Worker {
+    /// Puts the levels it has chosen where they are kept.
+    fn tell_levels(&self, cell: usize, results: &mut Results) {
+        if let Self::Splitting(evaluator) = self {
+            results.keep_levels(cell, evaluator.levels());
+        }
+    }
+
     fn room(&self) -> Room {
         match self {
             Self::Counting(evaluator) => Room::Counting(evaluator.workspace().into()),
@@ -197,11 +210,24 @@ impl<'a> Run<'a> {
             let mut new: Vec<usize> = batch.iter().map(|&(cell, _)| cell).collect();
             new.dedup();
             new.retain(|cell| !open.contains_key(cell));
-            let made = new
-                .par_iter()
-                .map(|&cell| Ok((cell, self.sweep.worker(cell, self.stop)?)));
+            if self.sweep.rare_events {
+                // To choose levels takes all threads for a while: those of one cell are kept before the next.
+                new.truncate(1);
+            }
+            let made = new.par_iter().map(|&cell| {
+                let levels = results.levels_of(cell);
+                Ok((cell, self.sweep.worker(cell, levels.as_deref(), self.stop)?))
+            });
             match made.collect::<Result<Vec<_>, SweepError>>() {
-                Ok(made) => open.extend(made),
+                Ok(made) => {
+                    for (cell, worker) in &made {
+                        worker.tell_levels(*cell, results);
+                    }
+                    open.extend(made);
+                    if !new.is_empty() && self.sweep.rare_events {
+                        continue;
+                    }
+                }
                 // The next news end the work.
                 Err(fault) if fault.is_stop() => continue,
                 Err(fault) => return Err(fault),
@@ -223,6 +249,7 @@ impl<'a> Run<'a> {
         left.retain(|work| match results.standing_of(work) {
             Standing::Done(end) => {
                 results.truncate(work.cell, end);
+                results.forget_levels(work.cell);
                 finished.push(work.cell);
                 false
             }

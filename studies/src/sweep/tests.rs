@@ -20,6 +20,14 @@ fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {
     sweep
 }
 
+fn rare_events(frames: u64) -> Sweep {
+    let text = format!(
+        "frames = {frames}\nrare_events = true\ndetectors = [\"otsu\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = \
+         70\n[grid]\nambient.illuminance_lx = [20, 50]"
+    );
+    Sweep::from_toml("a plan", &text, &[]).unwrap().sweep
+}
+
 fn run(sweep: &Sweep, shard: Shard) -> Results {
     run_expecting(sweep, shard, None)
 }
@@ -61,8 +69,7 @@ proptest! {
 
 #[test]
 fn swarms_add_up_from_shards_and_files() {
-    let text = "frames = 1000\nrare_events = true\ndetectors = [\"otsu\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = 70\n[grid]\nambient.illuminance_lx = [20, 50]";
-    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    let sweep = rare_events(1000);
     let whole = run(&sweep, Shard::WHOLE);
     let total = whole.total(1);
     assert_eq!((total.rare.swarms(), total.errors.frames()), (4, 0));
@@ -86,6 +93,36 @@ fn swarms_add_up_from_shards_and_files() {
     let summary = whole.summary(0);
     assert_eq!([summary.bvar, summary.wvar, summary.b2w], [None; 3]);
     assert!(whole.to_csv().lines().nth(1).unwrap().contains(",,,"));
+}
+
+#[test]
+fn levels_are_kept_as_soon_as_they_are_chosen_and_until_their_cell_is_done() {
+    let sweep = rare_events(600);
+    let whole = run(&sweep, Shard::WHOLE);
+    let engine = Run::new(&sweep, Shard::WHOLE, None).unwrap();
+    let mut begun = Results::new(sweep.clone());
+    let mut news = 0;
+    let ended = engine.advance(&mut begun, |_| {
+        news += 1;
+        news < 2
+    });
+    assert!(!ended.unwrap());
+    let kept = begun.to_json().unwrap();
+    assert!(
+        kept.contains("\"levels\"") && begun.chunks_of(0) == 0,
+        "{kept}"
+    );
+    let mut resumed = Results::from_json(&kept).unwrap();
+    assert_eq!(resumed, begun);
+    let mut other = begun.clone();
+    other.keep_levels(0, &[]);
+    for results in [&mut resumed, &mut other] {
+        assert!(engine.advance(results, |_| true).unwrap());
+    }
+    assert_eq!(resumed.to_json().unwrap(), whole.to_json().unwrap());
+    // Those that are there are gone on with: without any, only what is counted is found.
+    assert_ne!(other.total(0), whole.total(0));
+    assert_eq!(other.total(1), whole.total(1));
 }
 
 #[test]
