@@ -112,7 +112,9 @@ impl Port {
         let port = port::open(&self.port, self.baud, patience)?;
         // Two runs that begin with the same number would be taken for one.
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let sequence = now.map_or(0, |now| now.as_nanos() as u32);
+        // A clock that was never set may stand before 1970.
+        let away = now.unwrap_or_else(|early| early.duration());
+        let sequence = away.as_nanos() as u32;
         Client::greet(port, patience, sequence).with_context(|| self.name())
     }
 }

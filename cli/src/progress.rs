@@ -63,7 +63,7 @@ impl Progress {
             None
         } else {
             bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
-            Some(tell_now_and_then(bar.clone(), Arc::clone(&begun), unit))
+            tell_now_and_then(bar.clone(), Arc::clone(&begun), unit)
         };
         Self { bar, begun, lines }
     }
@@ -107,14 +107,14 @@ impl Drop for Progress {
     }
 }
 
-/// Prints how far work is, until the sender is dropped.
+/// Prints how far work is, until the sender is dropped; nothing where there is no room for another thread.
 fn tell_now_and_then(
     bar: ProgressBar,
     begun: Arc<Mutex<Begun>>,
     unit: &'static str,
-) -> (Sender<()>, JoinHandle<()>) {
+) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (end, ended) = channel();
-    let lines = std::thread::spawn(move || {
+    let lines = std::thread::Builder::new().spawn(move || {
         while ended.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
             let begun = *begun.lock().unwrap_or_else(PoisonError::into_inner);
             let done = bar.position().saturating_sub(begun.steps);
@@ -127,7 +127,7 @@ fn tell_now_and_then(
             ));
         }
     });
-    (end, lines)
+    Some((end, lines.ok()?))
 }
 
 /// The line for so many steps of a total, some of them done within a time.

@@ -41,7 +41,8 @@ pub fn watch() -> anyhow::Result<()> {
         watched.push(SIGHUP);
     }
     let mut signals = Signals::new(watched).context("cannot watch for Ctrl-C")?;
-    std::thread::spawn(move || signals.forever().for_each(end));
+    let watching = std::thread::Builder::new().spawn(move || signals.forever().for_each(end));
+    watching.context("cannot watch for Ctrl-C")?;
     Ok(())
 }
 
@@ -99,15 +100,18 @@ pub struct Input {
 
 impl Input {
     /// Of a source that another thread reads from.
-    pub fn new(source: impl Read + Send + 'static, stop: Stop) -> Self {
+    ///
+    /// # Errors
+    /// When there is no room for another thread.
+    pub fn new(source: impl Read + Send + 'static, stop: Stop) -> std::io::Result<Self> {
         let (sender, pieces) = sync_channel(2);
-        std::thread::spawn(move || read_all(source, &sender));
-        Self {
+        std::thread::Builder::new().spawn(move || read_all(source, &sender))?;
+        Ok(Self {
             pieces,
             piece: Vec::new(),
             taken: 0,
             stop,
-        }
+        })
     }
 
     /// The next piece; an empty one when there are no more or the program is asked to end.
@@ -182,7 +186,8 @@ mod tests {
     fn all_that_comes_in_is_read_to_its_end() {
         let sent: Vec<u8> = (0..3 * PIECE + 7).map(|k| k as u8).collect();
         let mut read = Vec::new();
-        let mut input = Input::new(std::io::Cursor::new(sent.clone()), Stop::NEVER);
+        let mut input =
+            Input::new(std::io::Cursor::new(sent.clone()), Stop::NEVER).expect("a thread");
         input.read_to_end(&mut read).expect("read");
         assert!(read == sent);
         assert_eq!(input.read(&mut [0]).expect("the end"), 0);
@@ -191,7 +196,7 @@ mod tests {
     #[test]
     fn a_source_that_never_answers_can_be_ended() {
         static FLAG: AtomicBool = AtomicBool::new(false);
-        let mut input = Input::new(Silent, Stop::at(&FLAG));
+        let mut input = Input::new(Silent, Stop::at(&FLAG)).expect("a thread");
         let reader = std::thread::spawn(move || input.read(&mut [0]));
         FLAG.store(true, Ordering::Relaxed);
         assert_eq!(reader.join().expect("ends").expect("the end"), 0);

@@ -14,6 +14,8 @@ const OLD: &[u8] = b"what was here before";
 const BEGINNING: Duration = Duration::from_secs(2);
 /// What unfinished work leaves beside its files until it is gone on with: why a shard failed, and the rounds of a search.
 const NOTES: [&str; 2] = [".failed", ".rounds"];
+/// What is written of what was learnt until the end, whenever that is: asked to end, a command has learnt less.
+const LEARNT: &str = "camera.toml";
 /// An aborted program's signal.
 const ABORTED: i32 = 6;
 
@@ -209,7 +211,9 @@ impl Known {
             };
             let is_old = over_old && bytes == OLD;
             let is_kept = self.resumes() || !self.work.repeats;
-            if !is_old && !is_kept && bytes != whole {
+            let is_learnt =
+                matches!(fault, Fault::Signal(..)) && name == LEARNT && keys(bytes) == keys(whole);
+            if !is_old && !is_kept && !is_learnt && bytes != whole {
                 return Err(format!(
                     "{name} is {} bytes of {}",
                     bytes.len(),
@@ -243,4 +247,15 @@ impl Known {
         let other = left.keys().find(|name| !self.written.contains_key(*name));
         other.map_or(Ok(()), |name| Err(format!("{name} is left over")))
     }
+}
+
+/// What the lines of a TOML file set, and whether its last one is whole.
+fn keys(toml: &[u8]) -> (Vec<&[u8]>, bool) {
+    let lines = toml.split(|&byte| byte == b'\n');
+    let key = |line| {
+        <[u8]>::split(line, |&byte| byte == b'=')
+            .next()
+            .unwrap_or_default()
+    };
+    (lines.map(key).collect(), toml.ends_with(b"\n"))
 }

@@ -125,7 +125,7 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
     let mut reception = Reception::<PANELS>::new(arguments, told, shared, total)?;
     if is_stream {
         let channel = told.pixels.channel.unwrap_or_default();
-        let input = Input::new(std::io::stdin(), stop);
+        let input = Input::new(std::io::stdin(), stop).context("cannot read standard input")?;
         let mut stream = Stream::open(input, arguments.raw, channel)?;
         let (width, height) = stream.size();
         if let Some(rate) = stream.rate() {
