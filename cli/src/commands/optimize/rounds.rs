@@ -1,7 +1,7 @@
 //! The rounds of the entry in work, kept beside the table piece by piece as they are finished, so that an interrupted search goes on from
 //! them.
 //!
-//! A line each, behind its checksum, after one that says of what they are pieces. It is the one file that grows and is not replaced: a
+//! A line each, behind a checksum of it and all before, after one that says of what they are pieces. It is the one file that grows and is not replaced: a
 //! piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
 
 use std::fs::File;
@@ -27,6 +27,8 @@ pub struct Rounds {
     path: PathBuf,
     /// None where nothing can be kept.
     file: Option<File>,
+    /// The checksum of the last line.
+    sum: String,
     synced: Instant,
 }
 
@@ -47,7 +49,7 @@ impl Rounds {
         let path = table.with_added_extension(EXTENSION);
         let head = serde_json::to_string(about)?;
         let found = input::read_text(&path, input::RESULTS_MAX).unwrap_or_default();
-        let (text, known) = whole(&found, &head);
+        let (text, known, sum) = whole(&found, &head);
         files::write(&path, text)?;
         let file = File::options()
             .append(true)
@@ -56,6 +58,7 @@ impl Rounds {
         let rounds = Self {
             path,
             file: Some(file),
+            sum,
             synced: Instant::now(),
         };
         Ok((rounds, known))
@@ -64,7 +67,8 @@ impl Rounds {
     /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
     pub fn add(&mut self, batches: &[Evaluation]) {
         let Some(file) = &mut self.file else { return };
-        let kept = append(file, batches).and_then(|()| {
+        let kept = append(file, batches, &self.sum).and_then(|sum| {
+            self.sum = sum;
             if self.synced.elapsed() > SYNC_EVERY {
                 self.synced = Instant::now();
                 file.sync_data()?;
@@ -87,30 +91,40 @@ impl Rounds {
     }
 }
 
-fn append(file: &mut File, batches: &[Evaluation]) -> std::io::Result<()> {
-    let round = serde_json::to_string(batches)?;
-    let sum = checksum::of(round.as_bytes());
-    file.write_all(format!("{sum} {round}\n").as_bytes())
+/// Adds a line, whose checksum it gives, after one of the checksum `last`.
+fn append(file: &mut File, batches: &[Evaluation], last: &str) -> std::io::Result<String> {
+    let piece = serde_json::to_string(batches)?;
+    let sum = sum(last, &piece);
+    file.write_all(format!("{sum} {piece}\n").as_bytes())?;
+    Ok(sum)
 }
 
-/// The part of a file that is whole and begins with `head`, and its pieces.
-fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>) {
+/// The checksum of a piece after others: a line that is not where it was written has another.
+fn sum(last: &str, piece: &str) -> String {
+    checksum::of(format!("{last}{piece}").as_bytes())
+}
+
+/// The part of a file that is whole and begins with `head`, its pieces, and the last one's checksum.
+fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>, String) {
     let mut kept = format!("{head}\n");
-    let mut known = Vec::new();
+    let (mut known, mut sum) = (Vec::new(), String::new());
     let lines = text.strip_prefix(&kept).unwrap_or_default();
     for line in lines.split_inclusive('\n') {
-        let Some(batches) = round(line) else { break };
+        let Some((batches, own)) = piece(line, &sum) else {
+            break;
+        };
         known.push(batches);
         kept += line;
+        sum = own;
     }
-    (kept, known)
+    (kept, known, sum)
 }
 
-/// The piece of a line; none if it is damaged.
-fn round(line: &str) -> Option<Vec<Evaluation>> {
-    let (sum, round) = line.strip_suffix('\n')?.split_once(' ')?;
-    let is_sound = sum == checksum::of(round.as_bytes());
-    is_sound.then(|| serde_json::from_str(round).ok()).flatten()
+/// The piece of a line after one of the checksum `last`, and its own; none if it is damaged.
+fn piece(line: &str, last: &str) -> Option<(Vec<Evaluation>, String)> {
+    let (found, piece) = line.strip_suffix('\n')?.split_once(' ')?;
+    let batches = serde_json::from_str(piece).ok()?;
+    (found == sum(last, piece)).then(|| (batches, found.into()))
 }
 
 #[cfg(test)]
@@ -144,6 +158,13 @@ mod tests {
         std::fs::write(&path, damaged).expect("room");
         let (_, known) = Rounds::begin(&table, &about(1.0)).expect("room");
         assert!(known.is_empty(), "it is damaged");
+        let lines: Vec<&str> = text.split_inclusive('\n').collect();
+        for moved in [vec![0, 1, 1], vec![0, 2, 1], vec![0, 2]] {
+            let moved: Vec<&str> = moved.into_iter().map(|line| lines[line]).collect();
+            std::fs::write(&path, moved.concat()).expect("room");
+            let (_, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+            assert_eq!(known.len(), usize::from(moved[1] == lines[1]));
+        }
         let (rounds, known) = Rounds::begin(&table, &about(2.0)).expect("room");
         assert!(known.is_empty(), "they are of another interval");
         rounds.finish().expect("removed");
