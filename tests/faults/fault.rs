@@ -68,8 +68,8 @@ impl Fault {
             // The last bytes are where buffers hide errors.
             0 => Self::FileLimit(bytes.saturating_sub(random.random_range(1..64))),
             1 => Self::FileLimit(random.random_range(0..=bytes)),
-            // In less the system does not load the program.
-            2 => Self::AddressSpace(random.random_range(16..600) << 20),
+            // In less the system neither loads the program nor lets its stack grow.
+            2 => Self::AddressSpace(random.random_range(32..600) << 20),
             3 => Self::FullOutput,
             4 => Self::ClosedOutput,
             5 => Self::FullDevice,

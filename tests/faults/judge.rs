@@ -249,13 +249,10 @@ impl Known {
     }
 }
 
-/// What the lines of a TOML file set, and whether its last one is whole.
+/// What the lines of a TOML file set, remarks apart, and whether its last one is whole.
 fn keys(toml: &[u8]) -> (Vec<&[u8]>, bool) {
     let lines = toml.split(|&byte| byte == b'\n');
-    let key = |line| {
-        <[u8]>::split(line, |&byte| byte == b'=')
-            .next()
-            .unwrap_or_default()
-    };
-    (lines.map(key).collect(), toml.ends_with(b"\n"))
+    let lines = lines.filter(|line| !line.starts_with(b"#"));
+    let keys = lines.map(|line| line.split(|&byte| byte == b'=').next().unwrap_or_default());
+    (keys.collect(), toml.ends_with(b"\n"))
 }
