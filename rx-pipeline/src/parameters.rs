@@ -459,6 +459,9 @@ pub mod symbols {
     /// The correlation from which a reading is the last symbol again (1 for the same, 0 for another). Higher: symbols
     /// are taken for two; lower: two are taken for one. [`crate::symbols`] computes both.
     pub const REPEAT_CORRELATION: f32 = 0.6;
+    /// The correlation of two sure readings up to which they are of two symbols, however soon one follows the other: frames were lost that
+    /// nobody counted. Higher: noise makes symbols; lower: one in a hundred such losses, and more, is not seen.
+    pub const OTHER_CORRELATION: f32 = 0.3;
     /// By how much the two clocks may disagree (share): two crystals of 100 ppm each. Higher: gaps are counted less
     /// surely.
     pub const CLOCK_TOLERANCE: f64 = 2e-4;

@@ -23,7 +23,7 @@ mod shared;
 
 use crate::detect::{Mixture, correlation};
 use crate::parameters::symbols::{
-    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, REPEAT_CORRELATION, SURE_LLR,
+    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, OTHER_CORRELATION, REPEAT_CORRELATION, SURE_LLR,
 };
 use link::panel::{Llr, SoftPanel};
 
@@ -141,16 +141,21 @@ impl SymbolClock {
         let may_repeat = phase.0 < 1.0 || elapsed == 1;
         let clearly_before_its_end = phase.1 + reach < 1.0;
         let likely_before_its_end = phase.0 + phase.1 < 2.0;
-        let must_repeat =
-            may_repeat && (clearly_before_its_end || current.partial && likely_before_its_end);
-        if must_repeat || may_repeat && correlation(&current.reading, reading) >= REPEAT_CORRELATION
-        {
+        let must_repeat = clearly_before_its_end || current.partial && likely_before_its_end;
+        let alike = correlation(&current.reading, reading);
+        // Too early for another symbol, unless frames were lost that are not counted.
+        let is_another = alike < OTHER_CORRELATION && is_sure(&current.reading) && is_sure(reading);
+        if may_repeat && (alike >= REPEAT_CORRELATION || must_repeat && !is_another) {
             current.merge(frame, reading);
             current.phase = within(phase, (-reach, 1.0));
             return None;
         }
         let done = current.symbol;
-        let (advance, phase) = advanced(phase);
+        let (advance, phase) = if clearly_before_its_end {
+            (1.0, ANY_PHASE)
+        } else {
+            advanced(phase)
+        };
         // Wraps around as the index does, and stays at a gap's end beyond all counting.
         let index = done.index.wrapping_add(advance as u32);
         self.start(frame, reading, index, within(phase, (-reach, 1.0)));
@@ -296,6 +301,9 @@ impl Current {
     }
 }
 
+/// Nothing is known of the phase.
+const ANY_PHASE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+
 /// How many symbols have passed, at least one, and the phases in the symbol after them. Where that number is not certain, the phases
 /// are anything, so that one wrong guess makes no others.
 fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
@@ -304,7 +312,7 @@ fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
     if certain {
         (advance, (earliest - advance, latest - advance))
     } else {
-        (advance, (f64::NEG_INFINITY, f64::INFINITY))
+        (advance, ANY_PHASE)
     }
 }
 
@@ -541,6 +549,25 @@ mod tests {
         }
         assert_eq!(clock.push(4, &doubtful), None);
         assert_eq!(clock.current(), Some(1));
+    }
+
+    #[test]
+    fn another_symbol_is_one_however_soon_it_comes() {
+        let mut clock = SymbolClock::new(0.3).unwrap();
+        let symbol_of = |frame: u64| (0.05 + frame as f64 * 0.3) as u64;
+        let mut symbols = Vec::new();
+        // Every eighth frame is lost, and nobody counts it.
+        let frames = (0..200).filter(|frame| frame % 8 != 5);
+        for (number, frame) in frames.enumerate() {
+            let sure = SoftPanel::certain(PanelFrame::from_bits(shown(symbol_of(frame))), 100);
+            symbols.extend(clock.push(number as u64, &sure));
+        }
+        symbols.extend(clock.flush());
+        assert_eq!(symbols.len() as u64, symbol_of(199) + 1);
+        for (index, symbol) in symbols.iter().enumerate() {
+            assert_eq!(symbol.index, index as u32);
+            assert_eq!(wrong(symbol, shown(index as u64)), 0);
+        }
     }
 
     #[test]
