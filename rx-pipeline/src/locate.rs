@@ -252,6 +252,10 @@ impl Locator {
                 faint = Some(here);
                 *suspect = faint;
             }
+            // The next frame confirms it sooner than all else is looked through; but not twice in a row is all else left for that.
+            if effort != Effort::Full && suspected.is_none() && faint.is_some() && !in_motion {
+                return Err(attempt.failure());
+            }
         }
         let chosen = |rank: usize| match effort {
             Effort::Full => true,
@@ -280,12 +284,7 @@ impl Locator {
                 *left = attempt.budget;
             }
         }
-        let places = attempt.places;
-        Err(attempt.failure.unwrap_or(if places == 0 {
-            LocateError::NothingStandsOut
-        } else {
-            LocateError::NoCandidate { places }
-        }))
+        Err(attempt.failure())
     }
 
     /// The likeliest pose, in `frame` alone, of a panel as large and turned as `expected` and not much further away than it is wide.
@@ -347,6 +346,14 @@ struct Attempt<'a, const N: usize> {
 }
 
 impl<const N: usize> Attempt<'_, N> {
+    fn failure(&self) -> LocateError {
+        let places = self.places;
+        self.failure.unwrap_or(match places {
+            0 => LocateError::NothingStandsOut,
+            _ => LocateError::NoCandidate { places },
+        })
+    }
+
     fn at(&mut self, peak: &Peak, view: View<'_, '_>) -> Option<Location> {
         self.places += 1;
         if self.budget == 0 {
