@@ -36,7 +36,7 @@
 //! reproduction                       the figures of Do & Yoo 2020, and what becomes of their claims
 //! work_precision                     what accuracy costs in time
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
-//! random_cameras  camera_knowledge   what a receiver makes of cameras that it is told nothing of, and what being told would gain
+//! random_cameras                     what a receiver makes of cameras that it is told nothing of
 //! ```
 //!
 //! # Which to choose
@@ -54,7 +54,6 @@
 //! Random numbers are counter-based ([`sim::random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
 pub mod baselines;
-pub mod camera_knowledge;
 pub mod checksum;
 pub mod detectors;
 pub mod monte_carlo;

@@ -1,29 +1,19 @@
 //! Bits read wrongly by each detector, against the time it takes for a panel.
 
-use std::hint::black_box;
-
-use fearless_simd::{self as simd, dispatch};
-use link::panel::PanelFrame;
-use rx_pipeline::cells::CellMap;
-use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{Detector, Method};
-use rx_pipeline::features::Features;
-use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
+use rx_pipeline::detect::Method;
 
 use super::counts;
-use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
+use super::diagram::{CostUnit, Diagram, Part, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
+use super::panels::{Panels, Reader};
 use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::{Candidate, time_by_turns};
+use super::timing::time_by_turns;
 use crate::detectors::{DETECTORS, DetectorChoice};
-use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
-use crate::statistics::FrameErrors;
-use sim::renderer::canvas::Region;
+use crate::monte_carlo::{Evaluator, Settings};
 use sim::road::camera_of;
 use sim::scene::{Scene, SceneError};
 
@@ -34,9 +24,9 @@ pub const PLACES: [(f64, f64, f64, f64); 4] = [
     (70.0, 0.5, 1000.0, 1.0),
     (70.0, 1.0, 50.0, 1.0),
 ];
-/// Frames read, and how many of them are timed.
+/// Frames read, and the fewest.
 const FRAMES: usize = 1000;
-const TIMED: usize = 16;
+const LEAST_FRAMES: usize = 16;
 /// Frames that the genie reads, who takes long.
 const GENIE_FRAMES: usize = 100;
 /// The detector that all times are compared with.
@@ -190,7 +180,12 @@ fn diagram(
 ) -> Result<(Diagram, String), PrecisionError> {
     let (distance_m, interval, illuminance_lx, l2a) = place;
     let scene = scene_at(place, &[])?;
-    let panels = Panels::of(&scene, scale)?;
+    let frames = scale.of(FRAMES, LEAST_FRAMES) as u64;
+    let panels = Panels::of(&scene, settings(DetectorChoice::KMeans, frames, scale))?;
+    let candidate = |name: &str, mut reader: Reader| {
+        let wrong = panels.errors(&mut reader, 0..);
+        panels.candidate(name, reader, &wrong)
+    };
     let mut candidates = Vec::new();
     for (name, choice) in DETECTORS {
         if matches!(choice, DetectorChoice::Best | DetectorChoice::Genie) {
@@ -202,17 +197,18 @@ fn diagram(
         };
         match method {
             Method::Features(detector) => {
-                let mut bits = panels.candidate(name, Reader::bits(detector));
+                let mut bits = candidate(name, Reader::bits(detector));
+                bits.point.is_baseline = name == BASELINE;
                 let soft_name = format!("{name}{SOFT}");
-                let mut soft = panels.candidate(&soft_name, Reader::soft(detector));
+                let mut soft = candidate(&soft_name, Reader::soft(detector));
                 for candidate in [&mut bits, &mut soft] {
                     candidate.point.curve = name.into();
                 }
                 candidates.extend([bits, soft]);
             }
             Method::MaximumLikelihood => {
-                candidates
-                    .push(panels.candidate(name, Reader::pixels(&scene, evaluator.experience())));
+                let reader = Reader::pixels(camera_of(&scene), evaluator.experience());
+                candidates.push(candidate(name, reader));
             }
         }
     }
@@ -273,135 +269,11 @@ fn settings(detector: DetectorChoice, frames: u64, scale: &Scale) -> Settings {
     Settings::fast(frames, scale.seed, detector)
 }
 
-/// Frames of a panel whose place and bits are known.
-struct Panels {
-    region: Region,
-    seen: Vec<(Vec<u8>, Corners, PanelFrame)>,
-}
-
-impl Panels {
-    fn of(scene: &Scene, scale: &Scale) -> Result<Self, PrecisionError> {
-        let frames = scale.of(FRAMES, TIMED) as u64;
-        let evaluator = Evaluator::new(scene, settings(DetectorChoice::KMeans, frames, scale))?;
-        let mut workspace = evaluator.workspace();
-        let region = evaluator.renderer().cells_region(0);
-        let seen = (0..frames).map(|frame| {
-            let reading = evaluator.observe(frame, &mut workspace)?;
-            Ok((workspace.grey().to_vec(), reading.corners, reading.bits))
-        });
-        Ok(Self {
-            region,
-            seen: seen.collect::<Result<_, PrecisionError>>()?,
-        })
-    }
-
-    /// Reads all panels for the errors, and a few again and again for the time.
-    fn candidate(&self, name: &str, mut reader: Reader) -> Candidate<'_> {
-        let mut errors = FrameErrors::default();
-        for (pixels, corners, bits) in &self.seen {
-            errors.push(self.read(&mut reader, pixels, corners).distance(*bits));
-        }
-        let timed = &self.seen[..TIMED.min(self.seen.len())];
-        let at_most = errors.errors() == 0;
-        let point = Point {
-            error_95: (!at_most).then(|| errors.interval_95()),
-            at_most,
-            is_baseline: name == BASELINE,
-            ..Point::new(
-                name,
-                (errors.errors() as f64).max(NONE) / errors.bits() as f64,
-            )
-        };
-        Candidate {
-            point,
-            work: Box::new(move || {
-                for (pixels, corners, _) in timed {
-                    black_box(self.read(&mut reader, pixels, corners));
-                }
-            }),
-            units: timed.len() as f64,
-        }
-    }
-
-    /// The bits; all Off where nothing can be read.
-    fn read(&self, reader: &mut Reader, pixels: &[u8], corners: &Corners) -> PanelFrame {
-        let read = match reader {
-            Reader::Features {
-                detector,
-                map,
-                with_soft,
-            } => {
-                let (detector, with_soft) = (*detector, *with_soft);
-                dispatch!(simd::Level::new(), _simd => {
-                    match features(pixels, self.region, corners, map) {
-                        Ok(features) if with_soft => soft_bits(&detector, &features),
-                        Ok(features) => detector.decide(&features).ok(),
-                        Err(_) => None,
-                    }
-                })
-            }
-            Reader::Pixels { likelihood, prior } => {
-                likelihood.set_experience(**prior);
-                let frame = Frame::new(pixels, self.region.width, self.region.height);
-                let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
-                detection
-                    .and_then(Result::ok)
-                    .map(|detection| detection.bits)
-            }
-        };
-        read.unwrap_or_default()
-    }
-}
-
-/// The bits of a reading with soft values.
-fn soft_bits(detector: &Detector, features: &Features) -> Option<PanelFrame> {
-    let detection = black_box(detector.detect(features));
-    detection.ok().map(|detection| detection.bits)
-}
-
-/// A detector and what it works in.
-enum Reader {
-    Features {
-        detector: Detector,
-        map: Box<CellMap<PANEL_PIXELS>>,
-        with_soft: bool,
-    },
-    Pixels {
-        likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-        prior: Box<Experience>,
-    },
-}
-
-impl Reader {
-    fn bits(detector: Detector) -> Self {
-        let map = Box::new(CellMap::empty());
-        Self::Features {
-            detector,
-            map,
-            with_soft: false,
-        }
-    }
-
-    fn soft(detector: Detector) -> Self {
-        let map = Box::new(CellMap::empty());
-        Self::Features {
-            detector,
-            map,
-            with_soft: true,
-        }
-    }
-
-    fn pixels(scene: &Scene, prior: Experience) -> Self {
-        Self::Pixels {
-            likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
-            prior: Box::new(prior),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rx_pipeline::detect::Detector;
+    use rx_pipeline::likelihood::Experience;
 
     #[test]
     fn the_likeliest_bits_are_wrong_least_often() {
@@ -414,19 +286,13 @@ mod tests {
             ],
         )
         .unwrap();
-        let panels = Panels::of(
-            &scene,
-            &Scale {
-                share: 0.03,
-                ..Scale::TINY
-            },
-        )
-        .unwrap();
-        let of = |reader| panels.candidate("", reader).point.error;
-        let ml = of(Reader::pixels(&scene, Experience::NONE));
+        let panels =
+            Panels::of(&scene, settings(DetectorChoice::KMeans, 30, &Scale::TINY)).unwrap();
+        let of = |mut reader| panels.errors(&mut reader, 0..).iter().sum::<u32>();
+        let ml = of(Reader::pixels(camera_of(&scene), Experience::NONE));
         let [kmeans, otsu] =
             [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
-        assert!(ml < kmeans / 2.0 && kmeans < otsu, "{ml} {kmeans} {otsu}");
+        assert!(2 * ml < kmeans && kmeans < otsu, "{ml} {kmeans} {otsu}");
         assert_eq!(of(Reader::soft(Detector::KMeans)), kmeans);
     }
 

@@ -14,6 +14,7 @@
 //! # Ok::<(), studies::work_precision::PrecisionError>(())
 //! ```
 
+mod camera;
 mod counts;
 mod decoder;
 mod detectors;
@@ -23,6 +24,7 @@ mod error;
 mod locator;
 mod monte_carlo;
 mod numbers;
+mod panels;
 mod pareto;
 mod quartiles;
 mod renderer;
@@ -52,7 +54,7 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 7] = [
+pub const PARTS: [Measurable; 8] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
@@ -72,6 +74,11 @@ pub const PARTS: [Measurable; 7] = [
         name: "detectors",
         measure: detectors::measure,
         why: detectors::why,
+    },
+    Measurable {
+        name: "camera",
+        measure: camera::measure,
+        why: camera::why,
     },
     Measurable {
         name: "locator",

@@ -1,0 +1,258 @@
+//! Bits read wrongly by a receiver that learns the camera from its frames, and by one that was told it, against the time for a panel.
+
+use link::camera::Camera;
+use serde::{Deserialize, Serialize};
+use sim::road::calibrated_camera_of;
+
+use super::detectors::scene_at;
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, variant};
+use super::panels::{Panels, Reader};
+use super::pareto;
+use super::scale::Scale;
+use super::steps::Steps;
+use super::timing::time_by_turns;
+use crate::detectors::DetectorChoice;
+use crate::monte_carlo::{Evaluator, Settings};
+use crate::statistics::ratio_95;
+
+/// A camera, and a panel before it in so little light that bits are read wrongly.
+struct Case {
+    /// What the camera is like.
+    name: &'static str,
+    /// Distance in m, interval, illuminance in lx, L2A.
+    place: (f64, f64, f64, f64),
+    /// The scene's settings that make the camera.
+    settings: &'static [&'static str],
+    /// Whether each pixel's grey level is one of its own light, as the genie has it.
+    has_genie: bool,
+}
+
+/// Cameras from sharp to soft, and of several curves.
+const CASES: [Case; 8] = [
+    case("1.5 px, γ 2.2: as assumed", (70.0, 1.0, 50.0, 1.0), &[]),
+    case(
+        "0.7 px",
+        (80.0, 0.5, 25.0, 1.0),
+        &["camera.blur_sigma_px=0.7"],
+    ),
+    case("3 px", (46.0, 1.0, 50.0, 1.0), &["camera.blur_sigma_px=3"]),
+    case(
+        "linear",
+        (80.0, 1.0, 50.0, 1.0),
+        &["camera.encoding=linear", "camera.exposure_bias_ev=-1"],
+    ),
+    case("γ 2.6", (70.0, 1.0, 50.0, 1.0), &["camera.gamma=2.6"]),
+    case("sRGB", (70.0, 1.0, 50.0, 1.0), &["camera.encoding=srgb"]),
+    case(
+        "Rec. 709, black at 16",
+        (70.0, 1.0, 50.0, 1.0),
+        &["camera.encoding=rec709", "camera.black_grey=16"],
+    ),
+    Case {
+        has_genie: false,
+        ..case(
+            "sharpened by 1.2",
+            (70.0, 1.0, 50.0, 1.0),
+            &["camera.sharpening=1.2", "camera.sharpening_radius_px=1"],
+        )
+    },
+];
+
+const fn case(
+    name: &'static str,
+    place: (f64, f64, f64, f64),
+    settings: &'static [&'static str],
+) -> Case {
+    Case {
+        name,
+        place,
+        settings,
+        has_genie: true,
+    }
+}
+
+/// Frames that are read, by all but the genie, who takes long.
+const FRAMES: usize = 400;
+const GENIE_FRAMES: usize = 100;
+/// From how many frames before those a receiver has learnt.
+const LEARNT_FROM: [usize; 4] = [0, 1, 5, MOST_LEARNT_FROM];
+const MOST_LEARNT_FROM: usize = 20;
+/// Who is told nothing, and who is told curve, black level and blur.
+const LEARNT: &str = "learnt";
+const TOLD: &str = "told";
+
+/// Measures it.
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+    let (mut diagrams, mut genies) = (Vec::new(), Vec::new());
+    let mut wrong = Wrong::default();
+    for case in &CASES {
+        let (diagram, wrong_here) = steps.take(case.name, |_| diagram(case, scale))?;
+        diagrams.push(diagram);
+        wrong.learnt.extend(wrong_here.learnt);
+        wrong.told.extend(wrong_here.told);
+        if case.has_genie {
+            genies.push(steps.take(format!("genie, {}", case.name), |_| genie(case, scale))?);
+        }
+    }
+    let frames = scale.of(FRAMES, 16);
+    Ok(Part {
+        name: "camera".into(),
+        title: "Learning the camera".into(),
+        method: format!(
+            "{frames} frames of one panel by each of {} cameras, in so little light that bits are wrong; random bits and sub-pixel phases, \
+             corners known. *told*: the best detector, told the curve, the black level and the blur. *learnt*: told nothing, it begins with \
+             1.5 px and γ 2.2. Both learn the LEDs' levels and the noise, from 0 to {MOST_LEARNT_FROM} frames that came before, and no \
+             more. An exponent is all that is learnt of a curve, and 0 is taken for black.",
+            CASES.len()
+        ),
+        reference: format!(
+            "The bits that were drawn. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* errs {} times as often as *told* on the same \
+             frames (95 %, frames resampled). A genie, who is told everything but the bits, reads {} of the bits wrongly (first {} frames; \
+             it knows no sharpening). Bars are 95 % intervals (bootstrap of frames), an arrow means that no bit was wrong: there stands \
+             half of one.",
+            wrong.ratio(),
+            range(genies),
+            scale.of(GENIE_FRAMES, 10)
+        ),
+        default: why(&diagrams),
+        diagrams,
+    })
+}
+
+/// The default, and why.
+pub fn why(diagrams: &[Diagram]) -> String {
+    let of = |name: &str, frames| {
+        let name = after(name, frames);
+        diagrams
+            .iter()
+            .filter_map(move |diagram| variant(diagram, &name))
+    };
+    let times = |frames| {
+        let pairs = of(LEARNT, frames).zip(of(TOLD, frames));
+        range(pairs.map(|(learnt, told)| learnt.error / told.error))
+    };
+    let first = [LEARNT, TOLD].into_iter().flat_map(|name| {
+        let pairs = of(name, 0).zip(of(name, MOST_LEARNT_FROM));
+        pairs.map(|(first, last)| first.error / last.error)
+    });
+    format!(
+        "The camera is learnt. After {MOST_LEARNT_FROM} frames whoever was told nothing errs {} times as often as whoever was told, and a \
+         panel takes {} times as long. In the first frame it is {} times. Both have the LEDs' levels and the noise to learn besides: in \
+         the first frame they err {} times as often as after {MOST_LEARNT_FROM}.",
+        times(MOST_LEARNT_FROM),
+        range(of(LEARNT, MOST_LEARNT_FROM).map(|point| point.ratio.median)),
+        times(0),
+        range(first),
+    )
+}
+
+fn after(name: &str, frames: usize) -> String {
+    let s = if frames == 1 { "" } else { "s" };
+    format!("{name}, {frames} frame{s}")
+}
+
+/// Wrong bits of each frame by those who have learnt enough.
+#[derive(Default, Serialize, Deserialize)]
+struct Wrong {
+    learnt: Vec<u64>,
+    told: Vec<u64>,
+}
+
+impl Wrong {
+    /// Those of one over those of the other, with the interval.
+    fn ratio(&self) -> String {
+        let [learnt, told] = [&self.learnt, &self.told].map(|wrong| wrong.iter().sum::<u64>());
+        let [low, high] = ratio_95(&self.learnt, &self.told);
+        format!("{:.2} ({low:.2} to {high:.2})", learnt as f64 / told as f64)
+    }
+}
+
+fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, Wrong), PrecisionError> {
+    let settings: Vec<String> = case.settings.iter().map(ToString::to_string).collect();
+    let scene = scene_at(case.place, &settings)?;
+    let frames = MOST_LEARNT_FROM + scale.of(FRAMES, 16);
+    let seen = Settings {
+        random_reflectance: false,
+        ..Settings::fast(frames as u64, scale.seed, DetectorChoice::KMeans)
+    };
+    let panels = Panels::of(&scene, seen)?;
+    let mut candidates = Vec::new();
+    let mut wrong_bits = Wrong::default();
+    for (name, camera, wrong_of_all) in [
+        (TOLD, calibrated_camera_of(&scene), &mut wrong_bits.told),
+        (LEARNT, Camera::default(), &mut wrong_bits.learnt),
+    ] {
+        for frames in LEARNT_FROM {
+            let mut reader = Reader::pixels(camera, panels.experience(camera, frames));
+            let wrong = panels.errors(&mut reader, MOST_LEARNT_FROM..);
+            let mut candidate = panels.candidate(&after(name, frames), reader, &wrong);
+            candidate.point.curve = name.into();
+            if frames == MOST_LEARNT_FROM {
+                candidate.point.is_baseline = name == TOLD;
+                candidate.point.is_default = name == LEARNT;
+                wrong_of_all.extend(wrong.into_iter().map(u64::from));
+            }
+            candidates.push(candidate);
+        }
+    }
+    let mut points: Vec<Point> = time_by_turns(candidates, scale.turns);
+    pareto::mark_front(&mut points);
+    let diagram = Diagram {
+        title: title(case),
+        error: "bit error rate".into(),
+        error_unit: String::new(),
+        cost: "one panel".into(),
+        cost_unit: CostUnit::Ns,
+        points,
+    };
+    Ok((diagram, wrong_bits))
+}
+
+fn title(case: &Case) -> String {
+    let (distance_m, interval, illuminance_lx, _) = case.place;
+    format!(
+        "{}; {distance_m} m, interval {interval}, {illuminance_lx} lx",
+        case.name
+    )
+}
+
+/// The genie's bit error rate.
+fn genie(case: &Case, scale: &Scale) -> Result<f64, PrecisionError> {
+    let settings: Vec<String> = case.settings.iter().map(ToString::to_string).collect();
+    let scene = scene_at(case.place, &settings)?;
+    let frames = scale.of(GENIE_FRAMES, 10) as u64;
+    let read = Settings {
+        random_reflectance: false,
+        ..Settings::fast(frames, scale.seed, DetectorChoice::Genie)
+    };
+    Ok(Evaluator::new(&scene, read)?.run(|_| true)?.errors.rate())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_frame_teaches_the_width_that_was_not_told() {
+        let soft = CASES
+            .iter()
+            .find(|case| case.name == "3 px")
+            .expect("a case");
+        let (diagram, wrong) = diagram(soft, &Scale::TINY).expect("a diagram");
+        assert_eq!([wrong.learnt.len(), wrong.told.len()], [16, 16]);
+        let error = |name, frames| {
+            let point = variant(&diagram, &after(name, frames)).expect("a point");
+            point.error
+        };
+        assert_eq!(error(LEARNT, 1), error(TOLD, 1));
+        assert!(error(LEARNT, MOST_LEARNT_FROM) < error(LEARNT, 0));
+        assert!(
+            diagram
+                .points
+                .iter()
+                .any(|point| point.is_default && !point.is_baseline)
+        );
+    }
+}

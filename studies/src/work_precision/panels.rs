@@ -1,0 +1,169 @@
+//! Frames of one panel, and readers that are timed on them.
+
+use std::hint::black_box;
+use std::ops::RangeFrom;
+
+use fearless_simd::{self as simd, dispatch};
+use link::camera::Camera;
+use link::panel::PanelFrame;
+use rx_pipeline::cells::CellMap;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::Detector;
+use rx_pipeline::features::Features;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
+
+use super::diagram::{NONE, Point};
+use super::error::PrecisionError;
+use super::timing::Candidate;
+use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
+use crate::statistics::FrameErrors;
+use sim::renderer::canvas::Region;
+use sim::scene::Scene;
+
+/// How many frames are read again and again for the time.
+const TIMED: usize = 16;
+
+/// Frames of a panel whose place and bits are known.
+pub(super) struct Panels {
+    region: Region,
+    seen: Vec<(Vec<u8>, Corners, PanelFrame)>,
+}
+
+impl Panels {
+    /// All frames of the settings.
+    pub(super) fn of(scene: &Scene, settings: Settings) -> Result<Self, PrecisionError> {
+        let evaluator = Evaluator::new(scene, settings)?;
+        let mut workspace = evaluator.workspace();
+        let region = evaluator.region();
+        let seen = (0..settings.frames).map(|frame| {
+            let reading = evaluator.observe(frame, &mut workspace)?;
+            Ok((workspace.grey().to_vec(), reading.corners, reading.bits))
+        });
+        Ok(Self {
+            region,
+            seen: seen.collect::<Result<_, PrecisionError>>()?,
+        })
+    }
+
+    /// Wrong bits of each frame from the one on.
+    pub(super) fn errors(&self, reader: &mut Reader, from: RangeFrom<usize>) -> Vec<u32> {
+        let seen = self.seen[from].iter();
+        seen.map(|(pixels, corners, bits)| self.read(reader, pixels, corners).distance(*bits))
+            .collect()
+    }
+
+    /// What was learnt from the first `frames` by one who began with a camera.
+    pub(super) fn experience(&self, camera: Camera, frames: usize) -> Experience {
+        let mut likelihood = Box::new(MaximumLikelihood::<PANEL_PIXELS>::new(camera));
+        for (pixels, corners, _) in &self.seen[..frames.min(self.seen.len())] {
+            // A frame that cannot be read teaches nothing.
+            if let Ok(frame) = Frame::new(pixels, self.region.width, self.region.height) {
+                let _ = likelihood.detect(&frame, corners);
+            }
+        }
+        likelihood.experience()
+    }
+
+    /// A reader with the wrong bits of its frames, and the work of reading a few.
+    pub(super) fn candidate(&self, name: &str, mut reader: Reader, wrong: &[u32]) -> Candidate<'_> {
+        let mut errors = FrameErrors::default();
+        wrong.iter().for_each(|&wrong| errors.push(wrong));
+        let timed = &self.seen[self.seen.len().saturating_sub(TIMED)..];
+        let at_most = errors.errors() == 0;
+        let point = Point {
+            error_95: (!at_most).then(|| errors.interval_95()),
+            at_most,
+            ..Point::new(
+                name,
+                (errors.errors() as f64).max(NONE) / errors.bits() as f64,
+            )
+        };
+        Candidate {
+            point,
+            work: Box::new(move || {
+                for (pixels, corners, _) in timed {
+                    black_box(self.read(&mut reader, pixels, corners));
+                }
+            }),
+            units: timed.len() as f64,
+        }
+    }
+
+    /// The bits; all Off where nothing can be read.
+    fn read(&self, reader: &mut Reader, pixels: &[u8], corners: &Corners) -> PanelFrame {
+        let read = match reader {
+            Reader::Features {
+                detector,
+                map,
+                with_soft,
+            } => {
+                let (detector, with_soft) = (*detector, *with_soft);
+                dispatch!(simd::Level::new(), _simd => {
+                    match features(pixels, self.region, corners, map) {
+                        Ok(features) if with_soft => soft_bits(&detector, &features),
+                        Ok(features) => detector.decide(&features).ok(),
+                        Err(_) => None,
+                    }
+                })
+            }
+            Reader::Pixels { likelihood, prior } => {
+                likelihood.set_experience(**prior);
+                let frame = Frame::new(pixels, self.region.width, self.region.height);
+                let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
+                detection
+                    .and_then(Result::ok)
+                    .map(|detection| detection.bits)
+            }
+        };
+        read.unwrap_or_default()
+    }
+}
+
+/// The bits of a reading with soft values.
+fn soft_bits(detector: &Detector, features: &Features) -> Option<PanelFrame> {
+    let detection = black_box(detector.detect(features));
+    detection.ok().map(|detection| detection.bits)
+}
+
+/// A detector and what it works in.
+pub(super) enum Reader {
+    /// From cells.
+    Features {
+        detector: Detector,
+        map: Box<CellMap<PANEL_PIXELS>>,
+        with_soft: bool,
+    },
+    /// From pixels, every frame by the same experience.
+    Pixels {
+        likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
+        prior: Box<Experience>,
+    },
+}
+
+impl Reader {
+    pub(super) fn bits(detector: Detector) -> Self {
+        let map = Box::new(CellMap::empty());
+        Self::Features {
+            detector,
+            map,
+            with_soft: false,
+        }
+    }
+
+    pub(super) fn soft(detector: Detector) -> Self {
+        let map = Box::new(CellMap::empty());
+        Self::Features {
+            detector,
+            map,
+            with_soft: true,
+        }
+    }
+
+    pub(super) fn pixels(camera: Camera, prior: Experience) -> Self {
+        Self::Pixels {
+            likelihood: Box::new(MaximumLikelihood::new(camera)),
+            prior: Box::new(prior),
+        }
+    }
+}
