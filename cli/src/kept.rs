@@ -17,25 +17,22 @@ pub trait Kept: Serialize + DeserializeOwned {
     const IS: &str;
     /// What must be the same for a run to go on.
     const SAME: &str;
+    /// The options that ask to go on.
+    const GOES_ON: &str;
 
     /// The run it is of.
     fn run(&self) -> &Self::Run;
 
     /// What the file holds, which must be of this run.
     fn read(path: &Path, run: &Self::Run) -> anyhow::Result<Self> {
+        let (file, goes_on) = (path.display(), Self::GOES_ON);
         let text = input::read_text(path, input::RESULTS_MAX)
-            .with_context(|| format!("cannot read {}: run without --resume", path.display()))?;
-        let kept: Self = checksum::from_json(&text).with_context(|| {
-            format!(
-                "{} holds no {}: run without --resume",
-                path.display(),
-                Self::IS
-            )
-        })?;
+            .with_context(|| format!("cannot read {file}: run without {goes_on}"))?;
+        let kept: Self = checksum::from_json(&text)
+            .with_context(|| format!("{file} holds no {}: run without {goes_on}", Self::IS))?;
         ensure!(
             kept.run() == run,
-            "{} is of another run: {} must be the same; choose another folder, or start again without --resume",
-            path.display(),
+            "{file} is of another run: {} must be the same; choose another folder, or start again without {goes_on}",
             Self::SAME
         );
         Ok(kept)

@@ -3,6 +3,7 @@
 use link::camera::Camera;
 use serde::{Deserialize, Serialize};
 use sim::road::calibrated_camera_of;
+use sim::scene::{Scene, SceneError};
 
 use super::detectors::scene_at;
 use super::diagram::{CostUnit, Diagram, Part, Point};
@@ -73,6 +74,21 @@ const fn case(
     }
 }
 
+impl Case {
+    fn scene(&self) -> Result<Scene, SceneError> {
+        let settings: Vec<String> = self.settings.iter().map(ToString::to_string).collect();
+        scene_at(self.place, &settings)
+    }
+}
+
+/// So many frames of one panel.
+fn settings(frames: usize, detector: DetectorChoice, scale: &Scale) -> Settings {
+    Settings {
+        random_reflectance: false,
+        ..Settings::fast(frames as u64, scale.seed, detector)
+    }
+}
+
 /// Frames that are read, by all but the genie, who takes long.
 const FRAMES: usize = 400;
 const GENIE_FRAMES: usize = 100;
@@ -102,9 +118,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         title: "Learning the camera".into(),
         method: format!(
             "{frames} frames of one panel by each of {} cameras, in so little light that bits are wrong; random bits and sub-pixel phases, \
-             corners known. *told*: the best detector, told the curve, the black level and the blur. *learnt*: told nothing, it begins with \
-             1.5 px and γ 2.2. Both learn the LEDs' levels and the noise, from 0 to {MOST_LEARNT_FROM} frames that came before, and no \
-             more. An exponent is all that is learnt of a curve, and 0 is taken for black.",
+             corners known. *told*: the best detector, told the curve, the black level and the blur. *learnt*: told nothing, it begins \
+             with 1.5 px and γ 2.2. Both learn the LEDs' levels and the noise, from 0 to {MOST_LEARNT_FROM} frames that came before, and \
+             no more. An exponent is all that is learnt of a curve, and 0 is taken for black.",
             CASES.len()
         ),
         reference: format!(
@@ -170,14 +186,9 @@ impl Wrong {
 }
 
 fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, Wrong), PrecisionError> {
-    let settings: Vec<String> = case.settings.iter().map(ToString::to_string).collect();
-    let scene = scene_at(case.place, &settings)?;
+    let scene = case.scene()?;
     let frames = MOST_LEARNT_FROM + scale.of(FRAMES, 16);
-    let seen = Settings {
-        random_reflectance: false,
-        ..Settings::fast(frames as u64, scale.seed, DetectorChoice::KMeans)
-    };
-    let panels = Panels::of(&scene, seen)?;
+    let panels = Panels::of(&scene, settings(frames, DetectorChoice::KMeans, scale))?;
     let mut candidates = Vec::new();
     let mut wrong_bits = Wrong::default();
     for (name, camera, wrong_of_all) in [
@@ -220,14 +231,9 @@ fn title(case: &Case) -> String {
 
 /// The genie's bit error rate.
 fn genie(case: &Case, scale: &Scale) -> Result<f64, PrecisionError> {
-    let settings: Vec<String> = case.settings.iter().map(ToString::to_string).collect();
-    let scene = scene_at(case.place, &settings)?;
-    let frames = scale.of(GENIE_FRAMES, 10) as u64;
-    let read = Settings {
-        random_reflectance: false,
-        ..Settings::fast(frames, scale.seed, DetectorChoice::Genie)
-    };
-    Ok(Evaluator::new(&scene, read)?.run(|_| true)?.errors.rate())
+    let settings = settings(scale.of(GENIE_FRAMES, 10), DetectorChoice::Genie, scale);
+    let evaluator = Evaluator::new(&case.scene()?, settings)?;
+    Ok(evaluator.run(|_| true)?.errors.rate())
 }
 
 #[cfg(test)]

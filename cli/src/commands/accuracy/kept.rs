@@ -64,6 +64,7 @@ impl crate::kept::Kept for Kept {
     type Run = Run;
     const IS: &str = "points of vocc accuracy";
     const SAME: &str = "machine, seed, --quick and version";
+    const GOES_ON: &str = "--resume and --part";
 
     fn run(&self) -> &Run {
         &self.run

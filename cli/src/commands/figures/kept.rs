@@ -58,6 +58,7 @@ impl crate::kept::Kept for Kept {
     type Run = Run;
     const IS: &str = "findings of vocc figures";
     const SAME: &str = "scene, frames, seed and version";
+    const GOES_ON: &str = "--resume";
 
     fn run(&self) -> &Run {
         &self.run

@@ -1,8 +1,8 @@
 //! The rounds of the entry in work, kept beside the table piece by piece as they are finished, so that an interrupted search goes on from
 //! them.
 //!
-//! A line each, behind a checksum of it and all before, after one that says of what they are pieces. It is the one file that grows and is not replaced: a
-//! piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
+//! A line each, behind a checksum of it and all before, after one that says of what they are pieces. It is the one file that grows and is
+//! not replaced: a piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
 
 use std::fs::File;
 use std::io::Write;
