@@ -18,7 +18,7 @@ fn best(interval: f64, distance_m: f64, search: &Search) -> Optimum {
         format!("pose.distance_m={distance_m}"),
     ];
     let scene = Scene::load("paper", &settings).expect("a valid scene");
-    optimum(&scene, search, |_| true).expect("an optimum")
+    optimum(&scene, search).expect("an optimum")
 }
 
 fn data(name: &str) -> PathBuf {

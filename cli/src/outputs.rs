@@ -70,6 +70,8 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
 /// Holds a folder for this run as long as the answer lives: where another run holds it, both would write into each other's work. The
 /// system gives it free however a run ends. Systems that lock no folders hold nothing.
 ///
+/// For the one file of a run there is [`crate::results::Place`]: it is replaced each time, and a lock of it with it.
+///
 /// # Errors
 /// When another run holds it.
 pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {

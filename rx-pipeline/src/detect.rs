@@ -146,7 +146,10 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
 }
 
 /// Whether so few cells are white that what Off LEDs show is no ripple of their neighbours' light.
-pub(crate) fn check_white(features: &Features) -> Result<(), DetectError> {
+///
+/// # Errors
+/// When more are: [`DetectError::TooWhite`].
+pub fn check_white(features: &Features) -> Result<(), DetectError> {
     let is_white = |&&grey: &&f32| grey > WHITE_GREY;
     match features.mean_grey.iter().filter(is_white).count() {
         0..=WHITE_CELLS_MAX => Ok(()),

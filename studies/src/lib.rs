@@ -17,7 +17,7 @@
 //! println!("bit error rate {:.4} ({low:.4} to {high:.4})", errors.rate());
 //! assert!(low <= errors.rate() && errors.rate() <= high);
 //!
-//! let best = optimum(&scene, &Search { frames: 512, ..Search::default() }, |_more_frames| true)?;
+//! let best = optimum(&scene, &Search { frames: 512, ..Search::default() })?;
 //! println!("best L2A {:.2} ({:.2} to {:.2})", best.l2a, best.l2a_95[0], best.l2a_95[1]);
 //! assert!(best.l2a_95[0] <= best.l2a && best.l2a <= best.l2a_95[1]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{Detection, Method};
+use rx_pipeline::detect::{Detection, Method, check_white};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
@@ -168,6 +168,7 @@ impl Decoder {
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
         let why = |error: &dyn std::error::Error| error.to_string();
         let features = Features::measure(frame, &self.map).map_err(|error| why(&error))?;
+        check_white(&features).map_err(|error| why(&error))?;
         match &self.method {
             Method::Features(detector) => detector.detect(&features),
             Method::MaximumLikelihood => self.likelihood.detect(frame, corners),

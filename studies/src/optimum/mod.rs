@@ -20,8 +20,8 @@ mod search;
 
 pub use criterion::{CRITERIA, Criterion};
 pub use peak::{Peak, Window};
-pub(crate) use samples::at_ratio;
 pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
+pub(crate) use samples::{PIECE, at_ratio};
 pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;
@@ -134,7 +134,7 @@ pub enum OptimumError {
         /// The upper end of the range.
         high: f64,
     },
-    /// The caller has ended the search.
+    /// [`Search::stop`] has ended the search.
     #[error("interrupted before the optimum was known")]
     Interrupted,
 }

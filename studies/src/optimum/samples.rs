@@ -12,7 +12,7 @@ use super::criterion::Criterion;
 /// Batches of a round.
 const BATCHES: u64 = 64;
 /// A round is done, and can be kept, in pieces of about so many frames: some seconds of the detector that takes longest.
-const PIECE: u64 = 8192;
+pub(crate) const PIECE: u64 = 8192;
 /// Frames of the first round; each further one doubles their number.
 pub const FIRST_ROUND: u64 = 2048;
 /// Resamples of the bootstrap.
@@ -90,7 +90,7 @@ impl Samples {
         &self.0
     }
 
-    /// Adds rounds at a ratio until as many are there as asked for; tells `progress` of the frames of each round.
+    /// Adds rounds at a ratio until as many are there as asked for.
     ///
     /// # Errors
     /// When the scene cannot be evaluated there.
@@ -100,15 +100,12 @@ impl Samples {
         settings: Settings,
         l2a: f64,
         rounds_wanted: usize,
-        mut progress: impl FnMut(u64) -> bool,
-    ) -> Result<bool, EvaluateError> {
-        let (known, heard) = (&mut std::iter::empty(), |piece: &Piece| {
-            progress(piece.frames())
-        });
-        self.extend_from(scene, settings, l2a, rounds_wanted, known, heard)
+    ) -> Result<(), EvaluateError> {
+        let known = &mut std::iter::empty();
+        self.extend_from(scene, settings, l2a, rounds_wanted, known, |_| {})
     }
 
-    /// The same, with pieces of rounds that an earlier run has finished, in its order.
+    /// The same, with pieces of rounds that an earlier run has finished, in its order; `tell` is shown each piece.
     pub(super) fn extend_from(
         &mut self,
         scene: &Scene,
@@ -116,8 +113,8 @@ impl Samples {
         l2a: f64,
         rounds_wanted: usize,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        mut progress: impl FnMut(&Piece) -> bool,
-    ) -> Result<bool, EvaluateError> {
+        mut tell: impl FnMut(&Piece),
+    ) -> Result<(), EvaluateError> {
         let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
             Ok(place) => place,
             Err(place) => {
@@ -134,8 +131,8 @@ impl Samples {
                 first: border[0],
                 frames: border[1] - border[0],
             };
-            let (mut batches, mut goes_on) = (Vec::new(), true);
-            while goes_on && (batches.len() as u64) < round.batches() {
+            let mut batches = Vec::new();
+            while (batches.len() as u64) < round.batches() {
                 let next = batches.len() as u64;
                 let (piece, is_known) = match known.next() {
                     Some(piece) if round.has(next, &piece) => (piece, true),
@@ -147,20 +144,15 @@ impl Samples {
                         (round.piece(next, evaluator)?, false)
                     }
                 };
-                goes_on = progress(&Piece {
+                tell(&Piece {
                     batches: &piece,
                     is_known,
                 });
                 batches.extend(piece);
             }
-            if batches.len() as u64 == round.batches() {
-                self.0[place].rounds.push(batches);
-            }
-            if !goes_on {
-                return Ok(false);
-            }
+            self.0[place].rounds.push(batches);
         }
-        Ok(true)
+        Ok(())
     }
 
     /// The points at some of the ratios, with their first rounds.
@@ -295,8 +287,11 @@ impl Round {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use super::*;
     use crate::detectors::DetectorChoice;
+    use crate::stop::Stop;
 
     const SETTINGS: Settings = Settings::fast(3000, 5, DetectorChoice::KMeans);
 
@@ -311,11 +306,9 @@ mod tests {
     fn samples(distance_m: u32, order: &[(f64, usize)]) -> Samples {
         let mut samples = Samples::default();
         for &(l2a, rounds) in order {
-            assert!(
-                samples
-                    .extend(&scene(distance_m), SETTINGS, l2a, rounds, |_| true)
-                    .unwrap()
-            );
+            samples
+                .extend(&scene(distance_m), SETTINGS, l2a, rounds)
+                .unwrap();
         }
         samples
     }
@@ -391,10 +384,7 @@ mod tests {
         let settings = Settings::fast(40_000, 5, DetectorChoice::KMeans);
         let extend = |known: Vec<Vec<Evaluation>>| {
             let (mut samples, mut pieces) = (Samples::default(), Vec::new());
-            let heard = |piece: &Piece| {
-                pieces.push((piece.is_known, piece.batches.to_vec()));
-                true
-            };
+            let heard = |piece: &Piece| pieces.push((piece.is_known, piece.batches.to_vec()));
             let known = &mut known.into_iter();
             samples
                 .extend_from(&scene(70), settings, 1.0, usize::MAX, known, heard)
@@ -420,12 +410,16 @@ mod tests {
 
     #[test]
     fn a_search_that_is_ended_keeps_nothing_half() {
-        let mut samples = Samples::default();
-        assert!(
-            !samples
-                .extend(&scene(70), SETTINGS, 1.0, 2, |_| false)
-                .unwrap()
-        );
+        static ASKED: AtomicBool = AtomicBool::new(false);
+        let settings = Settings {
+            stop: Stop::at(&ASKED),
+            ..SETTINGS
+        };
+        let (mut samples, known) = (Samples::default(), &mut std::iter::empty());
+        let ended = samples.extend_from(&scene(70), settings, 1.0, 2, known, |_| {
+            ASKED.store(true, Ordering::Relaxed);
+        });
+        assert!(matches!(ended, Err(EvaluateError::Stopped)), "{ended:?}");
         assert_eq!(samples.points()[0].rounds(), 1);
     }
 }

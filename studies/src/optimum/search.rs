@@ -18,31 +18,23 @@ const MOVES_MAX: usize = 16;
 
 /// Finds the best ratio of a scene.
 ///
-/// `progress` is told the frames just finished, at all ratios, and may end the search by returning false.
-///
 /// ```
 /// use studies::optimum::{Search, optimum};
 /// use sim::scene::Scene;
 /// let search = Search { frames: 256, ..Search::default() };
-/// let best = optimum(&Scene::load("paper", &[])?, &search, |_| true)?;
+/// let best = optimum(&Scene::load("paper", &[])?, &search)?;
 /// assert!(best.l2a_95[0] > 1.5 && best.l2a_95[1] < 2.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// When the search or the scene makes no sense, the criterion is not defined, or `progress` ended it: see [`OptimumError`].
-pub fn optimum(
-    scene: &Scene,
-    search: &Search,
-    mut progress: impl FnMut(u64) -> bool,
-) -> Result<Optimum, OptimumError> {
-    optimum_from(scene, search, &mut std::iter::empty(), |piece| {
-        progress(piece.frames())
-    })
+/// When the search or the scene makes no sense, the criterion is not defined, or [`Search::stop`] ended it: see [`OptimumError`].
+pub fn optimum(scene: &Scene, search: &Search) -> Result<Optimum, OptimumError> {
+    optimum_from(scene, search, &mut std::iter::empty(), |_| {})
 }
 
-/// The same, gone on from the pieces of rounds that an earlier run of the same search has finished, in the order in which `progress` was
-/// told of them: a search does the same again with the same rounds.
+/// The same, gone on from the pieces of rounds that an earlier run of the same search has finished, in the order in which `tell` was
+/// shown them: a search does the same again with the same rounds.
 ///
 /// # Errors
 /// As [`optimum`].
@@ -50,7 +42,7 @@ pub fn optimum_from(
     scene: &Scene,
     search: &Search,
     known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-    progress: impl FnMut(&Piece) -> bool,
+    tell: impl FnMut(&Piece),
 ) -> Result<Optimum, OptimumError> {
     check(search)?;
     let mut lattice = Lattice {
@@ -58,7 +50,7 @@ pub fn optimum_from(
         search,
         samples: Samples::default(),
         known,
-        progress,
+        tell,
     };
     let peak = match search.criterion {
         Criterion::B2w | Criterion::Fisher => lattice.refined()?,
@@ -86,16 +78,16 @@ fn check(search: &Search) -> Result<(), OptimumError> {
 }
 
 /// Ratios at equal steps, and what was sampled at some of them.
-struct Lattice<'a, P> {
+struct Lattice<'a, T> {
     scene: &'a Scene,
     search: &'a Search,
     samples: Samples,
     /// Rounds that are finished already.
     known: &'a mut dyn Iterator<Item = Vec<Evaluation>>,
-    progress: P,
+    tell: T,
 }
 
-impl<P: FnMut(&Piece) -> bool> Lattice<'_, P> {
+impl<T: FnMut(&Piece)> Lattice<'_, T> {
     /// The number of the last step.
     const LAST: usize = (GRID - 1) * FINER;
 
@@ -120,15 +112,14 @@ impl<P: FnMut(&Piece) -> bool> Lattice<'_, P> {
     ) -> Result<Samples, OptimumError> {
         for l2a in steps.clone().map(|step| self.l2a(step)).collect::<Vec<_>>() {
             let settings = self.search.settings();
-            let done = self
-                .samples
+            self.samples
                 .extend_from(
                     self.scene,
                     settings,
                     l2a,
                     rounds,
                     self.known,
-                    &mut self.progress,
+                    &mut self.tell,
                 )
                 .map_err(|source| match source {
                     EvaluateError::Stopped => OptimumError::Interrupted,
@@ -137,9 +128,6 @@ impl<P: FnMut(&Piece) -> bool> Lattice<'_, P> {
                         source: Box::new(source),
                     },
                 })?;
-            if !done {
-                return Err(OptimumError::Interrupted);
-            }
         }
         Ok(self.samples.picked(
             &steps.map(|step| self.l2a(step)).collect::<Vec<_>>(),
@@ -265,7 +253,10 @@ impl<P: FnMut(&Piece) -> bool> Lattice<'_, P> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use super::*;
+    use crate::stop::Stop;
 
     fn scene(settings: &[&str]) -> Scene {
         let settings: Vec<String> = settings.iter().map(|text| text.to_string()).collect();
@@ -287,9 +278,7 @@ mod tests {
         let refused = |change: &dyn Fn(&mut Search)| {
             let mut search = search(Criterion::B2w);
             change(&mut search);
-            optimum(&scene(&FAR), &search, |_| true)
-                .unwrap_err()
-                .to_string()
+            optimum(&scene(&FAR), &search).unwrap_err().to_string()
         };
         assert!(refused(&|s| s.range = [2.0, 1.0]).contains("2 to 1"));
         assert!(refused(&|s| s.range = [f64::NAN, 1.0]).contains("NaN to 1"));
@@ -298,7 +287,7 @@ mod tests {
         assert!(refused(&|s| s.tolerance = -1.0).contains("-1"));
         assert!(refused(&|s| s.tolerance = f64::NAN).contains("NaN"));
         // 45° aside.
-        let aside = optimum(&scene(&["pose.x_m=50"]), &search(Criterion::B2w), |_| true);
+        let aside = optimum(&scene(&["pose.x_m=50"]), &search(Criterion::B2w));
         assert!(
             matches!(&aside, Err(OptimumError::Evaluate { l2a, .. }) if *l2a == 0.2),
             "{aside:?}"
@@ -312,7 +301,7 @@ mod tests {
             "pose.yaw_deg=80",
             "panel.led_diameter_m=0.001",
         ]);
-        let found = optimum(&near, &search(Criterion::B2w), |_| true).unwrap();
+        let found = optimum(&near, &search(Criterion::B2w)).unwrap();
         assert!(
             found.l2a_95[0] > 0.2 && found.l2a_95[1] < 4.0,
             "{:?}",
@@ -322,10 +311,15 @@ mod tests {
 
     #[test]
     fn whoever_asked_can_end_it() {
-        let mut frames = 0;
-        let ended = optimum(&scene(&FAR), &search(Criterion::Ber), |more| {
-            frames += more;
-            frames < 1000
+        static ASKED: AtomicBool = AtomicBool::new(false);
+        let search = Search {
+            stop: Stop::at(&ASKED),
+            ..search(Criterion::Ber)
+        };
+        let (mut frames, known) = (0, &mut std::iter::empty());
+        let ended = optimum_from(&scene(&FAR), &search, known, |piece| {
+            frames += piece.frames();
+            ASKED.store(frames >= 1000, Ordering::Relaxed);
         });
         assert!(matches!(ended, Err(OptimumError::Interrupted)));
         assert_eq!(frames, 1000);
@@ -333,24 +327,28 @@ mod tests {
 
     #[test]
     fn a_search_goes_on_from_the_rounds_of_one_that_was_ended() {
+        static ASKED: AtomicBool = AtomicBool::new(false);
         let search = Search {
             frames: 5000,
             ..search(Criterion::B2w)
         };
+        let stopped = Search {
+            stop: Stop::at(&ASKED),
+            ..search
+        };
         let mut rounds = Vec::new();
-        let mut keep = |piece: &Piece| {
+        let keep = |piece: &Piece| {
             assert!(!piece.is_known);
             rounds.push(piece.batches.to_vec());
-            rounds.len() < 25
+            ASKED.store(rounds.len() == 25, Ordering::Relaxed);
         };
-        let ended = optimum_from(&scene(&FAR), &search, &mut std::iter::empty(), &mut keep);
+        let ended = optimum_from(&scene(&FAR), &stopped, &mut std::iter::empty(), keep);
         assert!(matches!(ended, Err(OptimumError::Interrupted)));
         let (mut known, mut new) = (0, 0);
         let resumed = optimum_from(&scene(&FAR), &search, &mut rounds.into_iter(), |piece| {
             *if piece.is_known { &mut known } else { &mut new } += 1;
-            true
         });
-        let whole = optimum(&scene(&FAR), &search, |_| true).unwrap();
+        let whole = optimum(&scene(&FAR), &search).unwrap();
         assert_eq!(resumed.unwrap(), whole);
         assert!(known == 25 && new > 0, "{known} known, {new} new");
     }
@@ -362,7 +360,7 @@ mod tests {
             tolerance: 0.05,
             ..Search::default()
         };
-        let found = optimum(&scene(&FAR), &search, |_| true).unwrap();
+        let found = optimum(&scene(&FAR), &search).unwrap();
         assert!(
             (found.l2a_95[1] - found.l2a_95[0]) / 2.0 <= 0.05,
             "{:?}",
@@ -373,7 +371,7 @@ mod tests {
 
     #[test]
     fn the_grid_has_twenty_points_and_a_loss_of_nothing_at_the_best() {
-        let found = optimum(&scene(&FAR), &search(Criterion::B2w), |_| true).unwrap();
+        let found = optimum(&scene(&FAR), &search(Criterion::B2w)).unwrap();
         assert_eq!(found.grid.points().len(), GRID);
         assert!(found.curve.len() > GRID);
         assert!(found.curve.is_sorted_by(|a, b| a.0 < b.0));
@@ -396,7 +394,7 @@ mod tests {
             range: [0.2, 0.8],
             ..search(Criterion::B2w)
         };
-        let found = optimum(&scene(&FAR), &narrow, |_| true).unwrap();
+        let found = optimum(&scene(&FAR), &narrow).unwrap();
         assert!(
             found.at_border && found.l2a == 0.8,
             "{} of {:?}",

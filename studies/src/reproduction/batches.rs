@@ -4,8 +4,10 @@ use link::panel::LEDS;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::findings::Pieces;
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Observation, Settings, Workspace};
+use crate::optimum::PIECE;
 use crate::statistics::{BATCHES, Estimate, jackknife};
 use crate::statistics::{Distinguishability, Moments};
 use crate::stop::Stop;
@@ -72,6 +74,21 @@ impl Batches {
         seed: u64,
         stop: Stop,
     ) -> Result<Self, EvaluateError> {
+        Self::measure_on(scene, frames, seed, stop, &mut Pieces::default(), |_| {})
+    }
+
+    /// The same, gone on from the batches that are finished, to which it adds; `tell` is shown them now and then.
+    ///
+    /// # Errors
+    /// As [`Batches::measure`]; what is finished is in `pieces`.
+    pub(super) fn measure_on(
+        scene: &Scene,
+        frames: u64,
+        seed: u64,
+        stop: Stop,
+        pieces: &mut Pieces,
+        mut tell: impl FnMut(&Pieces),
+    ) -> Result<Self, EvaluateError> {
         let settings = Settings {
             stop,
             ..Settings::fast(frames, seed, DetectorChoice::KMeans)
@@ -86,11 +103,24 @@ impl Batches {
             }
             Ok(sums)
         };
-        let batches = (0..BATCHES as u64)
-            .into_par_iter()
-            .map_init(|| evaluator.workspace(), batch)
-            .collect::<Result<_, EvaluateError>>()?;
-        Ok(Self { batches })
+        let at_once = ((PIECE / frames) as usize)
+            .max(1)
+            .next_multiple_of(rayon::current_num_threads());
+        while pieces.batches.len() < BATCHES {
+            let begun = pieces.batches.len();
+            let piece = (begun..BATCHES.min(begun + at_once))
+                .into_par_iter()
+                .map_init(
+                    || evaluator.workspace(),
+                    |workspace, index| batch(workspace, index as u64),
+                )
+                .collect::<Result<Vec<_>, EvaluateError>>()?;
+            pieces.batches.extend(piece);
+            tell(pieces);
+        }
+        Ok(Self {
+            batches: std::mem::take(&mut pieces.batches),
+        })
     }
 
     /// The sums of all batches, or all but one.

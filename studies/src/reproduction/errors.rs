@@ -7,11 +7,10 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::findings::Pieces;
 use super::operating_point::OperatingPoint;
-use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
 use crate::statistics::FrameErrors;
-use crate::stop::Stop;
 use sim::scene::Scene;
 
 /// The intervals of Table 1 of Do & Yoo 2020.
@@ -33,15 +32,6 @@ pub enum Dimming {
     Random,
 }
 
-/// When a count ends: at so many frames, or at so many bit errors, whichever comes first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Frames, rounded up to whole rounds of all strata.
-    pub frames: u64,
-    /// Bit errors.
-    pub errors: u64,
-}
-
 /// The interval and the ratio of each of so many strata; `best` gives the best ratio for an interval.
 pub fn strata(count: u64, dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
@@ -56,25 +46,23 @@ pub fn strata(count: u64, dimming: Dimming, best: impl Fn(f64) -> f64) -> Vec<(f
     (0..count).map(stratum).collect()
 }
 
-/// Counts the bit errors of `detector` at a distance over strata of intervals and ratios.
+/// Counts bit errors at a distance over strata of intervals and ratios: in as many frames as `settings` say, rounded up to whole rounds of
+/// all strata, or until there are `enough`.
 ///
-/// A detector that learns does so on other frames of each stratum.
+/// A detector that learns does so on other frames of each stratum. It goes on from the rounds that are finished, to which it adds;
+/// `tell` is shown them now and then.
 ///
 /// # Errors
-/// When the scene cannot be seen or measured, the detector not be trained, or `stop` has ended it.
+/// When the scene cannot be seen or measured, the detector not be trained, or [`Settings::stop`] has ended it.
 pub fn count(
     scene: &Scene,
     distance_m: f64,
     strata: &[(f64, f64)],
-    detector: DetectorChoice,
-    limits: Limits,
-    seed: u64,
-    stop: Stop,
+    settings: Settings,
+    enough: u64,
+    pieces: &mut Pieces,
+    mut tell: impl FnMut(&Pieces),
 ) -> Result<FrameErrors, EvaluateError> {
-    let settings = Settings {
-        stop,
-        ..Settings::fast(limits.frames, seed, detector)
-    };
     let prepare = |&(interval, l2a): &(f64, f64)| {
         let setting = OperatingPoint {
             interval,
@@ -89,11 +77,12 @@ pub fn count(
         .par_iter()
         .map(prepare)
         .collect::<Result<Vec<(Evaluator, Workspace)>, EvaluateError>>()?;
-    let (mut total, mut next) = (FrameErrors::default(), 0);
-    while total.frames() < limits.frames && total.errors() < limits.errors {
+    let of_all = (strata.len() as u64 * ROUND).max(1);
+    while pieces.errors.frames() < settings.frames && pieces.errors.errors() < enough {
         // No two strata share a frame's random numbers.
+        let done = pieces.errors.frames() / of_all * of_all;
         let frames = |stratum: usize| {
-            let first = (next * strata.len() as u64 + stratum as u64) * ROUND;
+            let first = done + stratum as u64 * ROUND;
             first..first + ROUND
         };
         let round = prepared
@@ -103,18 +92,19 @@ pub fn count(
                 Ok(evaluator.evaluate(frames(stratum), workspace)?.errors)
             })
             .collect::<Result<Vec<_>, EvaluateError>>()?;
-        round.iter().for_each(|errors| total.merge(errors));
-        next += 1;
+        round.iter().for_each(|errors| pieces.errors.merge(errors));
+        tell(pieces);
         if strata.is_empty() {
             break;
         }
     }
-    Ok(total)
+    Ok(std::mem::take(&mut pieces.errors))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detectors::DetectorChoice;
 
     fn scene() -> Scene {
         Scene::load("paper", &[]).unwrap()
@@ -143,17 +133,9 @@ mod tests {
     fn a_count_ends_at_its_frames_or_at_its_errors() {
         let strata = strata(24, Dimming::Random, |_| 2.0);
         let count = |frames, errors| {
-            let limits = Limits { frames, errors };
-            count(
-                &scene(),
-                70.0,
-                &strata,
-                DetectorChoice::KMeans,
-                limits,
-                1,
-                Stop::NEVER,
-            )
-            .unwrap()
+            let settings = Settings::fast(frames, 1, DetectorChoice::KMeans);
+            let pieces = &mut Pieces::default();
+            count(&scene(), 70.0, &strata, settings, errors, pieces, |_| {}).unwrap()
         };
         let all = count(1000, u64::MAX);
         assert_eq!(all.frames(), 1152, "three rounds of all strata");

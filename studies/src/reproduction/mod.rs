@@ -47,7 +47,7 @@ pub use axes::{Axes, Extent, PAPERS_DETECTOR};
 pub use batches::{Batches, Sums, estimate_of};
 pub use claims::{Claim, judge};
 pub use errors::Dimming;
-pub use findings::{Finding, Findings, Task};
+pub use findings::{Finding, Findings, Pieces, Task};
 pub use frames::{
     DAYLIGHT, Feature, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture, scatter,
 };

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::findings::Pieces;
 use super::operating_point::OperatingPoint;
-use crate::optimum::{OptimumError, Search, optimum};
+use crate::optimum::{OptimumError, Search, optimum_from};
 use crate::statistics::Estimate;
 use sim::scene::Scene;
 
@@ -19,7 +20,7 @@ pub struct BestRatio {
     pub at_border: bool,
 }
 
-/// Finds it.
+/// Finds it, gone on from the pieces of the search's rounds that are finished, to which it adds; `tell` is shown them now and then.
 ///
 /// # Errors
 /// When the scene cannot be evaluated, or the search was given up.
@@ -28,13 +29,19 @@ pub fn find(
     interval: f64,
     distance_m: f64,
     search: &Search,
+    pieces: &mut Pieces,
+    mut tell: impl FnMut(&Pieces),
 ) -> Result<BestRatio, OptimumError> {
     let setting = OperatingPoint {
         interval,
         distance_m,
         l2a: 1.0,
     };
-    let best = optimum(&setting.scene(scene), search, |_| true)?;
+    let known = &mut std::mem::take(&mut pieces.rounds).into_iter();
+    let best = optimum_from(&setting.scene(scene), search, known, |piece| {
+        pieces.rounds.push(piece.batches.to_vec());
+        tell(pieces);
+    })?;
     let [low, high] = best.l2a_95;
     Ok(BestRatio {
         l2a: Estimate {
@@ -61,7 +68,9 @@ mod tests {
             frames: 1024,
             ..Search::default()
         };
-        let best = find(&scene, 1.0, 50.0, &search).unwrap();
+        let find =
+            |search: &Search| find(&scene, 1.0, 50.0, search, &mut Pieces::default(), |_| {});
+        let best = find(&search).unwrap();
         assert!(
             (best.l2a.value - 2.0).abs() < 0.25 && !best.at_border,
             "{best:?}"
@@ -71,7 +80,7 @@ mod tests {
             stop: Stop::at(&ASKED),
             ..search
         };
-        let given_up = find(&scene, 1.0, 50.0, &stopped);
+        let given_up = find(&stopped);
         assert!(
             matches!(given_up, Err(OptimumError::Interrupted)),
             "{given_up:?}"

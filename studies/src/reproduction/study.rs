@@ -3,13 +3,13 @@
 
 use super::axes::{Axes, Extent, PAPERS_DETECTOR};
 use super::batches::Batches;
-use super::errors::{self, Dimming, Limits};
-use super::findings::{Finding, Findings, Task};
+use super::errors::{self, Dimming};
+use super::findings::{Finding, Findings, Pieces, Task};
 use super::interpolation::interpolated;
 use super::operating_point::OperatingPoint;
 use super::optima;
 use crate::detectors::DetectorChoice;
-use crate::monte_carlo::EvaluateError;
+use crate::monte_carlo::{EvaluateError, Settings};
 use crate::optimum::{FRAMES_MIN, OptimumError, Search};
 use crate::statistics::FrameErrors;
 use crate::stop::Stop;
@@ -157,12 +157,29 @@ impl Study {
     /// # Errors
     /// When the scene cannot be seen or measured at the task's setting.
     pub fn perform(&self, task: &Task, known: &Findings) -> Result<Option<Finding>, StudyError> {
+        self.perform_on(task, known, &mut Pieces::default(), |_| {})
+    }
+
+    /// The same, gone on from the pieces of the task that are finished, to which it adds; `tell` is shown them now and then.
+    ///
+    /// # Errors
+    /// As [`Study::perform`].
+    pub fn perform_on(
+        &self,
+        task: &Task,
+        known: &Findings,
+        pieces: &mut Pieces,
+        tell: impl FnMut(&Pieces),
+    ) -> Result<Option<Finding>, StudyError> {
         let fault = |error| match error {
             EvaluateError::Stopped => None,
             error => Some(StudyError::Evaluate(task.to_string(), error)),
         };
         let found = match task {
-            Task::Point(setting) => self.measure(*setting).map(Finding::Point).map_err(fault),
+            Task::Point(setting) => self
+                .measure(*setting, pieces, tell)
+                .map(Finding::Point)
+                .map_err(fault),
             Task::Optimum {
                 interval,
                 distance_m,
@@ -174,7 +191,7 @@ impl Study {
                     stop: self.stop,
                     ..Search::default()
                 };
-                optima::find(&self.scene, *interval, *distance_m, &search)
+                optima::find(&self.scene, *interval, *distance_m, &search, pieces, tell)
                     .map(Finding::Optimum)
                     .map_err(|error| match error {
                         OptimumError::Interrupted => None,
@@ -186,21 +203,27 @@ impl Study {
                 dimming,
                 detector,
             } => self
-                .count(*distance_m, *dimming, detector, known)
+                .count(*distance_m, *dimming, detector, known, pieces, tell)
                 .map(|errors| Finding::Errors(Box::new(errors)))
                 .map_err(fault),
         };
         found.map_or_else(|fault| fault.map_or(Ok(None), Err), |found| Ok(Some(found)))
     }
 
-    fn measure(&self, setting: OperatingPoint) -> Result<Batches, EvaluateError> {
+    fn measure(
+        &self,
+        setting: OperatingPoint,
+        pieces: &mut Pieces,
+        tell: impl FnMut(&Pieces),
+    ) -> Result<Batches, EvaluateError> {
         let figures = [self.over_l2a(), self.over_interval(), self.over_distance()];
         let holding = figures
             .iter()
             .filter(|settings| settings.contains(&setting));
         let frames = holding.map(|settings| self.share(settings.len())).max();
         let frames = frames.unwrap_or(0);
-        Batches::measure(&setting.scene(&self.scene), frames, self.seed, self.stop)
+        let scene = setting.scene(&self.scene);
+        Batches::measure_on(&scene, frames, self.seed, self.stop, pieces, tell)
     }
 
     fn count(
@@ -209,23 +232,26 @@ impl Study {
         dimming: Dimming,
         detector: &str,
         known: &Findings,
+        pieces: &mut Pieces,
+        tell: impl FnMut(&Pieces),
     ) -> Result<FrameErrors, EvaluateError> {
         let (intervals, means): (Vec<f64>, Vec<f64>) = self.mean_optima(known).into_iter().unzip();
         let strata = errors::strata(self.axes.error_strata, dimming, |interval| {
             interpolated(&intervals, &means, interval)
         });
-        let limits = Limits {
-            frames: self.error_frames(detector),
-            errors: ERRORS_ENOUGH,
+        let choice = detector.parse().unwrap_or(DetectorChoice::Best);
+        let settings = Settings {
+            stop: self.stop,
+            ..Settings::fast(self.error_frames(detector), self.seed, choice)
         };
         errors::count(
             &self.scene,
             distance_m,
             &strata,
-            detector.parse().unwrap_or(DetectorChoice::Best),
-            limits,
-            self.seed,
-            self.stop,
+            settings,
+            ERRORS_ENOUGH,
+            pieces,
+            tell,
         )
     }
 
@@ -241,5 +267,60 @@ impl Study {
             Some((interval, ratios.iter().sum::<f64>() / ratios.len() as f64))
         };
         self.axes.optimum_interval.iter().filter_map(mean).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+    use crate::reproduction::Extent;
+
+    #[test]
+    fn a_task_that_was_ended_goes_on_from_its_pieces() {
+        static ASKED: AtomicBool = AtomicBool::new(false);
+        let scene = Scene::load("paper", &["panel.interval=0.5".into()]).unwrap();
+        let whole = Study::new(scene, Extent::Claims, 60_000, 1);
+        let ended = Study {
+            stop: Stop::at(&ASKED),
+            ..whole.clone()
+        };
+        let (interval, distance_m) = (0.5, 70.0);
+        let tasks = [
+            Task::Point(OperatingPoint {
+                interval: INTERVAL,
+                distance_m: DISTANCE_M,
+                l2a: L2A,
+            }),
+            Task::Optimum {
+                interval,
+                distance_m,
+            },
+            Task::Errors {
+                distance_m,
+                dimming: Dimming::Random,
+                detector: PAPERS_DETECTOR.into(),
+            },
+        ];
+        for task in tasks {
+            let known = Findings::default();
+            let mut pieces = Pieces::default();
+            let found = ended.perform_on(&task, &known, &mut pieces, |_| {
+                ASKED.store(true, Ordering::Relaxed);
+            });
+            ASKED.store(false, Ordering::Relaxed);
+            assert!(matches!(found, Ok(None)), "{task}");
+            // As a file keeps them.
+            let text = serde_json::to_string(&pieces).unwrap();
+            let mut pieces = serde_json::from_str(&text).unwrap();
+            let (mut all, mut left) = (0, 0);
+            let found = whole.perform_on(&task, &known, &mut pieces, |_| left += 1);
+            let at_once = whole.perform_on(&task, &known, &mut Pieces::default(), |_| all += 1);
+            assert_eq!(found.unwrap(), at_once.unwrap(), "{task}");
+            // The pieces of a search are told again, as they are no work.
+            let searched = matches!(task, Task::Optimum { .. });
+            assert_eq!(left, if searched { all } else { all - 1 }, "{task}");
+        }
     }
 }

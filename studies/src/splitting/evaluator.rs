@@ -27,7 +27,7 @@ impl SplittingEvaluator {
         Self::with_levels(scene, settings, None)
     }
 
-    /// The same with the levels that were chosen before for this scene and these settings: to choose them takes as long as some swarms.
+    /// The same with the levels that were chosen before for this scene and these settings: to choose them takes as long as a swarm.
     ///
     /// # Errors
     /// As [`SplittingEvaluator::new`].

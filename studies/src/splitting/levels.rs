@@ -7,9 +7,9 @@ use crate::monte_carlo::EvaluateError;
 use crate::statistics::RARER;
 use sim::random::{Purpose, stream};
 
-/// Frames of each level: in parts, each with random numbers of its own.
-const PARTS: usize = 50;
-const FRAMES: usize = 20 * PARTS;
+/// Frames of each level, in parts with random numbers of their own. As many as a swarm has: four times as many find no better levels.
+const PARTS: usize = 25;
+const FRAMES: usize = 10 * PARTS;
 /// The most levels: rates down to 10⁻²⁰.
 const MOST_LEVELS: usize = 30;
 /// What turns the seed of an evaluation into that of the frames looked at here.

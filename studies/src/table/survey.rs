@@ -18,7 +18,7 @@ use sim::scene::{RangeError, Scene};
 /// (survey.interval, survey.distance_m) = (vec![1.0], vec![50.0, 60.0]);
 /// let scene = Scene::load("paper", &[])?;
 /// survey.check(&scene)?;
-/// let (entry, cells) = survey.entry(&scene, 10_000.0, 1.0, |_| true)?;
+/// let (entry, cells) = survey.entry(&scene, 10_000.0, 1.0)?;
 /// assert_eq!(cells.len(), 2);
 /// assert!(entry.mean_l2a > 1.5 && entry.mean_l2a < 3.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -153,24 +153,18 @@ impl Survey {
         self.illuminance_lx.len() * self.interval.len() * self.distance_m.len() * self.yaw_deg.len()
     }
 
-    /// Searches all distances and yaws of one illuminance and interval. `tell` may end the work by returning false.
+    /// Searches all distances and yaws of one illuminance and interval.
     ///
     /// # Errors
-    /// When a setting cannot be searched, or `tell` ended the work.
+    /// When a setting cannot be searched, or [`Search::stop`] ended the work.
     pub fn entry(
         &self,
         scene: &Scene,
         illuminance_lx: f64,
         interval: f64,
-        tell: impl FnMut(News) -> bool,
     ) -> Result<(Entry, Vec<Cell>), SurveyError> {
-        self.entry_from(
-            scene,
-            illuminance_lx,
-            interval,
-            &mut std::iter::empty(),
-            tell,
-        )
+        let known = &mut std::iter::empty();
+        self.entry_from(scene, illuminance_lx, interval, known, |_| {})
     }
 
     /// The same, gone on from the pieces of rounds that an earlier run has finished of this entry, in the order in which it was told of
@@ -184,7 +178,7 @@ impl Survey {
         illuminance_lx: f64,
         interval: f64,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        mut tell: impl FnMut(News) -> bool,
+        mut tell: impl FnMut(News),
     ) -> Result<(Entry, Vec<Cell>), SurveyError> {
         let at = |distance_m, yaw_deg| Condition {
             illuminance_lx,
@@ -230,7 +224,7 @@ impl Survey {
         setting: Condition,
         carried: Option<f64>,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        tell: &mut impl FnMut(News) -> bool,
+        tell: &mut impl FnMut(News),
     ) -> Result<(Cell, Optimum), SurveyError> {
         let fault = |source| SurveyError::Optimum { setting, source };
         let optimum = optimum_from(&setting.of(scene), &self.search, known, |piece| {
@@ -241,10 +235,8 @@ impl Survey {
         let cell = carried.map_or(cell, |carried| {
             cell.with_loss(&optimum, self.search.criterion, carried)
         });
-        match tell(News::Cell(&cell)) {
-            true => Ok((cell, optimum)),
-            false => Err(fault(OptimumError::Interrupted)),
-        }
+        tell(News::Cell(&cell));
+        Ok((cell, optimum))
     }
 
     /// What the distances together say.

@@ -235,7 +235,7 @@ impl Study {
             let mut samples = Samples::default();
             for (k, &l2a) in (0..).zip(&GRID) {
                 let settings = settings(frames, other_seed(seed, k, numbers));
-                samples.extend(&self.paper, settings, l2a, usize::MAX, |_| true)?;
+                samples.extend(&self.paper, settings, l2a, usize::MAX)?;
             }
             let range = [GRID[0], GRID[GRID.len() - 1]];
             let peak = Peak::of(&samples, Criterion::B2w, Window::All, range, seed);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use sim::scene::Scene;
-use studies::reproduction::Findings;
+use studies::reproduction::{Findings, Pieces, Task};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -16,6 +16,18 @@ pub struct Kept {
     run: Run,
     /// The findings by reading; those of the scene itself under no name.
     pub findings: BTreeMap<String, Findings>,
+    /// The task in work.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    begun: Option<Begun>,
+}
+
+/// A task in work.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Begun {
+    reading: String,
+    task: Task,
+    pieces: Pieces,
 }
 
 /// All that findings depend on.
@@ -50,7 +62,24 @@ impl Kept {
         Self {
             run,
             findings: BTreeMap::new(),
+            begun: None,
         }
+    }
+
+    /// Takes what is finished of a task under a reading.
+    pub fn take_pieces(&mut self, reading: &str, task: &Task) -> Pieces {
+        let begun = self.begun.take();
+        let own = begun.filter(|begun| begun.reading == reading && begun.task == *task);
+        own.map(|begun| begun.pieces).unwrap_or_default()
+    }
+
+    /// Keeps what is finished of a task under a reading.
+    pub fn keep_pieces(&mut self, reading: &str, task: &Task, pieces: &Pieces) {
+        self.begun = Some(Begun {
+            reading: reading.into(),
+            task: task.clone(),
+            pieces: pieces.clone(),
+        });
     }
 }
 

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use sim::scene::Scene;
 use studies::reproduction::{
-    Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Study, judge,
+    Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Pieces, Study, judge,
 };
 
 use crate::files;
@@ -51,8 +51,8 @@ pub struct Arguments {
     resume: bool,
 }
 
-/// The fewest and the most frames of a figure.
-const FRAMES: std::ops::RangeInclusive<u64> = 1000..=1_000_000_000;
+/// The fewest and the most frames of a figure: of more, one batch of a point would take a minute.
+const FRAMES: std::ops::RangeInclusive<u64> = 1000..=100_000_000;
 /// Frames of a figure, as many as the paper's whole set had.
 const FULL_FRAMES: u64 = 100_000;
 /// The same in a quick run.
@@ -174,21 +174,31 @@ fn compute(parts: &[Part], kept: &mut Kept, path: &Path) -> anyhow::Result<bool>
     let mut progress = Progress::new(tasks.len() as u64, "tasks");
     let mut written = Instant::now();
     for (done, (part, task)) in (1..).zip(tasks) {
-        let findings = kept.findings.entry(part.name.into()).or_default();
-        if findings.of(&task).is_none() {
-            let Some(found) = part.study.perform(&task, findings)? else {
-                kept.write(path)?;
-                return Ok(false);
-            };
-            findings.keep(task, found);
-            progress.done(done);
-        } else {
+        let known = kept.findings.entry(part.name.into()).or_default().clone();
+        if known.of(&task).is_some() {
             progress.begin_at(done);
+            continue;
         }
-        if written.elapsed() > KEEP_EVERY {
+        let mut pieces = kept.take_pieces(part.name, &task);
+        let tell = |pieces: &Pieces| {
+            if written.elapsed() > KEEP_EVERY {
+                kept.keep_pieces(part.name, &task, pieces);
+                if let Err(error) = kept.write(path) {
+                    output::tell(format_args!("vocc: {error:#}; going on"));
+                }
+                written = Instant::now();
+            }
+        };
+        let found = part.study.perform_on(&task, &known, &mut pieces, tell)?;
+        let Some(found) = found else {
+            kept.keep_pieces(part.name, &task, &pieces);
             kept.write(path)?;
-            written = Instant::now();
-        }
+            return Ok(false);
+        };
+        kept.take_pieces(part.name, &task);
+        let findings = kept.findings.entry(part.name.into()).or_default();
+        findings.keep(task, found);
+        progress.done(done);
     }
     kept.write(path)?;
     Ok(true)

@@ -187,7 +187,6 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
                     rounds.add(piece.batches);
                 }
                 report.heard(news);
-                true
             });
             match searched {
                 Ok((entry, cells)) => {
