@@ -85,7 +85,7 @@ fn ffmpeg(command: &mut Command) {
 /// Receives what a file holds, on standard input.
 fn receive(vocc: &Path, file: &Path, arguments: &[&str]) -> Output {
     Command::new(vocc)
-        .args(["receive", "-", "--symbol-rate", "90"])
+        .args(["receive", "-"])
         .args(arguments)
         .stdin(std::fs::File::open(file).expect("the stream"))
         .output()

@@ -16,6 +16,11 @@ fn run(command: &mut Command) -> Output {
 
 /// A fresh folder with the frames of a link on the day preset, in a smaller picture.
 fn filmed(name: &str, frames: u32) -> PathBuf {
+    film(name, MESSAGE, frames, 90)
+}
+
+/// The same of any message, with so many symbols a second.
+fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
     let mut link = command(&[]);
@@ -25,7 +30,7 @@ fn filmed(name: &str, frames: u32) -> PathBuf {
         "--level",
         "fast",
         "--message",
-        MESSAGE,
+        message,
         "--frames",
         &frames.to_string(),
         "--save",
@@ -35,6 +40,8 @@ fn filmed(name: &str, frames: u32) -> PathBuf {
         "camera.width_px=320",
         "--set",
         "camera.height_px=240",
+        "--set",
+        &format!("link.symbol_rate_hz={symbol_rate_hz}"),
     ]);
     let output = run(&mut link);
     assert!(
@@ -61,7 +68,7 @@ fn pixels(folder: &Path) -> Vec<Vec<u8>> {
 fn receive(file: &Path, arguments: &[&str]) -> Output {
     let input = std::fs::File::open(file).expect("the file");
     run(command(&[])
-        .args(["receive", "-", "--symbol-rate", "90"])
+        .args(["receive", "-"])
         .args(arguments)
         .stdin(input))
 }
@@ -170,4 +177,38 @@ fn a_stream_that_pauses_is_told_to_be_waited_for() {
     assert_eq!(told, "0 frames, 10 s so far\n");
     drop(receive.stdin.take());
     assert_eq!(receive.wait().expect("vocc ends").code(), Some(1));
+}
+
+#[test]
+fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
+    let message = "Ice on the bridge, drive slowly, keep your distance and mind the gap";
+    for rate in [45, 90, 100] {
+        let folder = film(&format!("rate-{rate}"), message, 4200 / rate, rate);
+        // Where frames are missing, only the rate tells how many symbols went by.
+        for lost in (3..4200 / rate).step_by(7) {
+            std::fs::remove_file(folder.join(format!("frame-{lost:06}.png"))).expect("a frame");
+        }
+        let receive = |arguments: &[&str]| run(command(&["receive"]).arg(&folder).args(arguments));
+        let found = receive(&[]);
+        let told = text(&found.stderr);
+        assert_eq!(
+            text(&found.stdout).matches(message).count(),
+            1,
+            "{rate}: {told}"
+        );
+        // 100 is near enough to 90 to be read by that clock.
+        let is_said = told.contains("read at 45 symbols a second");
+        assert_eq!(is_said, rate == 45, "{rate}: {told}");
+        let wrong = receive(&["--symbol-rate", if rate == 45 { "90" } else { "45" }]);
+        let told = text(&wrong.stderr);
+        assert_eq!(wrong.status.code(), Some(1), "{rate}: {told}");
+        assert!(
+            told.contains("symbols a second (--symbol-rate) and 100"),
+            "{rate}: {told}"
+        );
+        assert!(
+            told.contains("here the panel changes about"),
+            "{rate}: {told}"
+        );
+    }
 }

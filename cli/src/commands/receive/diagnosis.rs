@@ -14,6 +14,31 @@ const APART: f32 = 2.0;
 /// A message of a few words, sent twice over, takes so many symbols about.
 const SHORT: usize = 20;
 
+/// The rates that were gone by.
+pub struct Gone {
+    /// Symbols a second.
+    pub symbols_hz: f32,
+    /// Frames a second.
+    pub fps: f32,
+    /// How often the panel was seen to change a second, if that is known.
+    pub changes_hz: Option<f32>,
+}
+
+impl Gone {
+    /// What may be wrong with them.
+    fn doubt(&self) -> String {
+        let Self {
+            symbols_hz, fps, ..
+        } = self;
+        let seen = self.changes_hz.map_or_else(String::new, |changes| {
+            format!("; here the panel changes about {changes:.0} times a second")
+        });
+        format!(
+            "are {symbols_hz} symbols a second (--symbol-rate) and {fps} frames a second (--fps) right? The Pico shows 90 symbols{seen}"
+        )
+    }
+}
+
 /// What frames have shown, counted.
 #[derive(Default)]
 pub struct Diagnosis {
@@ -56,7 +81,7 @@ impl Diagnosis {
     }
 
     /// What there is to say, a line each.
-    pub fn lines(&self) -> Vec<String> {
+    pub fn lines(&self, rates: &Gone) -> Vec<String> {
         let lost: usize = self.losses.values().map(|(count, _)| count).sum();
         let frames = lost + self.read;
         let mut lines = Vec::new();
@@ -80,11 +105,11 @@ impl Diagnosis {
             self.pitch_px,
             100.0 * confidence
         ));
-        lines.push(self.advice(confidence, frames));
+        lines.push(self.advice(confidence, frames, rates));
         lines
     }
 
-    fn advice(&self, confidence: f32, frames: usize) -> String {
+    fn advice(&self, confidence: f32, frames: usize, rates: &Gone) -> String {
         let blur = self.learnt.map(|learnt| learnt.camera.blur_sigma_px);
         match blur {
             _ if (self.read as f32) < MOST * frames as f32 => {
@@ -100,16 +125,14 @@ impl Diagnosis {
                 "{} frames hold less than a message: make the film longer",
                 self.read
             ),
-            _ if self.rejected > 0 => {
-                "beginnings of messages were seen, but not read to their end: see that --fps and --symbol-rate are the camera's and the \
-                 transmitter's, and make the film longer"
-                    .to_owned()
-            }
-            _ => {
-                "the bits are sure, but no message begins in them: see that --fps and --symbol-rate are the camera's and the \
-                 transmitter's, and that the picture is neither mirrored nor upside down"
-                    .to_owned()
-            }
+            _ if self.rejected > 0 => format!(
+                "beginnings of messages were seen, but not read to their end: {}. Else make the film longer",
+                rates.doubt()
+            ),
+            _ => format!(
+                "the bits are sure, but no message begins in them: {}. Else see that the picture is neither mirrored nor upside down",
+                rates.doubt()
+            ),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod diagnosis;
 mod places;
+mod rates;
 mod reception;
 mod report;
 mod stage_times;
@@ -22,6 +23,7 @@ use crate::output::{self, Answer};
 use crate::outputs;
 use crate::stop::{Input, stop};
 
+use rates::Rates;
 use reception::Reception;
 
 /// The most panels followed at once.
@@ -39,9 +41,9 @@ pub struct Arguments {
     /// Frames a second of the camera; by default those that a y4m stream tells, else 100.
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
-    /// Panels a second of the transmitter.
-    #[arg(long, default_value_t = 100.0, value_name = "F")]
-    symbol_rate: f32,
+    /// Panels a second of the transmitter. Where it is not told, 90 as the Pico shows, and what else is usual, is tried.
+    #[arg(long, value_name = "F")]
+    symbol_rate: Option<f32>,
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
     detector: DetectorChoice,
@@ -79,6 +81,18 @@ fn size(text: &str) -> Result<(usize, usize), String> {
         _ => Err(format!(
             "{text:?} is not WIDTHxHEIGHT of 1 to {SIDE_MAX} pixels each, such as 1920x1080"
         )),
+    }
+}
+
+impl Arguments {
+    /// Symbols a second to go by, with a camera of `fps` frames a second.
+    fn rate_hz(&self, fps: f32) -> f32 {
+        self.symbol_rate.unwrap_or_else(|| rates::usual(fps))
+    }
+
+    /// Those to try beside.
+    fn rates(&self, fps: f32) -> Rates {
+        Rates::beside(self.rate_hz(fps), fps, self.symbol_rate.is_some())
     }
 }
 

@@ -1,12 +1,15 @@
 //! The receiver at work on one frame after another.
 
 use anyhow::ensure;
+use link::framing::Event;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
 };
 
 use super::Arguments;
+use super::diagnosis::Gone;
+use super::rates::{Made, Rates};
 use super::report::Report;
 use super::stage_times::StageTimes;
 use crate::camera::Told;
@@ -23,6 +26,10 @@ pub struct Reception<'a, const PANELS: usize> {
     settings: ReceiverSettings,
     told: Told,
     arguments: &'a Arguments,
+    /// Frames a second of the camera.
+    fps: f32,
+    /// By the number of the panel, from its first reading on.
+    rates: [Option<Rates>; PANELS],
     report: Report<'a>,
     /// The next frame's number, if it follows the last one.
     next: u64,
@@ -50,10 +57,11 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         shared: &Shared,
         total: Option<u64>,
     ) -> anyhow::Result<Self> {
+        let fps = arguments.fps.unwrap_or(USUAL_FPS);
         let settings = ReceiverSettings {
             camera: told.camera,
             method: options::untrained(arguments.detector)?,
-            symbols_per_frame: arguments.symbol_rate / arguments.fps.unwrap_or(USUAL_FPS),
+            symbols_per_frame: arguments.rate_hz(fps) / fps,
         };
         // Settings are refused before the first frame, not with it.
         receiver::<PANELS>(settings, (0, 0))?;
@@ -62,6 +70,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             settings,
             told,
             arguments,
+            fps,
+            rates: [const { None }; PANELS],
             report: Report::new(arguments, shared.json, total),
             deep: false,
             next: 0,
@@ -73,7 +83,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// Goes by so many frames a second, unless others were told.
     pub fn by_default(&mut self, fps: f32) -> anyhow::Result<()> {
         if self.arguments.fps.is_none() {
-            self.settings.symbols_per_frame = self.arguments.symbol_rate / fps;
+            self.fps = fps;
+            self.settings.symbols_per_frame = self.arguments.rate_hz(fps) / fps;
             receiver::<PANELS>(self.settings, (0, 0))?;
         }
         Ok(())
@@ -114,14 +125,19 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let Some(receiver) = &mut self.receiver else {
             return Ok(());
         };
-        let report = &mut self.report;
+        let (report, rates) = (&mut self.report, &mut self.rates);
+        let (arguments, fps) = (self.arguments, self.fps);
         let mut told = Ok(());
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
             let done = report.frame(panel, frame, &outcome);
-            report.event(&outcome.event, panel);
             if told.is_ok() {
                 told = done;
             }
+            let rates = rates[panel].get_or_insert_with(|| arguments.rates(fps));
+            tell(report, panel, rates, &outcome.event, |rates| {
+                let Reading { detection, .. } = outcome.reading.as_ref().ok()?;
+                rates.take(number, detection)
+            });
         });
         told?;
         report.deliver(&receiver.learnt_each())?;
@@ -140,7 +156,11 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     pub fn finish(mut self) -> anyhow::Result<Answer> {
         let mut learnt = [None; PANELS];
         if let Some(receiver) = &mut self.receiver {
-            receiver.finish_each(|panel, event| self.report.event(&event, panel));
+            receiver.finish_each(|panel, event| {
+                if let Some(rates) = &mut self.rates[panel] {
+                    tell(&mut self.report, panel, rates, &event, Rates::finish);
+                }
+            });
             learnt = receiver.learnt_each();
         }
         self.report.deliver(&learnt)?;
@@ -162,7 +182,35 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         if self.arguments.profile {
             self.times.print();
         }
-        self.report.end()
+        let gone = Gone {
+            symbols_hz: self.arguments.rate_hz(self.fps),
+            fps: self.fps,
+            changes_hz: self.rates.iter().flatten().find_map(Rates::seen_hz),
+        };
+        self.report.end(&gone)
+    }
+}
+
+/// Tells what became of a panel's symbols: by the receiver's own rate, or by one that is `made` a message of where that one makes none.
+fn tell(
+    report: &mut Report,
+    panel: usize,
+    rates: &mut Rates,
+    event: &Event,
+    made: impl FnOnce(&mut Rates) -> Option<Made>,
+) {
+    let found_before = rates.found_hz();
+    if found_before.is_none() && matches!(event, Event::Delivered(_)) {
+        rates.end();
+    }
+    if let Some(made) = made(rates) {
+        report.event(&made.event(), panel);
+    }
+    if let (None, Some(rate_hz)) = (found_before, rates.found_hz()) {
+        report.found_rate(rate_hz);
+    }
+    if rates.found_hz().is_none() && !rates.repeats(event) {
+        report.event(event, panel);
     }
 }
 

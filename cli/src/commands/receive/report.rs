@@ -7,7 +7,7 @@ use rx_pipeline::receiver::{Outcome, Reading};
 use rx_pipeline::camera::Learnt;
 
 use super::Arguments;
-use super::diagnosis::Diagnosis;
+use super::diagnosis::{Diagnosis, Gone};
 use super::places::Places;
 use crate::camera;
 use crate::output::{self, Answer, line};
@@ -63,11 +63,18 @@ impl<'a> Report<'a> {
         self.done();
     }
 
-    /// Says why there was no message, if there was none.
+    /// Says that the panel shows symbols at another rate than was gone by.
+    pub fn found_rate(&self, rate_hz: f32) {
+        self.say(&format!(
+            "read at {rate_hz} symbols a second; --symbol-rate {rate_hz} reads it best, from the first frame on"
+        ));
+    }
+
+    /// Says why there was no message, if there was none: `rates` are those that were gone by, and that of the panel's changes.
     ///
     /// # Errors
     /// When a picture could not be drawn.
-    pub fn end(self) -> anyhow::Result<Answer> {
+    pub fn end(self, rates: &Gone) -> anyhow::Result<Answer> {
         if let Some(error) = self.undrawn {
             return Err(error);
         }
@@ -76,7 +83,7 @@ impl<'a> Report<'a> {
         }
         let frames = self.places.count();
         self.say(&format!("no message in {frames} frames"));
-        for line in self.diagnosis.lines() {
+        for line in self.diagnosis.lines(rates) {
             self.say(&line);
         }
         Ok(Answer::No)
@@ -192,7 +199,7 @@ impl<'a> Report<'a> {
                 outcome: SegmentOutcome::Failed(why),
                 ..
             } => self.say(&format!(
-                "segment {} could not be decoded: {why}; its repeats are waited for",
+                "segment {} could not be decoded ({why}); waiting for it to be shown again",
                 header.segment
             )),
             _ => {}
