@@ -63,20 +63,28 @@ pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
     line(&serde_json::to_string(value)?)
 }
 
-/// Prints a plan as a table.
+/// Prints which effects a plan includes, and what the others could change; [`crate::commands::plan`] has more.
 pub fn plan(plan: &Plan) -> anyhow::Result<()> {
-    line("effect           bound (grey)  simulated  why")?;
-    for decision in &plan.decisions {
-        let simulated = if decision.included { "yes" } else { "no" };
-        line(&format!(
-            "{:<16} {:>12.4}  {simulated:<9}  {}",
-            decision.effect, decision.bound_grey, decision.why
-        ))?;
-    }
+    let included = plan.decisions.iter().filter(|decision| decision.included);
+    let included: Vec<&str> = included.map(|decision| decision.effect).collect();
+    line(&format!("effects: {}", included.join(", ")))?;
     line(&format!(
-        "left out in all: at most {:.4} grey levels before rounding",
+        "{} others left out: at most {:.4} grey levels before rounding (`vocc plan` says why)",
+        plan.decisions.len() - included.len(),
         plan.left_out_grey()
     ))
+}
+
+/// A bit error rate with its 95 % interval, for so many errors of so many bits; where there were none, what that says.
+pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String {
+    if errors > 0 || bits == 0 {
+        return format!("{rate:.3e} (95 %: {low:.3e} to {high:.3e})");
+    }
+    // The rate at which as many bits come without an error in one of twenty runs.
+    let alone = 1.0 - 0.05f64.powf(1.0 / bits as f64);
+    format!(
+        "0 of {bits} bits: below {high:.1e} with 95 % if errors come by frames, {alone:.1e} if each bit stands alone"
+    )
 }
 
 #[derive(Serialize)]
@@ -127,9 +135,16 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         ))?;
         panel_errors(found)?;
     }
+    if sweep.rare_events {
+        let [low, high] = found.ber_95;
+        return line(&format!(
+            "BER        {:.3e} (95 %: {low:.3e} to {high:.3e})",
+            found.ber
+        ));
+    }
     line(&format!(
-        "BER        {:.3e} (95 %: {:.3e} to {:.3e})",
-        found.ber, found.ber_95[0], found.ber_95[1]
+        "BER        {}",
+        rate(found.bit_errors, found.bits, found.ber, found.ber_95)
     ))
 }
 
@@ -148,4 +163,25 @@ fn panel_errors(found: &Summary) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_is_told_by_what_it_says() {
+        let none = rate(0, 6_400_000, 0.0, [0.0, 3.0e-5]);
+        assert!(
+            none.starts_with("0 of 6400000 bits: below 3.0e-5"),
+            "{none}"
+        );
+        // The rule of three.
+        assert!(none.contains("4.7e-7 if each bit stands alone"), "{none}");
+        assert_eq!(
+            rate(2, 200, 0.01, [0.002, 0.03]),
+            "1.000e-2 (95 %: 2.000e-3 to 3.000e-2)"
+        );
+        assert!(rate(0, 0, 0.0, [0.0, 1.0]).contains("1.000e0"));
+    }
 }

@@ -23,6 +23,18 @@ fn bad_scenes_are_refused() {
         &["distance_cm", "distance_m"],
     );
     refused(&["plan", "--set", "pose.distance_m=50m"], &["50m"]);
+    refused(
+        &[
+            "plan",
+            "--set",
+            "pose.x_m=1",
+            "--set",
+            "effects.noise=yes",
+            "--set",
+            "pose.y_m=1",
+        ],
+        &["--set effects.noise=yes", "auto"],
+    );
     refused(&["plan", "--set", "camera.width_px=-1"], &["-1"]);
     refused(
         &["plan", "--set", "pose.distance_m=-3"],
@@ -173,6 +185,7 @@ fn bad_images_are_refused() {
     refused(&["decode", &path("none.pgm")], &["none.pgm"]);
     refused(&["decode", &path("missing.png")], &["missing.png"]);
     refused(&["receive", &path("missing.png")], &["missing.png"]);
+    refused(&["receive", "road.mp4"], &["ffmpeg -i road.mp4"]);
     refused(&["receive", "-"], &["--raw"]);
     refused(&["receive", "-", "--raw", "0x10"], &["WIDTHxHEIGHT"]);
     let crossed = "10,10,50,50,50,10,10,50";

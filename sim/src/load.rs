@@ -42,14 +42,8 @@ impl Scene {
         let scene = if overrides.is_empty() {
             written
         } else {
-            let mut table: Table = toml::from_str(text).map_err(parse_error)?;
-            for text in overrides {
-                overrule(&mut table, text)?;
-            }
-            table.try_into().map_err(|source| SceneError::Parse {
-                name: "--set".into(),
-                source: Box::new(source),
-            })?
+            let table = toml::from_str(text).map_err(parse_error)?;
+            Self::overruled(&table, "--set", overrides)?
         };
         scene.checked()
     }
@@ -63,15 +57,27 @@ impl Scene {
             text: overrides.join(", "),
             why,
         };
-        let mut table = Table::try_from(self).map_err(|error| fault(error.to_string()))?;
-        for text in overrides {
-            overrule(&mut table, text)?;
-        }
-        let scene: Self = table.try_into().map_err(|fault| SceneError::Parse {
-            name: source.into(),
-            source: Box::new(fault),
-        })?;
-        scene.checked()
+        let table = Table::try_from(self).map_err(|error| fault(error.to_string()))?;
+        Self::overruled(&table, source, overrides)?.checked()
+    }
+
+    /// The scene of a table with overrides; the first of these that brings no scene is named in errors.
+    fn overruled(table: &Table, source: &str, overrides: &[String]) -> Result<Self, SceneError> {
+        let with = |count: usize| {
+            let mut table = table.clone();
+            for text in &overrides[..count] {
+                overrule(&mut table, text)?;
+            }
+            table.try_into().map_err(|fault| SceneError::Parse {
+                name: overrides[..count].last().map_or_else(
+                    || source.to_owned(),
+                    |at_fault| format!("{source} {at_fault}"),
+                ),
+                source: Box::new(fault),
+            })
+        };
+        let first_fault = || (1..overrides.len()).find_map(|count| with(count).err());
+        with(overrides.len()).map_err(|fault| first_fault().unwrap_or(fault))
     }
 
     /// The scene with at least one panel, if it is valid.

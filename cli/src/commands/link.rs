@@ -306,7 +306,7 @@ fn report(
         report.straddled_frames
     ))?;
     line(&format!(
-        "raw BER       {:.3e} (95 %: {:.3e} to {:.3e})",
-        report.ber, report.ber_95[0], report.ber_95[1]
+        "raw BER       {}",
+        output::rate(report.bit_errors, report.bits, report.ber, report.ber_95)
     ))
 }

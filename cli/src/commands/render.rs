@@ -17,6 +17,9 @@ use crate::output::{self, Answer, line};
 use crate::outputs;
 use crate::pictures;
 
+/// LEDs of a panel.
+const LEDS: u32 = link::panel::LEDS as u32;
+
 /// Arguments of `vocc render`.
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -151,6 +154,11 @@ fn report(
     }
     output::plan(&report.plan)?;
     line(&format!("bits     {}", report.bits))?;
+    if let 0 | LEDS = shown.symbols[0].bits().count_ones() {
+        line(
+            "         all LEDs are alike: without another frame nobody can tell On from Off, nor where the panel is",
+        )?;
+    }
     line(&format!(
         "panel    centre ({:.3}, {:.3}) px, LEDs {:.3} px apart",
         report.centre_px[0], report.centre_px[1], report.pitch_px

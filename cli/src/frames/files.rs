@@ -4,6 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 
+/// How the names of films end.
+const FILMS: [&str; 9] = [
+    "mp4", "m4v", "mov", "mkv", "webm", "avi", "mts", "y4m", "mpg",
+];
+
 /// A frame's file, and when it was taken: in frames of the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
@@ -23,6 +28,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
             "standard input (-) cannot be mixed with files: give it alone"
         );
         if !source.is_dir() {
+            check_film(source)?;
             frames.push(source.clone());
             continue;
         }
@@ -53,6 +59,19 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
         .zip(numbers)
         .map(|(path, number)| FrameFile { path, number })
         .collect())
+}
+
+/// That a file is not a whole film.
+fn check_film(path: &Path) -> anyhow::Result<()> {
+    let is_film = path
+        .extension()
+        .is_some_and(|kind| FILMS.iter().any(|known| kind.eq_ignore_ascii_case(known)));
+    ensure!(
+        !is_film,
+        "{0} is a film: pipe it, by `ffmpeg -i {0} -f yuv4mpegpipe - | vocc receive -`",
+        path.display()
+    );
+    Ok(())
 }
 
 /// The frames' numbers from 0 on.
