@@ -16,7 +16,7 @@ pub const PRESETS: [Preset; 7] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
-        settings: &[PAPER],
+        settings: &[DEFAULTS, PAPER],
     },
     Preset {
         name: "paper-18mm",
@@ -59,14 +59,57 @@ pub const PRESETS: [Preset; 7] = [
 pub fn preset_toml(name: &str) -> Option<String> {
     let preset = PRESETS.iter().find(|preset| preset.name == name)?;
     Some(format!(
-        "# {}: {}.\n# Keys left out keep the defaults of `paper`.\n{}",
+        "# {}: {}.\n# In comments: keys left out, with their defaults or, where they have none, examples.\n{}",
         preset.name,
         preset.summary,
-        preset.settings.concat()
+        filled(&preset.settings.concat())
     ))
 }
 
-const PAPER: &str = r#"
+/// Settings among all keys there are, in their order; those that are not set are comments.
+fn filled(settings: &str) -> String {
+    let mut own: Vec<(&str, &str)> = in_tables(settings)
+        .filter(|(_, line)| key(line).is_some() && !line.starts_with('#'))
+        .collect();
+    let mut lines = Vec::new();
+    let mut last = "";
+    for (table, line) in in_tables(DEFAULTS).chain([("", "")]) {
+        if table != last {
+            // What a table has beyond the keys that all share.
+            lines.extend(
+                own.extract_if(.., |(of, _)| *of == last)
+                    .map(|(_, line)| line.to_owned()),
+            );
+            last = table;
+        }
+        let is_set = |(of, set): &mut (&str, &str)| *of == table && key(set) == key(line);
+        match (own.extract_if(.., is_set).last(), key(line)) {
+            (Some((_, set)), Some(_)) => lines.push(set.to_owned()),
+            (None, Some(_)) if !line.starts_with('#') => lines.push(format!("# {line}")),
+            _ => lines.push(line.to_owned()),
+        }
+    }
+    lines.join("\n")
+}
+
+/// The lines of a TOML text, each with the header of its table.
+fn in_tables(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    text.lines().scan("", |table, line| {
+        if line.starts_with('[') {
+            *table = line.split(" #").next().unwrap_or_default().trim_end();
+        }
+        Some((*table, line))
+    })
+}
+
+/// The key that a line sets, or would if it were no comment.
+fn key(line: &str) -> Option<&str> {
+    let key = line.trim_start_matches("# ").split_once('=')?.0.trim();
+    (!key.is_empty() && !key.contains(' ')).then_some(key)
+}
+
+/// All keys with their defaults.
+const DEFAULTS: &str = r#"
 [camera]
 focal_length_mm = 25         # 18 in the paper's text
 pixel_pitch_um = 6.875       # 13.2 mm / 1920
@@ -145,6 +188,9 @@ clock_ppm = 0
 
 [effects]
 tolerance_grey = 0.5         # for each effect: NAME = "auto", "on" or "off"
+"#;
+
+const PAPER: &str = r#"[effects]
 noise = "off"
 "#;
 
@@ -206,6 +252,37 @@ mod tests {
             Scene::load(preset.name, &[])
                 .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
         }
+    }
+
+    #[test]
+    fn presets_show_all_keys_and_set_their_own_alone() {
+        for preset in PRESETS {
+            let text = preset_toml(preset.name).unwrap();
+            for (table, line) in in_tables(DEFAULTS) {
+                let shown = in_tables(&text).filter(|(of, _)| *of == table);
+                let shown = shown.filter(|(_, other)| key(other) == key(line)).count();
+                assert!(key(line).is_none() || shown == 1, "{}: {line}", preset.name);
+            }
+            // Only defaults are added: what is set is what the preset sets.
+            let bare = Scene::from_toml("bare", &settings_in_order(preset.settings), &[]);
+            assert_eq!(Scene::load(preset.name, &[]).unwrap(), bare.unwrap());
+        }
+    }
+
+    /// Settings with each table once.
+    fn settings_in_order(settings: &[&str]) -> String {
+        let text = settings.concat();
+        let mut tables: Vec<(&str, String)> = Vec::new();
+        for (table, line) in in_tables(&text).filter(|(_, line)| !line.starts_with('[')) {
+            match tables.iter_mut().find(|(of, _)| *of == table) {
+                Some((_, lines)) => *lines += &format!("{line}\n"),
+                None => tables.push((table, format!("{line}\n"))),
+            }
+        }
+        let written = tables
+            .iter()
+            .map(|(table, lines)| format!("{table}\n{lines}"));
+        written.collect()
     }
 
     #[test]
