@@ -120,6 +120,7 @@ fn senseless_searches_are_refused() {
         (&["--detector", "wizard"], &["kmeans"]),
         (&["--frames", "0"], &["--frames"]),
         (&["--frames", "63"], &["63 frames", "at least 64"]),
+        (&["--frames", "100000001"], &["--frames", "100000000"]),
         (&["--tolerance", "-1"], &["tolerance", "-1"]),
         (&["--tolerance", "nan"], &["tolerance", "NaN"]),
         (&["--range", "4,0.2"], &["4 to 0.2"]),

@@ -13,6 +13,8 @@ use super::criterion::Criterion;
 const BATCHES: u64 = 64;
 /// A round is done, and can be kept, in pieces of about so many frames: some seconds of the detector that takes longest.
 pub(crate) const PIECE: u64 = 8192;
+/// The most frames that a thread does at once: a quarter of a minute of that detector. Longer batches are done, and can be kept, in parts.
+const PART: u64 = 2 * PIECE;
 /// Frames of the first round; each further one doubles their number.
 pub const FIRST_ROUND: u64 = 2048;
 /// Resamples of the bootstrap.
@@ -61,7 +63,7 @@ impl Sample {
 /// A piece of a round that is finished: all of a small one.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<'a> {
-    /// What came out, batch by batch.
+    /// What came out, batch by batch; of long ones part by part.
     pub batches: &'a [Evaluation],
     /// Whether an earlier run has finished it.
     pub is_known: bool,
@@ -131,9 +133,9 @@ impl Samples {
                 first: border[0],
                 frames: border[1] - border[0],
             };
-            let mut batches = Vec::new();
-            while (batches.len() as u64) < round.batches() {
-                let next = batches.len() as u64;
+            let mut parts = Vec::new();
+            while (parts.len() as u64) < round.parts() {
+                let next = parts.len() as u64;
                 let (piece, is_known) = match known.next() {
                     Some(piece) if round.has(next, &piece) => (piece, true),
                     _ => {
@@ -148,9 +150,9 @@ impl Samples {
                     batches: &piece,
                     is_known,
                 });
-                batches.extend(piece);
+                parts.extend(piece);
             }
-            self.0[place].rounds.push(batches);
+            self.0[place].rounds.push(round.joined(&parts));
         }
         Ok(())
     }
@@ -242,7 +244,7 @@ pub fn at_ratio(scene: &Scene, l2a: f64) -> Scene {
     scene
 }
 
-/// A round of frames, which is done in batches.
+/// A round of frames, which is done in batches, long ones in parts.
 struct Round {
     first: u64,
     frames: u64,
@@ -253,35 +255,51 @@ impl Round {
         self.frames.min(BATCHES)
     }
 
-    /// The first frame of a batch.
-    fn border(&self, batch: u64) -> u64 {
-        let before = u128::from(self.frames) * u128::from(batch) / u128::from(self.batches());
+    /// Parts of each batch.
+    fn parts_of_batch(&self) -> u64 {
+        self.frames.div_ceil(self.batches()).div_ceil(PART)
+    }
+
+    /// Parts of all batches.
+    fn parts(&self) -> u64 {
+        self.batches() * self.parts_of_batch()
+    }
+
+    /// The first frame of a part.
+    fn border(&self, part: u64) -> u64 {
+        let before = u128::from(self.frames) * u128::from(part) / u128::from(self.parts());
         self.first + before as u64
     }
 
-    /// Whether these can be its batches from `first` on.
-    fn has(&self, first: u64, batches: &[Evaluation]) -> bool {
-        let is_batch = |(batch, found): (u64, &Evaluation)| {
-            batch < self.batches()
-                && found.errors.frames() == self.border(batch + 1) - self.border(batch)
+    /// Whether these can be its parts from `first` on.
+    fn has(&self, first: u64, parts: &[Evaluation]) -> bool {
+        let is_part = |(part, found): (u64, &Evaluation)| {
+            part < self.parts()
+                && found.errors.frames() == self.border(part + 1) - self.border(part)
         };
-        !batches.is_empty() && (first..).zip(batches).all(is_batch)
+        !parts.is_empty() && (first..).zip(parts).all(is_part)
     }
 
-    /// The next batches from `first` on, as many as make a piece and as all threads have work with.
+    /// The next parts from `first` on, as many as make a piece and as all threads have work with.
     fn piece(&self, first: u64, evaluator: &Evaluator) -> Result<Vec<Evaluation>, EvaluateError> {
-        let batch_frames = self.frames.div_ceil(self.batches());
-        let count = (PIECE / batch_frames)
+        let part_frames = self.frames.div_ceil(self.parts());
+        let count = (PIECE / part_frames)
             .max(1)
             .next_multiple_of(rayon::current_num_threads() as u64);
-        let frames_of = |batch| self.border(batch)..self.border(batch + 1);
-        (first..self.batches().min(first + count))
+        let frames_of = |part| self.border(part)..self.border(part + 1);
+        (first..self.parts().min(first + count))
             .into_par_iter()
             .map_init(
                 || evaluator.workspace(),
-                |workspace, batch| evaluator.evaluate(frames_of(batch), workspace),
+                |workspace, part| evaluator.evaluate(frames_of(part), workspace),
             )
             .collect()
+    }
+
+    /// The batches that all parts make.
+    fn joined(&self, parts: &[Evaluation]) -> Vec<Evaluation> {
+        let batches = parts.chunks(self.parts_of_batch() as usize);
+        batches.map(|batch| merged(batch.iter())).collect()
     }
 }
 
@@ -406,6 +424,29 @@ mod tests {
         assert_eq!((new, pieces.len()), (1, kept.len() + 1));
         // What is of another size is done again.
         assert!(extend(vec![others[others.len() - 1].clone()]).0 == whole);
+    }
+
+    #[test]
+    fn no_part_of_a_round_takes_long() {
+        for frames in [1, 100, 2048, 64 * PART, 64 * PART + 1, 100_000_000] {
+            let round = Round { first: 7, frames };
+            let lengths =
+                (0..round.parts()).map(|part| round.border(part + 1) - round.border(part));
+            let lengths: Vec<u64> = lengths.collect();
+            assert_eq!(lengths.iter().sum::<u64>(), frames);
+            assert!(lengths.iter().all(|frames| (1..=PART).contains(frames)));
+            let mut part = Evaluation::default();
+            part.errors.push(0);
+            let batches = round.joined(&vec![part; lengths.len()]);
+            assert_eq!(batches.len() as u64, round.batches());
+            let parts = |batch: &Evaluation| batch.errors.frames() == round.parts_of_batch();
+            assert!(batches.iter().all(parts));
+        }
+        let short = Round {
+            first: 0,
+            frames: 64 * PART,
+        };
+        assert_eq!(short.parts(), short.batches());
     }
 
     #[test]

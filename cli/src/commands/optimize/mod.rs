@@ -52,8 +52,8 @@ pub struct Arguments {
     /// What the table holds of the distances: mean (of their best ratios) or least-ber (the ratio of the least mean bit error rate).
     #[arg(long, default_value = "mean", value_parser = rule)]
     rule: Rule,
-    /// The most frames at one ratio, from 64.
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    /// The most frames at one ratio, from 64 to 100 000 000.
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     frames: u64,
     /// A search ends when the 95 % interval of the best ratio is no wider than ± this; 0: with all frames.
     #[arg(long, default_value_t = 0.01, allow_negative_numbers = true)]
