@@ -220,6 +220,11 @@ fn bad_images_are_refused() {
         ],
         &["black.png"],
     );
+    let near = "10,10,17,10,17,17,10,17";
+    refused(
+        &["decode", &path("black.png"), "--corners", near],
+        &["--corners", "1 px apart", "show the panel larger"],
+    );
     refused(
         &["decode", &path("black.png"), "--detector", "fisher"],
         &["fisher"],
@@ -367,6 +372,31 @@ fn renders_are_what_they_are_asked_to_be() {
         &["render", "--out", &path("no/such/folder.png")],
         &["no/such"],
     );
+}
+
+#[test]
+fn a_panel_that_is_white_nearly_all_over_is_not_read_at_given_corners() {
+    let folder = folder("white");
+    let file = folder.join("panel.png");
+    let file = file.to_str().expect("a name");
+    let decoded = |dark_rows: u32| {
+        // LEDs 10 px apart, the topmost rows grey.
+        let grey = |_, y| image::Luma([if y < 10 + 10 * dark_rows { 90 } else { 255 }]);
+        let picture = image::GrayImage::from_fn(100, 100, grey);
+        picture.save(file).expect("a file");
+        let corners = "14.5,14.5,84.5,14.5,84.5,84.5,14.5,84.5";
+        let arguments = ["decode", "--json", "--detector", "otsu", "--corners"];
+        vocc(&[&arguments[..], &[corners, file]].concat())
+    };
+    let white = decoded(1);
+    assert_eq!(white.status.code(), Some(1), "{}", text(&white.stderr));
+    let report = json(&white);
+    assert_eq!(report["found"], false);
+    let why = report["why"].as_str().expect("a reason");
+    assert!(why.contains("56 of the 64 cells are white"), "{why}");
+    let read = decoded(2);
+    assert_eq!(read.status.code(), Some(0), "{}", text(&read.stdout));
+    assert_eq!(json(&read)["bits"], "ffffffffffff0000");
 }
 
 /// What is planned for a scene, line by line, but for what it was measured to cost in this run.

@@ -52,7 +52,8 @@ pub enum CornersError {
     },
     /// The LEDs are too close to each other to be told apart.
     #[error(
-        "the LEDs are {pitch_px} px apart: at least {MIN_PITCH_PX} px is needed; use a longer focal length"
+        "the LEDs are {pitch_px} px apart: at least {MIN_PITCH_PX} px is needed; check the corners, or show the panel larger: \
+         from nearer, by a longer focal length, or in more pixels"
     )]
     PitchTooSmall {
         /// A seventh of the panel's shortest side, in pixels.
