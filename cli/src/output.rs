@@ -135,17 +135,24 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         ))?;
         panel_errors(found)?;
     }
-    if sweep.rare_events {
-        let [low, high] = found.ber_95;
-        return line(&format!(
-            "BER        {:.3e} (95 %: {low:.3e} to {high:.3e})",
-            found.ber
-        ));
-    }
-    line(&format!(
-        "BER        {}",
+    let ber = if sweep.rare_events {
+        rare_rate(found)
+    } else {
         rate(found.bit_errors, found.bits, found.ber, found.ber_95)
-    ))
+    };
+    line(&format!("BER        {ber}"))
+}
+
+/// A rate that swarms have reached, with its 95 % interval; where none has, that nothing is known.
+fn rare_rate(found: &Summary) -> String {
+    if found.bit_errors > 0 {
+        let [low, high] = found.ber_95;
+        return format!("{:.3e} (95 %: {low:.3e} to {high:.3e})", found.ber);
+    }
+    format!(
+        "not known: of {} frames no swarm reached an error; give more --frames",
+        found.frames
+    )
 }
 
 /// Panels with errors, and what a genie's are a bound of.

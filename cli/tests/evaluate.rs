@@ -83,3 +83,14 @@ fn shards_add_up_to_one_run_bit_for_bit() {
     );
     refused(&["evaluate", "--shard", "0/3"], &["--out"]);
 }
+
+#[test]
+fn rare_events_that_reach_no_error_tell_no_rate() {
+    let rare = ["evaluate", "paper", "--rare-events", "--frames", "256"];
+    let output = vocc(&[&rare[..], &["--set", "effects.noise=on"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    let ber = told.lines().last().expect("a line");
+    assert!(ber.contains("no swarm reached an error"), "{ber}");
+    assert!(!ber.contains("0.000e0"), "{ber}");
+}
