@@ -199,6 +199,20 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
         // 100 is near enough to 90 to be read by that clock.
         let is_said = told.contains("read at 45 symbols a second");
         assert_eq!(is_said, rate == 45, "{rate}: {told}");
+        // Symbols are numbered as if it had been told, once it is found.
+        let last_symbol = |arguments: &[&str]| {
+            let numbered = receive(&[&["--bits", "--json"], arguments].concat());
+            let lines = text(&numbered.stdout);
+            let symbol = |line| {
+                let line: serde_json::Value = serde_json::from_str(line).expect("JSON");
+                line["symbol"].as_u64()
+            };
+            let last = lines.lines().rev().find_map(symbol);
+            last.expect("a symbol")
+        };
+        if is_said {
+            assert_eq!(last_symbol(&[]), last_symbol(&["--symbol-rate", "45"]));
+        }
         let wrong = receive(&["--symbol-rate", if rate == 45 { "90" } else { "45" }]);
         let told = text(&wrong.stderr);
         assert_eq!(wrong.status.code(), Some(1), "{rate}: {told}");

@@ -47,7 +47,7 @@ pub struct Arguments {
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
     detector: DetectorChoice,
-    /// Also print what each frame shows.
+    /// Also print what each frame shows; JSON has the symbol's number, too, counted by --symbol-rate, or by the rate found once it is.
     #[arg(long)]
     bits: bool,
     /// Panels to follow at once, each with its own message.

@@ -125,6 +125,11 @@ impl Rates {
         self.found_hz
     }
 
+    /// The number of the symbol that the last reading shows, by the rate that was found.
+    pub fn symbol(&self) -> Option<u32> {
+        self.found_hz.and(self.trials.first()?.clock.current())
+    }
+
     /// No more are tried: the receiver's own is right.
     pub fn end(&mut self) {
         self.trials.clear();

@@ -129,15 +129,16 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let (arguments, fps) = (self.arguments, self.fps);
         let mut told = Ok(());
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
-            let done = report.frame(panel, frame, &outcome);
-            if told.is_ok() {
-                told = done;
-            }
             let rates = rates[panel].get_or_insert_with(|| arguments.rates(fps));
             tell(report, panel, rates, &outcome.event, |rates| {
                 let Reading { detection, .. } = outcome.reading.as_ref().ok()?;
                 rates.take(number, detection)
             });
+            let symbol = rates.symbol().or(outcome.symbol);
+            let done = report.frame(panel, frame, &outcome, symbol);
+            if told.is_ok() {
+                told = done;
+            }
         });
         told?;
         report.deliver(&receiver.learnt_each())?;

@@ -124,8 +124,14 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
-    pub fn frame(&mut self, panel: usize, frame: &Frame, outcome: &Outcome) -> anyhow::Result<()> {
+    /// Prints and draws what a frame shows of a panel, with the number of the `symbol`, and says why it shows nothing.
+    pub fn frame(
+        &mut self,
+        panel: usize,
+        frame: &Frame,
+        outcome: &Outcome,
+        symbol: Option<u32>,
+    ) -> anyhow::Result<()> {
         let of_panel = if self.arguments.panels > 1 {
             format!(", panel {panel}")
         } else {
@@ -149,7 +155,7 @@ impl<'a> Report<'a> {
             }
         }
         if self.arguments.bits {
-            self.bits(number, panel, &of_panel, reading, outcome.symbol)?;
+            self.bits(number, panel, &of_panel, reading, symbol)?;
         }
         Ok(())
     }
