@@ -140,7 +140,24 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     } else {
         rate(found.bit_errors, found.bits, found.ber, found.ber_95)
     };
-    line(&format!("BER        {ber}"))
+    line(&format!("BER        {ber}"))?;
+    one_symbol(found)
+}
+
+/// The rate without frames across a change of symbols, where there are any: detectors compare by that.
+fn one_symbol(found: &Summary) -> anyhow::Result<()> {
+    let (Some(ber), Some(ber_95)) = (found.ber_one_symbol, found.ber_one_symbol_95) else {
+        return Ok(());
+    };
+    let (Some(frames @ 1..), Some(wrong)) = (found.frames_across, found.bit_errors_across) else {
+        return Ok(());
+    };
+    let (bits, bits_across) = (found.bits - 64 * frames, 64 * frames);
+    line(&format!(
+        "across     {frames} frames are exposed across a change of symbols: {wrong} of their {bits_across} bits are wrong"
+    ))?;
+    let elsewhere = rate(found.bit_errors - wrong, bits, ber, ber_95);
+    line(&format!("elsewhere  BER {elsewhere}"))
 }
 
 /// A rate that swarms have reached, with its 95 % interval; where none has, that nothing is known.

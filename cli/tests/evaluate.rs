@@ -94,3 +94,32 @@ fn rare_events_that_reach_no_error_tell_no_rate() {
     assert!(ber.contains("no swarm reached an error"), "{ber}");
     assert!(!ber.contains("0.000e0"), "{ber}");
 }
+
+#[test]
+fn frames_across_a_change_of_symbols_are_told_apart() {
+    let day = ["evaluate", "day", "--frames", "1000"];
+    let found = json(&vocc(&[&day[..], &["--json"]].concat()));
+    let count = |key: &str| found[key].as_u64().expect("a count");
+    let (across, wrong) = (count("frames_across"), count("bit_errors_across"));
+    assert!((50..150).contains(&across), "{across}");
+    assert!(wrong > across && wrong <= count("bit_errors"));
+    let rate = (count("bit_errors") - wrong) as f64 / (count("bits") - 64 * across) as f64;
+    assert_eq!(found["ber_one_symbol"].as_f64(), Some(rate));
+    let told = text(&vocc(&day).stdout);
+    assert!(
+        told.contains(&format!("across     {across} frames")),
+        "{told}"
+    );
+    assert!(told.contains("elsewhere  BER"), "{told}");
+    // Clocks that are synchronised leave none, and so does a change that is left out.
+    for scene in [
+        &["paper"][..],
+        &["day", "--set", "effects.symbol_change=off"],
+    ] {
+        let scene = [&["evaluate", "--frames", "256"], scene].concat();
+        let found = json(&vocc(&[&scene[..], &["--json"]].concat()));
+        assert_eq!(found["frames_across"], 0);
+        assert_eq!(found["ber_one_symbol"], found["ber"]);
+        assert!(!text(&vocc(&scene).stdout).contains("across"));
+    }
+}

@@ -19,6 +19,9 @@ impl Renderer {
 
     /// Whether the exposure of any LED of panel `index` is shared between symbols.
     pub fn straddles(&self, index: usize, moment: &Moment) -> bool {
+        if !self.formation.mix_symbols {
+            return false;
+        }
         let shared = |delay_s: &f64| {
             moment
                 .shares(*delay_s)
@@ -27,6 +30,9 @@ impl Renderer {
                 .count()
                 > 1
         };
+        if self.formation.row_delay_s == 0.0 {
+            return shared(&0.0);
+        }
         self.delays_s(index).iter().any(shared)
     }
 

@@ -3,7 +3,9 @@
 use link::panel::LEDS;
 use serde::{Deserialize, Serialize};
 
-use crate::statistics::{Distinguishability, FrameErrors, Moments, RareErrors, SWARM};
+use crate::statistics::{
+    Distinguishability, FrameErrors, Moments, RareErrors, SWARM, SymbolChanges,
+};
 
 /// Frames worked on by one thread before their results are folded in.
 pub const CHUNK: u64 = 256;
@@ -23,6 +25,9 @@ pub struct Evaluation {
     pub off: Moments,
     /// Bit errors by frame.
     pub errors: FrameErrors,
+    /// Those of frames across a change of symbols.
+    #[serde(default, skip_serializing_if = "SymbolChanges::is_empty")]
+    pub symbol_changes: SymbolChanges,
     /// Rare bit errors, reached by splitting: see [`crate::splitting`].
     #[serde(default, skip_serializing_if = "RareErrors::is_empty")]
     pub rare: RareErrors,
@@ -34,12 +39,14 @@ impl Evaluation {
         self.on.merge(&other.on);
         self.off.merge(&other.off);
         self.errors.merge(&other.errors);
+        self.symbol_changes.merge(&other.symbol_changes);
         self.rare.merge(&other.rare);
     }
 
     /// Whether it may be of no more than so many frames, at most 2⁵⁰.
     pub(crate) fn is_within(&self, frames: u64) -> bool {
         self.errors.frames() <= frames
+            && self.symbol_changes.are_within(frames)
             && self.on.count() + self.off.count() <= LEDS as u64 * frames
             && self.rare.swarms() <= frames / SWARM as u64
     }
@@ -51,7 +58,10 @@ impl Evaluation {
             let swarms = frames.div_ceil(SWARM as u64);
             self.rare.swarms() == swarms && self.errors.frames() == 0 && pairs == 0
         } else {
-            self.rare.is_empty() && self.errors.frames() == frames && pairs == LEDS as u64 * frames
+            self.rare.is_empty()
+                && self.errors.frames() == frames
+                && self.symbol_changes.are_among(&self.errors)
+                && pairs == LEDS as u64 * frames
         }
     }
 

@@ -281,8 +281,10 @@ impl Evaluator {
             part.on.merge(&class(features, *bits));
             part.off
                 .merge(&class(features, PanelFrame::from_bits(!bits.bits())));
-            part.errors
-                .push(self.detect(frame, &observed, workspace)?.distance(*bits));
+            let errors = self.detect(frame, &observed, workspace)?.distance(*bits);
+            let is_across = self.renderer.straddles(0, &self.renderer.moment(frame));
+            part.errors.push(errors);
+            part.symbol_changes.push(errors, is_across);
         }
         Ok(part)
     }

@@ -66,6 +66,15 @@ impl FrameErrors {
             .for_each(|(own, others)| *own += others);
     }
 
+    /// Without the frames of `part`; none if it is no part of them.
+    pub fn without(&self, part: &Self) -> Option<Self> {
+        let mut rest = *self;
+        for (own, part) in rest.0.iter_mut().zip(part.0) {
+            *own = own.checked_sub(part)?;
+        }
+        Some(rest)
+    }
+
     /// Frames taken.
     pub fn frames(&self) -> u64 {
         self.0.iter().sum()

@@ -10,6 +10,7 @@ mod moments;
 mod proportion;
 mod rare_errors;
 mod ratio;
+mod symbol_changes;
 
 pub use distinguishability::{COLLINEAR, Distinguishability};
 pub use frame_errors::FrameErrors;
@@ -19,6 +20,7 @@ pub use proportion::wilson_95;
 pub use rare_errors::RareErrors;
 pub(crate) use rare_errors::{RARER, SWARM};
 pub use ratio::ratio_95;
+pub use symbol_changes::SymbolChanges;
 
 /// The most frames that a file may speak of: no sum of them overflows.
 const MOST_FRAMES: u64 = 1 << 48;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Results, Sweep};
 use crate::monte_carlo::Standing;
-use crate::statistics::SWARM;
+use crate::statistics::{FrameErrors, SWARM};
 
 /// What came out for one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -30,6 +30,14 @@ pub struct Summary {
     pub ber: f64,
     /// Its 95 % interval.
     pub ber_95: [f64; 2],
+    /// The bit error rate of the frames that show one symbol; none where that is not known of each frame, or errors are rare.
+    pub ber_one_symbol: Option<f64>,
+    /// Its 95 % interval, likewise.
+    pub ber_one_symbol_95: Option<[f64; 2]>,
+    /// Frames that are exposed across a change of symbols, likewise.
+    pub frames_across: Option<u64>,
+    /// Bits that are read wrongly of them, likewise.
+    pub bit_errors_across: Option<u64>,
     /// Panels with any bit read wrongly; none where errors are reached by splitting, which looks at single bits.
     pub panel_errors: Option<u64>,
     /// The 95 % interval of their share, likewise.
@@ -48,8 +56,22 @@ impl Results {
         let total = self.total(cell);
         let (counted, rare) = (total.errors, total.rare);
         let variances = total.distinguishability();
+        let ber_95 = if rare.is_empty() {
+            counted.interval_95()
+        } else {
+            rare.interval_95()
+        };
+        let apart = total.symbol_changes.apart(&counted);
+        let [one_symbol, across] = apart
+            .filter(|_| rare.is_empty())
+            .map_or([None; 2], |apart| apart.map(Some));
         let variance = |value| rare.is_empty().then_some(value);
         let rare_frames = rare.swarms() * SWARM as u64;
+        // Where all frames show one symbol, the bootstrap need not be done again.
+        let interval_95 = |errors: FrameErrors| match errors == counted {
+            true => ber_95,
+            false => errors.interval_95(),
+        };
         let setting = self.sweep().cell(cell);
         Summary {
             cell,
@@ -65,11 +87,11 @@ impl Results {
                 rare.effective_errors()
             },
             ber: counted.rate() + rare.rate(),
-            ber_95: if rare.is_empty() {
-                counted.interval_95()
-            } else {
-                rare.interval_95()
-            },
+            ber_95,
+            ber_one_symbol: one_symbol.map(|errors| errors.rate()),
+            ber_one_symbol_95: one_symbol.map(interval_95),
+            frames_across: across.map(|errors| errors.frames()),
+            bit_errors_across: across.map(|errors| errors.errors()),
             panel_errors: rare.is_empty().then(|| counted.wrong_frames()),
             panel_error_rate_95: rare.is_empty().then(|| counted.frame_error_rate().1),
             bvar: variance(variances.bvar),
