@@ -8,8 +8,8 @@
 //!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not.
 //!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
-//! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), so that neither a board nor what is around
-//! it counts; and step 4 at pixels within the lattice's own outline alone.
+//! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), bright spots or dark ones, so that
+//! neither a board nor what is around it counts; and step 4 at pixels within the lattice's own outline alone.
 //!
 //! The locator takes the sensor's encoding; the blur it is told is where it begins. Beyond it are panels that show no pattern, such as all
 //! On. Panels of more than 110 px are looked for in larger pixels ([`crate::receiver::FrameSearch`]), and seen in perspective there.
@@ -43,7 +43,7 @@ use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, Trial, View};
+use pose_candidates::{Ground, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use verification::{Scope, Verified};
 
@@ -264,12 +264,15 @@ impl Locator {
             }
         };
         let grounds = match effort {
-            Effort::Full => &[Ground::Around, Ground::Edges, Ground::Smooth][..],
+            Effort::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes][..],
+            Effort::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => {
+                &[Ground::Around, Ground::Holes]
+            }
             Effort::Share(_) => &[Ground::Around, Ground::Edges],
             Effort::Level(_) => &[Ground::Around],
         };
         // Each has its own, as it is right of other panels.
-        let mut budgets = [effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]); 3];
+        let mut budgets = [effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]); 4];
         let ranked = survey.busy.iter().filter(unknown).enumerate();
         for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
             for (&ground, left) in grounds.iter().zip(&mut budgets) {
@@ -382,8 +385,7 @@ impl<const N: usize> Attempt<'_, N> {
                         continue;
                     }
                     let _full = tried.push((pose.lattice, scope));
-                    let metric = &self.locator.metric;
-                    match verification::verify(self.residuals, &view, metric, scope, &pose) {
+                    match self.verified(&view, scope, &pose) {
                         Ok(verified) if verified.is_beyond_doubt() => {
                             return Some(verified.location());
                         }
@@ -409,6 +411,23 @@ impl<const N: usize> Attempt<'_, N> {
         self.failure = self.failure.or(failure);
         best.map(|verified| verified.location())
     }
+
+    /// A pose that is a panel's in that scope; or within the panel's own outline, where only what is around it may speak against it.
+    fn verified(
+        &mut self,
+        view: &View<'_, '_>,
+        scope: Scope,
+        pose: &Sharpened,
+    ) -> Result<Verified, LocateError> {
+        let mut verify =
+            |scope| verification::verify(self.residuals, view, &self.locator.metric, scope, pose);
+        match verify(scope) {
+            Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => {
+                verify(Scope::Board).map_err(|_| why)
+            }
+            verified => verified,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -426,21 +445,22 @@ mod tests {
         tilt: [0.0; 2],
     };
 
-    /// A panel with a board of light 0.3 that ends one and a half pitches beyond the LEDs, between a bright wall and a dark one.
-    fn before_two_walls(blur_sigma_px: f32) -> Vec<u8> {
+    /// A panel with a board that ends one and a half pitches beyond the LEDs, between a bright wall and a dark one: light of the board, and
+    /// how far LEDs that are Off and On stand out of it.
+    fn before_two_walls(board_light: f32, [off, on]: [f32; 2], blur_sigma_px: f32) -> Vec<u8> {
         let light = |i: usize| {
             let at = [(i % SIDE) as f32, (i / SIDE) as f32];
             let [column, row] = TRUTH.coordinates(at).unwrap();
             let board = [column, row].iter().all(|c| (-1.5..8.5).contains(c));
             let mut light = match board {
-                true => 0.3,
+                true => board_light,
                 false if at[0] > 75.0 => 2.5,
                 false => 0.8,
             };
             for led in 0..64 {
                 let [x, y] = TRUTH.position((led % 8) as f32, (led / 8) as f32);
                 let squared = (at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y);
-                let height = if BITS >> led & 1 == 1 { 3.0 } else { 0.2 };
+                let height = if BITS >> led & 1 == 1 { on } else { off };
                 let variance = blur_sigma_px * blur_sigma_px + 0.4;
                 light += height * (-0.5 * squared / variance).exp();
             }
@@ -453,14 +473,29 @@ mod tests {
 
     #[test]
     fn boards_are_found_from_one_frame_under_any_blur() {
+        for blur_sigma_px in [0.7, 1.0, 1.5] {
+            expect_found(&before_two_walls(0.3, [0.2, 3.0], blur_sigma_px));
+        }
+    }
+
+    /// LEDs that are On are hardly brighter than the board, as both are nearly white, and those that are Off are dark.
+    #[test]
+    fn white_boards_are_found_by_their_dark_leds() {
+        for blur_sigma_px in [0.6, 0.7, 0.8] {
+            expect_found(&before_two_walls(4.8, [-3.0, 0.3], blur_sigma_px));
+        }
+    }
+
+    fn expect_found(pixels: &[u8]) {
         let locator = Locator::new(Camera::default()).unwrap();
         let mut memory = Box::new(LocatorMemory::<25_600>::new());
-        for blur_sigma_px in [0.7, 1.0, 1.5] {
-            let pixels = before_two_walls(blur_sigma_px);
-            let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
-            let found = locator.locate(&frame, &mut memory).unwrap();
-            let seen = Lattice::through(&found.corners);
-            assert!(seen.is_close_to(&TRUTH), "{blur_sigma_px}: {seen:?}");
-        }
+        let frame = Frame::new(pixels, SIDE, SIDE).unwrap();
+        let found = locator.locate(&frame, &mut memory).unwrap();
+        let seen = Lattice::through(&found.corners);
+        assert!(seen.is_close_to(&TRUTH), "{seen:?}");
+        assert_eq!(
+            found.spots.state,
+            core::array::from_fn(|led| (BITS >> led & 1) as f32)
+        );
     }
 }

@@ -239,10 +239,17 @@ pub mod verification {
     /// What may be left unexplained beside (share of the signal's energy). Higher: more that is no panel passes; lower:
     /// panels seen askew do not.
     pub const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
-    /// The same in a single frame that shows LEDs of two brightnesses and none between: discs under a sharp lens,
-    /// sharpening and codecs make spots that are not quite Gaussian.
+    /// The same in the change between two frames, and within a board, where LEDs are of two brightnesses and none between: discs under a
+    /// sharp lens, sharpening, codecs and white make spots that are not quite Gaussian. More in proportion, the more distinct they are.
     pub const EXCUSED_IF_DISTINCT: f32 = 0.17;
-    /// They do if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64
+    /// But no more than that.
+    pub const EXCUSED_MOST: f32 = 0.3;
+    /// A single frame in which what lies around the panel was taken for its ground is looked at within the panel's outline too if it leaves
+    /// no more than this (ratio to what would do). Higher: slower.
+    pub const NEARLY_FITS: f32 = 1.25;
+    /// The least pitch at which the ground shows between spots (standard deviations of a spot): amid four there is 0.4 of one then.
+    pub const GROUND_BETWEEN: f32 = 3.0;
+    /// LEDs are distinct if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64
     /// brightnesses spread evenly, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
     pub const DISTINCT: f32 = 7.5;
     /// Spots nearer to each other overlap by so much that the excuse is cut down (standard deviations of a spot).
@@ -260,8 +267,8 @@ pub mod verification {
     /// How much a single frame's bits repeat, at most (squared deviations of random ones): 1 of 10 000 panels does more. Higher: windows,
     /// text and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
     pub const MOST_REPETITION: u32 = 19;
-    /// Outer lines without an LED that is On in a single frame, at most (count): 1 of 10 000 panels has more, and so has a lattice that is
-    /// larger than the panel. Higher: such lattices pass.
+    /// Outer lines without an LED that stands out in a single frame, being On or, on a bright board, Off, at most (count): 1 of 10 000
+    /// panels has more, and so has a lattice that is larger than the panel. Higher: such lattices pass.
     pub const MOST_DARK_EDGES: usize = 1;
     /// Columns and rows after which bits may repeat, at most (count).
     pub const FARTHEST_REPEAT: u32 = 4;
@@ -335,6 +342,8 @@ pub mod search {
     pub const BUSY_BUDGET: u32 = 3;
     /// Busy places looked at in every frame (count); and one more, another each time.
     pub const ALWAYS: usize = 2;
+    /// Busy places are looked at for LEDs that are dark on a white board in every so many frames, in the others for bright ones (frames).
+    pub const HOLES_EVERY: u64 = 4;
     /// Lattices are the same if no corner differs by more (pitches).
     pub const SAME_LATTICE: f32 = 0.4;
 }

@@ -127,3 +127,16 @@ pub enum LocateError {
     #[error("the grid found is no panel: {0}")]
     Corners(#[from] CornersError),
 }
+impl LocateError {
+    /// Whether what is around the lattice may have failed it, and not what is within.
+    pub(super) fn may_be_of_the_surroundings(&self) -> bool {
+        match self {
+            Self::GoesOn { .. } => true,
+            Self::GridDoesNotFit {
+                residual_grey,
+                allowed_grey,
+            } => *residual_grey < verification::NEARLY_FITS * allowed_grey,
+            _ => false,
+        }
+    }
+}

@@ -96,6 +96,13 @@ impl Patch {
         }
     }
 
+    /// Exchanges bright and dark.
+    pub fn negate(&mut self) {
+        for sample in self.sample.iter_mut().flatten() {
+            *sample = -*sample;
+        }
+    }
+
     /// Leaves what is brighter than halfway between its neighbours at `lag` samples, along rows and along columns: spots stay, edges and
     /// gradients go. No spot counts as more than those that are usual.
     pub fn spots_only(&mut self, lag: usize) {

@@ -37,6 +37,14 @@ pub(super) enum Ground {
     Smooth,
     /// Edges too: all but spots.
     Edges,
+    /// All but dark spots, as LEDs that are Off are on a white board.
+    Holes,
+}
+
+impl Ground {
+    fn leaves_only_spots(self) -> bool {
+        matches!(self, Self::Edges | Self::Holes)
+    }
 }
 
 impl View<'_, '_> {
@@ -48,6 +56,10 @@ impl View<'_, '_> {
             Ground::Around => patch.level_around(),
             Ground::Smooth => patch.without_ground(GROUND_SIGMA * pitch),
             Ground::Edges => patch.spots_only((0.5 * pitch) as usize),
+            Ground::Holes => {
+                patch.negate();
+                patch.spots_only((0.5 * pitch) as usize);
+            }
         }
         patch
     }
@@ -79,14 +91,14 @@ impl View<'_, '_> {
 
     /// Whether LEDs of a panel as large as the blob can be what is looked for: spots by themselves.
     pub fn resolves(&self, blob: &Blob) -> bool {
-        let any = self.earlier.is_some() || self.ground != Ground::Edges;
+        let any = self.earlier.is_some() || !self.ground.leaves_only_spots();
         any || blob.side_px >= 8.0 * LEAST_RESOLVED_PX
     }
 
     /// The candidates for the pose of what is in a blob, found one by one as they are asked for: the lattice of spots that stand by
     /// themselves, and the evidence's maxima.
     pub fn pose_candidates(self, blob: Blob) -> impl Iterator<Item = Lattice> {
-        let spots_alone = self.earlier.is_none() && self.ground == Ground::Edges;
+        let spots_alone = self.earlier.is_none() && self.ground.leaves_only_spots();
         let on_spots = spots_alone.then(|| self.on_spots(&blob)).flatten();
         let hills = core::iter::once_with(move || self.hills(&blob).into_maxima());
         on_spots.into_iter().chain(hills.flatten())

@@ -6,7 +6,7 @@ mod lines;
 mod settling;
 
 use super::bimodality;
-use super::pose_candidates::{self, Sharpened, View};
+use super::pose_candidates::{self, Ground, Sharpened, View};
 use super::{LocateError, Location};
 use crate::corners::Corners;
 use crate::fit::Fit;
@@ -84,6 +84,10 @@ pub(super) fn verify<const N: usize>(
         Scope::Change => pose_candidates::three_states(brightness),
         _ => pose_candidates::two_states(brightness),
     };
+    let on = |state: i8| match view.ground {
+        Ground::Holes if scope.is_single() => 1 - state,
+        _ => state,
+    };
     let single = scope.is_single();
     let start = LatticeModel {
         lattice: *lattice,
@@ -95,7 +99,7 @@ pub(super) fn verify<const N: usize>(
         },
         off: 0.0,
         contrast: 0.0,
-        state: state.map(f32::from),
+        state: state.map(|state| on(state).into()),
     };
     let observation = Observation {
         frame: view.frame,
@@ -158,32 +162,44 @@ fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
     }
 }
 
-/// How far apart the On and the Off LEDs' brightnesses are: the step over the standard deviation within the two groups.
+/// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
+/// standard deviation within states.
 fn distinctness(fitted: &Fit) -> f32 {
     let Fit { spots, slope } = fitted;
     let off_by: [f32; LEDS] = core::array::from_fn(|led| {
         slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE)
     });
-    let group = |lit: bool| {
+    let (mut squares, mut least, mut before) = (0.0, f32::INFINITY, None);
+    for state in [-1.0, 0.0, 1.0] {
         let members = || {
             (0..LEDS)
-                .filter(move |&led| (spots.state[led] > 0.5) == lit)
+                .filter(|&led| spots.state[led] == state)
                 .map(|led| off_by[led])
         };
-        let count = (members().count() as f32).max(1.0);
+        let count = members().count() as f32;
+        if count == 0.0 {
+            continue;
+        }
         let mean = members().sum::<f32>() / count;
-        (
-            mean,
-            members()
-                .map(|value| (value - mean) * (value - mean))
-                .sum::<f32>(),
-        )
-    };
-    let ((off, off_squares), (on, on_squares)) = (group(false), group(true));
-    let distinctness =
-        (1.0 + on - off) / libm::sqrtf((off_squares + on_squares) / LEDS as f32 + 1e-6);
+        squares += members()
+            .map(|value| (value - mean) * (value - mean))
+            .sum::<f32>();
+        if let Some((last, below)) = before {
+            least = least.min(state - last + mean - below);
+        }
+        before = Some((state, mean));
+    }
+    let distinctness = least / libm::sqrtf(squares / LEDS as f32 + 1e-6);
     // No number where there is nothing to tell apart.
     distinctness.max(0.0)
+}
+
+/// Whether LEDs that are Off stand out from the ground more than those that are On: a bright board, on which they are dark. Spots that
+/// overlap do not tell: there a lower ground with higher spots comes to the same.
+fn shows_off(spots: &LatticeModel) -> bool {
+    let [across, down] = spots.lattice.pitch();
+    let shows_ground = across.min(down) > GROUND_BETWEEN * spots.sigma;
+    shows_ground && spots.off.abs() > (spots.off + spots.contrast).abs()
 }
 
 /// How far apart the spots are: 1 where they stand alone, less where they overlap.

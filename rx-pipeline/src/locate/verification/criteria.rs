@@ -1,6 +1,6 @@
 //! What a fitted lattice has to be like to be a panel, one criterion a function.
 
-use super::{Scope, apart, distinctness};
+use super::{Scope, apart, distinctness, shows_off};
 use crate::fit::Fit;
 use crate::lattice::Lattice;
 use crate::locate::LocateError;
@@ -45,8 +45,9 @@ fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<(),
     let mode = usize::from(scope.is_single());
     // Spots that overlap can stand in for each other: the closer they are the less may be left.
     let apart = apart(spots);
-    let excused = if scope == Scope::Board && distinctness(fitted) > DISTINCT {
-        EXCUSED_IF_DISTINCT
+    let distinctness = distinctness(fitted);
+    let excused = if scope != Scope::Ground && distinctness > DISTINCT {
+        (EXCUSED_IF_DISTINCT * distinctness / DISTINCT).min(EXCUSED_MOST)
     } else {
         EXCUSED_SIGNAL[mode]
     };
@@ -82,8 +83,9 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
     // What begins each block is the same each time, and far from random.
     let is_sync = [pattern, !pattern].contains(&SYNC.bits());
+    let stand_out = if shows_off(spots) { !pattern } else { pattern };
     let is_orderly =
-        || repetition(pattern) > MOST_REPETITION || dark_edges(pattern) > MOST_DARK_EDGES;
+        || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
     if !LIT.contains(&lit)
         || !DIFFERENT.contains(&different)
         || scope.is_single() && !is_sync && is_orderly()
@@ -93,8 +95,8 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     Ok(())
 }
 
-/// Outer lines in which no LED is On.
-fn dark_edges(pattern: u64) -> usize {
+/// Outer lines in which no LED stands out.
+fn empty_edges(pattern: u64) -> usize {
     let lines = [
         0xff,
         0xff << 56,
@@ -212,7 +214,7 @@ mod tests {
 
     #[test]
     fn outer_lines_without_an_led_that_is_on_are_counted() {
-        assert_eq!(dark_edges(0x0050_265a_3a5c_2e00), 4);
-        assert_eq!(dark_edges(SYNC.bits()), 0);
+        assert_eq!(empty_edges(0x0050_265a_3a5c_2e00), 4);
+        assert_eq!(empty_edges(SYNC.bits()), 0);
     }
 }

@@ -1,8 +1,9 @@
 //! Which lines are the panel's? A look at single places of the lattice, and at those a line beyond it.
 //!
-//! An LED that is On is brighter than halfway to its neighbours, along rows and along columns. What an edge, a board's end or a gradient
-//! makes is curved along one of them at most.
+//! An LED that is On is brighter than halfway to its neighbours, along rows and along columns; or where the board is brighter than LEDs
+//! that are Off, these are darker than that. What an edge, a board's end or a gradient makes is curved along one of them at most.
 
+use super::shows_off;
 use crate::frame::Frame;
 use crate::locate::verification::Observation;
 use crate::parameters::spots::REACH_FITTED;
@@ -14,24 +15,29 @@ use link::panel::{LEDS, SIDE};
 /// Places along a side: the lattice's, and one more at either end.
 const PLACES: usize = SIDE + 2;
 
-/// How much each place looks like an LED that is On: about 1 where one is.
+/// How much each place looks like an LED that stands out, being On or, on a bright board, Off: about 1 where one is.
 pub(super) struct LedLikeness {
     place: [[f32; PLACES]; PLACES],
-    /// What an LED that is Off has.
-    off: f32,
+    /// What an LED in the other state has.
+    other: f32,
 }
 
 impl LedLikeness {
     pub fn of(observation: Observation<'_, '_>, spots: &LatticeModel) -> Self {
         let on = spots.off + spots.contrast;
+        let (most, least) = if shows_off(spots) {
+            (spots.off, on)
+        } else {
+            (on, spots.off)
+        };
         let place = core::array::from_fn(|row| {
             core::array::from_fn(|column| {
                 let (column, row) = (column as f32 - 1.0, row as f32 - 1.0);
-                let lit = curvature(observation, spots, column, row) / on;
+                let lit = curvature(observation, spots, column, row, most);
                 let inside = 0.0..SIDE as f32;
                 if inside.contains(&column) && inside.contains(&row) {
                     let led = row as usize * SIDE + column as usize;
-                    lit + spots.amplitude(led) / on
+                    lit + spots.amplitude(led) / most
                 } else {
                     lit
                 }
@@ -39,15 +45,15 @@ impl LedLikeness {
         });
         Self {
             place,
-            off: spots.off / on,
+            other: least / most,
         }
     }
 
-    fn is_lit(&self, column: usize, row: usize) -> bool {
-        self.place[row][column] > 0.5 + 0.5 * self.off.max(0.0)
+    fn stands_out(&self, column: usize, row: usize) -> bool {
+        self.place[row][column] > 0.5 + 0.5 * self.other.max(0.0)
     }
 
-    /// Places around the lattice that look like an LED that is On.
+    /// Places around the lattice that look like an LED that stands out.
     pub fn lit_around(&self) -> u32 {
         let places = || (0..PLACES).flat_map(|row| (0..PLACES).map(move |column| (column, row)));
         let outside = |&(column, row): &(usize, usize)| {
@@ -55,20 +61,21 @@ impl LedLikeness {
         };
         places()
             .filter(outside)
-            .map(|(column, row)| u32::from(self.is_lit(column, row)))
+            .map(|(column, row)| u32::from(self.stands_out(column, row)))
             .sum()
     }
 
-    /// By how many columns and rows a lattice has to move to hold the most LEDs: an LED that is On counts as much as two that are Off,
-    /// where these show. All that hold nearly as many, the best first.
+    /// By how many columns and rows a lattice has to move to hold the most LEDs: one that stands out counts as much as two others, where
+    /// these show. All that hold nearly as many, the best first.
     pub fn best_lines(&self) -> Vec<(i32, i32), 9> {
-        let off = self.off_places();
+        let others = self.others();
         let worth = |column: usize, row: usize| {
-            let looks_off = |off: f32| (self.place[row][column] / off - 1.0).abs() < OFF_WITHIN;
-            if self.is_lit(column, row) {
+            let looks_like =
+                |other: f32| (self.place[row][column] / other - 1.0).abs() < OFF_WITHIN;
+            if self.stands_out(column, row) {
                 2
             } else {
-                i32::from(off.is_some_and(looks_off))
+                i32::from(others.is_some_and(looks_like))
             }
         };
         let held = |(column, row): (i32, i32)| -> i32 {
@@ -87,12 +94,12 @@ impl LedLikeness {
         lines
     }
 
-    /// What the LEDs that are Off within the lattice usually show; `None` where that is next to nothing.
-    fn off_places(&self) -> Option<f32> {
+    /// What the LEDs within the lattice that do not stand out usually show; `None` where that is next to nothing.
+    fn others(&self) -> Option<f32> {
         let mut seen: Vec<f32, LEDS> = Vec::new();
         for row in 1..=SIDE {
             for column in 1..=SIDE {
-                if !self.is_lit(column, row) {
+                if !self.stands_out(column, row) {
                     // There are no more than that.
                     let _full = seen.push(self.place[row][column]);
                 }
@@ -112,8 +119,14 @@ fn median_of(values: &mut [f32]) -> Option<f32> {
     (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
-/// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot of height 1.
-fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32, row: f32) -> f32 {
+/// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot so high.
+fn curvature(
+    observation: Observation<'_, '_>,
+    spots: &LatticeModel,
+    column: f32,
+    row: f32,
+    height: f32,
+) -> f32 {
     let left = |u: f32, v: f32| {
         unexplained(
             observation,
@@ -126,7 +139,7 @@ fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32
     let down = middle - 0.5 * (left(0.0, -0.5) + left(0.0, 0.5));
     let [a, b] = spots.lattice.pitch().map(|pitch| {
         let half = 0.5 * pitch / spots.sigma;
-        1.0 - libm::expf(-0.5 * half * half)
+        height * (1.0 - libm::expf(-0.5 * half * half))
     });
     (across / a).min(down / b)
 }
