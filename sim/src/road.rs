@@ -233,18 +233,9 @@ impl Road {
 
     /// Puts moving panels where they are at frame `frame`.
     fn move_panels(&mut self, frame: u64) -> Result<(), RoadError> {
-        let at_rest = |scene: &Scene| {
-            (0..scene.panels.len()).all(|index| scene.pose_of(index).velocity_m_s == [0.0; 3])
-        };
-        if at_rest(&self.scene) {
+        let Some(scene) = moved(&self.scene, frame) else {
             return Ok(());
-        }
-        let after_s = frame as f64 / self.scene.camera.frame_rate_hz;
-        let mut scene = self.scene.clone();
-        scene.pose = scene.pose.after(after_s);
-        for panel in &mut scene.panels {
-            panel.pose = panel.pose.as_ref().map(|pose| pose.after(after_s));
-        }
+        };
         self.renderer = self.renderer.rebuilt_for(&scene)?;
         self.canvas = Canvas::new(self.renderer.lit_region());
         Ok(())
@@ -265,8 +256,6 @@ impl Road {
                 }
             });
         }
-        let view = self.renderer.view();
-        let panel = &view.panels[0];
         let full = self
             .transmitter
             .calibration()
@@ -274,13 +263,8 @@ impl Road {
             .luminance_full_cd_m2
             .to_num::<f64>();
         let luminance = full * self.transmitter.matrix().duty.to_num::<f64>();
-        let l2a = luminance / (view.scene.ambient.illuminance_lx * panel.panel.reflectance);
-        let mut unlimited = panel.panel.clone();
         // The transmitter's calibration has seen to the limits.
-        (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
-        shown[0].light =
-            view.exposure
-                .led_light(&view.scene, &unlimited, panel.panel.reflectance, l2a);
+        shown[0].light = self.renderer.lit(0, luminance);
         shown
     }
 }
@@ -308,6 +292,21 @@ impl Symbols {
         }
         self.shown[index.saturating_sub(self.first) as usize]
     }
+}
+
+/// The scene with its panels where they are at frame `frame`; none where all stand still.
+pub fn moved(scene: &Scene, frame: u64) -> Option<Scene> {
+    let mut panels = 0..scene.panels.len();
+    if panels.all(|index| scene.pose_of(index).velocity_m_s == [0.0; 3]) {
+        return None;
+    }
+    let after_s = frame as f64 / scene.camera.frame_rate_hz;
+    let mut scene = scene.clone();
+    scene.pose = scene.pose.after(after_s);
+    for panel in &mut scene.panels {
+        panel.pose = panel.pose.as_ref().map(|pose| pose.after(after_s));
+    }
+    Some(scene)
 }
 
 /// What a receiver's maker knows of a scene's camera.

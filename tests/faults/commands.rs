@@ -210,6 +210,11 @@ pub const WORKS: &[Work] = &[
             "0.05",
         ],
     ),
+    Work {
+        input: Some("orders.txt"),
+        repeats: false,
+        ..work("device simulate", &["--symbols", "@shown.txt"])
+    },
     work("scene", &["night"]),
 ];
 

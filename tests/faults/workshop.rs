@@ -34,6 +34,7 @@ impl Workshop {
         };
         write("plan.toml", PLAN.as_bytes());
         write("message.txt", b"bend ahead");
+        write("orders.txt", b"light 500\nrestart\n");
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
             workshop.make(&[
                 "evaluate", "--frames", "1024", "--shard", shard, "--out", file,

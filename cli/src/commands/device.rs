@@ -15,6 +15,7 @@ use crate::output::{self, Answer, line};
 use crate::stop::stop;
 
 mod calibration;
+mod simulate;
 
 /// Arguments of `vocc device`.
 #[derive(clap::Args)]
@@ -50,6 +51,8 @@ enum Action {
         /// A TOML file as this command prints it; its values are checked, stored and used.
         file: Option<PathBuf>,
     },
+    /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
+    Simulate(simulate::Arguments),
     /// Give a transmitter a message to show.
     Send {
         #[command(flatten)]
@@ -80,6 +83,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             count,
         } => watch(port, *interval, *count, shared),
         Action::Calibration { port, file } => calibration::run(port, file.as_deref(), shared),
+        Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
             port,

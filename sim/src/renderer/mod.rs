@@ -286,6 +286,18 @@ impl Renderer {
         }
     }
 
+    /// The LEDs of panel `index` where each On one gives `luminance_cd_m2` of its own, whatever the scene says of its limits.
+    pub fn lit(&self, index: usize, luminance_cd_m2: f64) -> LedLight {
+        let scene = &self.view.scene;
+        let panel = &self.view.panels[index].panel;
+        let l2a = luminance_cd_m2 / (scene.ambient.illuminance_lx * panel.reflectance);
+        let mut unlimited = panel.clone();
+        (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
+        self.view
+            .exposure
+            .led_light(scene, &unlimited, panel.reflectance, l2a)
+    }
+
     /// The moment of frame `frame`.
     pub fn moment(&self, frame: u64) -> Moment {
         Moment::of(&self.view.scene, &self.view.exposure, frame)

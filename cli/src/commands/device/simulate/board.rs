@@ -1,0 +1,183 @@
+//! A board without hardware: the firmware's transmitter, service and store, and a clock.
+
+use std::time::Duration;
+
+use anyhow::Context;
+use link::fec::Code;
+use link::framing::FramingError;
+use link::l2a_table::L2aTable;
+use link::panel::PanelFrame;
+use link::serial::{Faults, Measured, Status};
+use tx_firmware::ambient::Smoothing;
+use tx_firmware::calibration::Calibration;
+use tx_firmware::schedule::Repeats;
+use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
+use tx_firmware::store::Store;
+use tx_firmware::transmitter::Transmitter;
+
+use super::flash::{FLASH_BYTES, Flash};
+use super::leds::Leds;
+use super::light_sensor::LightSensor;
+use crate::device::bench::BENCH;
+
+/// Of the Pico's panel.
+pub const SYMBOL_RATE_HZ: f64 = 90.0;
+/// Between two readings of the light.
+const SENSOR_PERIOD: Duration = Duration::from_millis(100);
+
+const IDENTITY: Identity = Identity {
+    firmware: env!("CARGO_PKG_VERSION"),
+    board: "simulated",
+};
+
+/// What the LEDs show from a moment on.
+#[derive(Clone, Copy, Debug)]
+pub struct Symbol {
+    /// When it began, from the start.
+    pub at: Duration,
+    /// Which LEDs are On.
+    pub panel: PanelFrame,
+    /// The part of its full light that an On LED gives.
+    pub light: f64,
+}
+
+/// A transmitter that runs.
+pub struct Board {
+    transmitter: Transmitter<Leds>,
+    service: Service,
+    store: Store<Flash>,
+    /// When it started.
+    began: Duration,
+    /// Symbols and readings since.
+    symbols: u32,
+    readings: u32,
+}
+
+impl Board {
+    /// Starts with what the flash remembers, or without it as a board that is new.
+    pub fn start(flash: Flash, began: Duration) -> anyhow::Result<Self> {
+        let mut store = Store::new(flash, 0..FLASH_BYTES as u32)?;
+        let mut faults = Faults::empty();
+        let calibration = store.calibration().unwrap_or_else(|_| {
+            faults.insert(Faults::STORE);
+            None
+        });
+        let table = store.table().unwrap_or_else(|_| {
+            faults.insert(Faults::STORE);
+            None
+        });
+        faults.set(Faults::NO_CALIBRATION, calibration.is_none());
+        faults.set(Faults::NO_TABLE, table.is_none());
+        let calibration = match calibration {
+            Some(calibration) => calibration,
+            None => Calibration::new(BENCH).context("the bench's panel")?,
+        };
+        let mut transmitter = Transmitter::new(
+            Leds::new(calibration.measured()),
+            calibration,
+            table.unwrap_or_else(L2aTable::shipped),
+            Smoothing::default(),
+        );
+        transmitter.set_faults(faults, true);
+        Ok(Self {
+            transmitter,
+            service: Service::new(IDENTITY),
+            store,
+            began,
+            symbols: 0,
+            readings: 0,
+        })
+    }
+
+    /// The same board after its power went and came back, instead of the next symbol.
+    pub fn restarted(self) -> anyhow::Result<Self> {
+        let began = self.next_symbol();
+        Self::start(self.store.release(), began)
+    }
+
+    /// When the next symbol begins.
+    fn next_symbol(&self) -> Duration {
+        self.began + Duration::from_secs_f64(f64::from(self.symbols) / SYMBOL_RATE_HZ)
+    }
+
+    /// What comes back for these bytes.
+    pub fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut room = [0; ANSWER_MAX];
+        let mut answers = Vec::new();
+        for &byte in bytes {
+            let mut panel = Panel(&mut self.transmitter);
+            let answer = self
+                .service
+                .receive(byte, &mut panel, &mut self.store, &mut room);
+            answers.extend_from_slice(answer.unwrap_or_default());
+        }
+        answers
+    }
+
+    /// Goes on until `now`, and returns the next symbol that begins before it, or none where there is none.
+    pub fn advance(&mut self, now: Duration, sensor: &mut LightSensor) -> Option<Symbol> {
+        let at = self.next_symbol();
+        loop {
+            let since_start = SENSOR_PERIOD * self.readings;
+            if self.began + since_start > at.min(now) {
+                break;
+            }
+            self.readings += 1;
+            let range = self.transmitter.next_range();
+            let now_ms = since_start.as_millis() as u64;
+            let Ok(_) = self.transmitter.sense(now_ms, range, sensor.read());
+        }
+        if at > now {
+            return None;
+        }
+        self.symbols += 1;
+        let Ok(panel) = self.transmitter.tick();
+        Some(Symbol {
+            at,
+            panel,
+            light: self.transmitter.matrix().light(),
+        })
+    }
+}
+
+/// The transmitter as its serial port sees it.
+struct Panel<'a>(&'a mut Transmitter<Leds>);
+
+impl Device for Panel<'_> {
+    fn status(&self) -> Status {
+        self.0.status()
+    }
+
+    fn table(&self) -> L2aTable {
+        self.0.table().clone()
+    }
+
+    fn set_table(&mut self, table: L2aTable) {
+        self.0.set_table(table);
+        self.0.set_faults(Faults::NO_TABLE, false);
+    }
+
+    fn calibration(&self) -> Measured {
+        *self.0.calibration().measured()
+    }
+
+    fn set_calibration(&mut self, calibration: Calibration) {
+        let leds = self.0.matrix_mut();
+        leds.set_calibration(calibration.measured());
+        self.0.set_calibration(calibration);
+        self.0.set_faults(Faults::NO_CALIBRATION, false);
+    }
+
+    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
+        self.0
+            .send(message, Code::for_length(message.len()), repeats)
+    }
+
+    fn stop(&mut self) {
+        self.0.stop();
+    }
+
+    fn reset_counters(&mut self) {
+        self.0.reset_counters();
+    }
+}

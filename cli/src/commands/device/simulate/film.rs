@@ -1,0 +1,165 @@
+//! What a camera sees of the simulated board.
+
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use link::panel::PanelFrame;
+use sim::accuracy::Level;
+use sim::camera::clock::WINDOW;
+use sim::renderer::canvas::Canvas;
+use sim::renderer::{Renderer, Shown};
+use sim::road::moved;
+use sim::scene::Scene;
+
+use super::board::{SYMBOL_RATE_HZ, Symbol};
+use crate::device::bench::BENCH;
+use crate::outputs;
+use crate::pictures;
+
+/// Where the frames go.
+pub enum Reel {
+    /// Into a folder, each a picture, as `vocc link --save` writes them.
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Held as long as it is written to.
+        _held: Option<File>,
+    },
+    /// Into a y4m film, or a pipe for one.
+    Film(BufWriter<File>),
+}
+
+impl Reel {
+    /// A folder without frames.
+    pub fn folder(path: &Path) -> anyhow::Result<Self> {
+        std::fs::create_dir_all(path)
+            .with_context(|| format!("cannot make the folder {}", path.display()))?;
+        outputs::check_recording(path)?;
+        Ok(Self::Folder {
+            path: path.into(),
+            _held: outputs::hold(path)?,
+        })
+    }
+
+    /// A pipe.
+    pub fn pipe(path: &Path) -> anyhow::Result<Self> {
+        let pipe = File::options().write(true).open(path);
+        let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(Self::Film(BufWriter::new(pipe)))
+    }
+}
+
+/// A camera before the board.
+pub struct Camera {
+    reel: Reel,
+    scene: Scene,
+    seed: u64,
+    full_cd_m2: f64,
+    renderer: Renderer,
+    canvas: Canvas<f32>,
+    grey: Vec<u8>,
+    /// The symbols that frames to come may see; the first is number `first`.
+    symbols: VecDeque<Symbol>,
+    first: u64,
+    frame: u64,
+}
+
+impl Camera {
+    /// A camera that begins with the board. The scene's panel is driven by the board, and its light is what the scene says.
+    pub fn new(scene: &Scene, reel: Reel, seed: u64) -> anyhow::Result<Self> {
+        let mut scene = scene.clone();
+        scene.link.symbol_rate_hz = SYMBOL_RATE_HZ;
+        let bench = BENCH.luminance_full_cd_m2.to_num();
+        let full_cd_m2 = scene.panels[0].luminance_max_cd_m2.unwrap_or(bench);
+        let renderer = Renderer::new(&scene, Level::Fine)?;
+        let sensor = renderer.sensor();
+        let mut camera = Self {
+            reel,
+            seed,
+            full_cd_m2,
+            canvas: Canvas::new(renderer.lit_region()),
+            grey: vec![0; sensor.width * sensor.height],
+            renderer,
+            scene,
+            symbols: VecDeque::new(),
+            first: 0,
+            frame: 0,
+        };
+        let rate = (camera.scene.camera.frame_rate_hz * 1000.0).round();
+        if let Reel::Film(film) = &mut camera.reel {
+            let (width, height) = (sensor.width, sensor.height);
+            writeln!(
+                film,
+                "YUV4MPEG2 W{width} H{height} F{rate}:1000 Ip A1:1 Cmono"
+            )?;
+        }
+        Ok(camera)
+    }
+
+    /// Frames that were taken.
+    pub fn frames(&self) -> u64 {
+        self.frame
+    }
+
+    /// Other light, from the next frame on; the camera's exposure follows it at once.
+    pub fn set_light(&mut self, illuminance_lx: f64) -> anyhow::Result<()> {
+        self.scene.ambient.illuminance_lx = illuminance_lx;
+        let scene = moved(&self.scene, self.frame).unwrap_or_else(|| self.scene.clone());
+        self.look_at(&scene)
+    }
+
+    fn look_at(&mut self, scene: &Scene) -> anyhow::Result<()> {
+        self.renderer = self.renderer.rebuilt_for(scene)?;
+        self.canvas = Canvas::new(self.renderer.lit_region());
+        Ok(())
+    }
+
+    /// Takes the next symbol, and the frames, at most `most` in all, that see no later one.
+    pub fn see(&mut self, symbol: Symbol, most: u64) -> anyhow::Result<()> {
+        self.symbols.push_back(symbol);
+        while self.frame < most {
+            let moment = self.renderer.moment(self.frame);
+            while self.first < moment.symbol && self.symbols.pop_front().is_some() {
+                self.first += 1;
+            }
+            if self.symbols.len() < WINDOW {
+                break;
+            }
+            if let Some(scene) = moved(&self.scene, self.frame) {
+                self.look_at(&scene)
+                    .with_context(|| format!("frame {}", self.frame))?;
+            }
+            let in_view = &self.symbols;
+            let middle = in_view[moment.middle_symbol(0.0)];
+            let others = self.scene.panels.len();
+            let mut shown: Vec<Shown> = (0..others)
+                .map(|index| self.renderer.steady(index, PanelFrame::default()))
+                .collect();
+            shown[0].symbols = std::array::from_fn(|ahead| in_view[ahead].panel);
+            shown[0].light = self.renderer.lit(0, middle.light * self.full_cd_m2);
+            self.renderer
+                .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
+            self.keep()?;
+            self.frame += 1;
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self) -> anyhow::Result<()> {
+        let sensor = self.renderer.sensor();
+        match &mut self.reel {
+            Reel::Folder { path, .. } => {
+                let path = path.join(format!("frame-{:06}.png", self.frame));
+                pictures::write_png(&path, &self.grey, sensor.width, sensor.height)
+            }
+            Reel::Film(film) => {
+                film.write_all(b"FRAME\n")?;
+                film.write_all(&self.grey)?;
+                Ok(film.flush()?)
+            }
+        }
+    }
+}

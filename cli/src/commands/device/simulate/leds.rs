@@ -1,0 +1,54 @@
+//! The LEDs of the simulated board: the pulses that a Pico's timer can make, on the panel of the bench.
+
+use std::convert::Infallible;
+
+use link::panel::PanelFrame;
+use link::serial::Measured;
+use tx_firmware::dimming::Duty;
+use tx_firmware::drive::{Drive, Pulses};
+use tx_firmware::matrix::LedMatrix;
+
+use crate::device::bench::BENCH;
+
+/// Of a Pico's timer.
+const CLOCK_HZ: u32 = 125_000_000;
+
+/// LEDs that pulse.
+#[derive(Debug)]
+pub struct Leds {
+    drive: Drive,
+    pulses: Pulses,
+}
+
+impl Leds {
+    /// Dark ones, to be driven as those of a calibration.
+    pub fn new(calibration: &Measured) -> Self {
+        Self {
+            drive: Drive::new(calibration, CLOCK_HZ),
+            pulses: Pulses::default(),
+        }
+    }
+
+    /// Pulses as another calibration asks for, from the next duty on.
+    pub fn set_calibration(&mut self, calibration: &Measured) {
+        self.drive = Drive::new(calibration, CLOCK_HZ);
+    }
+
+    /// The part of its full light that an On LED gives, whatever the calibration takes it for.
+    pub fn light(&self) -> f64 {
+        self.pulses.duty(BENCH.low_current_share).to_num()
+    }
+}
+
+impl LedMatrix for Leds {
+    type Error = Infallible;
+
+    fn show(&mut self, _: PanelFrame) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
+        self.pulses = self.drive.pulses(duty, self.pulses);
+        Ok(())
+    }
+}

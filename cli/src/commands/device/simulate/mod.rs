@@ -1,0 +1,200 @@
+//! `vocc device simulate`: a serial port with a transmitter behind it, without hardware.
+//!
+//! The transmitter is the firmware's: [`board`] gives it a clock, [`flash`] a memory, [`light_sensor`] light, [`leds`] a panel and
+//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile; [`shown`] and [`film`] are what is to be seen of it.
+
+mod board;
+mod film;
+mod flash;
+mod leds;
+mod light_sensor;
+mod orders;
+mod shown;
+mod terminal;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+
+use crate::options::Shared;
+use crate::output::{self, Answer};
+use crate::outputs;
+use crate::stop::stop;
+
+use board::Board;
+use film::{Camera, Reel};
+use flash::Flash;
+use light_sensor::LightSensor;
+use orders::{Heard, Order, Orders};
+use shown::Shown;
+use terminal::{Link, Terminal};
+
+/// The most that the board's clock goes on at once, so that the port is answered while frames are drawn.
+const STEP: Duration = Duration::from_millis(20);
+/// How long the port is listened to at once.
+const PATIENCE: Duration = Duration::from_millis(4);
+
+/// Arguments of `vocc device simulate`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A preset or a TOML file: the light on the board, and what a camera sees of it.
+    #[arg(default_value = "day")]
+    scene: String,
+    /// The light, 0.1 to 200000 lx; the scene's without it. `light LX` on standard input changes it.
+    #[arg(long, value_name = "LX", value_parser = orders::illuminance)]
+    light_lx: Option<f64>,
+    /// A file that is the flash memory, so that a table survives; it is made where there is none.
+    #[arg(long, value_name = "FILE")]
+    flash: Option<PathBuf>,
+    /// Another name for the port, a link that is removed at the end.
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// What the LEDs show, a line a symbol: bits as of `transmit` and the part of its full light that an On LED gives. `-` and pipes have
+    /// it at once, a file at the end.
+    #[arg(long, value_name = "FILE")]
+    symbols: Option<PathBuf>,
+    /// Save what the scene's camera sees in this folder, for `vocc receive`; the board runs slower where that takes long.
+    #[arg(long, value_name = "DIR")]
+    frames: Option<PathBuf>,
+    /// The same as a y4m film to a pipe, such as `>(vocc receive -)`.
+    #[arg(long, value_name = "PIPE", conflicts_with = "frames")]
+    film: Option<PathBuf>,
+    /// Frames to film, and then to end, whether or not standard input has ended.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+}
+
+/// Time as the board has it: real time, but for what the computer could not keep up with.
+struct Clock {
+    began: Instant,
+    now: Duration,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self {
+            began: Instant::now(),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// The time, at most a [`STEP`] after the one that was told before.
+    fn next(&mut self) -> Duration {
+        let real = self.began.elapsed();
+        let now = real.min(self.now + STEP);
+        self.began += real - now;
+        self.now = now;
+        now
+    }
+}
+
+/// What is to be seen of the board.
+struct Views {
+    shown: Option<Shown>,
+    camera: Option<Camera>,
+}
+
+/// Serves until a signal, the film's last frame or, where those are not counted, the end of standard input.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let mut scene = shared.scene(&arguments.scene)?;
+    if let Some(lux) = arguments.light_lx {
+        scene.ambient.illuminance_lx = lux;
+    }
+    let written = [&arguments.flash, &arguments.symbols].into_iter().flatten();
+    outputs::check(
+        written.filter(|path| path.as_os_str() != "-").cloned(),
+        outputs::files_of(&arguments.scene, &scene),
+    )?;
+    anyhow::ensure!(
+        arguments.count.is_none() || arguments.frames.is_some() || arguments.film.is_some(),
+        "--count counts frames: say where they go with --frames or --film"
+    );
+    let flash = match &arguments.flash {
+        Some(path) => Flash::in_file(path)?,
+        None => Flash::forgetful(),
+    };
+    let mut board = Board::start(flash, Duration::ZERO)?;
+    let stop = stop();
+    let shown = arguments.symbols.as_deref().map(Shown::to).transpose()?;
+    let reel = match (&arguments.frames, &arguments.film) {
+        (Some(folder), _) => Some(Reel::folder(folder)?),
+        (None, Some(pipe)) => Some(Reel::pipe(pipe)?),
+        (None, None) => None,
+    };
+    let camera = reel.map(|reel| Camera::new(&scene, reel, shared.seed));
+    let mut views = Views {
+        shown,
+        camera: camera.transpose()?,
+    };
+    let mut terminal = Terminal::open()?;
+    let link = arguments.link.as_deref();
+    let link = link.map(|path| Link::new(path, terminal.name()));
+    let _link = link.transpose()?;
+    // Whoever does not read it knows the link.
+    output::is_read(announce(arguments, &terminal, shared))?;
+
+    let mut sensor = LightSensor::new(scene.ambient.illuminance_lx);
+    let orders = Orders::listen()?;
+    let mut clock = Clock::start();
+    let most = arguments.count.unwrap_or(u64::MAX);
+    let mut bytes = [0; 2048];
+    while !stop.is_asked() {
+        let asked = terminal.read(PATIENCE, &mut bytes)?;
+        let answers = board.exchange(asked);
+        if !answers.is_empty() {
+            terminal.write(&answers);
+        }
+        match orders.next() {
+            Heard::Line(line) => match line.parse() {
+                Ok(Order::Restart) => board = board.restarted()?,
+                Ok(Order::Sensor(health)) => sensor.health = health,
+                Ok(Order::Light(lux)) => {
+                    sensor.illuminance_lx = lux;
+                    if let Some(camera) = &mut views.camera {
+                        camera.set_light(lux)?;
+                    }
+                }
+                Err(_) if line.is_empty() => {}
+                Err(told) => output::tell(format_args!("vocc: {told}")),
+            },
+            Heard::End if arguments.count.is_none() => break,
+            Heard::Nothing | Heard::End => {}
+        }
+        let now = clock.next();
+        while let Some(symbol) = board.advance(now, &mut sensor) {
+            if let Some(shown) = &mut views.shown {
+                shown.tell(&symbol, shared.json)?;
+            }
+            if let Some(camera) = &mut views.camera {
+                camera.see(symbol, most)?;
+            }
+        }
+        if views
+            .camera
+            .as_ref()
+            .is_some_and(|camera| camera.frames() >= most)
+        {
+            break;
+        }
+    }
+    views.shown.map_or(Ok(()), Shown::finish)?;
+    Ok(Answer::Yes)
+}
+
+/// Tells the port's name, and on a terminal what can be done now.
+fn announce(arguments: &Arguments, terminal: &Terminal, shared: &Shared) -> anyhow::Result<()> {
+    let port = terminal.name();
+    if shared.json {
+        return output::json(&json!({ "port": port, "link": arguments.link }));
+    }
+    output::line(port)?;
+    let name = match &arguments.link {
+        Some(link) => link.display().to_string(),
+        None => port.to_owned(),
+    };
+    output::tell(format_args!(
+        "a simulated transmitter: try `vocc device status --port {name}` elsewhere, and `light 500` here; Ctrl-C ends it"
+    ));
+    Ok(())
+}

@@ -1,0 +1,173 @@
+//! What is told to the simulated board while it runs: lines on standard input.
+
+use std::io::Read;
+use std::os::unix::fs::MetadataExt;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::fstat;
+use rustix::process::getpgrp;
+use rustix::stdio::stdin;
+use rustix::termios::{isatty, tcgetpgrp};
+
+use super::light_sensor::Health;
+
+/// The least and the most light, lx: as of scenes.
+pub const LIGHT_LX: std::ops::RangeInclusive<f64> = 0.1..=200_000.0;
+/// Between two looks at a terminal that is another program's for now.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+/// More than this is no line.
+const LINE_MAX: usize = 1024;
+
+/// What can be told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// There is so much light from now on, lx.
+    Light(f64),
+    /// The light sensor does so from now on.
+    Sensor(Health),
+    /// The power goes and comes back.
+    Restart,
+}
+
+/// What has come on standard input.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A line.
+    Line(String),
+    /// Nothing yet.
+    Nothing,
+    /// Its end.
+    End,
+}
+
+impl std::str::FromStr for Order {
+    type Err = String;
+
+    fn from_str(line: &str) -> Result<Self, String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["light", lux] => illuminance(lux).map(Self::Light),
+            ["sensor", "works"] => Ok(Self::Sensor(Health::Works)),
+            ["sensor", "missing"] => Ok(Self::Sensor(Health::Missing)),
+            ["sensor", "stuck"] => Ok(Self::Sensor(Health::Stuck)),
+            ["restart"] => Ok(Self::Restart),
+            _ => Err(format!(
+                "{line:?} says nothing here: say `light 5000` (lx), `sensor works`, `sensor missing`, `sensor stuck` or `restart`"
+            )),
+        }
+    }
+}
+
+/// An illuminance that there may be.
+pub fn illuminance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(lux) if LIGHT_LX.contains(&lux) => Ok(lux),
+        _ => Err(format!(
+            "{text:?} is no light: give {} to {} lx",
+            LIGHT_LX.start(),
+            LIGHT_LX.end()
+        )),
+    }
+}
+
+/// Listens to standard input.
+pub struct Orders(Receiver<String>);
+
+impl Orders {
+    /// Begins to listen.
+    ///
+    /// # Errors
+    /// When there is no room for another thread.
+    pub fn listen() -> std::io::Result<Self> {
+        let (sender, lines) = channel();
+        std::thread::Builder::new().spawn(move || {
+            let mut read = Vec::new();
+            let mut bytes = [0; LINE_MAX];
+            while let Ok(length @ 1..) = wait_and_read(&mut bytes) {
+                read.extend_from_slice(&bytes[..length]);
+                while let Some(end) = read.iter().position(|&byte| byte == b'\n') {
+                    let line: Vec<u8> = read.drain(..=end).collect();
+                    if sender.send(text(&line)).is_err() {
+                        return;
+                    }
+                }
+                if read.len() > LINE_MAX {
+                    let _ = sender.send(text(&std::mem::take(&mut read)));
+                }
+            }
+            if !read.is_empty() {
+                let _ = sender.send(text(&read));
+            }
+        })?;
+        Ok(Self(lines))
+    }
+
+    /// What has come since.
+    pub fn next(&self) -> Heard {
+        match self.0.try_recv() {
+            Ok(line) => Heard::Line(line),
+            Err(TryRecvError::Empty) => Heard::Nothing,
+            Err(TryRecvError::Disconnected) => Heard::End,
+        }
+    }
+}
+
+fn text(line: &[u8]) -> String {
+    String::from_utf8_lossy(line).trim().to_owned()
+}
+
+/// The next bytes; none at the end.
+fn wait_and_read(bytes: &mut [u8]) -> std::io::Result<usize> {
+    loop {
+        // A shell gives its background jobs nothing to read, which is no end, or its own terminal, which stops them when they do.
+        while is_nothing() || is_of_others() {
+            std::thread::sleep(LOOK_EVERY);
+        }
+        let input = stdin();
+        let patience = Timespec::try_from(LOOK_EVERY).map_err(std::io::Error::other)?;
+        let is_there = poll(&mut [PollFd::new(&input, PollFlags::IN)], Some(&patience));
+        if !matches!(is_there, Ok(1..)) || is_of_others() {
+            continue;
+        }
+        match std::io::stdin().read(bytes) {
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            read => return read,
+        }
+    }
+}
+
+/// Whether standard input is /dev/null.
+fn is_nothing() -> bool {
+    match (fstat(stdin()), std::fs::metadata("/dev/null")) {
+        (Ok(input), Ok(null)) => input.st_rdev == null.rdev(),
+        _ => false,
+    }
+}
+
+/// Whether it is a terminal that another program reads from.
+fn is_of_others() -> bool {
+    isatty(stdin()) && tcgetpgrp(stdin()).is_ok_and(|group| group != getpgrp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_are_read_and_others_are_told_what_there_is() {
+        assert_eq!("light 5000".parse(), Ok(Order::Light(5000.0)));
+        assert_eq!(" sensor  stuck".parse(), Ok(Order::Sensor(Health::Stuck)));
+        assert_eq!("restart".parse(), Ok(Order::Restart));
+        for (line, word) in [
+            ("light", "light 5000"),
+            ("dim", "sensor missing"),
+            ("light NaN", "0.1 to 200000 lx"),
+            ("light -1", "0.1 to 200000 lx"),
+        ] {
+            let told = line.parse::<Order>().expect_err("refused");
+            assert!(told.contains(word), "{told}");
+        }
+    }
+}

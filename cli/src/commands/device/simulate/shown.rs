@@ -1,0 +1,65 @@
+//! What the LEDs show, told symbol by symbol.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use serde_json::json;
+
+use super::board::Symbol;
+use crate::files;
+use crate::output;
+
+/// Where it is told.
+pub enum Shown {
+    /// On standard output, at once.
+    Output,
+    /// To a pipe or a device, at once.
+    Pipe(File),
+    /// In a file, at the end.
+    File(PathBuf, String),
+}
+
+impl Shown {
+    /// Tells it there; `-` is standard output.
+    pub fn to(path: &Path) -> anyhow::Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Self::Output);
+        }
+        if files::check(path)? {
+            return Ok(Self::File(path.into(), String::new()));
+        }
+        let pipe = File::options().append(true).open(path);
+        let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(Self::Pipe(pipe))
+    }
+
+    /// Tells one symbol: its bits and the part of its full light that an On LED gives.
+    pub fn tell(&mut self, symbol: &Symbol, as_json: bool) -> anyhow::Result<()> {
+        let Symbol { at, panel, light } = symbol;
+        let told = if as_json {
+            let bits = panel.to_string();
+            json!({ "time_s": at.as_secs_f64(), "bits": bits, "light": light }).to_string()
+        } else {
+            format!("{panel} {light:.6}")
+        };
+        match self {
+            Self::Output => output::line(&told),
+            Self::Pipe(pipe) => Ok(writeln!(pipe, "{told}")?),
+            Self::File(_, text) => {
+                text.push_str(&told);
+                text.push('\n');
+                Ok(())
+            }
+        }
+    }
+
+    /// Ends: writes what is to be in a file.
+    pub fn finish(self) -> anyhow::Result<()> {
+        match self {
+            Self::File(path, text) => files::write(&path, text),
+            Self::Output | Self::Pipe(_) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! `vocc device simulate`, and all that one does with a transmitter done with it.
+
+mod common;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{command, folder, json, refused, says, text, vocc};
+use link::fec::Code;
+use link::framing::Framer;
+use serde_json::Value;
+
+/// The firmware smooths light for seconds, and the processor may be shared.
+const SOON: Duration = Duration::from_secs(60);
+
+/// A board that runs.
+struct Simulated {
+    child: Child,
+    printed: BufReader<ChildStdout>,
+    port: String,
+}
+
+impl Simulated {
+    fn start(arguments: &[&str]) -> Self {
+        let mut child = command(&["device", "simulate"])
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        let mut printed = BufReader::new(child.stdout.take().expect("piped"));
+        let mut port = String::new();
+        printed.read_line(&mut port).expect("a line");
+        let port = port.trim().to_owned();
+        assert!(!port.is_empty(), "it ended: {}", {
+            let mut said = String::new();
+            let _ = child
+                .stderr
+                .take()
+                .expect("piped")
+                .read_to_string(&mut said);
+            said
+        });
+        Self {
+            child,
+            printed,
+            port,
+        }
+    }
+
+    fn tell(&mut self, order: &str) {
+        let input = self.child.stdin.as_mut().expect("piped");
+        writeln!(input, "{order}").expect("it listens");
+    }
+
+    fn vocc(&self, arguments: &[&str]) -> Output {
+        vocc(&[arguments, &["--port", &self.port]].concat())
+    }
+
+    fn status(&self) -> Value {
+        json(&self.vocc(&["device", "status", "--json"]))
+    }
+
+    /// Waits until its status is as wanted.
+    fn wait_for(&self, what: &str, is_there: impl Fn(&Value) -> bool) {
+        let begun = Instant::now();
+        loop {
+            let status = self.status();
+            if is_there(&status) {
+                return;
+            }
+            assert!(begun.elapsed() < SOON, "no {what}: {status}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Ends it by the end of its input, and takes what it has printed since, and said.
+    fn end(mut self) -> (String, String) {
+        drop(self.child.stdin.take());
+        let mut printed = String::new();
+        self.printed.read_to_string(&mut printed).expect("text");
+        let output = self.child.wait_with_output().expect("it ends");
+        says(&output, 0, &[]);
+        (printed, text(&output.stderr))
+    }
+}
+
+fn name(path: &Path) -> &str {
+    path.to_str().expect("a plain name")
+}
+
+const TABLE: &str = "format = 1
+illuminance_lx = [50.0, 1000.0]
+interval = [1.0]
+l2a = [
+  [1.5],
+  [2.5],
+]
+";
+
+#[test]
+fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
+    let place = folder("simulated");
+    let board = Simulated::start(&["--light-lx", "1000"]);
+    let status = board.status();
+    assert_eq!(status["board"], "simulated");
+    assert_eq!(
+        status["faults"],
+        serde_json::json!(["no_table", "no_calibration"])
+    );
+    board.wait_for("light", |status| {
+        (status["illuminance_lx"].as_f64().unwrap_or(0.0) - 1000.0).abs() < 0.01
+    });
+
+    let table = place.join("table.toml");
+    std::fs::write(&table, TABLE).expect("written");
+    says(&board.vocc(&["table", "verify", name(&table)]), 1, &[]);
+    says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
+    says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
+    assert_eq!(text(&board.vocc(&["table", "pull"]).stdout), TABLE);
+    // L* = 2.5·1000·0.4 of the 26 000 cd/m² of the panel that it takes its own for.
+    board.wait_for("the table's light", |status| {
+        (status["luminance_cd_m2"].as_f64().unwrap_or(0.0) - 1000.0).abs() < 1.0
+    });
+
+    let calibration = place.join("calibration.toml");
+    let measured = text(&board.vocc(&["device", "calibration"]).stdout);
+    assert!(
+        measured.contains("luminance_full_cd_m2 = 26000.0"),
+        "{measured}"
+    );
+    let own = measured.replace("26000.0", "20000.0");
+    std::fs::write(&calibration, &own).expect("written");
+    let written = board.vocc(&["device", "calibration", name(&calibration)]);
+    assert_eq!(text(&written.stdout), own);
+    board.wait_for("the calibration's duty", |status| {
+        (status["duty"].as_f64().unwrap_or(0.0) - 0.05).abs() < 1e-4
+    });
+    assert_eq!(board.status()["faults"], serde_json::json!([]));
+
+    says(&board.vocc(&["device", "send", "--message", "ice"]), 0, &[]);
+    assert_eq!(board.status()["sending"], true);
+    let watched = board.vocc(&["device", "watch", "--count", "3", "--interval", "0.05"]);
+    assert_eq!(text(&watched.stdout).lines().count(), 3);
+    says(&board.vocc(&["device", "send", "--stop"]), 0, &[]);
+    let before = board.status()["symbols"].as_u64().expect("a number");
+    board.wait_for("90 symbols more", |status| {
+        status["symbols"].as_u64() >= Some(before + 90)
+    });
+    board.end();
+}
+
+#[test]
+fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
+    let mut board = Simulated::start(&["--light-lx", "20000"]);
+    let luminance = |status: &Value| status["luminance_cd_m2"].as_f64().unwrap_or(0.0);
+    board.wait_for("daylight", |status| luminance(status) > 5000.0);
+    board.tell("light 500");
+    board.wait_for("dusk", |status| {
+        (status["illuminance_lx"].as_f64().unwrap_or(0.0) - 500.0).abs() < 10.0
+    });
+    board.tell("light 100000");
+    board.wait_for("more light than it can read", |status| {
+        status["light"] == "daylight"
+    });
+    for (order, fault) in [
+        ("sensor missing", "sensor_missing"),
+        ("sensor stuck", "sensor_stuck"),
+    ] {
+        board.tell("light 500");
+        board.tell("sensor works");
+        board.wait_for("a sensor that works", |status| {
+            status["light"] == "measured"
+        });
+        board.tell(order);
+        board.wait_for(fault, |status| {
+            status["light"] == "lost" && status["faults"][0] == fault
+        });
+        // The night limit, 200·R.
+        assert!(luminance(&board.status()) <= 80.1);
+    }
+    board.tell("dim");
+    let (_, said) = board.end();
+    assert!(said.contains("\"dim\" says nothing here"), "{said}");
+}
+
+#[test]
+fn the_flash_survives_and_is_one_boards_at_a_time() {
+    let place = folder("simulated-flash");
+    let (flash, table) = (place.join("flash"), place.join("table.toml"));
+    std::fs::write(&table, TABLE).expect("written");
+    let flash = name(&flash);
+    let mut board = Simulated::start(&["--flash", flash]);
+    says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
+    refused(
+        &["device", "simulate", "--flash", flash],
+        &["another board", "name another file"],
+    );
+    board.tell("restart");
+    let faults = serde_json::json!(["no_calibration"]);
+    board.wait_for("a restart", |status| status["frames"].as_u64() < Some(5));
+    assert_eq!(board.status()["faults"], faults);
+    board.end();
+
+    let board = Simulated::start(&["--flash", flash]);
+    says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
+    assert_eq!(board.status()["faults"], faults);
+    board.end();
+    refused(
+        &["device", "simulate", "--flash", name(&table)],
+        &["no flash memory", "65536"],
+    );
+    assert_eq!(std::fs::read_to_string(&table).expect("there"), TABLE);
+}
+
+#[test]
+fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
+    let place = folder("simulated-link");
+    let link = place.join("tx");
+    // Of a board that was killed.
+    std::os::unix::fs::symlink("/dev/pts/no-more", &link).expect("a link");
+    let mut board = Simulated::start(&["--link", name(&link), "--json"]);
+    let told: Value = serde_json::from_str(&board.port).expect("JSON");
+    assert_eq!(
+        std::fs::read_link(&link).expect("a link"),
+        Path::new(told["port"].as_str().expect("a name"))
+    );
+    board.port = name(&link).into();
+    assert_eq!(board.status()["board"], "simulated");
+    refused(
+        &["device", "simulate", "--link", name(&link)],
+        &["there already", "another name"],
+    );
+    assert!(link.exists());
+    let id = board.child.id().to_string();
+    let killed = Command::new("kill").args(["-TERM", &id]).status();
+    assert!(killed.expect("kill runs").success());
+    assert!(board.child.wait().expect("it ends").success());
+    assert!(!link.is_symlink());
+
+    let mine = place.join("mine");
+    std::fs::write(&mine, "mine").expect("written");
+    refused(
+        &["device", "simulate", "--link", name(&mine)],
+        &["there already"],
+    );
+    assert_eq!(std::fs::read_to_string(&mine).expect("there"), "mine");
+}
+
+#[test]
+fn a_job_in_the_background_that_has_no_input_goes_on() {
+    let mut child = command(&["device", "simulate"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("vocc runs");
+    let mut port = String::new();
+    let mut printed = BufReader::new(child.stdout.take().expect("piped"));
+    printed.read_line(&mut port).expect("a line");
+    // More than one computer's turn: whoever had it alone leaves it to the next.
+    for _ in 0..2 {
+        std::thread::sleep(Duration::from_millis(300));
+        says(&vocc(&["device", "status", "--port", port.trim()]), 0, &[]);
+    }
+    assert!(child.try_wait().expect("a child").is_none());
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+}
+
+#[test]
+fn what_the_leds_show_is_what_the_message_makes() {
+    let place = folder("simulated-symbols");
+    let shown = place.join("shown.txt");
+    let board = Simulated::start(&["--symbols", name(&shown)]);
+    says(
+        &board.vocc(&["device", "send", "--message", "ice ahead"]),
+        0,
+        &[],
+    );
+    let before = board.status()["symbols"].as_u64().expect("a number");
+    board.wait_for("a repeat", |status| {
+        status["symbols"].as_u64() > Some(before + 60)
+    });
+    board.end();
+    let shown = std::fs::read_to_string(&shown).expect("written at the end");
+    let bits: Vec<&str> = shown
+        .lines()
+        .map(|line| line.split(' ').next().expect("a word"))
+        .collect();
+    let code = Code::for_length("ice ahead".len());
+    let mut framer = Framer::new(b"ice ahead", code, true).expect("a message");
+    let panels: Vec<String> = (0..framer.panels_per_repeat())
+        .map(|_| framer.next_panel().to_string())
+        .collect();
+    assert!(
+        bits.windows(panels.len()).any(|window| window == panels),
+        "{panels:?} are not among {bits:?}"
+    );
+    // Lit as the light asks for: 10 000 lx.
+    let light: f64 = shown
+        .trim()
+        .rsplit(' ')
+        .next()
+        .expect("a word")
+        .parse()
+        .expect("a number");
+    assert!((0.05..1.0).contains(&light), "{light}");
+
+    let board = Simulated::start(&["--symbols", "-", "--json"]);
+    std::thread::sleep(Duration::from_millis(300));
+    let (printed, _) = board.end();
+    let first: Value = serde_json::from_str(printed.lines().next().expect("a line")).expect("JSON");
+    assert_eq!(first["bits"].as_str().expect("bits").len(), 16);
+}
+
+#[test]
+fn what_is_sent_is_filmed_and_received() {
+    let place = folder("simulated-film");
+    let frames = place.join("frames");
+    let small = [
+        "--set",
+        "camera.width_px=320",
+        "--set",
+        "camera.height_px=240",
+    ];
+    let film = ["--frames", name(&frames), "--count", "200"];
+    let mut board = Simulated::start(&[&small[..], &film].concat());
+    says(
+        &board.vocc(&["device", "send", "--message", "ice ahead"]),
+        0,
+        &[],
+    );
+    // It ends by itself, with the film.
+    assert!(board.child.wait().expect("it ends").success());
+    assert_eq!(std::fs::read_dir(&frames).expect("a folder").count(), 200);
+    let received = vocc(&["receive", name(&frames)]);
+    says(&received, 0, &[]);
+    assert!(
+        text(&received.stdout).contains("ice ahead"),
+        "{}",
+        text(&received.stdout)
+    );
+    refused(
+        &[&["device", "simulate"], &film[..]].concat(),
+        &["holds frames already"],
+    );
+
+    // The same through a pipe, as it is shown.
+    let pipe = place.join("pipe");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo runs").success());
+    let film = std::fs::OpenOptions::new()
+        .read(true)
+        .write(true)
+        .open(&pipe);
+    let film = film.expect("a pipe");
+    let board =
+        Simulated::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());
+    let receiver = command(&["receive", "-"])
+        .stdin(std::fs::File::open(&pipe).expect("a pipe"))
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("vocc runs");
+    drop(film);
+    says(
+        &board.vocc(&["device", "send", "--message", "ice ahead"]),
+        0,
+        &[],
+    );
+    let received = receiver.wait_with_output().expect("it ends");
+    assert!(
+        text(&received.stdout).contains("ice ahead"),
+        "{}",
+        text(&received.stdout)
+    );
+}
