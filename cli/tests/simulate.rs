@@ -154,6 +154,45 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
 }
 
 #[test]
+fn a_calibration_to_fill_in_can_be_written_as_it_is() {
+    let place = folder("calibration-template");
+    let file = place.join("mine.toml");
+    let template = ["device", "calibration", "--template"];
+    let printed = vocc(&template);
+    says(&printed, 0, &[]);
+    let written = vocc(&[&template[..], &[name(&file)]].concat());
+    says(&written, 0, &[]);
+    let text_of = |path: &Path| std::fs::read_to_string(path).expect("there");
+    assert_eq!(text_of(&file), text(&printed.stdout));
+    for words in [
+        "cd/m², 1 to 1000000",
+        "0.05 to 1",
+        "0.5 to 3",
+        "0.01 to 1000",
+    ] {
+        assert!(text_of(&file).contains(words), "{words:?} is missing");
+    }
+
+    // The bench's values are those that a new board takes its own for.
+    let board = Simulated::start(&[]);
+    let before = board.vocc(&["device", "calibration", "--json"]);
+    let after = board.vocc(&["device", "calibration", name(&file), "--json"]);
+    says(&after, 0, &[]);
+    assert_eq!(text(&before.stdout), text(&after.stdout));
+    assert_eq!(board.status()["faults"], serde_json::json!(["no_table"]));
+    board.end();
+
+    let own = text_of(&file).replace("26000.0", "12345.0");
+    std::fs::write(&file, &own).expect("written");
+    refused(
+        &[&template[..], &[name(&file)]].concat(),
+        &["there already"],
+    );
+    assert_eq!(text_of(&file), own);
+    refused(&["device", "calibration"], &["--port <P>"]);
+}
+
+#[test]
 fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
     let mut board = Simulated::start(&["--light-lx", "20000"]);
     let luminance = |status: &Value| status["luminance_cd_m2"].as_f64().unwrap_or(0.0);

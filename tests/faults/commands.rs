@@ -199,6 +199,11 @@ pub const WORKS: &[Work] = &[
         "device calibration",
         &["--port", "%port", "--timeout", "0.05"],
     ),
+    Work {
+        again: Again::Clears,
+        turns: 2,
+        ..work("device calibration", &["--template", "@calibration.toml"])
+    },
     work(
         "device send",
         &[

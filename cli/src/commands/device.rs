@@ -47,9 +47,12 @@ enum Action {
     /// What was measured of a transmitter's panel: print it, or write a file's values to it.
     Calibration {
         #[command(flatten)]
-        port: Port,
+        port: Option<Port>,
         /// A TOML file as this command prints it; its values are checked, stored and used.
         file: Option<PathBuf>,
+        /// Print such a file to fill in, with units and ranges, or write it to FILE; no transmitter is asked.
+        #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["file", "port"])]
+        template: Option<Option<PathBuf>>,
     },
     /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
     Simulate(simulate::Arguments),
@@ -82,7 +85,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             interval,
             count,
         } => watch(port, *interval, *count, shared),
-        Action::Calibration { port, file } => calibration::run(port, file.as_deref(), shared),
+        Action::Calibration {
+            template: Some(file),
+            ..
+        } => calibration::template(file.as_deref(), shared),
+        Action::Calibration { port, file, .. } => {
+            let port = port.as_ref().context("name the port with --port")?;
+            calibration::run(port, file.as_deref(), shared)
+        }
         Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {

@@ -2,13 +2,19 @@
 
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, ensure};
 use fixed::traits::Fixed;
 use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use sim::input;
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{
+    Calibration, INTERVAL, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE,
+    SENSOR_GAIN,
+};
 
+use crate::device::bench::BENCH;
+use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
 
@@ -48,6 +54,84 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
         line(toml::to_string(&values)?.trim_end())?;
     }
     Ok(Answer::Yes)
+}
+
+/// Prints a file to fill in, or writes it where no file is yet.
+pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
+    match file {
+        None if shared.json => output::json(&Values::of(&BENCH))?,
+        None => line(filled_in(&BENCH).trim_end())?,
+        Some(path) => {
+            // What is there may be what somebody has measured. A device or a pipe holds nothing.
+            ensure!(
+                !files::check(path)? || !path.exists(),
+                "{} is there already, and stays as it is: name another file",
+                path.display()
+            );
+            files::write(path, filled_in(&BENCH))?;
+            let file = path.display().to_string();
+            if shared.json {
+                output::json(&json!({ "file": file }))?;
+            } else {
+                line(&format!(
+                    "{file}: replace the values by your own, then `vocc device calibration {file} --port P`"
+                ))?;
+            }
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+/// A file of these values that says what each of them is.
+fn filled_in(measured: &Measured) -> String {
+    let Values {
+        luminance_full_cd_m2,
+        shortest_pulse_ns,
+        pwm_period_ns,
+        reflectance,
+        interval,
+        sensor_gain,
+        low_current_share,
+    } = Values::of(measured);
+    format!(
+        "\
+# What was measured of a transmitter's panel, for `vocc device calibration FILE --port P`.
+# The values are those of the bench's panel of docs/hardware.md: replace each by your own.
+
+# Luminance of an On LED at full duty, with ambient light shut out: cd/m², {} to {}.
+luminance_full_cd_m2 = {luminance_full_cd_m2:?}
+
+# Shortest clean pulse of the LED driver, from which on luminance over duty is a straight line: ns, 0 to pwm_period_ns.
+shortest_pulse_ns = {shortest_pulse_ns}
+
+# Longest period of the dimming: ns, {} to {}; a twentieth of the longest exposure, so that frames do not flicker.
+pwm_period_ns = {pwm_period_ns}
+
+# Reflectance of an Off LED beside a grey card (0.18) in the same light: {} to {}.
+reflectance = {reflectance:?}
+
+# Gap between LEDs over their diameter: {} to {}.
+interval = {interval:?}
+
+# Lux of a meter beside the light sensor over the lux that the sensor reads: {} to {}; 1 where it reads right.
+sensor_gain = {sensor_gain:?}
+
+# Light of an On LED at the low current over that at the full one: {} to {}; 1 where the current is not switched.
+low_current_share = {low_current_share:?}
+",
+        LUMINANCE_CD_M2.start(),
+        LUMINANCE_CD_M2.end(),
+        PWM_PERIOD_NS.start(),
+        PWM_PERIOD_NS.end(),
+        decimal(*REFLECTANCE.start()),
+        REFLECTANCE.end(),
+        INTERVAL.start(),
+        INTERVAL.end(),
+        decimal(*SENSOR_GAIN.start()),
+        SENSOR_GAIN.end(),
+        decimal(*LOW_CURRENT_SHARE.start()),
+        LOW_CURRENT_SHARE.end(),
+    )
 }
 
 fn read(path: &Path) -> anyhow::Result<Measured> {
