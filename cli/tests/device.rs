@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use common::{json, text, vocc};
 use fake::Fake;
+use link::serial::{Answer, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, encode};
 use serialport::{SerialPort, TTYPort};
 use tx_firmware::store::StoreError;
 
@@ -251,6 +252,94 @@ fn a_calibration_is_read_written_and_refused() {
 }
 
 #[test]
+fn a_symbol_rate_is_told_set_kept_and_refused() {
+    let board = Board::honest();
+    ends(
+        &board.vocc(&["device", "rate"]),
+        0,
+        &["90 symbols a second"],
+    );
+    let told = json(&board.vocc(&["device", "rate", "22.5", "--json"]));
+    assert_eq!(told["symbol_rate_hz"], 22.5);
+    assert_eq!(told["port"], board.port.as_str());
+    for (camera, rate_hz) in [
+        (&["--camera-fps", "30"][..], 27.0),
+        (&["--camera-fps", "29.97"], 26.973),
+        (&["--camera-fps", "30", "--exposure", "0.02"], 18.75),
+        (&["--camera-fps", "1000"], 300.0),
+    ] {
+        let told = json(&board.vocc(&[&["device", "rate", "--json"], camera].concat()));
+        assert_eq!(told["symbol_rate_hz"], rate_hz, "{camera:?}");
+        let status = json(&board.vocc(&["device", "status", "--json"]));
+        assert_eq!(status["symbol_rate_hz"], rate_hz);
+    }
+    ends(
+        &board.vocc(&["device", "status"]),
+        0,
+        &["symbol_rate_hz   300"],
+    );
+    for (wrong, words) in [
+        (
+            &["8.9"][..],
+            &[
+                "8.9 symbols a second",
+                "9 to 300",
+                "a little below the camera's",
+            ][..],
+        ),
+        (&["301"], &["301 symbols", "9 to 300"]),
+        (&["-27"], &["9 to 300"]),
+        (&["NaN"], &["9 to 300"]),
+        (&["ninety"], &["ninety"]),
+        (&["--camera-fps", "5"], &["camera of 5 frames", "9 to 300"]),
+        (&["27", "--camera-fps", "30"], &["--camera-fps"]),
+        (&["--exposure", "0.01"], &["--camera-fps"]),
+    ] {
+        ends(
+            &board.vocc(&[&["device", "rate"], wrong].concat()),
+            2,
+            words,
+        );
+    }
+    let fake = board.stop();
+    let fastest = link::symbol_rate::SymbolRate::MAX;
+    assert_eq!(fake.transmitter.symbol_rate(), fastest);
+    assert_eq!(fake.kept.symbol_rate, Some(fastest));
+}
+
+/// What comes back from a transmitter whose firmware knows the first twelve requests alone.
+fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
+    let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
+    for &byte in bytes {
+        if let Some(Ok(frame)) = reader.push(byte)
+            && let Ok(Request::ReadSymbolRate | Request::WriteSymbolRate { .. }) = frame.request()
+        {
+            let (sequence, mut wire) = (frame.sequence(), [0; 32]);
+            let unknown = Answer::Refused(Refusal::Unknown);
+            let answer = encode(Kind::Answer, sequence, &unknown, &mut wire);
+            return answer.expect("it fits").to_vec();
+        }
+    }
+    fake.exchange(bytes)
+}
+
+#[test]
+fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
+    let board = Board::start(first_firmware);
+    for rate in [&["device", "rate"][..], &["device", "rate", "27"]] {
+        ends(
+            &board.vocc(rate),
+            2,
+            &["firmware 1.2.3", "too old", "90 a second", "flash"],
+        );
+    }
+    let status = json(&board.vocc(&["device", "status", "--json"]));
+    assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
+    assert_eq!(status["uptime_s"], 1);
+    assert_eq!(board.stop().kept.symbol_rate, None);
+}
+
+#[test]
 fn a_bad_line_is_asked_again() {
     let mut count = 0;
     let board = Board::start(move |fake, bytes| {
@@ -477,6 +566,16 @@ fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
         assert_eq!(*fake.transmitter.table(), Fake::first_table());
         assert!(fake.kept.table.is_none());
     }
+}
+
+#[test]
+fn a_flash_that_is_broken_leaves_the_old_symbol_rate() {
+    let board = Board::start(|fake, bytes| {
+        fake.kept.fault = Some(StoreError::Flash);
+        fake.exchange(bytes)
+    });
+    ends(&board.vocc(&["device", "rate", "27"]), 2, &["flash"]);
+    ends(&board.vocc(&["device", "rate"]), 0, &["90 symbols"]);
 }
 
 #[test]

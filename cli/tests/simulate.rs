@@ -234,6 +234,7 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let flash = name(&flash);
     let mut board = Simulated::start(&["--flash", flash]);
     says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
+    says(&board.vocc(&["device", "rate", "27"]), 0, &[]);
     refused(
         &["device", "simulate", "--flash", flash],
         &["another board", "name another file"],
@@ -246,7 +247,17 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
 
     let board = Simulated::start(&["--flash", flash]);
     says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
-    assert_eq!(board.status()["faults"], faults);
+    let before = board.status();
+    assert_eq!(before["faults"], faults);
+    assert_eq!(before["symbol_rate_hz"], 27.0);
+    let symbols = |status: &Value| status["symbols"].as_f64().unwrap_or(0.0);
+    let uptime_s = |status: &Value| status["uptime_s"].as_f64().unwrap_or(0.0);
+    board.wait_for("three seconds", |status| uptime_s(status) >= 3.0);
+    let rate_hz = symbols(&board.status()) / (uptime_s(&board.status()) + 0.5);
+    assert!(
+        (15.0..40.0).contains(&rate_hz),
+        "{rate_hz} symbols a second"
+    );
     board.end();
     refused(
         &["device", "simulate", "--flash", name(&table)],

@@ -205,6 +205,10 @@ pub const WORKS: &[Work] = &[
         ..work("device calibration", &["--template", "@calibration.toml"])
     },
     work(
+        "device rate",
+        &["27", "--port", "%port", "--timeout", "0.05"],
+    ),
+    work(
         "device send",
         &[
             "--message-file",

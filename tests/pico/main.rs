@@ -9,6 +9,7 @@ mod image;
 mod light;
 mod measure;
 mod panel;
+mod rate;
 mod restart;
 mod serial;
 mod terminal;
@@ -33,6 +34,14 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_power_cut_in_an_update_leaves_one_table_whole",
         serial::a_power_cut_in_an_update_leaves_one_table_whole,
+    ),
+    (
+        "a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart",
+        rate::a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart,
+    ),
+    (
+        "a_power_cut_in_a_change_leaves_one_rate",
+        rate::a_power_cut_in_a_change_leaves_one_rate,
     ),
     (
         "the_luminance_follows_the_light_up_and_down",

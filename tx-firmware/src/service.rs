@@ -19,6 +19,7 @@ use link::{
         Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Status, TablePart, VERSION, encode,
         wire_length,
     },
+    symbol_rate::SymbolRate,
 };
 
 use crate::{
@@ -45,6 +46,10 @@ pub trait Device {
     fn calibration(&self) -> Measured;
     /// Takes other measured values.
     fn set_calibration(&mut self, calibration: Calibration);
+    /// How many symbols are shown a second.
+    fn symbol_rate(&self) -> SymbolRate;
+    /// Shows so many a second from the next change of symbols on.
+    fn set_symbol_rate(&mut self, rate: SymbolRate);
     /// Shows a message from the next symbol on.
     ///
     /// # Errors
@@ -75,6 +80,14 @@ impl<M: LedMatrix> Device for Transmitter<M> {
 
     fn set_calibration(&mut self, calibration: Calibration) {
         self.set_calibration(calibration);
+    }
+
+    fn symbol_rate(&self) -> SymbolRate {
+        self.symbol_rate()
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.set_symbol_rate(rate);
     }
 
     fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
@@ -184,8 +197,8 @@ impl Service {
 
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
-    /// All but [`Request::CommitTable`] and [`Request::WriteCalibration`] are answered without waiting for
-    /// anything; these two wait for `memory`.
+    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`] and [`Request::WriteSymbolRate`] are answered without
+    /// waiting for anything; these wait for `memory`.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -254,6 +267,8 @@ impl Conversation {
                 device.reset_counters();
                 Ok(Answer::Done)
             }
+            Request::ReadSymbolRate => Ok(shown(device)),
+            Request::WriteSymbolRate { millihertz } => change_rate(millihertz, device, memory),
         }
     }
 
@@ -414,6 +429,27 @@ fn calibrate(
         .map_err(|_| Refusal::Store)?;
     device.set_calibration(calibration);
     Ok(Answer::Done)
+}
+
+fn change_rate(
+    millihertz: u32,
+    device: &mut impl Device,
+    memory: &mut impl Memory,
+) -> Result<Answer<'static>, Refusal> {
+    let rate = SymbolRate::from_millihertz(millihertz).map_err(|_| Refusal::SymbolRate {
+        millihertz,
+        least: SymbolRate::MIN.millihertz(),
+        most: SymbolRate::MAX.millihertz(),
+    })?;
+    memory.save_symbol_rate(rate).map_err(|_| Refusal::Store)?;
+    device.set_symbol_rate(rate);
+    Ok(shown(device))
+}
+
+fn shown(device: &impl Device) -> Answer<'static> {
+    Answer::SymbolRate {
+        millihertz: device.symbol_rate().millihertz(),
+    }
 }
 
 /// One more, up to the greatest number there is.

@@ -1,4 +1,4 @@
-//! The table and the calibration in flash memory, which lose nothing when the power goes.
+//! The table, the calibration and the symbol rate in flash memory, which lose nothing when the power goes.
 //!
 //! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
 //! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
@@ -30,6 +30,7 @@ use link::{
     checksum::crc32c,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::Measured,
+    symbol_rate::SymbolRate,
 };
 use sequential_storage::{
     Error,
@@ -44,6 +45,7 @@ use crate::calibration::Calibration;
 const FORMAT: u8 = 1;
 const TABLE: u8 = 1;
 const CALIBRATION: u8 = 2;
+const SYMBOL_RATE: u8 = 3;
 
 /// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
 const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
@@ -85,6 +87,12 @@ pub trait Memory {
     /// # Errors
     /// [`StoreError`]; the one before is then still there.
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError>;
+
+    /// Keeps `rate` in place of the one before: wholly, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the one before is then still there.
+    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError>;
 }
 
 /// A store in a part of a flash memory.
@@ -135,6 +143,20 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
+    /// The symbol rate that was saved last; none when there never was one.
+    ///
+    /// # Errors
+    /// As [`Self::table`].
+    pub fn symbol_rate(&mut self) -> Result<Option<SymbolRate>, StoreError> {
+        self.load(SYMBOL_RATE)?
+            .map(|bytes| {
+                let millihertz = bytes.try_into().map_err(|_| StoreError::Damaged)?;
+                SymbolRate::from_millihertz(u32::from_le_bytes(millihertz))
+                    .map_err(|_| StoreError::Damaged)
+            })
+            .transpose()
+    }
+
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.map.destroy().0.0
@@ -180,7 +202,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Whether there is nothing in it that could be lost.
     fn is_foreign(&mut self) -> bool {
-        [TABLE, CALIBRATION]
+        [TABLE, CALIBRATION, SYMBOL_RATE]
             .into_iter()
             .all(|key| matches!(self.load(key), Ok(None) | Err(StoreError::Damaged)))
     }
@@ -196,6 +218,10 @@ impl<F: NorFlash> Memory for Store<F> {
         let bytes =
             postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Full)?;
         self.save(CALIBRATION, bytes)
+    }
+
+    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
+        self.save(SYMBOL_RATE, &rate.millihertz().to_le_bytes())
     }
 }
 

@@ -6,6 +6,7 @@ use link::{
     l2a_table::{Illuminance, L2a, L2aTable},
     panel::PanelFrame,
     serial::{Counters, Faults, Light, Status},
+    symbol_rate::SymbolRate,
 };
 
 use crate::{
@@ -23,7 +24,7 @@ use crate::{
 /// - once a sensor period, [`sense`](Self::sense) with what the sensor gave in the range that
 ///   [`next_range`](Self::next_range) asked for: dims the panel;
 /// - some ten times a second, [`watch`](Self::watch): makes the panel safe when readings stay away;
-/// - once a symbol, [`tick`](Self::tick): shows the next panel;
+/// - once a symbol, as often as [`symbol_rate`](Self::symbol_rate) says, [`tick`](Self::tick): shows the next panel;
 /// - whenever there is something to say, [`send`](Self::send).
 ///
 /// Until the first reading the panel stays dark: there is no telling how bright it may be. **When light is lost**
@@ -41,6 +42,7 @@ pub struct Transmitter<M> {
     ambient: Ambient,
     light_watch: LightWatch,
     schedule: Schedule,
+    symbol_rate: SymbolRate,
     /// The L2A and the illuminance that the panel was dimmed to while light was known.
     known: Option<(L2a, Illuminance)>,
     dimming: Option<Dimming>,
@@ -60,6 +62,7 @@ impl<M: LedMatrix> Transmitter<M> {
             ambient,
             light_watch: LightWatch::new(),
             schedule: Schedule::new(),
+            symbol_rate: SymbolRate::DEFAULT,
             known: None,
             dimming: None,
             now_ms: 0,
@@ -155,6 +158,11 @@ impl<M: LedMatrix> Transmitter<M> {
         self.calibration = calibration;
     }
 
+    /// Takes another symbol rate: [`tick`](Self::tick) is to be called so often from the next symbol on.
+    pub fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.symbol_rate = rate;
+    }
+
     /// Reports faults that only the board knows of, such as [`Faults::WATCHDOG`], or takes them back.
     pub fn set_faults(&mut self, faults: Faults, present: bool) {
         self.faults.set(faults, present);
@@ -241,6 +249,11 @@ impl<M> Transmitter<M> {
     /// The table in use.
     pub fn table(&self) -> &L2aTable {
         &self.table
+    }
+
+    /// How often [`tick`](Self::tick) is to be called.
+    pub fn symbol_rate(&self) -> SymbolRate {
+        self.symbol_rate
     }
 
     /// What was measured of the panel.

@@ -5,6 +5,7 @@ mod flash;
 use fixed::types::{U1F31, U12F20, U32F32};
 use flash::{ERASE, Flash, Power};
 use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, Interval, L2aTable};
+use link::symbol_rate::SymbolRate;
 use tx_firmware::calibration::{Calibration, Measured};
 use tx_firmware::store::{Memory, Store, StoreError};
 
@@ -37,21 +38,68 @@ fn store<const WRITE: usize>(flash: Flash<WRITE>) -> Store<Flash<WRITE>> {
     Store::new(flash, PLACE).expect("a store")
 }
 
-/// A memory to which `updates` tables have been saved, and one calibration before them.
-fn used<const WRITE: usize>(updates: u16) -> Flash<WRITE> {
+fn rate(number: u16) -> SymbolRate {
+    SymbolRate::from_millihertz(SymbolRate::MIN.millihertz() + u32::from(number)).expect("a rate")
+}
+
+/// What is kept and changes: its values by number, and the way into the store and out.
+trait Kept: Sized + PartialEq + std::fmt::Debug {
+    fn numbered(number: u16) -> Self;
+    fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError>;
+    fn load<const WRITE: usize>(
+        store: &mut Store<Flash<WRITE>>,
+    ) -> Result<Option<Self>, StoreError>;
+}
+
+impl Kept for L2aTable {
+    fn numbered(number: u16) -> Self {
+        table(number)
+    }
+
+    fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {
+        store.save_table(self)
+    }
+
+    fn load<const WRITE: usize>(
+        store: &mut Store<Flash<WRITE>>,
+    ) -> Result<Option<Self>, StoreError> {
+        store.table()
+    }
+}
+
+impl Kept for SymbolRate {
+    fn numbered(number: u16) -> Self {
+        rate(number)
+    }
+
+    fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {
+        store.save_symbol_rate(*self)
+    }
+
+    fn load<const WRITE: usize>(
+        store: &mut Store<Flash<WRITE>>,
+    ) -> Result<Option<Self>, StoreError> {
+        store.symbol_rate()
+    }
+}
+
+/// A memory to which one calibration has been saved, `tables` tables and then `rates` symbol rates.
+fn used<const WRITE: usize>(tables: u16, rates: u16) -> Flash<WRITE> {
     let mut store = store(Flash::new());
     store.save_calibration(&calibration(1)).expect("room");
-    for number in 0..updates {
+    for number in 0..tables {
         store.save_table(&table(number)).expect("room");
+    }
+    for number in 0..rates {
+        store.save_symbol_rate(rate(number)).expect("room");
     }
     store.release()
 }
 
-/// Cuts the power at each operation of the update that follows `updates` others, torn in several ways. Returns how
-/// many cuts there were.
-fn cut_everywhere<const WRITE: usize>(updates: u16) -> u64 {
-    let before = used::<WRITE>(updates);
-    let (old, new) = (table(updates - 1), table(updates));
+/// Cuts the power at each operation of the save of the value with this number, torn in several ways, in a memory that holds the one before.
+/// Returns how many cuts there were.
+fn cut_everywhere<const WRITE: usize, K: Kept>(before: &Flash<WRITE>, number: u16) -> u64 {
+    let (old, new) = (K::numbered(number - 1), K::numbered(number));
     let mut cuts = 0;
     for tear in 0..6 {
         for operations in 0.. {
@@ -60,18 +108,18 @@ fn cut_everywhere<const WRITE: usize>(updates: u16) -> u64 {
                 tear,
                 ..before.clone()
             });
-            let saved = cut.save_table(&new);
+            let saved = new.save(&mut cut);
             let flash = cut.release().restarted();
             let mut restarted = store(flash.clone());
-            let found = restarted.table().expect("readable").expect("a table");
+            let found = K::load(&mut restarted).expect("readable").expect("a value");
             let context =
-                format!("{WRITE}-byte words, update {updates}, tear {tear}, cut at {operations}");
+                format!("{WRITE}-byte words, update {number}, tear {tear}, cut at {operations}");
             if saved.is_ok() {
                 assert_eq!(found, new, "{context}");
                 break;
             }
             cuts += 1;
-            assert!(found == old || found == new, "neither table: {context}");
+            assert!(found == old || found == new, "neither: {context}");
             assert_eq!(
                 restarted.calibration(),
                 Ok(Some(calibration(1))),
@@ -79,18 +127,22 @@ fn cut_everywhere<const WRITE: usize>(updates: u16) -> u64 {
             );
             cuts += cut_repair_everywhere(&flash, &old, &new, &context);
             // It goes on working: the update is tried again, and holds.
-            restarted.save_table(&new).expect("saved after the restart");
-            assert_eq!(restarted.table(), Ok(Some(new.clone())), "{context}");
+            new.save(&mut restarted).expect("saved after the restart");
+            assert_eq!(
+                K::load(&mut restarted).as_ref(),
+                Ok(&Some(K::numbered(number))),
+                "{context}"
+            );
         }
     }
     cuts
 }
 
 /// Cuts the power at each operation with which a restarted transmitter mends what the first cut left.
-fn cut_repair_everywhere<const WRITE: usize>(
+fn cut_repair_everywhere<const WRITE: usize, K: Kept>(
     left: &Flash<WRITE>,
-    old: &L2aTable,
-    new: &L2aTable,
+    old: &K,
+    new: &K,
     context: &str,
 ) -> u64 {
     for operations in 0.. {
@@ -98,9 +150,9 @@ fn cut_repair_everywhere<const WRITE: usize>(
             power: Power::For(operations),
             ..left.clone()
         });
-        let read = cut.table();
-        let found = store(cut.release().restarted()).table();
-        let found = found.expect("readable").expect("a table");
+        let read = K::load(&mut cut);
+        let found = K::load(&mut store(cut.release().restarted()));
+        let found = found.expect("readable").expect("a value");
         assert!(
             found == *old || found == *new,
             "{context}, repair cut at {operations}"
@@ -116,16 +168,38 @@ fn cut_repair_everywhere<const WRITE: usize>(
 fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
     // The first updates fill a unit; later ones move what is needed to the other unit and erase the first.
     for updates in [1, 2, 9, 10, 11, 12, 13, 20, 21, 22, 23] {
-        assert!(cut_everywhere::<4>(updates) > 0);
+        let before = used::<4>(updates, 0);
+        assert!(cut_everywhere::<4, L2aTable>(&before, updates) > 0);
+    }
+}
+
+#[test]
+fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_or_the_new_and_the_table() {
+    // With eleven tables before them, the first rates end the unit and the later ones move the table to the other.
+    for (tables, rates) in [
+        (1, 1),
+        (11, 1),
+        (11, 2),
+        (11, 9),
+        (11, 10),
+        (11, 11),
+        (11, 12),
+    ] {
+        let before = used::<4>(tables, rates);
+        assert!(cut_everywhere::<4, SymbolRate>(&before, rates) > 0);
+        let mut store = store(before);
+        store.save_symbol_rate(rate(rates)).expect("room");
+        assert_eq!(store.table(), Ok(Some(table(tables - 1))));
     }
 }
 
 #[test]
 fn it_does_so_whatever_the_flashs_words_are() {
     for updates in [11, 12] {
-        assert!(cut_everywhere::<1>(updates) > 0);
-        assert!(cut_everywhere::<8>(updates) > 0);
-        assert!(cut_everywhere::<32>(updates) > 0);
+        assert!(cut_everywhere::<1, L2aTable>(&used(updates, 0), updates) > 0);
+        assert!(cut_everywhere::<8, L2aTable>(&used(updates, 0), updates) > 0);
+        assert!(cut_everywhere::<32, L2aTable>(&used(updates, 0), updates) > 0);
+        assert!(cut_everywhere::<32, SymbolRate>(&used(11, updates), updates) > 0);
     }
 }
 
@@ -134,6 +208,7 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
     let mut erased = store(Flash::<4>::new());
     assert_eq!(erased.table(), Ok(None));
     assert_eq!(erased.calibration(), Ok(None));
+    assert_eq!(erased.symbol_rate(), Ok(None));
     for fill in [0x00, 0x55, 0xa5] {
         let mut flash = Flash::<4>::new();
         flash.bytes.fill(fill);

@@ -16,6 +16,7 @@ use link::serial::{
     ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request,
     Status, encode,
 };
+use link::symbol_rate::SymbolRate;
 use tx_firmware::calibration::Calibration;
 use tx_firmware::schedule::Repeats;
 use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
@@ -25,6 +26,7 @@ use tx_firmware::store::{Memory, StoreError};
 struct Recorder {
     table: L2aTable,
     calibration: Measured,
+    symbol_rate: SymbolRate,
     acts: u64,
 }
 
@@ -61,6 +63,15 @@ impl Device for Recorder {
     fn set_calibration(&mut self, calibration: Calibration) {
         self.acts += 1;
         self.calibration = *calibration.measured();
+    }
+
+    fn symbol_rate(&self) -> SymbolRate {
+        self.symbol_rate
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.acts += 1;
+        self.symbol_rate = rate;
     }
 
     fn send(&mut self, message: &[u8], _: Repeats) -> Result<(), FramingError> {
@@ -100,6 +111,10 @@ impl Memory for Unsteady {
     fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
         self.save()
     }
+
+    fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
+        self.save()
+    }
 }
 
 /// What has come of the frames.
@@ -116,6 +131,7 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
     let mut recorder = Recorder {
         table: L2aTable::default(),
         calibration: frames::MEASURED,
+        symbol_rate: SymbolRate::DEFAULT,
         acts: 0,
     };
     let mut memory = Unsteady(0);

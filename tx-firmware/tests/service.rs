@@ -12,6 +12,7 @@ use link::serial::{
     ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, Measured, Refusal, Request, SCHEMA,
     VERSION, encode,
 };
+use link::symbol_rate::SymbolRate;
 
 fn table() -> L2aTable {
     let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
@@ -206,6 +207,39 @@ fn a_table_that_cannot_be_stored_does_not_run() {
         &Request::WriteCalibration(MEASURED),
         &Answer::Refused(Refusal::Store),
     );
+    let millihertz = 27_000;
+    bench.expect(
+        &Request::WriteSymbolRate { millihertz },
+        &Answer::Refused(Refusal::Store),
+    );
+    assert_eq!(bench.transmitter.symbol_rate(), SymbolRate::DEFAULT);
+}
+
+#[test]
+fn a_symbol_rate_is_checked_stored_and_read_back() {
+    let mut bench = Bench::new();
+    let rate = |millihertz| Answer::SymbolRate { millihertz };
+    bench.expect(&Request::ReadSymbolRate, &rate(90_000));
+    assert_eq!(bench.store.symbol_rate(), Ok(None));
+    for millihertz in [27_000, 22_500, 9_000, 300_000, 300_000] {
+        bench.expect(&Request::WriteSymbolRate { millihertz }, &rate(millihertz));
+        bench.expect(&Request::ReadSymbolRate, &rate(millihertz));
+        let stored = bench.store.symbol_rate().expect("readable");
+        assert_eq!(stored, Some(bench.transmitter.symbol_rate()));
+    }
+    let (least, most) = (9_000, 300_000);
+    for millihertz in [0, 8_999, 300_001, u32::MAX] {
+        let refusal = Refusal::SymbolRate {
+            millihertz,
+            least,
+            most,
+        };
+        bench.expect(
+            &Request::WriteSymbolRate { millihertz },
+            &Answer::Refused(refusal),
+        );
+    }
+    bench.expect(&Request::ReadSymbolRate, &rate(300_000));
 }
 
 #[test]
@@ -367,11 +401,12 @@ fn no_answer_is_longer_than_its_buffer() {
     let crc = table().crc();
     bench.stage(&table().image(), crc);
     bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
-    bench.sequence = u32::MAX - 3;
+    bench.sequence = u32::MAX - 4;
     for request in [
         Request::ReadTable { offset: 128 },
         Request::Status,
         Request::ReadCalibration,
+        Request::ReadSymbolRate,
     ] {
         assert!(bench.ask(&request, |answer| !matches!(answer, Answer::Refused(_))));
     }

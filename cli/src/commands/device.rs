@@ -15,6 +15,7 @@ use crate::output::{self, Answer, line};
 use crate::stop::stop;
 
 mod calibration;
+mod rate;
 mod simulate;
 
 /// Arguments of `vocc device`.
@@ -56,6 +57,13 @@ enum Action {
     },
     /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
     Simulate(simulate::Arguments),
+    /// How many symbols a second a transmitter shows: print it, or set it.
+    Rate {
+        #[command(flatten)]
+        port: Port,
+        #[command(flatten)]
+        wanted: rate::Wanted,
+    },
     /// Give a transmitter a message to show.
     Send {
         #[command(flatten)]
@@ -77,7 +85,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Action::List => list(shared),
         Action::Status { port } => {
             let mut client = port.greet()?;
-            report(&status(&mut client, port)?, &client, port, shared)?;
+            report(&status(&mut client, port)?, &mut client, port, shared)?;
             Ok(Answer::Yes)
         }
         Action::Watch {
@@ -94,6 +102,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             calibration::run(port, file.as_deref(), shared)
         }
         Action::Simulate(arguments) => simulate::run(arguments, shared),
+        Action::Rate { port, wanted } => rate::run(port, wanted, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
             port,
@@ -147,7 +156,7 @@ fn watch(
         let asked = std::time::Instant::now();
         let status = status(&mut client, port)?;
         if shared.json {
-            report(&status, &client, port, shared)?;
+            report(&status, &mut client, port, shared)?;
         } else {
             line(&short(&status))?;
         }
@@ -239,12 +248,13 @@ fn short(status: &Status) -> String {
 
 fn report(
     status: &Status,
-    client: &Connection,
+    client: &mut Connection,
     port: &Port,
     shared: &Shared,
 ) -> anyhow::Result<()> {
-    let identity = client.identity();
     let mut values = as_json(status);
+    values["symbol_rate_hz"] = rate::shown(client).with_context(|| port.name())?.into();
+    let identity = client.identity();
     values["port"] = port.name().into();
     values["board"] = identity.board.clone().into();
     values["firmware"] = identity.firmware.clone().into();

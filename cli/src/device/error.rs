@@ -2,6 +2,7 @@
 
 use link::l2a_table::image::ImageError;
 use link::serial::{Refusal, VERSION};
+use link::symbol_rate::SymbolRate;
 
 /// Why a transmitter did not do what it was asked. The port stands in the errors of opening it alone; whoever
 /// reports another one says which port it was.
@@ -88,6 +89,12 @@ pub enum DeviceError {
     /// It answers something else than was asked for.
     #[error("the transmitter answers something else than was asked for: update the older side")]
     Unexpected,
+    /// It is older than the request.
+    #[error(
+        "its firmware is too old to be asked for its symbol rate, and shows {} a second: flash the present one (docs/hardware.md)",
+        SymbolRate::DEFAULT
+    )]
+    NoSymbolRate,
     /// It refuses.
     #[error("the transmitter refuses: {0}")]
     Refused(#[from] Refusal),

@@ -2,6 +2,7 @@
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Interval, L2aTable};
+use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, Measured};
 use tx_firmware::light_watch::{LightSample, SensorRange};
@@ -14,6 +15,7 @@ use tx_firmware::transmitter::Transmitter;
 #[derive(Default)]
 pub struct Kept {
     pub table: Option<L2aTable>,
+    pub symbol_rate: Option<SymbolRate>,
     /// Why no more can be written to it.
     pub fault: Option<StoreError>,
 }
@@ -28,6 +30,14 @@ impl Memory for Kept {
     }
 
     fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
+        Ok(())
+    }
+
+    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
+        }
+        self.symbol_rate = Some(rate);
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! What a transmitter answers.
 
 use super::{Measured, Status};
+use crate::symbol_rate::Thousandths;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,11 @@ pub enum Answer<'a> {
     Calibration(Measured),
     /// It is done.
     Done,
+    /// How often the panel changes.
+    SymbolRate {
+        /// Thousandths of a symbol a second.
+        millihertz: u32,
+    },
 }
 
 /// Who a transmitter is.
@@ -127,6 +133,19 @@ pub enum Refusal {
         length: u16,
         /// The most possible.
         most: u16,
+    },
+    /// The transmitter cannot show that symbol rate.
+    #[error(
+        "{} symbols a second are outside {} to {}: give a rate a little below the camera's frames a second",
+        Thousandths(*.millihertz), Thousandths(*.least), Thousandths(*.most)
+    )]
+    SymbolRate {
+        /// The rate asked for, in thousandths of a symbol a second.
+        millihertz: u32,
+        /// The least that it can show.
+        least: u32,
+        /// The most that it can show.
+        most: u32,
     },
 }
 

@@ -66,6 +66,7 @@ pub const VERSION: u8 = 1;
 /// The most bytes of a table in one frame.
 pub const CHUNK_MAX: usize = 128;
 
-/// Which messages there are: the CRC-32C of the layout that `docs/serial.md` shows. Two programs with the same number
-/// understand each other. A test holds the layout to the types, and this number to the layout.
+/// Which messages every program knows: the CRC-32C of the layout that `docs/serial.md` shows of them. Two programs with the same number
+/// understand each other; messages that were added later are not counted, and a transmitter that does not know one refuses it as
+/// [unknown](Refusal::Unknown). A test holds the layout to the types, and this number to the layout.
 pub const SCHEMA: u32 = 0x423a_6da7;

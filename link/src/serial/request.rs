@@ -58,4 +58,12 @@ pub enum Request<'a> {
     StopSending,
     /// Count from 0 again. Answered by [`Answer::Done`](super::Answer::Done).
     ResetCounters,
+    /// Answered by [`Answer::SymbolRate`](super::Answer::SymbolRate). Added later: an older transmitter refuses it as unknown.
+    ReadSymbolRate,
+    /// Check, store and use this symbol rate, from the next change of symbols on. Answered by
+    /// [`Answer::SymbolRate`](super::Answer::SymbolRate). Added later: an older transmitter refuses it as unknown.
+    WriteSymbolRate {
+        /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
+        millihertz: u32,
+    },
 }

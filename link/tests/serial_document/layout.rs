@@ -1,5 +1,7 @@
 //! The layout of the messages, once as their types give it and once as the document shows it: line by line the same words.
 
+use std::slice::SliceIndex;
+
 use link::serial::{Answer, Counters, Faults, Light, Limit, Measured, Refusal, Request};
 use postcard_schema::Schema;
 use postcard_schema::schema::{
@@ -7,12 +9,17 @@ use postcard_schema::schema::{
 };
 use pulldown_cmark::{Event, Parser, Tag, TagEnd};
 
-/// The layout by the types: each message, then what messages are made of.
+/// Messages that every program of this version knows, from 0 on. Others were added later.
+const REQUESTS: usize = 12;
+const ANSWERS: usize = 8;
+const REFUSALS: usize = 11;
+
+/// The layout by the types: each message that every program knows, then what messages are made of.
 pub fn by_the_types() -> Vec<String> {
     [
-        message::<Request<'_>>("request"),
-        message::<Answer<'_>>("answer"),
-        message::<Refusal>("refusal"),
+        message::<Request<'_>>("request", ..REQUESTS),
+        message::<Answer<'_>>("answer", ..ANSWERS),
+        message::<Refusal>("refusal", ..REFUSALS),
         vec![
             format!("light: {}", choices::<Light>()),
             format!("limit: {}", choices::<Limit>()),
@@ -24,10 +31,20 @@ pub fn by_the_types() -> Vec<String> {
     .concat()
 }
 
-/// The text of the layout in the document.
-pub fn shown(document: &str) -> &str {
+/// The layout of the messages that were added later, by the types.
+pub fn added_by_the_types() -> Vec<String> {
+    [
+        message::<Request<'_>>("request", REQUESTS..),
+        message::<Answer<'_>>("answer", ANSWERS..),
+        message::<Refusal>("refusal", REFUSALS..),
+    ]
+    .concat()
+}
+
+/// The texts of the layout in the document: what every program knows, and what was added later.
+pub fn shown(document: &str) -> [&str; 2] {
     let blocks = Parser::new(document).into_offset_iter();
-    let mut texts = blocks.scan(false, |inside, (event, at)| {
+    let texts = blocks.scan(false, |inside, (event, at)| {
         match event {
             Event::Start(Tag::CodeBlock(_)) => *inside = true,
             Event::End(TagEnd::CodeBlock) => *inside = false,
@@ -36,9 +53,13 @@ pub fn shown(document: &str) -> &str {
         }
         Some(None)
     });
-    texts
-        .find_map(|text| text.filter(|text| text.contains("\nrequest\n")))
-        .expect("docs/serial.md shows the messages")
+    let layouts: Vec<&str> = texts
+        .flatten()
+        .filter(|text| text.contains("\nrequest\n"))
+        .collect();
+    layouts
+        .try_into()
+        .expect("docs/serial.md shows the messages, and those that were added")
 }
 
 /// The lines of a shown layout from the first message on, without notes, units and line breaks within a message.
@@ -69,8 +90,14 @@ fn plain(line: &str) -> String {
     words.join(" ").to_lowercase().replace('-', " ")
 }
 
-fn message<T: Schema>(name: &str) -> Vec<String> {
-    let cases = cases(T::SCHEMA).iter().enumerate().map(|(number, case)| {
+fn message<T: Schema>(
+    name: &str,
+    numbers: impl SliceIndex<[usize], Output = [usize]>,
+) -> Vec<String> {
+    let all = cases(T::SCHEMA);
+    let every: Vec<usize> = (0..all.len()).collect();
+    let cases = every[numbers].iter().map(|&number| {
+        let case = all[number];
         let body = match case.ty {
             Variant::UnitVariant => String::new(),
             Variant::NewtypeVariant(inner) => match inner.ty {

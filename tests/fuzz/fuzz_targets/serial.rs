@@ -12,6 +12,7 @@ use fixed::types::{U1F31, U12F20, U32F32};
 use libfuzzer_sys::fuzz_target;
 use link::l2a_table::{Interval, L2aTable};
 use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Measured, Request, encode};
+use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::Calibration;
 use tx_firmware::matrix::RecordingMatrix;
@@ -28,6 +29,10 @@ impl Memory for Nothing {
     }
 
     fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
+        Ok(())
+    }
+
+    fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
         Ok(())
     }
 }

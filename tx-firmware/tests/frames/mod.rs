@@ -74,7 +74,7 @@ fn framed(random: &mut Random, wire: &mut Vec<u8>) {
     };
     let mut frame = vec![version, kind];
     frame.extend((random.number() as u32).to_le_bytes());
-    frame.push(random.below(14) as u8);
+    frame.push(random.below(16) as u8);
     for _ in 0..random.below(12) {
         // Small numbers are oftener lengths and numbers of variants.
         let number = random.number();
@@ -103,7 +103,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         .iter_mut()
         .for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(16) {
+    let request = match random.below(18) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -145,6 +145,10 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         14 => Request::WriteTable {
             offset: 0,
             bytes: &image,
+        },
+        15 => Request::ReadSymbolRate,
+        16 => Request::WriteSymbolRate {
+            millihertz: random.below(350_000) as u32,
         },
         _ => Request::CommitTable { crc },
     };

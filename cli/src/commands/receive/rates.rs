@@ -3,17 +3,18 @@
 
 use link::framing::{Deframer, Delivery, Event};
 use link::panel::PanelFrame;
+use link::symbol_rate::SymbolRate;
 use rx_pipeline::detect::Detection;
 use rx_pipeline::symbols::{Symbol, SymbolClock};
 
-/// What transmitters show, in symbols a second: the boards, and most presets.
-pub const TRANSMITTERS_HZ: f32 = 90.0;
+/// What transmitters show that were told nothing, in symbols a second: the boards, and most presets.
+pub const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
 /// That of the paper, and what slower cameras want.
 const OTHERS_HZ: [f32; 12] = [
     100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0,
 ];
-/// The share of a camera's frames at which it can follow symbols, where it is too slow for those of transmitters.
-const FOLLOWED: f32 = 0.9;
+/// The share of a camera's frames at which it can follow symbols.
+const FOLLOWED: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
 /// Rates that are nearer to each other than this, as a part, are one.
 const APART: f32 = 0.01;
 /// LEDs that differ between two readings of different symbols: two of one symbol differ in fewer, two of random bits in 32 ± 4.
@@ -106,7 +107,9 @@ impl Made {
 impl Rates {
     /// All usual ones but the receiver's own, where none was told; else none. `fps` is the camera's.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
-        let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps]);
+        let others = OTHERS_HZ
+            .into_iter()
+            .chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
         let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
         let mut trials: Vec<Trial> = others.filter_map(|rate| Trial::new(rate, fps)).collect();
         trials.sort_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));

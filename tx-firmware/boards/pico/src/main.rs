@@ -39,6 +39,7 @@ use fixed::types::{U1F31, U12F20, U32F32};
 use link::{
     l2a_table::{Interval, L2aTable},
     serial::Faults,
+    symbol_rate::SymbolRate,
 };
 use static_cell::StaticCell;
 use tx_firmware::{
@@ -108,7 +109,12 @@ async fn main(_spawner: Spawner) {
     else {
         panic!("the store's place or the typical calibration is none");
     };
-    let (calibration, table, mut faults) = remembered(&mut store, typical);
+    let Remembered {
+        calibration,
+        table,
+        rate,
+        mut faults,
+    } = remembered(&mut store, typical);
     faults.set(Faults::WATCHDOG, was_reset);
 
     let output_enable = OutputEnable::dark(
@@ -117,7 +123,7 @@ async fn main(_spawner: Spawner) {
         board.PIN_21,
         drive_of(&calibration),
     );
-    let symbols = Symbols::start(symbols::Hardware {
+    let lines = symbols::Hardware {
         slice: board.PWM_SLICE0,
         latch: board.PIN_17,
         spi: board.SPI0,
@@ -125,12 +131,13 @@ async fn main(_spawner: Spawner) {
         data: board.PIN_19,
         trigger: board.DMA_CH0,
         shift: board.DMA_CH1,
-    });
+    };
+    let symbols = Symbols::start(lines, rate);
     let panel = Panel {
         symbols,
         output_enable,
     };
-    let shared = Shared::install(panel, calibration, table);
+    let shared = Shared::install(panel, calibration, table, rate);
     shared.with(|transmitter| transmitter.set_faults(faults, true));
     symbols::enable_interrupt();
 
@@ -164,10 +171,14 @@ async fn main(_spawner: Spawner) {
 }
 
 /// What the flash remembers, or what to do without it, and the faults to report for that.
-fn remembered(
-    store: &mut Store<SteadyFlash>,
-    typical: Calibration,
-) -> (Calibration, L2aTable, Faults) {
+struct Remembered {
+    calibration: Calibration,
+    table: L2aTable,
+    rate: SymbolRate,
+    faults: Faults,
+}
+
+fn remembered(store: &mut Store<SteadyFlash>, typical: Calibration) -> Remembered {
     let mut faults = Faults::empty();
     let calibration = store.calibration().unwrap_or_else(|_| {
         faults.set(Faults::STORE, true);
@@ -177,13 +188,18 @@ fn remembered(
         faults.set(Faults::STORE, true);
         None
     });
+    let rate = store.symbol_rate().unwrap_or_else(|_| {
+        faults.set(Faults::STORE, true);
+        None
+    });
     faults.set(Faults::NO_CALIBRATION, calibration.is_none());
     faults.set(Faults::NO_TABLE, table.is_none());
-    (
-        calibration.unwrap_or(typical),
-        table.unwrap_or_else(L2aTable::shipped),
+    Remembered {
+        calibration: calibration.unwrap_or(typical),
+        table: table.unwrap_or_else(L2aTable::shipped),
+        rate: rate.unwrap_or_default(),
         faults,
-    )
+    }
 }
 
 /// Dims the panel to the light, and keeps the watchdog quiet while symbols are shown: this is the lowest level, so that all

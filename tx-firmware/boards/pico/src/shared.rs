@@ -13,6 +13,7 @@ use link::{
     l2a_table::L2aTable,
     panel::PanelFrame,
     serial::{Faults, Measured, Status},
+    symbol_rate::SymbolRate,
 };
 use tx_firmware::{
     ambient::Smoothing, calibration::Calibration, dimming::Duty, drive::Drive, matrix::LedMatrix,
@@ -21,7 +22,7 @@ use tx_firmware::{
 
 use crate::{
     output_enable::OutputEnable,
-    symbols::{LEAD, LEAD_BEFORE_STOP, Symbols},
+    symbols::{LEAD, Symbols},
 };
 
 /// The LEDs.
@@ -51,9 +52,15 @@ static SHARED: OnceLock<Shared> = OnceLock::new();
 
 impl Shared {
     /// Puts the transmitter where all can reach it.
-    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable) -> &'static Self {
+    pub fn install(
+        panel: Panel,
+        calibration: Calibration,
+        table: L2aTable,
+        rate: SymbolRate,
+    ) -> &'static Self {
         SHARED.get_or_init(|| {
-            let transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
+            let mut transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
+            transmitter.set_symbol_rate(rate);
             Self(Mutex::new(RefCell::new(transmitter)))
         })
     }
@@ -69,14 +76,15 @@ impl Shared {
             .lock(|transmitter| work(&mut transmitter.borrow_mut()))
     }
 
-    /// Makes the panels ready that are shown next.
+    /// Makes the panels ready that are shown next, when one was shifted.
     pub fn prepare_symbols(&self) {
+        self.with(|transmitter| transmitter.matrix_mut().symbols.begin_wanted_rate());
         self.prepare(LEAD);
     }
 
     /// Makes as many panels ready as are shown while the flash stops the processor.
     pub fn prepare_for_stop(&self) {
-        self.prepare(LEAD_BEFORE_STOP);
+        self.prepare(self.with(|transmitter| transmitter.matrix().symbols.lead_before_stop()));
     }
 
     /// A turn for each panel, so that interrupts have theirs.
@@ -123,6 +131,17 @@ impl Device for &'static Shared {
             transmitter.matrix_mut().output_enable.set_drive(drive);
             transmitter.set_calibration(calibration);
             transmitter.set_faults(Faults::NO_CALIBRATION, false);
+        });
+    }
+
+    fn symbol_rate(&self) -> SymbolRate {
+        self.with(|transmitter| transmitter.symbol_rate())
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.with(|transmitter| {
+            transmitter.matrix_mut().symbols.set_rate(rate);
+            transmitter.set_symbol_rate(rate);
         });
     }
 

@@ -11,7 +11,7 @@
 //!
 //! From the ring on everything is hardware: an edge comes when the counter says so, and the panel for the next one is shifted
 //! while the present one is shown. Interrupts that are late, or an erasing flash that stops the processor, move no edge as long
-//! as the ring holds panels.
+//! as the ring holds panels. Another symbol rate begins at an edge, and what is in the ring goes on.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -24,30 +24,32 @@ use embassy_rp::{
     pwm::{self, Pwm},
     spi::{self, Blocking, Spi},
 };
-use link::panel::PanelFrame;
-
-/// Symbols a second: one whole exposure of 1/1000 s for each, at 100 frames a second and any phase.
-pub const SYMBOL_RATE_HZ: u32 = 90;
+use link::{panel::PanelFrame, symbol_rate::SymbolRate};
 
 /// Shift clock; a chain on flying leads takes it, and a panel takes 16 µs.
 const SHIFT_CLOCK_HZ: u32 = 4_000_000;
 
-/// Panels that the ring holds: at 90 symbols a second it outlasts the slowest erase of a flash sector, 400 ms.
-const PANELS: usize = 64;
+/// Panels that the ring holds: at the highest symbol rate it outlasts [`STOP_MS`].
+const PANELS: usize = 128;
 const PANEL_BYTES: usize = 8;
 /// log₂ of the ring's bytes, as the DMA controller wants it.
 const RING_BITS: u8 = (PANELS * PANEL_BYTES).ilog2() as u8;
 
 /// Panels that are kept ready: a new message waits for no more, and the processor may be late by as many symbols.
 pub const LEAD: usize = 3;
-/// Panels made ready before the flash stops the processor: all but the one in the air.
-pub const LEAD_BEFORE_STOP: usize = PANELS - 2;
+/// The most panels made ready: all but the one in the air.
+const LEAD_MAX: usize = PANELS - 2;
+/// What the slowest erase of a flash sector takes, 400 ms, and some more.
+const STOP_MS: u32 = 410;
+const _: () = assert!(lead_before_stop(SymbolRate::MAX) <= LEAD_MAX);
 
+/// The PWM slice that is the symbol clock.
+const SLICE: usize = 0;
 const TRIGGER: usize = 0;
 const SHIFT: usize = 1;
 
 /// The DMA controller wraps its address at the ring's size, so the ring has to be aligned to it.
-#[repr(C, align(512))]
+#[repr(C, align(1024))]
 struct Ring([[AtomicU32; 2]; PANELS]);
 
 static RING: Ring = Ring([const { [const { AtomicU32::new(0) }; 2] }; PANELS]);
@@ -57,6 +59,9 @@ static SHIFT_STARTER: AtomicU32 = AtomicU32::new(1 << SHIFT);
 /// The ring's end that is written to.
 pub struct Symbols {
     next: usize,
+    rate: SymbolRate,
+    /// The rate that begins with the next symbol.
+    wanted: Option<SymbolRate>,
     _latch: Pwm<'static>,
     _shift: Spi<'static, SPI0, Blocking>,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
@@ -75,13 +80,13 @@ pub struct Hardware {
 
 impl Symbols {
     /// Starts the symbol clock with a few dark panels.
-    pub fn start(hardware: Hardware) -> Self {
+    pub fn start(hardware: Hardware, rate: SymbolRate) -> Self {
         let mut bus = spi::Config::default();
         bus.frequency = SHIFT_CLOCK_HZ;
         let shift = Spi::new_blocking_txonly(hardware.spi, hardware.clock, hardware.data, bus);
         pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
 
-        let clock = SymbolClock::for_rate(SYMBOL_RATE_HZ, clk_sys_freq());
+        let clock = SymbolClock::for_rate(rate, clk_sys_freq());
         let mut latch = pwm::Config::default();
         latch.divider = clock.divider.into();
         latch.top = clock.top;
@@ -90,13 +95,37 @@ impl Symbols {
         let latch = Pwm::new_output_b(hardware.slice, hardware.latch, latch);
 
         connect_channels();
-        pac::PWM.ch(0).csr().modify(|w| w.set_en(true));
+        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
         Self {
             next: LEAD,
+            rate,
+            wanted: None,
             _latch: latch,
             _shift: shift,
             _channels: (hardware.trigger, hardware.shift),
         }
+    }
+
+    /// Another rate, from the next symbol on.
+    pub fn set_rate(&mut self, rate: SymbolRate) {
+        self.wanted = Some(rate);
+    }
+
+    /// Gives the symbol that has just begun the length that is wanted: to be called when a panel was shifted.
+    pub fn begin_wanted_rate(&mut self) {
+        if let Some(rate) = self.wanted.take() {
+            SymbolClock::for_rate(rate, clk_sys_freq()).take_over();
+            self.rate = rate;
+        }
+    }
+
+    /// Panels to be made ready before the flash stops the processor.
+    pub fn lead_before_stop(&self) -> usize {
+        // The faster of the two may still be the one that counts.
+        lead_before_stop(
+            self.wanted
+                .map_or(self.rate, |wanted| wanted.max(self.rate)),
+        )
     }
 
     /// Puts a panel behind those that wait.
@@ -114,12 +143,17 @@ impl Symbols {
     pub fn is_short_of(&mut self, lead: usize) -> bool {
         let first_unshifted = first_unshifted();
         let waiting = (self.next + PANELS - first_unshifted) % PANELS;
-        if waiting > LEAD_BEFORE_STOP {
+        if waiting > LEAD_MAX {
             self.next = first_unshifted;
             return true;
         }
         waiting < lead
     }
+}
+
+/// Panels shown in [`STOP_MS`], and those that are ready at any time.
+const fn lead_before_stop(rate: SymbolRate) -> usize {
+    (rate.millihertz() * STOP_MS).div_ceil(1_000_000) as usize + LEAD
 }
 
 /// Where in the ring the DMA controller is: it moves on with every symbol.
@@ -197,15 +231,29 @@ struct SymbolClock {
 }
 
 impl SymbolClock {
-    /// The finest division that the 16-bit counter can hold. At 125 MHz and 90 symbols a second it is 7 parts in a million off,
-    /// less than a crystal.
-    fn for_rate(rate_hz: u32, system_hz: u32) -> Self {
-        let divider = (system_hz / rate_hz).div_ceil(1 << 16).clamp(1, 255);
-        let divided_hz = divider * rate_hz;
-        let counts = (system_hz + divided_hz / 2) / divided_hz;
+    /// The finest division that the 16-bit counter can hold: half a count of 32 768 or more, 15 parts in a million, less than a crystal is off.
+    fn for_rate(rate: SymbolRate, system_hz: u32) -> Self {
+        let cycles = u64::from(system_hz) * 1000 / u64::from(rate.millihertz());
+        let divider = cycles.div_ceil(1 << 16).clamp(1, 255);
+        let counts = (cycles + divider / 2) / divider;
         Self {
             divider: divider as u8,
             top: (counts - 1).min(u16::MAX.into()) as u16,
         }
+    }
+
+    /// Puts this division in place of the running one, so that the symbol on show, counted from its beginning, lasts as long as this says.
+    /// One that is older than that ends at once.
+    fn take_over(&self) {
+        let slice = pac::PWM.ch(SLICE);
+        let before = u32::from(slice.div().read().int());
+        // While the counter stands, a new top counts at once.
+        slice.csr().modify(|w| w.set_en(false));
+        let shown = u32::from(slice.ctr().read().ctr()) * before / u32::from(self.divider);
+        slice.div().write(|w| w.set_int(self.divider));
+        slice.top().write(|w| w.set_top(self.top));
+        let counter = shown.clamp(1, self.top.into()) as u16;
+        slice.ctr().write(|w| w.set_ctr(counter));
+        slice.csr().modify(|w| w.set_en(true));
     }
 }

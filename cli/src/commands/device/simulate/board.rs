@@ -8,6 +8,7 @@ use link::framing::FramingError;
 use link::l2a_table::L2aTable;
 use link::panel::PanelFrame;
 use link::serial::{Faults, Measured, Status};
+use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::Calibration;
 use tx_firmware::schedule::Repeats;
@@ -20,8 +21,6 @@ use super::leds::Leds;
 use super::light_sensor::LightSensor;
 use crate::device::bench::BENCH;
 
-/// Of the Pico's panel.
-pub const SYMBOL_RATE_HZ: f64 = 90.0;
 /// Between two readings of the light.
 const SENSOR_PERIOD: Duration = Duration::from_millis(100);
 
@@ -48,8 +47,9 @@ pub struct Board {
     store: Store<Flash>,
     /// When it started.
     began: Duration,
-    /// Symbols and readings since.
-    symbols: u32,
+    /// When the next symbol begins.
+    next_symbol: Duration,
+    /// Readings since it started.
     readings: u32,
 }
 
@@ -66,6 +66,10 @@ impl Board {
             faults.insert(Faults::STORE);
             None
         });
+        let rate = store.symbol_rate().unwrap_or_else(|_| {
+            faults.insert(Faults::STORE);
+            None
+        });
         faults.set(Faults::NO_CALIBRATION, calibration.is_none());
         faults.set(Faults::NO_TABLE, table.is_none());
         let calibration = match calibration {
@@ -78,26 +82,21 @@ impl Board {
             table.unwrap_or_else(L2aTable::shipped),
             Smoothing::default(),
         );
+        transmitter.set_symbol_rate(rate.unwrap_or_default());
         transmitter.set_faults(faults, true);
         Ok(Self {
             transmitter,
             service: Service::new(IDENTITY),
             store,
             began,
-            symbols: 0,
+            next_symbol: began,
             readings: 0,
         })
     }
 
     /// The same board after its power went and came back, instead of the next symbol.
     pub fn restarted(self) -> anyhow::Result<Self> {
-        let began = self.next_symbol();
-        Self::start(self.store.release(), began)
-    }
-
-    /// When the next symbol begins.
-    fn next_symbol(&self) -> Duration {
-        self.began + Duration::from_secs_f64(f64::from(self.symbols) / SYMBOL_RATE_HZ)
+        Self::start(self.store.release(), self.next_symbol)
     }
 
     /// What comes back for these bytes.
@@ -116,7 +115,7 @@ impl Board {
 
     /// Goes on until `now`, and returns the next symbol that begins before it, or none where there is none.
     pub fn advance(&mut self, now: Duration, sensor: &mut LightSensor) -> Option<Symbol> {
-        let at = self.next_symbol();
+        let at = self.next_symbol;
         loop {
             let since_start = SENSOR_PERIOD * self.readings;
             if self.began + since_start > at.min(now) {
@@ -130,7 +129,7 @@ impl Board {
         if at > now {
             return None;
         }
-        self.symbols += 1;
+        self.next_symbol += Duration::from_secs_f64(1.0 / self.transmitter.symbol_rate().hz());
         let Ok(panel) = self.transmitter.tick();
         Some(Symbol {
             at,
@@ -166,6 +165,14 @@ impl Device for Panel<'_> {
         leds.set_calibration(calibration.measured());
         self.0.set_calibration(calibration);
         self.0.set_faults(Faults::NO_CALIBRATION, false);
+    }
+
+    fn symbol_rate(&self) -> SymbolRate {
+        self.0.symbol_rate()
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.0.set_symbol_rate(rate);
     }
 
     fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {

@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use link::panel::PanelFrame;
+use link::symbol_rate::SymbolRate;
 use sim::accuracy::Level;
-use sim::camera::clock::WINDOW;
+use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::road::moved;
 use sim::scene::Scene;
 
-use super::board::{SYMBOL_RATE_HZ, Symbol};
+use super::board::Symbol;
 use crate::device::bench::BENCH;
 use crate::outputs;
 use crate::pictures;
@@ -71,7 +72,7 @@ impl Camera {
     /// A camera that begins with the board. The scene's panel is driven by the board, and its light is what the scene says.
     pub fn new(scene: &Scene, reel: Reel, seed: u64) -> anyhow::Result<Self> {
         let mut scene = scene.clone();
-        scene.link.symbol_rate_hz = SYMBOL_RATE_HZ;
+        scene.link.symbol_rate_hz = SymbolRate::DEFAULT.hz();
         let bench = BENCH.luminance_full_cd_m2.to_num();
         let full_cd_m2 = scene.panels[0].luminance_max_cd_m2.unwrap_or(bench);
         let renderer = Renderer::new(&scene, Level::Fine)?;
@@ -121,13 +122,9 @@ impl Camera {
     pub fn see(&mut self, symbol: Symbol, most: u64) -> anyhow::Result<()> {
         self.symbols.push_back(symbol);
         while self.frame < most {
-            let moment = self.renderer.moment(self.frame);
-            while self.first < moment.symbol && self.symbols.pop_front().is_some() {
-                self.first += 1;
-            }
-            if self.symbols.len() < WINDOW {
+            let Some(moment) = self.moment() else {
                 break;
-            }
+            };
             if let Some(scene) = moved(&self.scene, self.frame) {
                 self.look_at(&scene)
                     .with_context(|| format!("frame {}", self.frame))?;
@@ -146,6 +143,30 @@ impl Camera {
             self.frame += 1;
         }
         Ok(())
+    }
+
+    /// When the next frame is exposed, in the symbols that the board shows at its own rate; none as long as not all of them are known that
+    /// the exposure may see.
+    fn moment(&mut self) -> Option<Moment> {
+        let moment = self.renderer.moment(self.frame);
+        let link = &self.scene.link;
+        // By the board's clock.
+        let start_s = moment.start_s * moment.transmitter_rate + link.phase / link.symbol_rate_hz;
+        let begins_by = |symbol: &Symbol| symbol.at.as_secs_f64() <= start_s + 1e-9;
+        while self.symbols.get(1).is_some_and(begins_by) {
+            self.symbols.pop_front();
+            self.first += 1;
+        }
+        if self.symbols.len() < WINDOW {
+            return None;
+        }
+        let [began_s, ended_s] = [0, 1].map(|index| self.symbols[index].at.as_secs_f64());
+        Some(Moment {
+            symbol: self.first,
+            since_change_s: (start_s - began_s).max(0.0) / moment.transmitter_rate,
+            symbol_s: (ended_s - began_s) / moment.transmitter_rate,
+            ..moment
+        })
     }
 
     fn keep(&mut self) -> anyhow::Result<()> {

@@ -1,0 +1,164 @@
+//! Symbols a second: what transmitters can show, and what a camera can follow.
+
+use core::fmt;
+
+use thiserror::Error;
+
+/// The rate of a transmitter's symbols, in steps of 1/1000 a second, from [`MIN`](Self::MIN) to [`MAX`](Self::MAX).
+///
+/// ```
+/// use link::symbol_rate::SymbolRate;
+/// assert_eq!(SymbolRate::DEFAULT, SymbolRate::from_hz(90.0)?);
+/// assert_eq!(SymbolRate::from_hz(22.5)?.millihertz(), 22_500);
+/// let slow = SymbolRate::from_hz(2.0).unwrap_err().to_string();
+/// assert!(slow.starts_with("2 symbols a second are outside 9 to 300:"));
+/// # Ok::<(), link::symbol_rate::SymbolRateError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SymbolRate {
+    millihertz: u32,
+}
+
+/// No transmitter shows so many symbols a second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error(
+    "{} symbols a second are outside {} to {}: give a rate a little below the camera's frames a second",
+    Thousandths(*.millihertz), SymbolRate::MIN, SymbolRate::MAX
+)]
+pub struct SymbolRateError {
+    /// The rate asked for, in thousandths of a symbol a second.
+    pub millihertz: u32,
+}
+
+impl SymbolRate {
+    /// 9 a second: what a camera of 10 frames a second follows, and the slowest that a 16-bit counter behind a divider by 255 gives at 150
+    /// MHz.
+    pub const MIN: Self = Self { millihertz: 9_000 };
+    /// 300 a second: a board then still has panels ready for the 0.4 s for which flash memory may stop its processor.
+    pub const MAX: Self = Self {
+        millihertz: 300_000,
+    };
+    /// 90 a second, for a camera of 100 frames a second: what a transmitter shows that was told nothing.
+    pub const DEFAULT: Self = Self { millihertz: 90_000 };
+
+    /// The share of a camera's frames a second at which its symbols come.
+    ///
+    /// At the frame rate itself the exposures may begin within a change of symbols for seconds. A tenth below, the phase has gone round
+    /// after ten frames, every symbol has a whole exposure of its own up to 1/9 of the time between frames, and a tenth of the rate is
+    /// what this costs.
+    pub const SHARE_OF_FRAMES: f64 = 0.9;
+
+    /// So many thousandths of a symbol a second.
+    ///
+    /// # Errors
+    /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX).
+    pub const fn from_millihertz(millihertz: u32) -> Result<Self, SymbolRateError> {
+        if millihertz < Self::MIN.millihertz || millihertz > Self::MAX.millihertz {
+            return Err(SymbolRateError { millihertz });
+        }
+        Ok(Self { millihertz })
+    }
+
+    /// So many symbols a second, to the nearest thousandth.
+    ///
+    /// # Errors
+    /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX), and for what is no number.
+    pub fn from_hz(hz: f64) -> Result<Self, SymbolRateError> {
+        Self::from_millihertz((hz * 1e3 + 0.5) as u32)
+    }
+
+    /// The rate for a camera of `frames_hz` frames a second that exposes for `exposure_s`, s; where the sensor is read line by line, the
+    /// time in which the panel's lines are read is to be added.
+    ///
+    /// A symbol is to hold a whole exposure at any phase, so it lasts at least the time between frames and an exposure (`docs/detectors.md`,
+    /// "Symbols and clocks"), and no rate is above [`SHARE_OF_FRAMES`](Self::SHARE_OF_FRAMES) of the frames. Cameras faster than a
+    /// transmitter get [`MAX`](Self::MAX).
+    ///
+    /// ```
+    /// use link::symbol_rate::SymbolRate;
+    /// for (frames_hz, exposure_s, rate_hz) in [(30.0, 0.001, 27.0), (60.0, 0.001, 54.0), (100.0, 0.001, 90.0), (30.0, 1.0 / 30.0, 15.0)] {
+    ///     assert_eq!(SymbolRate::for_camera(frames_hz, exposure_s)?, SymbolRate::from_hz(rate_hz)?);
+    /// }
+    /// # Ok::<(), link::symbol_rate::SymbolRateError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SymbolRateError`] where the camera is too slow for [`MIN`](Self::MIN), and for what is no camera.
+    pub fn for_camera(frames_hz: f64, exposure_s: f64) -> Result<Self, SymbolRateError> {
+        let whole_exposures_hz = 1.0 / (1.0 / frames_hz + exposure_s);
+        let hz = (Self::SHARE_OF_FRAMES * frames_hz).min(whole_exposures_hz);
+        Self::from_hz(hz.min(Self::MAX.hz()))
+    }
+
+    /// Thousandths of a symbol a second.
+    pub const fn millihertz(self) -> u32 {
+        self.millihertz
+    }
+
+    /// Symbols a second.
+    pub fn hz(self) -> f64 {
+        f64::from(self.millihertz) / 1e3
+    }
+}
+
+impl Default for SymbolRate {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl fmt::Display for SymbolRate {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        Thousandths(self.millihertz).fmt(formatter)
+    }
+}
+
+/// A number of thousandths, shown as a decimal fraction.
+pub(crate) struct Thousandths(pub u32);
+
+impl fmt::Display for Thousandths {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (f64::from(self.0) / 1e3).fmt(formatter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::ToString;
+
+    #[test]
+    fn the_ends_of_the_range_are_allowed_and_nothing_beyond() {
+        for rate in [SymbolRate::MIN, SymbolRate::DEFAULT, SymbolRate::MAX] {
+            assert_eq!(SymbolRate::from_millihertz(rate.millihertz()), Ok(rate));
+            assert_eq!(SymbolRate::from_hz(rate.hz()), Ok(rate));
+        }
+        for millihertz in [0, 8_999, 300_001, u32::MAX] {
+            assert_eq!(
+                SymbolRate::from_millihertz(millihertz),
+                Err(SymbolRateError { millihertz })
+            );
+        }
+        for hz in [f64::NAN, -27.0, f64::INFINITY, 0.0] {
+            assert!(SymbolRate::from_hz(hz).is_err());
+        }
+        let error = SymbolRate::from_hz(8.9995).map(|rate| rate.to_string());
+        assert_eq!(error, Ok("9".into()));
+    }
+
+    proptest! {
+        #[test]
+        fn a_symbol_holds_a_whole_exposure_of_its_camera(frames_hz in 11.0..400.0_f64, share in 0.0..1.0_f64) {
+            let exposure_s = share / frames_hz;
+            match SymbolRate::for_camera(frames_hz, exposure_s) {
+                Ok(rate) => {
+                    let rounding_hz = 0.5e-3;
+                    prop_assert!(1.0 / (rate.hz() - rounding_hz) >= 1.0 / frames_hz + exposure_s);
+                    prop_assert!(rate.hz() <= 0.9 * frames_hz + rounding_hz);
+                }
+                Err(_) => prop_assert!(1.0 / (1.0 / frames_hz + exposure_s) < SymbolRate::MIN.hz()),
+            }
+        }
+    }
+}
