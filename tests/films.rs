@@ -37,6 +37,13 @@ fn h264_of_common_quality_is_received(vocc: &Path) {
                 .args(["-c:v", "libx264", "-crf", quality, "-pix_fmt", "yuv420p"])
                 .arg(&film),
         );
+        let received = Command::new(vocc).arg("receive").arg(&film).output();
+        let received = received.expect("vocc runs");
+        assert!(
+            text(&received.stdout).contains(MESSAGE),
+            "CRF {quality}: {}",
+            text(&received.stderr)
+        );
         for (format, decoded_as, received_as) in [
             ("yuv4mpegpipe", &[][..], &[][..]),
             ("rawvideo", &["-pix_fmt", "gray"], &["--raw", "320x240"]),

@@ -3,6 +3,7 @@
 //! | part | makes |
 //! |---|---|
 //! | [`files`] | the frames of a folder, and the numbers that their names give them |
+//! | [`film`] | the frames of a film, by ffmpeg |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
 //! | [`stream`] | grey of y4m or raw bytes |
 //! | [`colour`], [`mosaic`] | one channel of a colour picture, or of the mosaic before a sensor's colour filters |
@@ -11,6 +12,7 @@
 pub mod colour;
 mod deep;
 pub mod files;
+pub mod film;
 mod mosaic;
 pub mod picture;
 pub mod stream;

@@ -4,10 +4,11 @@
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use anyhow::{bail, ensure};
+use anyhow::{Context, bail};
 use sim::scene::{Scene, preset_toml};
 
 use crate::files;
+use crate::frames::files::pictures_in;
 
 /// Looks at each file that is going to be written, where `read` are those that the command reads.
 ///
@@ -52,18 +53,22 @@ pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
     }
 }
 
-/// Looks at a folder for frames, which must not be mixed with others.
+/// Looks at a folder for frames, which must not be mixed with others: not with those of an older run, nor with any other picture that
+/// `vocc receive` would take for one of them.
 ///
 /// # Errors
 /// When there are some already, or none can be written there.
 pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
-    let mut entries = std::fs::read_dir(folder)?.filter_map(Result::ok);
-    let frame = entries.find(|entry| entry.file_name().to_string_lossy().starts_with("frame-"));
-    ensure!(
-        frame.is_none(),
-        "{} holds frames already, and two recordings would be one: name another folder, or clear this one",
-        folder.display()
-    );
+    let pictures = pictures_in(folder)
+        .with_context(|| format!("cannot read the folder {}", folder.display()))?;
+    if let Some(picture) = pictures.iter().min() {
+        bail!(
+            "{} holds frames already, such as {}, and two recordings would be read as one: name a new folder, or remove these pictures \
+             yourself",
+            folder.display(),
+            picture.file_name().unwrap_or_default().display()
+        );
+    }
     files::check(&folder.join("frame-000000.png")).map(drop)
 }
 

@@ -13,6 +13,18 @@ pub fn write_png(path: &Path, grey: &[u8], width: usize, height: usize) -> anyho
     write_encoded(path, grey, size, ExtendedColorType::L8)
 }
 
+/// Each pixel of rows so wide as a square of `zoom` × `zoom`.
+pub fn enlarged(grey: &[u8], width: usize, zoom: usize) -> Vec<u8> {
+    let rows = grey.chunks_exact(width.max(1));
+    let wide = |row: &[u8]| -> Vec<u8> {
+        let pixels = row.iter();
+        pixels
+            .flat_map(|&pixel| std::iter::repeat_n(pixel, zoom))
+            .collect()
+    };
+    rows.flat_map(|row| wide(row).repeat(zoom)).collect()
+}
+
 /// Writes pixels as PNG: whole or not at all.
 pub fn write_encoded(
     path: &Path,
@@ -77,6 +89,15 @@ pub fn write_npy<T: Number>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_pixel_becomes_a_square() {
+        assert_eq!(enlarged(&[1, 2, 3, 4], 2, 1), [1, 2, 3, 4]);
+        assert_eq!(
+            enlarged(&[1, 2, 3, 4], 2, 2),
+            [1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4, 3, 3, 4, 4]
+        );
+    }
 
     #[test]
     fn matrices_are_written_as_numpy_reads_them() {

@@ -6,6 +6,7 @@
 
 use std::io::{BufRead, Read};
 use std::path::Path;
+use std::process::{Child, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -25,6 +26,9 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
 /// Held while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
+
+/// Another program that this one has started.
+static OTHER: Mutex<Option<Child>> = Mutex::new(None);
 
 /// What a command has to end by itself. With what comes after, a program ends within a second.
 const PATIENCE: Duration = Duration::from_millis(900);
@@ -63,6 +67,7 @@ fn end(signal: i32) {
     }
     let _whole = writing();
     if is_heard {
+        end_other();
         output::tell("vocc: interrupted in the middle; what was kept before stays");
         std::process::exit(1);
     }
@@ -88,6 +93,36 @@ pub fn interrupted(kept: &Path) -> Answer {
 /// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.
 pub fn writing() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Lets a program that was started end with this one, or when that is asked for.
+pub fn end_with(other: Child) {
+    end_other();
+    *started() = Some(other);
+}
+
+/// Ends the program that was started, if it still runs.
+pub fn end_other() {
+    if let Some(mut other) = started().take() {
+        let _ = other.kill();
+        let _ = other.wait();
+    }
+}
+
+/// How the program that was started has ended; none where this one is asked to end before, or it cannot be known.
+pub fn wait_for_other() -> Option<ExitStatus> {
+    while !ASKED.load(Ordering::Relaxed) {
+        let status = started().as_mut()?.try_wait();
+        match status {
+            Ok(None) => std::thread::sleep(LOOK_EVERY),
+            ended => return ended.ok().flatten(),
+        }
+    }
+    None
+}
+
+fn started() -> MutexGuard<'static, Option<Child>> {
+    OTHER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What comes from a source that may never answer; it ends when the program is asked to.

@@ -185,7 +185,9 @@ fn bad_images_are_refused() {
     refused(&["decode", &path("none.pgm")], &["none.pgm"]);
     refused(&["decode", &path("missing.png")], &["missing.png"]);
     refused(&["receive", &path("missing.png")], &["missing.png"]);
-    refused(&["receive", "road.mp4"], &["ffmpeg -i road.mp4"]);
+    refused(&["receive", "road.mp4"], &["cannot read road.mp4"]);
+    let two = ["receive", "road.mp4", "road.mp4"];
+    refused(&two, &["is a film", "ffmpeg -i road.mp4"]);
     refused(&["receive", "-"], &["--raw"]);
     refused(&["receive", "-", "--raw", "0x10"], &["WIDTHxHEIGHT"]);
     let crossed = "10,10,50,50,50,10,10,50";

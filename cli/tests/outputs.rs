@@ -166,6 +166,8 @@ fn nothing_that_is_read_is_overwritten() {
     write("user.svg", "mine\n");
     write("old.toml", "mine = true\n");
     write("protected.png", "mine\n");
+    std::fs::create_dir(place.join("photographs")).expect("a folder");
+    write("photographs/mine.JPG", "mine\n");
     let made = bash(
         &place,
         "vocc link --frames 2 --save film > /dev/null; chmod a-w protected.png; ln -s nowhere dangling.png
@@ -222,6 +224,7 @@ fn nothing_that_is_read_is_overwritten() {
         ),
         ("receive scene.toml --show .", "holds frames"),
         ("link --frames 2 --save film", "holds frames already"),
+        ("link --frames 2 --save photographs", "such as mine.JPG"),
         ("table pull old.toml --port /dev/none", "holds more"),
         ("sweep --slurm old.toml plan.toml", "plan.toml"),
     ] {

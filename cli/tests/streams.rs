@@ -3,66 +3,11 @@
 mod common;
 
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Output, Stdio};
 
+use common::recording::{MESSAGE, film, filmed, pixels, run, y4m};
 use common::{command, says, text};
-
-const MESSAGE: &str = "bend ahead";
-
-fn run(command: &mut Command) -> Output {
-    command.output().expect("the program runs")
-}
-
-/// A fresh folder with the frames of a link on the day preset, in a smaller picture.
-fn filmed(name: &str, frames: u32) -> PathBuf {
-    film(name, MESSAGE, frames, 90)
-}
-
-/// The same of any message, with so many symbols a second.
-fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    let mut link = command(&[]);
-    link.args([
-        "link",
-        "day",
-        "--level",
-        "fast",
-        "--message",
-        message,
-        "--frames",
-        &frames.to_string(),
-        "--save",
-    ]);
-    link.arg(&folder).args([
-        "--set",
-        "camera.width_px=320",
-        "--set",
-        "camera.height_px=240",
-        "--set",
-        &format!("link.symbol_rate_hz={symbol_rate_hz}"),
-    ]);
-    let output = run(&mut link);
-    assert!(
-        output.status.code().is_some_and(|code| code < 2),
-        "{}",
-        text(&output.stderr)
-    );
-    folder
-}
-
-fn pixels(folder: &Path) -> Vec<Vec<u8>> {
-    let mut names: Vec<_> = std::fs::read_dir(folder)
-        .expect("a folder")
-        .map(|entry| entry.expect("an entry").path())
-        .collect();
-    names.sort();
-    names
-        .iter()
-        .map(|name| image::open(name).expect("a frame").into_luma8().into_raw())
-        .collect()
-}
 
 /// Receives what a file holds, on standard input.
 fn receive(file: &Path, arguments: &[&str]) -> Output {
@@ -76,12 +21,7 @@ fn receive(file: &Path, arguments: &[&str]) -> Output {
 #[test]
 fn y4m_is_received() {
     let folder = filmed("y4m", 16);
-    let mut stream = b"YUV4MPEG2 W320 H240 F100:1 Ip C420jpeg\n".to_vec();
-    for frame in pixels(&folder) {
-        stream.extend(b"FRAME\n");
-        stream.extend(frame);
-        stream.extend([128; 160 * 120 * 2]);
-    }
+    let mut stream = y4m(&folder);
     let file = folder.join("film.y4m");
     std::fs::write(&file, &stream).expect("a file");
     let whole = receive(&file, &[]);

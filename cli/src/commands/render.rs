@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use rand::Rng;
 use serde::Serialize;
 use sim::accuracy::Level;
@@ -23,7 +23,7 @@ const LEDS: u32 = link::panel::LEDS as u32;
 /// Arguments of `vocc render`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset or a TOML file.
+    /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: String,
     /// The picture to write, a PNG file.
@@ -44,7 +44,13 @@ pub struct Arguments {
     /// The first panel's surroundings instead of the whole sensor.
     #[arg(long)]
     crop: bool,
+    /// The first panel's surroundings with each pixel N times as wide and high, to be looked at; numbers are of the pixels before.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
+    zoom: Option<u8>,
 }
+
+/// The longest side of an enlarged picture.
+const SIDE_MAX: usize = 16_384;
 
 #[derive(Serialize)]
 struct Report {
@@ -55,6 +61,7 @@ struct Report {
     error_bound_grey: f64,
     origin_px: [usize; 2],
     size_px: [usize; 2],
+    zoom: u8,
     corners_px: [[f64; 2]; 4],
     out: PathBuf,
     plan: sim::plan::Plan,
@@ -92,11 +99,20 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             renderer.steady(panel, PanelFrame::from_bits(bits))
         })
         .collect();
-    let region = if arguments.crop {
+    let region = if arguments.crop || arguments.zoom.is_some() {
         renderer.surroundings(0)
     } else {
         renderer.sensor()
     };
+    let zoom = arguments.zoom.map_or(1, usize::from);
+    let longest = region.width.max(region.height);
+    ensure!(
+        longest * zoom <= SIDE_MAX,
+        "{} × {} pixels, each {zoom} times as wide, are more than a picture of {SIDE_MAX}: give --zoom up to {}",
+        region.width,
+        region.height,
+        SIDE_MAX / longest
+    );
     let moment = renderer.moment(arguments.frame);
     let mut picture = vec![0; region.width * region.height];
     if arguments.level == Level::Reference {
@@ -114,7 +130,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             pictures::write_npy(path, canvas.values(), region.width, region.height)?;
         }
     }
-    pictures::write_png(&arguments.out, &picture, region.width, region.height)?;
+    let enlarged = pictures::enlarged(&picture, region.width, zoom);
+    let [width, height] = [region.width, region.height].map(|side| side * zoom);
+    pictures::write_png(&arguments.out, &enlarged, width, height)?;
     report(
         arguments,
         shared,
@@ -144,6 +162,7 @@ fn report(
         error_bound_grey: arguments.level.error_bound_grey(),
         origin_px: [region.x, region.y],
         size_px: [region.width, region.height],
+        zoom: arguments.zoom.unwrap_or(1),
         corners_px,
         out: arguments.out.clone(),
         plan: renderer.plan().clone(),
@@ -174,8 +193,14 @@ fn report(
         "grey     at most {} from the reference, before rounding",
         report.error_bound_grey
     ))?;
+    let enlarged = match report.zoom {
+        1 => String::new(),
+        zoom => format!(
+            ", each drawn as {zoom} × {zoom}, which is for the eye and not for `vocc decode`"
+        ),
+    };
     line(&format!(
-        "written  {} ({} × {}, from ({}, {}) of the sensor)",
+        "written  {} ({} × {} pixels from ({}, {}) of the sensor on{enlarged})",
         report.out.display(),
         region.width,
         region.height,

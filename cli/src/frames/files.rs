@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 
-/// How the names of films end.
-const FILMS: [&str; 9] = [
-    "mp4", "m4v", "mov", "mkv", "webm", "avi", "mts", "y4m", "mpg",
-];
+use super::film;
+
+/// How the names of pictures end.
+const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
 
 /// A frame's file, and when it was taken: in frames of the camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,26 +28,20 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
             "standard input (-) cannot be mixed with files: give it alone"
         );
         if !source.is_dir() {
-            check_film(source)?;
+            ensure!(
+                !film::is_one(source),
+                "{0} is a film: `vocc receive {0}`, with nothing beside it, reads its messages; `ffmpeg -i {0} frame-%06d.png` makes \
+                 frames of it",
+                source.display()
+            );
             frames.push(source.clone());
             continue;
         }
-        let entries = std::fs::read_dir(source)
+        let mut inside = pictures_in(source)
             .with_context(|| format!("cannot read the folder {}", source.display()))?;
-        let mut inside = entries
-            .map(|entry| Ok(entry?.path()))
-            .collect::<std::io::Result<Vec<_>>>()
-            .with_context(|| format!("cannot read the folder {}", source.display()))?;
-        inside.retain(|path| {
-            path.extension().is_some_and(|kind| {
-                ["png", "jpg", "jpeg", "pgm"]
-                    .iter()
-                    .any(|known| kind.eq_ignore_ascii_case(known))
-            })
-        });
         ensure!(
             !inside.is_empty(),
-            "the folder {} has no PNG, JPEG or PGM files; pipe a video, such as from `ffmpeg -i VIDEO -f yuv4mpegpipe - | vocc receive -`",
+            "the folder {} has no PNG, JPEG or PGM files; a film is received by its own name",
             source.display()
         );
         inside.sort();
@@ -61,17 +55,20 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
         .collect())
 }
 
-/// That a file is not a whole film.
-fn check_film(path: &Path) -> anyhow::Result<()> {
-    let is_film = path
-        .extension()
-        .is_some_and(|kind| FILMS.iter().any(|known| kind.eq_ignore_ascii_case(known)));
-    ensure!(
-        !is_film,
-        "{0} is a film: pipe it, by `ffmpeg -i {0} -f yuv4mpegpipe - | vocc receive -`",
-        path.display()
-    );
-    Ok(())
+/// The pictures in a folder, in no order.
+pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let paths = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+    let mut paths: Vec<PathBuf> = paths.collect::<std::io::Result<_>>()?;
+    paths.retain(|path| has_ending(path, &PICTURES));
+    Ok(paths)
+}
+
+/// Whether a name ends in one of these, in letters of any size.
+pub fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    endings
+        .iter()
+        .any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// The frames' numbers from 0 on.

@@ -1,4 +1,4 @@
-//! Frames on standard input: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it, of 8 to 16 bits, with colours or without.
+//! Frames one after another: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it, of 8 to 16 bits, with colours or without.
 //!
 //! The crate y4m (0.8) takes a stream that is cut inside a frame for its end, and multiplies the sides in the header unchecked;
 //! to guard it against both takes more lines than the format.
@@ -55,11 +55,13 @@ impl<R: BufRead> Stream<R> {
         let (size, video) = match raw {
             Some(size) => (size, None),
             None => {
-                let header = line(&mut input)?.unwrap_or_default();
+                let header = line(&mut input)?.context(
+                    "the stream has no frames: pipe y4m, or raw grey bytes with --raw WIDTHxHEIGHT",
+                )?;
                 ensure!(
                     begins_with(&header, Y4M),
-                    "frames on standard input have no size: give it with --raw WIDTHxHEIGHT, or pipe y4m, such as from \
-                     `ffmpeg -i VIDEO -f yuv4mpegpipe -`"
+                    "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or pipe \
+                     y4m, such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
                 );
                 let (size, video) = y4m_header(&String::from_utf8_lossy(&header))?;
                 (size, Some(video))
@@ -107,13 +109,13 @@ impl<R: BufRead> Stream<R> {
         let whole = self.grey.len();
         ensure!(
             filled == whole,
-            "standard input ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
+            "the stream ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
             self.size.0,
             self.size.1
         );
         ensure!(
             fill(&mut self.input, &mut self.colours)? == self.colours.len(),
-            "standard input ends inside a frame's colours"
+            "the stream ends inside a frame's colours"
         );
         let samples = self.size.0 * self.size.1;
         if let Some(video) = self.video {
@@ -196,7 +198,7 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> anyhow::Result<usize> {
             Ok(0) => break,
             Ok(read) => filled += read,
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error).context("cannot read standard input"),
+            Err(error) => return Err(error).context("cannot read the stream"),
         }
     }
     Ok(filled)
@@ -208,13 +210,13 @@ fn line(input: &mut impl BufRead) -> anyhow::Result<Option<Vec<u8>>> {
     input
         .take(LINE_MAX)
         .read_until(b'\n', &mut line)
-        .context("cannot read standard input")?;
+        .context("cannot read the stream")?;
     if line.is_empty() {
         return Ok(None);
     }
     ensure!(
         line.pop() == Some(b'\n'),
-        "standard input has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their \
+        "the stream has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their \
          size with --raw WIDTHxHEIGHT"
     );
     Ok(Some(line))

@@ -1,6 +1,8 @@
 //! `vocc` run as its users run it.
 #![allow(dead_code, reason = "no test needs all of it")]
 
+pub mod recording;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -7,15 +7,17 @@ mod reception;
 mod report;
 mod stage_times;
 
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 
-use crate::camera::CameraArguments;
+use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile};
+use crate::frames::film::{self, Film};
 use crate::frames::picture::PictureReader;
 use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::options::Shared;
@@ -32,22 +34,24 @@ const PANELS_MAX: usize = 4;
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A folder of frames (PNG, JPEG, PGM; in the order of their names), one frame, or `-` for y4m or raw grey bytes on standard input.
-    #[arg(required = true)]
+    /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names), single frames, or `-` for
+    /// y4m or raw grey bytes on standard input.
+    #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<PathBuf>,
     /// Size of the raw frames on standard input.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
-    /// Frames a second of the camera; by default those that a y4m stream tells, else 100.
+    /// Frames a second of the camera; by default those that a film or a y4m stream tells, else 100.
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
-    /// Panels a second of the transmitter. Where it is not told, 90 as the Pico shows, and what else is usual, is tried.
+    /// Symbols a second that the transmitter shows. Where it is not told, 90 as the Pico shows, and what else is usual, is tried.
     #[arg(long, value_name = "F")]
     symbol_rate: Option<f32>,
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
     detector: DetectorChoice,
-    /// Also print what each frame shows; JSON has the symbol's number, too, counted by --symbol-rate, or by the rate found once it is.
+    /// Also print the bits that each frame shows; JSON has the symbol's number, too, counted by --symbol-rate, or by the rate found once it
+    /// is.
     #[arg(long)]
     bits: bool,
     /// Panels to follow at once, each with its own message.
@@ -106,62 +110,120 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     }
 }
 
+/// Where frames come from.
+enum Source<'a> {
+    Input,
+    Film(&'a Path),
+    Files(Vec<FrameFile>),
+}
+
+impl<'a> Source<'a> {
+    fn of(sources: &'a [PathBuf]) -> anyhow::Result<Self> {
+        Ok(match sources {
+            [source] if source == Path::new("-") => Self::Input,
+            [source] if film::is_one(source) && !source.is_dir() => Self::Film(source),
+            sources => Self::Files(files::of(sources)?),
+        })
+    }
+
+    /// The files that are read.
+    fn files(&self) -> Vec<PathBuf> {
+        match self {
+            Self::Input => Vec::new(),
+            Self::Film(film) => vec![film.to_path_buf()],
+            Self::Files(files) => files.iter().map(|file| file.path.clone()).collect(),
+        }
+    }
+
+    /// How many frames there are, if that is known.
+    fn frames(&self) -> Option<u64> {
+        match self {
+            Self::Input | Self::Film(_) => None,
+            Self::Files(files) => Some(files.len() as u64),
+        }
+    }
+}
+
 fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let source = Source::of(&arguments.sources)?;
+    let read = source.files();
     if let Some(folder) = &arguments.show {
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let is_stream = arguments.sources == [Path::new("-")];
-    let files = if is_stream {
-        Vec::new()
-    } else {
-        files::of(&arguments.sources)?
-    };
-    if let Some(folder) = &arguments.show {
+    if let (Some(folder), Source::Files(files)) = (&arguments.show, &source) {
         let mut folders = files.iter().filter_map(|file| file.path.parent());
         ensure!(
             !folders.any(|other| outputs::is_same(other, folder)),
             "{} holds frames that are read, and pictures of them would be taken for more: name another folder",
             folder.display()
         );
+    }
+    if let Some(folder) = &arguments.show {
         crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
     }
     outputs::check(
         arguments.save_camera.clone(),
-        files
-            .iter()
-            .map(|file| file.path.clone())
-            .chain(arguments.camera.file()),
+        read.into_iter().chain(arguments.camera.file()),
     )?;
-    let stop = stop();
-    let total = (!is_stream).then_some(files.len() as u64);
     let told = arguments.camera.told(arguments.pixels)?;
-    let mut reception = Reception::<PANELS>::new(arguments, told, shared, total)?;
-    if is_stream {
-        let channel = told.pixels.channel.unwrap_or_default();
-        let input = Input::new(std::io::stdin(), stop).context("cannot read standard input")?;
-        let mut stream = Stream::open(input, arguments.raw, channel)?;
-        let (width, height) = stream.size();
-        if let Some(rate) = stream.rate() {
-            reception.by_default(rate)?;
+    let reception = Reception::<PANELS>::new(arguments, told, shared, source.frames())?;
+    let channel = told.pixels.channel.unwrap_or_default();
+    match source {
+        Source::Input => {
+            let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
+            let stream = Stream::open(input, arguments.raw, channel)?;
+            receive_stream(reception, stream, || Ok(()))
         }
-        loop {
-            match stream.next_frame() {
-                Ok(Some(grey)) => reception.take_next(&Frame::new(grey, width, height)?)?,
-                Ok(None) => return reception.finish(),
-                // Its end was cut off by whoever has asked to stop.
-                Err(_) if stop.is_asked() => return reception.finish(),
-                Err(error) => {
-                    // What came before it is not lost.
-                    reception.finish()?;
-                    return Err(error);
-                }
+        Source::Film(path) => {
+            let (film, frames) = Film::open(path)?;
+            let input = Input::new(frames, stop()).context("cannot read the film")?;
+            match Stream::open(input, None, channel) {
+                Ok(stream) => receive_stream(reception, stream, || film.end()),
+                // Whoever decodes it knows better what is wrong with it.
+                Err(error) => film.end().and(Err(error)),
             }
         }
+        Source::Files(files) => receive_files(reception, &files, told),
     }
+}
+
+/// Receives a stream to its end, and then looks whether what gave it has `ended` well.
+fn receive_stream<const PANELS: usize>(
+    mut reception: Reception<PANELS>,
+    mut stream: Stream<impl BufRead>,
+    ended: impl FnOnce() -> anyhow::Result<()>,
+) -> anyhow::Result<Answer> {
+    let stop = stop();
+    let (width, height) = stream.size();
+    if let Some(rate) = stream.rate() {
+        reception.by_default(rate)?;
+    }
+    let end = loop {
+        match stream.next_frame() {
+            Ok(Some(grey)) => reception.take_next(&Frame::new(grey, width, height)?)?,
+            Ok(None) => break Ok(()),
+            // Its end was cut off by whoever has asked to stop.
+            Err(_) if stop.is_asked() => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    // What came before an error is not lost.
+    let answer = reception.finish()?;
+    ended().and(end)?;
+    Ok(answer)
+}
+
+/// Receives a file after the other.
+fn receive_files<const PANELS: usize>(
+    mut reception: Reception<PANELS>,
+    files: &[FrameFile],
+    told: Told,
+) -> anyhow::Result<Answer> {
+    let stop = stop();
     let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut bad = 0;
-    for FrameFile { path, number } in &files {
+    for FrameFile { path, number } in files {
         if stop.is_asked() {
             return reception.finish();
         }

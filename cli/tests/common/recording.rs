@@ -1,0 +1,76 @@
+//! Frames of simulated links, as files and as a y4m stream.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use super::{command, text};
+
+/// What is sent.
+pub const MESSAGE: &str = "bend ahead";
+
+/// How a command ends.
+pub fn run(command: &mut Command) -> Output {
+    command.output().expect("the program runs")
+}
+
+/// A fresh folder with the frames of a link on the day preset, in a smaller picture.
+pub fn filmed(name: &str, frames: u32) -> PathBuf {
+    film(name, MESSAGE, frames, 90)
+}
+
+/// The same of any message, with so many symbols a second.
+pub fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    let mut link = command(&[]);
+    link.args([
+        "link",
+        "day",
+        "--level",
+        "fast",
+        "--message",
+        message,
+        "--frames",
+        &frames.to_string(),
+        "--save",
+    ]);
+    link.arg(&folder).args([
+        "--set",
+        "camera.width_px=320",
+        "--set",
+        "camera.height_px=240",
+        "--set",
+        &format!("link.symbol_rate_hz={symbol_rate_hz}"),
+    ]);
+    let output = run(&mut link);
+    assert!(
+        output.status.code().is_some_and(|code| code < 2),
+        "{}",
+        text(&output.stderr)
+    );
+    folder
+}
+
+/// The frames of a folder.
+pub fn pixels(folder: &Path) -> Vec<Vec<u8>> {
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    names.sort();
+    names
+        .iter()
+        .map(|name| image::open(name).expect("a frame").into_luma8().into_raw())
+        .collect()
+}
+
+/// The same as a y4m stream.
+pub fn y4m(folder: &Path) -> Vec<u8> {
+    let mut stream = b"YUV4MPEG2 W320 H240 F100:1 Ip C420jpeg\n".to_vec();
+    for frame in pixels(folder) {
+        stream.extend(b"FRAME\n");
+        stream.extend(frame);
+        stream.extend([128; 160 * 120 * 2]);
+    }
+    stream
+}

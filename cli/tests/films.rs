@@ -1,0 +1,138 @@
+//! `vocc receive` on films, which ffmpeg decodes: here it is a script, so that it can be absent, fail and hang. `tests/films.rs` has the
+//! real one.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::recording::{MESSAGE, filmed, run, y4m};
+use common::{command, folder, says, text};
+
+/// A folder with a film, and an ffmpeg that does what the script says.
+struct Place(PathBuf);
+
+impl Place {
+    fn new(name: &str, script: &str) -> Self {
+        let place = folder(name);
+        std::fs::create_dir(place.join("bin")).expect("a folder");
+        if !script.is_empty() {
+            let program = place.join("bin/ffmpeg");
+            std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("a script");
+            std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("set");
+        }
+        std::fs::write(place.join("film.mp4"), "not for vocc to read").expect("a film");
+        Self(place)
+    }
+
+    /// The same with frames beside the film, for the script to give.
+    fn with_frames(name: &str, script: &str) -> Self {
+        let frames = y4m(&filmed(&format!("{name}-frames"), 16));
+        let place = Self::new(name, script);
+        std::fs::write(place.0.join("frames"), frames).expect("frames");
+        place
+    }
+
+    fn receive(&self, arguments: &[&str]) -> Command {
+        let mut receive = command(&["receive"]);
+        receive.args(arguments).current_dir(&self.0);
+        receive.env("PATH", self.0.join("bin"));
+        receive
+    }
+
+    fn received(&self, arguments: &[&str]) -> Output {
+        run(&mut self.receive(arguments))
+    }
+}
+
+#[test]
+fn a_film_is_received_by_its_name_and_at_its_rate() {
+    let place = Place::with_frames("film", "echo \"$@\" > told; exec /bin/cat frames");
+    let received = place.received(&["film.mp4", "--json"]);
+    says(&received, 0, &[]);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+    let told = std::fs::read_to_string(place.0.join("told")).expect("arguments");
+    assert!(told.contains("-i file:film.mp4"), "{told}");
+    // A wrong rate finds nothing; that of the film is in its header.
+    let slow = place.received(&["film.mp4", "--fps", "37", "--symbol-rate", "90"]);
+    assert_eq!(slow.status.code(), Some(2), "{slow:?}");
+}
+
+#[test]
+fn plain_films_need_no_ffmpeg() {
+    let place = Place::with_frames("plain", "");
+    std::fs::rename(place.0.join("frames"), place.0.join("film.y4m")).expect("renamed");
+    let received = place.received(&["film.y4m"]);
+    says(&received, 0, &[]);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+}
+
+#[test]
+fn what_hinders_is_said() {
+    let absent = Place::new("absent", "");
+    let words = ["not on the PATH", "yuv4mpegpipe", "receive film.y4m"];
+    says(&absent.received(&["film.mp4"]), 2, &words);
+    says(
+        &absent.received(&["other.mp4"]),
+        2,
+        &["cannot read other.mp4"],
+    );
+    let two = absent.received(&["film.mp4", "film.mp4"]);
+    says(&two, 2, &["with nothing beside it"]);
+    let broken = Place::new("broken", "echo 'moov atom not found' >&2; exit 1");
+    let words = ["cannot decode film.mp4", "moov atom not found"];
+    says(&broken.received(&["film.mp4"]), 2, &words);
+    let silent = Place::new("silent", "exit 0");
+    says(&silent.received(&["film.mp4"]), 2, &["no frames"]);
+}
+
+#[test]
+fn what_came_before_a_fault_is_kept() {
+    let script = "/bin/cat frames; echo 'invalid data' >&2; exit 69";
+    let place = Place::with_frames("fault", script);
+    let received = place.received(&["film.mp4"]);
+    says(&received, 2, &["cannot decode film.mp4", "invalid data"]);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+    let place = Place::with_frames("blemish", "/bin/cat frames; echo 'one packet lost' >&2");
+    says(&place.received(&["film.mp4"]), 0, &["one packet lost"]);
+}
+
+#[test]
+fn a_signal_ends_ffmpeg_too() {
+    for signal in ["TERM", "INT", "HUP"] {
+        let script = "echo $$ > pid; exec /bin/sleep 60";
+        let place = Place::new(&format!("signal-{signal}"), script);
+        let mut receive = place.receive(&["film.mp4"]);
+        let mut receive = receive.stderr(Stdio::null()).spawn().expect("vocc runs");
+        let pid = place.0.join("pid");
+        let number = wait_for(|| {
+            let text = std::fs::read_to_string(&pid).ok()?;
+            text.trim().parse::<u32>().ok()
+        });
+        let id = receive.id().to_string();
+        let kill = Command::new("kill")
+            .args([&format!("-{signal}"), &id])
+            .status();
+        assert!(kill.expect("kill runs").success());
+        let begun = Instant::now();
+        receive.wait().expect("an end");
+        assert!(begun.elapsed() < Duration::from_secs(3), "{signal}");
+        let process = format!("/proc/{number}");
+        wait_for(|| (!Path::new(&process).exists()).then_some(()));
+    }
+}
+
+/// What comes to be within some seconds.
+fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
+    let begun = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(20), "it never came");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
