@@ -4,14 +4,16 @@ use plotters::prelude::{Color, PathElement, Polygon, Rectangle};
 
 use super::labels::{LABEL_PX, Labels};
 use super::legend::{self, Entry};
-use super::mark::{ARROW_PX, Mark, ring};
+use super::mark::{ARROW_PX, Mark, arrow, ring};
 use super::palette::{EDGE, GRID};
 use super::paper::{Stand, Surface, coloured, words};
 use super::series::{Line, Point, Series};
-use super::{Axis, Box, meet};
+use super::{Axis, Box};
 
 /// What is around the axes: left, top, right, bottom.
 const AROUND_PX: Box = [74, 34, 18, 52];
+/// Between a name and the chart's edge.
+const RIM_PX: i32 = 4;
 const TITLE_PX: i32 = 16;
 const TEXT_PX: i32 = 14;
 const TICK_PX: i32 = 12;
@@ -43,10 +45,8 @@ impl Chart {
             .iter()
             .map(|(_, point)| plane.around(point))
             .collect();
-        for (series, point) in bounds {
-            let at = aside(plane.at(point), &taken);
-            plane.point(series, point, at)?;
-            taken.push(arrow(at));
+        for chain in chains(bounds, |point| plane.at(point)) {
+            taken.push(plane.chain(&chain)?);
         }
         let entries: Vec<Entry> = self
             .series
@@ -207,6 +207,32 @@ impl<'a, 'b> Plane<'a, 'b> {
         Ok(())
     }
 
+    /// Bounds at one pixel: the first as it is, and an arrow for each other series hangs on it. Returns what they cover.
+    fn chain(&self, bounds: &[(&Series, &Point)]) -> anyhow::Result<Box> {
+        let (mut covered, mut tip) = (Box::default(), None);
+        for (k, &(series, point)) in bounds.iter().enumerate() {
+            let (x, y) = self.at(point);
+            let is_new = !bounds[..k]
+                .iter()
+                .any(|(other, _)| std::ptr::eq(*other, series));
+            let from = *tip.get_or_insert(y);
+            if k == 0 {
+                covered = self.around(point);
+                self.point(series, point, (x, y))?;
+            } else if is_new {
+                arrow(self.surface, (x, from), series.colour)?;
+            }
+            if is_new {
+                tip = Some(from + ARROW_PX);
+                covered[3] = covered[3].max(from + ARROW_PX);
+            }
+            if point.is_ringed {
+                ring(self.surface, (x, y), series.colour)?;
+            }
+        }
+        Ok(covered)
+    }
+
     /// All points of series that have marks.
     fn marked(&self) -> impl Iterator<Item = (&'a Series, &'a Point)> {
         let series = self.chart.series.iter();
@@ -246,7 +272,9 @@ impl<'a, 'b> Plane<'a, 'b> {
 
     /// The names of points, those of points set apart first, as far as there is room beside what is taken.
     fn names(&self, taken: Vec<Box>) -> anyhow::Result<()> {
-        let mut labels = Labels::new(self.edges, taken);
+        let [left, top, right, bottom] = self.edges;
+        let within = [left + RIM_PX, top + RIM_PX, right - RIM_PX, bottom - RIM_PX];
+        let mut labels = Labels::new(within, taken, self.drawn());
         let mut named: Vec<_> = self.marked().collect();
         named.sort_by_key(|(_, point)| !point.is_ringed);
         for (series, point) in named {
@@ -272,16 +300,24 @@ impl<'a, 'b> Plane<'a, 'b> {
     }
 }
 
-/// The rectangle of an arrow down from a pixel.
-fn arrow((x, y): (i32, i32)) -> Box {
-    [x - 4, y, x + 5, y + ARROW_PX]
-}
-
-/// The place nearest to a pixel, beside it, for an arrow that covers nothing of what is taken.
-fn aside((x, y): (i32, i32), taken: &[Box]) -> (i32, i32) {
-    let places = (0..=taken.len() as i32).flat_map(|k| [k, -k].map(|k| (x + k * ARROW_PX, y)));
-    let is_free = |place: &(i32, i32)| !taken.iter().any(|&other| meet(arrow(*place), other));
-    places.into_iter().find(is_free).unwrap_or((x, y))
+/// Bounds, those at one pixel together.
+fn chains<'a>(
+    bounds: Vec<(&'a Series, &'a Point)>,
+    at: impl Fn(&Point) -> (i32, i32),
+) -> Vec<Vec<(&'a Series, &'a Point)>> {
+    let mut chains: Vec<Vec<(&Series, &Point)>> = Vec::new();
+    for (series, point) in bounds {
+        let same = |chain: &&mut Vec<(&Series, &Point)>| {
+            let (x, y) = at(chain[0].1);
+            let (to_x, to_y) = at(point);
+            (x - to_x).abs() <= 1 && (y - to_y).abs() <= 1
+        };
+        match chains.iter_mut().find(same) {
+            Some(chain) => chain.push((series, point)),
+            None => chains.push(vec![(series, point)]),
+        }
+    }
+    chains
 }
 
 /// Whether a point of a series has no neighbour that a line leads to.

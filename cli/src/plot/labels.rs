@@ -10,6 +10,7 @@ pub const LABEL_PX: i32 = 11;
 pub struct Labels {
     within: Box,
     taken: Vec<Box>,
+    drawn: Vec<(i32, i32)>,
 }
 
 /// Where a label stands.
@@ -26,9 +27,13 @@ const LINE_PX: i32 = 13;
 const APART_PX: i32 = 3;
 
 impl Labels {
-    /// For labels within a rectangle, that must not cover what is `taken`.
-    pub fn new(within: Box, taken: Vec<Box>) -> Self {
-        Self { within, taken }
+    /// For labels within a rectangle, that must not cover what is `taken`, and as few as can be of the pixels that are `drawn`.
+    pub fn new(within: Box, taken: Vec<Box>, drawn: Vec<(i32, i32)>) -> Self {
+        Self {
+            within,
+            taken,
+            drawn,
+        }
     }
 
     /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
@@ -57,11 +62,12 @@ impl Labels {
                 top + 16 * (top - middle).signum(),
             )
         });
-        let free = near.into_iter().chain(farther).find(|&(left, top)| {
-            let label = [left, top, left + width, top + LINE_PX];
+        let label = |&(left, top): &(i32, i32)| [left, top, left + width, top + LINE_PX];
+        let free = near.into_iter().chain(farther).filter(|corner| {
+            let label = label(corner);
             self.holds(label) && !self.taken.iter().any(|&other| meet(label, other))
         });
-        let (left, top) = free?;
+        let (left, top) = free.min_by_key(|corner| self.covered(label(corner)))?;
         let label = [left, top, left + width, top + LINE_PX];
         self.taken.push(label);
         let nearest = (x.clamp(label[0], label[2]), y.clamp(label[1], label[3]));
@@ -70,6 +76,14 @@ impl Labels {
             corner: (left, top),
             leader: is_far.then_some(nearest),
         })
+    }
+
+    /// How much of what is drawn a label would cover.
+    fn covered(&self, label: Box) -> usize {
+        let drawn = self.drawn.iter();
+        drawn
+            .filter(|&&(x, y)| meet(label, [x - 1, y - 1, x + 1, y + 1]))
+            .count()
     }
 
     fn holds(&self, [left, top, right, bottom]: Box) -> bool {
@@ -87,7 +101,14 @@ mod tests {
         let point = [45, 45, 55, 55];
         let width = width_px("name", LABEL_PX);
         assert!((15..45).contains(&width), "{width}");
-        let mut labels = Labels::new([0, 0, 200, 100], vec![point]);
+        let mut labels = Labels::new([0, 0, 200, 100], vec![point], vec![(70, 50); 3]);
+        let first = labels.place("name", (50, 50), 4).expect("room");
+        assert!(
+            first.corner.0 < 50,
+            "a line runs to the right: {:?}",
+            first.corner
+        );
+        let mut labels = Labels::new([0, 0, 200, 100], vec![point], Vec::new());
         let (mut placed, mut far) = (Vec::new(), 0);
         while let Some(Placed { corner, leader }) = labels.place("name", (50, 50), 4) {
             let (left, top) = corner;

@@ -53,6 +53,11 @@ impl Entry {
         }
     }
 
+    /// Words alone.
+    pub fn of_words(words: &str) -> Self {
+        Self::of_mark(words, None, false)
+    }
+
     /// Whether there is nothing but its name.
     fn is_bare(&self) -> bool {
         self.line == Line::None && self.mark.is_none() && !self.is_ringed

@@ -23,8 +23,8 @@ pub enum Mark {
 
 /// Half of a box's width.
 const BOX_PX: i32 = 18;
-/// What sets arrows apart that would cover each other.
-pub const ARROW_PX: i32 = 9;
+/// How far an arrow reaches down.
+pub const ARROW_PX: i32 = 10;
 
 impl Mark {
     /// How far it reaches from its point, with a ring around it or without.
@@ -54,14 +54,9 @@ impl Mark {
                 surface.draw(&Circle::new(at, 3, colour.stroke_width(1)))?;
             }
             Self::AtMost => {
-                let (tip, style) = ((x, y + 10), colour.stroke_width(2));
-                for line in [
-                    vec![(x - 4, y), (x + 4, y)],
-                    vec![at, tip],
-                    vec![(x - 3, tip.1 - 4), tip, (x + 3, tip.1 - 4)],
-                ] {
-                    surface.draw(&PathElement::new(line, style))?;
-                }
+                let bar = vec![(x - 4, y), (x + 4, y)];
+                surface.draw(&PathElement::new(bar, colour.stroke_width(2)))?;
+                arrow(surface, at, colour)?;
             }
             Self::Box => {
                 let ends = [(x - BOX_PX, range[1]), (x + BOX_PX, range[0])];
@@ -73,6 +68,16 @@ impl Mark {
         }
         Ok(())
     }
+}
+
+/// Draws an arrow down from a pixel.
+pub fn arrow(surface: &Surface, (x, y): (i32, i32), colour: RGBColor) -> anyhow::Result<()> {
+    let tip = (x, y + ARROW_PX);
+    let head = vec![(x - 3, tip.1 - 4), tip, (x + 3, tip.1 - 4)];
+    for line in [vec![(x, y), tip], head] {
+        surface.draw(&PathElement::new(line, colour.stroke_width(2)))?;
+    }
+    Ok(())
 }
 
 /// Draws the ring that sets a point apart.

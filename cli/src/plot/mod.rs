@@ -21,7 +21,7 @@ pub use chart::Chart;
 pub use legend::Entry;
 pub use mark::Mark;
 pub use page::Page;
-pub use palette::{BLACK, COLOURS, FRONT, OFF, ON, RGBColor};
+pub use palette::{FRONT, OFF, ON, RGBColor, colours};
 pub use paper::{Drawing, save};
 pub use pictures::{Picture, row};
 pub use series::{Line, Point, Series};

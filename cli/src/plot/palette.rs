@@ -1,10 +1,10 @@
-//! The colours of all charts.
+//! The colours of all charts: a thing that several of them show has one colour in all.
 
 pub use plotters::style::RGBColor;
 pub use plotters::style::colors::{BLACK, WHITE};
 
 /// Colours of series. The first seven can be told apart by colour-blind readers too (Okabe & Ito 2008).
-pub const COLOURS: [RGBColor; 10] = [
+const COLOURS: [RGBColor; 10] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -26,3 +26,55 @@ pub const FRONT: RGBColor = RGBColor(205, 205, 205);
 pub const GRID: RGBColor = RGBColor(232, 232, 232);
 /// A chart's edge.
 pub const EDGE: RGBColor = RGBColor(90, 90, 90);
+
+/// What is drawn in more than one place, by its name there, and its colour.
+const OWN: [(&str, RGBColor); 14] = [
+    ("ml", COLOURS[0]),
+    ("kmeans", COLOURS[1]),
+    ("fisher", COLOURS[2]),
+    ("fisher-ngr", COLOURS[3]),
+    ("otsu", COLOURS[4]),
+    ("kmeans-raw", COLOURS[5]),
+    ("genie", COLOURS[6]),
+    ("interval 0.5", COLOURS[0]),
+    ("interval 1", COLOURS[1]),
+    ("interval 1.5", COLOURS[2]),
+    ("interval 2", COLOURS[3]),
+    ("Bvar", COLOURS[0]),
+    ("Wvar", COLOURS[3]),
+    ("B2W", COLOURS[2]),
+];
+
+/// The colours of what one plot shows, in its order: what has a colour of its own bears it, all else those that are left.
+pub fn colours(names: &[impl AsRef<str>]) -> Vec<RGBColor> {
+    let own = |name: &str| OWN.iter().find(|(known, _)| *known == name);
+    let own: Vec<Option<RGBColor>> = names
+        .iter()
+        .map(|name| own(name.as_ref()).map(|&(_, colour)| colour))
+        .collect();
+    let left = COLOURS
+        .iter()
+        .filter(|colour| !own.contains(&Some(**colour)));
+    // Where all are taken, some are seen twice.
+    let mut left = left.chain(&COLOURS).cycle();
+    let mut next = || *left.next().unwrap_or(&BLACK);
+    own.iter()
+        .map(|own| own.unwrap_or_else(&mut next))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_detector_has_one_colour_whatever_is_beside_it() {
+        let alone = colours(&["otsu"]);
+        let among = colours(&["a", "ml", "otsu", "b"]);
+        assert_eq!(alone[0], among[2]);
+        for (k, colour) in among.iter().enumerate() {
+            assert!(!among[..k].contains(colour), "{among:?}");
+        }
+        assert_eq!(colours(&vec!["x"; 25]).len(), 25);
+    }
+}

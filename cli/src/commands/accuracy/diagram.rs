@@ -4,38 +4,31 @@ use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use crate::numbers::time;
 use crate::plot::{
-    Axis, BLACK, COLOURS, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor,
-    Series, short,
+    Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor, Series,
+    colours, short,
 };
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);
 const BARS: &str = "bars: quartiles of time, 95 % of a sampled error, down to the rms";
+const REFERENCE: &str = "errors are against the reference that the page names";
+
+/// What a curve or a variant that stands alone is called and drawn in.
+type Named = (String, RGBColor);
 
 /// All diagrams of a part.
 pub fn figure(part: &Part) -> anyhow::Result<Drawing> {
-    let curves = curves(part);
-    let marks = vec![
-        Entry::of_mark("on the front", Some(Mark::Dot), false),
-        Entry::of_mark("beaten in both", Some(Mark::Ring), false),
-        Entry::of_mark("at most", Some(Mark::AtMost), false),
-        Entry::of_mark("default", None, true),
-        Entry::of(&front(&[])),
-        Entry::of_mark(BARS, None, false),
-    ];
-    let names = curves.iter().map(|(name, colour)| Entry {
-        name: name.clone(),
-        colour: *colour,
-        line: Line::Thin,
-        mark: Some(Mark::Dot),
-        is_ringed: false,
+    let named = named(part);
+    let names = named.iter().map(|(name, colour)| {
+        let is_curve = points(part).any(|point| point.curve == *name);
+        entry(name, *colour, is_curve)
     });
-    let charts = part.diagrams.iter().map(|diagram| chart(diagram, &curves));
+    let charts = part.diagrams.iter().map(|diagram| chart(diagram, &named));
     let page = Page {
         charts: charts.collect(),
         columns: 2,
         chart_px: SIZE_PX,
-        legend: vec![names.collect(), marks],
+        legend: vec![names.collect(), marks(), words(&part.diagrams)],
     };
     page.draw()
 }
@@ -47,36 +40,159 @@ pub fn summary(parts: &[Part]) -> anyhow::Result<Option<Drawing>> {
     let [Some(renderer), Some(detectors)] = found else {
         return Ok(None);
     };
-    let first = [renderer, detectors].map(|part| part.diagrams.first().cloned());
-    let both = Part {
-        diagrams: first.into_iter().flatten().collect(),
-        ..renderer.clone()
+    let first = [renderer, detectors].map(|part| {
+        let diagram = part.diagrams.first();
+        diagram.map(|diagram| (diagram, named(part)))
+    });
+    let first: Vec<_> = first.into_iter().flatten().collect();
+    let rows = first.iter().map(|(diagram, named)| {
+        let is_there = |name: &String| diagram.points.iter().any(|point| called(point) == name);
+        let named = named.iter().filter(|(name, _)| is_there(name));
+        let entries = named.map(|(name, colour)| {
+            let is_curve = diagram.points.iter().any(|point| point.curve == *name);
+            entry(name, *colour, is_curve)
+        });
+        let title = Entry::of_words(&format!("{}:", diagram.cost));
+        std::iter::once(title).chain(entries).collect()
+    });
+    let diagrams: Vec<Diagram> = first
+        .iter()
+        .map(|(diagram, _)| (*diagram).clone())
+        .collect();
+    let charts = first.iter().map(|(diagram, named)| chart(diagram, named));
+    let page = Page {
+        charts: charts.collect(),
+        columns: 2,
+        chart_px: SIZE_PX,
+        legend: rows.chain([marks(), words(&diagrams)]).collect(),
     };
-    figure(&both).map(Some)
+    page.draw().map(Some)
 }
 
-/// The curves of a part in the order in which they appear, with their colours.
-fn curves(part: &Part) -> Vec<(String, RGBColor)> {
+/// What all diagrams mean by their marks.
+fn marks() -> Vec<Entry> {
+    vec![
+        Entry::of_mark("on the front", Some(Mark::Dot), false),
+        Entry::of_mark("beaten in both", Some(Mark::Ring), false),
+        Entry::of_mark("at most", Some(Mark::AtMost), false),
+        Entry::of_mark("default", None, true),
+        Entry::of(&front(&[])),
+        Entry::of_words(BARS),
+    ]
+}
+
+fn entry(name: &str, colour: RGBColor, is_curve: bool) -> Entry {
+    Entry {
+        name: name.into(),
+        colour,
+        line: if is_curve { Line::Thin } else { Line::None },
+        mark: Some(Mark::Dot),
+        is_ringed: false,
+    }
+}
+
+/// Curves, and variants that stand alone, in the order in which they appear, with their colours.
+fn named(part: &Part) -> Vec<Named> {
     let mut names: Vec<String> = Vec::new();
-    for point in part.diagrams.iter().flat_map(|diagram| &diagram.points) {
-        if !point.curve.is_empty() && !names.contains(&point.curve) {
-            names.push(point.curve.clone());
+    for point in points(part) {
+        if !names.iter().any(|name| name == called(point)) {
+            names.push(called(point).to_owned());
         }
     }
-    names.into_iter().zip(COLOURS.into_iter().cycle()).collect()
+    let colours = colours(&names);
+    names.into_iter().zip(colours).collect()
 }
 
-fn chart(diagram: &Diagram, curves: &[(String, RGBColor)]) -> Chart {
+fn points(part: &Part) -> impl Iterator<Item = &Point> {
+    part.diagrams.iter().flat_map(|diagram| &diagram.points)
+}
+
+/// The name of a point's curve; its own where it stands alone.
+fn called(point: &Point) -> &str {
+    if point.curve.is_empty() {
+        &point.variant
+    } else {
+        &point.curve
+    }
+}
+
+/// What a point has that others of its curve have not; empty where that is nothing but the name.
+fn knob(point: &Point) -> &str {
+    match point.variant.strip_prefix(&point.curve) {
+        Some("") => "",
+        Some(rest) if !point.curve.is_empty() => rest.strip_prefix(", ").unwrap_or(&point.variant),
+        _ => &point.variant,
+    }
+}
+
+/// The first and the last point of a curve, by what they have and others have not.
+fn knobs<'a>(diagram: &'a Diagram, curve: &str) -> Option<[&'a str; 2]> {
+    let mut points = diagram.points.iter().filter(|point| point.curve == curve);
+    let first = points.next()?;
+    Some([first, points.next_back().unwrap_or(first)].map(knob))
+}
+
+/// Whether several curves of a diagram go from the same to the same: then that is said once, above all diagrams.
+fn is_shared(diagram: &Diagram, ends: [&str; 2]) -> bool {
+    let curves = curves(diagram);
+    let same = curves
+        .iter()
+        .filter(|curve| knobs(diagram, curve) == Some(ends));
+    same.count() > 1
+}
+
+/// The curves of a diagram.
+fn curves(diagram: &Diagram) -> Vec<&str> {
+    let mut curves: Vec<&str> = Vec::new();
+    for point in &diagram.points {
+        if !point.curve.is_empty() && !curves.contains(&point.curve.as_str()) {
+            curves.push(&point.curve);
+        }
+    }
+    curves
+}
+
+/// What errors are against, and what several curves go from and to.
+fn words(diagrams: &[Diagram]) -> Vec<Entry> {
+    let mut said: Vec<String> = Vec::new();
+    for diagram in diagrams {
+        for curve in curves(diagram) {
+            let Some(ends) = knobs(diagram, curve).filter(|ends| is_shared(diagram, *ends)) else {
+                continue;
+            };
+            let led = match ends {
+                [from, to] if from == to => continue,
+                ["", "soft"] => "lines lead from bits alone to soft values".into(),
+                ["", to] => format!("lines lead to {to}"),
+                [from, to] => format!("lines lead from {from} to {to}"),
+            };
+            if !said.contains(&led) {
+                said.push(led);
+            }
+        }
+    }
+    let said = said.iter().map(String::as_str);
+    [REFERENCE]
+        .into_iter()
+        .chain(said)
+        .map(Entry::of_words)
+        .collect()
+}
+
+fn chart(diagram: &Diagram, named: &[Named]) -> Chart {
     let costs = diagram.points.iter().map(|point| point.ratio.median);
     let errors = diagram.points.iter();
-    let errors = errors.flat_map(|point| [point.error, point.rms.unwrap_or(point.error)]);
+    let errors = errors.flat_map(|point| {
+        let [low, high] = point.error_95.unwrap_or([point.error; 2]);
+        // An interval that goes down for ever ends at the edge.
+        let low = low.max(point.error / 10.0);
+        [point.error, point.rms.unwrap_or(point.error), low, high]
+    });
     let error = match diagram.error_unit.as_str() {
         "" => diagram.error.clone(),
         unit => format!("{} ({unit})", diagram.error),
     };
-    // Variants that stand alone have no colour, and are named first.
-    let alone = (String::new(), BLACK);
-    let series = std::iter::once(&alone).chain(curves);
+    let series = named.iter();
     let series = series.map(|(name, colour)| series_of(diagram, name, *colour));
     Chart {
         title: diagram.title.clone(),
@@ -100,26 +216,31 @@ fn front(points: &[Point]) -> Series {
     }
 }
 
-/// The points of a curve, its ends and what is done by default named; of those that stand alone, all.
+/// The points of a curve, or the one variant of that name that stands alone; the ends of a curve bear what it leads from and to, unless
+/// that is said of all.
 fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
-    let is_alone = name.is_empty();
-    let points = diagram.points.iter().filter(|point| point.curve == name);
+    let points = diagram.points.iter().filter(|point| called(point) == name);
     let last = points.clone().count().saturating_sub(1);
+    let ends = knobs(diagram, name);
+    let is_said = ends.is_some_and(|ends| is_shared(diagram, ends));
     let points = points.enumerate().map(|(k, point)| {
-        // A curve's name is its colour.
-        let knob = point.variant.strip_prefix(&point.curve);
-        let knob = knob.and_then(|knob| knob.strip_prefix(", "));
-        let name = knob.unwrap_or(&point.variant);
-        let is_named = is_alone || point.is_default || k == 0 || k == last;
+        let is_alone = point.curve.is_empty();
+        let is_end = (k == 0 || k == last) && !is_said;
+        let word = knob(point);
+        let is_named = !word.is_empty() && (is_alone || is_end);
         Drawn {
-            name: is_named.then(|| name.to_string()),
+            name: is_named.then(|| word.to_owned()),
             ..drawn(point)
         }
     });
     Series {
         name: name.into(),
         colour,
-        line: if is_alone { Line::None } else { Line::Thin },
+        line: if ends.is_some() {
+            Line::Thin
+        } else {
+            Line::None
+        },
         points: points.collect(),
     }
 }

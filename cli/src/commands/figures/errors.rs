@@ -3,28 +3,29 @@
 use studies::reproduction::{Dimming, Findings, PAPERS_DETECTOR, Study};
 use studies::statistics::FrameErrors;
 
-use crate::plot::{Axis, COLOURS, Chart, Line, Page, Point, Series};
+use crate::plot::{Axis, Chart, Entry, Line, Mark, Page, Point, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 const BEST: &str = "best L2A for the interval";
 const RANDOM: &str = "random L2A, 0.2 to 4";
-const BOUND: &str =
-    "Bands: 95 %, whole frames resampled. An arrow is the bound 3/frames where no bit was wrong.";
+const BOUND: &str = "Bands: 95 %, whole frames resampled. An arrow is the bound 3/frames where no bit was wrong; where it is \
+     that of several, their arrows hang on each other.";
 
 /// The paper's figure, with its detector.
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let named = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)];
-    let series = named
-        .into_iter()
-        .zip(COLOURS)
-        .map(|((dimming, name), colour)| {
-            Some(Series {
-                name: name.into(),
-                colour,
-                line: Line::Band,
-                points: points(study, findings, PAPERS_DETECTOR, dimming)?,
-            })
-        });
+    let series =
+        named
+            .into_iter()
+            .zip(colours(&[BEST, RANDOM]))
+            .map(|((dimming, name), colour)| {
+                Some(Series {
+                    name: name.into(),
+                    colour,
+                    line: Line::Band,
+                    points: points(study, findings, PAPERS_DETECTOR, dimming)?,
+                })
+            });
     let Some(series) = series.collect() else {
         return Ok(None);
     };
@@ -42,7 +43,8 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
 /// The same for all detectors.
 pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let charts = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)].map(|(dimming, title)| {
-        let detectors = study.axes.detectors.iter().zip(COLOURS.into_iter().cycle());
+        let detectors = &study.axes.detectors;
+        let detectors = detectors.iter().zip(colours(detectors));
         let series = detectors.map(|(name, colour)| {
             Some(Series {
                 name: name.to_string(),
@@ -53,15 +55,25 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
         });
         Some(chart(study, title, series.collect::<Option<_>>()?))
     });
-    let Some(charts) = charts.into_iter().collect() else {
+    let Some(charts) = charts.into_iter().collect::<Option<Vec<_>>>() else {
         return Ok(None);
     };
+    let detectors = charts
+        .first()
+        .into_iter()
+        .flat_map(|chart: &Chart| &chart.series);
+    let bound = Entry::of_mark("at most", Some(Mark::AtMost), false);
+    let legend = detectors.map(Entry::of).chain([bound]).collect();
     Ok(Some(Figure {
         name: "figure-22-detectors",
         caption: format!(
             "Figure 22 with every detector. Fisher's discriminants are trained on other frames of each interval, distance and L2A. {BOUND}"
         ),
-        drawing: Page::new(charts, 2, (500, 430)).draw()?,
+        drawing: Page {
+            legend: vec![legend],
+            ..Page::new(charts, 2, (500, 430))
+        }
+        .draw()?,
         csv: numbers(study, findings, &study.axes.detectors)?,
     }))
 }

@@ -4,7 +4,7 @@ use studies::optimum::RANGE;
 use studies::reproduction::{BestRatio, Findings, Study};
 use studies::statistics::Estimate;
 
-use crate::plot::{Axis, COLOURS, Chart, Line, Mark, Page, Point, Series};
+use crate::plot::{Axis, Chart, Line, Mark, Page, Point, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 /// The charts' upper end, above the range that is searched: room for the legend.
@@ -67,9 +67,10 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
         },
         ..Point::default()
     };
-    let series = intervals.iter().zip(rows).zip(COLOURS);
-    let series = series.map(|((interval, row), colour)| Series {
-        name: format!("interval {interval}"),
+    let names = names(intervals);
+    let series = names.iter().zip(rows).zip(colours(&names));
+    let series = series.map(|((name, row), colour)| Series {
+        name: name.clone(),
         colour,
         line: Line::Band,
         points: distances.iter().zip(row).map(point).collect(),
@@ -80,6 +81,13 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
         y: Axis::linear("best L2A", [0.0, TOP]),
         series: series.collect(),
     }
+}
+
+fn names(intervals: &[f64]) -> Vec<String> {
+    let names = intervals.iter();
+    names
+        .map(|interval| format!("interval {interval}"))
+        .collect()
 }
 
 fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
@@ -98,7 +106,7 @@ fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
             ..Point::default()
         }
     };
-    let series = intervals.iter().zip(rows).zip(COLOURS);
+    let series = intervals.iter().zip(rows).zip(colours(&names(intervals)));
     let series = series.map(|((&interval, row), colour)| Series {
         name: String::new(),
         colour,

@@ -3,7 +3,7 @@
 use studies::reproduction::{Batches, Findings, OperatingPoint, Study, Sums};
 use studies::statistics::Estimate;
 
-use crate::plot::{Axis, COLOURS, Chart, Line, OFF, ON, Page, Point, RGBColor, Series};
+use crate::plot::{Axis, Chart, Line, OFF, ON, Page, Point, RGBColor, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 /// Over L2A, with the grey levels that explain it.
@@ -82,20 +82,13 @@ impl About {
             return Ok(None);
         };
         let of = |index: usize, name: &str, colour| series(xs, &points, index, name, colour);
+        let names = ["Bvar", "Wvar", "B2W"];
+        let colours = colours(&names);
+        let own = |k: usize| vec![of(k, names[k], colours[k])];
         let mut charts = vec![
-            self.chart(
-                xs,
-                "Bvar",
-                "between-class variance",
-                vec![of(0, "Bvar", COLOURS[0])],
-            ),
-            self.chart(
-                xs,
-                "Wvar",
-                "within-class variance",
-                vec![of(1, "Wvar", COLOURS[3])],
-            ),
-            self.chart(xs, "B2W", "Bvar / Wvar", vec![of(2, "B2W", COLOURS[2])]),
+            self.chart(xs, names[0], "between-class variance", own(0)),
+            self.chart(xs, names[1], "within-class variance", own(1)),
+            self.chart(xs, names[2], "Bvar / Wvar", own(2)),
         ];
         if self.with_greys {
             let greys = vec![of(7, "On", ON), of(8, "Off", OFF)];

@@ -2,7 +2,7 @@
 
 use studies::table::{Entry, Survey, TableFile};
 
-use crate::plot::{Axis, COLOURS, Chart, Drawing, Line, Page, Point, Series};
+use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, RGBColor, Series, colours};
 
 /// Pixels of a chart across and down.
 const SIZE_PX: (i32, i32) = (500, 460);
@@ -43,14 +43,15 @@ fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
         file.entries.iter().map(mean).collect(),
         file.entries.iter().map(least).collect(),
     ];
+    let names = ["mean and range", "least mean BER, 95 %"];
+    let rules = names.into_iter().zip([means, least]).zip(colours(&names));
     Chart {
         title: "Over all distances".into(),
         x: Axis::around("LED interval", survey.interval.iter().copied()),
         y: ratios(survey),
-        series: vec![
-            series(0, "mean and range".into(), means),
-            series(1, "least mean BER, 95 %".into(), least),
-        ],
+        series: rules
+            .map(|((name, points), colour)| series(name, colour, points))
+            .collect(),
     }
 }
 
@@ -79,16 +80,20 @@ fn ratios(survey: &Survey) -> Axis {
 }
 
 fn by_interval(survey: &Survey, points: impl Fn(f64) -> Vec<Point>) -> Vec<Series> {
-    let intervals = survey.interval.iter().enumerate();
+    let intervals = survey.interval.iter();
+    let names: Vec<String> = intervals
+        .map(|interval| format!("interval {interval}"))
+        .collect();
+    let intervals = survey.interval.iter().zip(&names).zip(colours(&names));
     intervals
-        .map(|(k, &interval)| series(k, format!("interval {interval}"), points(interval)))
+        .map(|((&interval, name), colour)| series(name, colour, points(interval)))
         .collect()
 }
 
-fn series(k: usize, name: String, points: Vec<Point>) -> Series {
+fn series(name: &str, colour: RGBColor, points: Vec<Point>) -> Series {
     Series {
-        name,
-        colour: COLOURS[k % COLOURS.len()],
+        name: name.into(),
+        colour,
         line: Line::Band,
         points,
     }

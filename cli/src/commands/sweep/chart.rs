@@ -1,8 +1,9 @@
 //! The plot beside a sweep: bit error rates over the key that has the most numbers.
 
+use studies::detectors::DetectorChoice;
 use studies::sweep::{Results, Summary, Sweep};
 
-use crate::plot::{Axis, COLOURS, Chart, Drawing, Line, Page, Point, Series};
+use crate::plot::{Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, Series, colours};
 
 /// Pixels of one chart across and down.
 const SIZE_PX: (i32, i32) = (560, 420);
@@ -12,7 +13,8 @@ const MOST_CURVES: usize = 7;
 /// The least rate that is drawn.
 const LEAST: f64 = 1e-12;
 
-/// One chart a detector, one curve for each setting of the other keys; nothing where no key has numbers.
+/// One chart a detector, one curve for each setting of the other keys; where no other key varies, one chart with a curve a detector.
+/// Nothing where no key has numbers.
 ///
 /// # Errors
 /// When it cannot be drawn.
@@ -29,18 +31,57 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
         .map(|cell| lowest(cell).max(LEAST))
         .fold(1e-1, f64::min);
     let rate = Axis::logarithmic("bit error rate", [10f64.powf(least.log10().floor()), 1.0]);
-    let detectors = &sweep.detectors[..sweep.detectors.len().min(MOST_CHARTS)];
-    let charts = detectors.iter().map(|detector| {
-        let cells = cells.iter().filter(|cell| cell.detector == detector.name());
-        Chart {
-            title: detector.name().into(),
-            x: Axis::around(&sweep.grid[key].key, places.iter().copied()),
-            y: rate.clone(),
-            series: series(sweep, key, &places, cells.collect()),
-        }
-    });
-    let page = Page::new(charts.collect(), detectors.len(), SIZE_PX);
+    let chart = |title: &str, series: Vec<Series>| Chart {
+        title: title.into(),
+        x: Axis::around(&sweep.grid[key].key, places.iter().copied()),
+        y: rate.clone(),
+        series,
+    };
+    let of = |detector: &DetectorChoice| -> Vec<&Summary> {
+        let cells = cells.iter();
+        cells
+            .filter(|cell| cell.detector == detector.name())
+            .collect()
+    };
+    let is_alone =
+        |(place, axis): (usize, &studies::sweep::Axis)| place == key || axis.values.len() < 2;
+    let charts: Vec<Chart> = if sweep.grid.iter().enumerate().all(is_alone) {
+        let detectors = sweep.detectors.iter();
+        let curves = detectors.map(|detector| (detector.name().to_owned(), of(detector)));
+        let title = match &sweep.detectors[..] {
+            [detector] => detector.name(),
+            _ => "",
+        };
+        vec![chart(title, series(sweep, key, &places, curves.collect()))]
+    } else {
+        let detectors = sweep.detectors.iter().take(MOST_CHARTS);
+        let detectors = detectors.map(|detector| {
+            let curves = by_setting(sweep, key, of(detector));
+            chart(detector.name(), series(sweep, key, &places, curves))
+        });
+        detectors.collect()
+    };
+    let columns = charts.len();
+    let page = Page {
+        legend: vec![legend(&charts)],
+        ..Page::new(charts, columns, SIZE_PX)
+    };
     page.draw().map(Some)
+}
+
+/// What all charts show, as far as it has names, and what an arrow means where there is one.
+fn legend(charts: &[Chart]) -> Vec<Entry> {
+    let series = charts.iter().flat_map(|chart| &chart.series);
+    let bounds = |series: &Series| series.points.iter().any(|point| point.mark == Mark::AtMost);
+    let has_bounds = series.clone().any(bounds);
+    let mut shown: Vec<&Series> = Vec::new();
+    for series in series.filter(|series| !series.name.is_empty()) {
+        if !shown.iter().any(|other| other.name == series.name) {
+            shown.push(series);
+        }
+    }
+    let bound = has_bounds.then(|| Entry::of_mark("at most", Some(Mark::AtMost), false));
+    shown.into_iter().map(Entry::of).chain(bound).collect()
 }
 
 /// The axis with the most values that are all numbers, and these.
@@ -63,32 +104,43 @@ fn lowest(cell: &Summary) -> f64 {
     }
 }
 
-fn series(sweep: &Sweep, key: usize, places: &[f64], cells: Vec<&Summary>) -> Vec<Series> {
-    let mut series: Vec<Series> = Vec::new();
+/// A curve's name and its cells.
+type Curve<'a> = (String, Vec<&'a Summary>);
+
+/// Cells by their settings of the other keys.
+fn by_setting<'a>(sweep: &Sweep, key: usize, cells: Vec<&'a Summary>) -> Vec<Curve<'a>> {
+    let mut curves: Vec<Curve> = Vec::new();
     for cell in cells {
         let name = name(sweep, key, cell);
-        let number = series.iter().position(|series| series.name == name);
-        let number = number.unwrap_or_else(|| {
-            series.push(Series {
-                name,
-                colour: COLOURS[series.len() % COLOURS.len()],
-                line: Line::Band,
-                points: Vec::new(),
-            });
-            series.len() - 1
-        });
-        let values = &sweep.grid[key].values;
-        let at = values.iter().position(|value| *value == cell.values[key]);
-        if let (Some(at), true) = (at, cell.frames > 0) {
-            let point = Point::rate(places[at], cell.ber, cell.ber_95, cell.bit_errors);
-            series[number].points.push(point);
+        match curves.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, cells)) => cells.push(cell),
+            None => curves.push((name, vec![cell])),
         }
     }
-    series.truncate(MOST_CURVES);
-    for series in &mut series {
-        series.points.sort_by(|a, b| a.x.total_cmp(&b.x));
-    }
-    series
+    curves
+}
+
+fn series(sweep: &Sweep, key: usize, places: &[f64], mut curves: Vec<Curve>) -> Vec<Series> {
+    curves.truncate(MOST_CURVES);
+    let values = &sweep.grid[key].values;
+    let point = |cell: &&Summary| {
+        let at = values.iter().position(|value| *value == cell.values[key])?;
+        let is_known = cell.frames > 0;
+        is_known.then(|| Point::rate(places[at], cell.ber, cell.ber_95, cell.bit_errors))
+    };
+    let names: Vec<String> = curves.iter().map(|(name, _)| name.clone()).collect();
+    let curves = curves.into_iter().zip(colours(&names));
+    let curves = curves.map(|((name, cells), colour)| {
+        let mut points: Vec<Point> = cells.iter().filter_map(point).collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        Series {
+            name,
+            colour,
+            line: Line::Band,
+            points,
+        }
+    });
+    curves.collect()
 }
 
 /// A curve's settings: the other keys that vary.
