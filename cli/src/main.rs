@@ -66,25 +66,25 @@ enum Command {
     Render(commands::render::Arguments),
     /// Which effects a scene calls for, and why.
     Plan(commands::plan::Arguments),
-    /// Monte Carlo at one setting: variances and bit error rate.
+    /// How many bits are read wrongly at one setting, by Monte Carlo.
     Evaluate(commands::evaluate::Arguments),
     /// The paper's figures, and a report on its claims.
     Figures(commands::figures::Arguments),
-    /// Monte Carlo at every setting of a plan, here or on a cluster.
+    /// How many bits are read wrongly at each setting of a plan, as a table and a plot; here or on a cluster.
     Sweep(commands::sweep::Arguments),
-    /// What accuracy costs in time: work-precision diagrams of everything that can be done more or less exactly.
+    /// What exactness costs in time, of everything that can be done more or less exactly.
     Accuracy(commands::accuracy::Arguments),
     /// Add the shards of an evaluation or a sweep up.
     Merge(commands::merge::Arguments),
-    /// The best LED-to-ambient ratios, and the table that the transmitter carries.
+    /// The best ratios of LED to ambient light (L2A), as the table that a transmitter carries.
     Optimize(commands::optimize::Arguments),
     /// The L2A table: show and check it, write it to a transmitter, read and compare it.
     Table(commands::table::Arguments),
-    /// The panels that the transmitter would show.
+    /// The panels that the transmitter would show of a message.
     Transmit(commands::transmit::Arguments),
-    /// The bits of single frames.
+    /// The bits of single pictures.
     Decode(commands::decode::Arguments),
-    /// Messages from a sequence of frames.
+    /// Messages from a film, a folder of pictures or a stream.
     Receive(commands::receive::Arguments),
     /// Transmitters at serial ports: list them, watch them, give them messages.
     Device(commands::device::Arguments),

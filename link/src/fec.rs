@@ -226,7 +226,7 @@ pub enum Undecodable {
         needed: usize,
     },
     /// Too many bits were wrong.
-    #[error("no code word found in {MAX_ITERATIONS} iterations: too many of the bits are wrong")]
+    #[error("too many of its bits are wrong")]
     NoCodeword,
 }
 

@@ -81,8 +81,8 @@ pub enum CellsError {
     },
     /// The bounding box needs more memory than the map has.
     #[error(
-        "the panel's bounding box of {width} × {height} pixels exceeds the map's {capacity} pixels or \
-         {MAX_WIDTH_PX} columns: use a larger CellMap, or shrink the frame"
+        "the panel's image of {width} × {height} pixels is more than the {capacity} pixels or {MAX_WIDTH_PX} columns that there is memory \
+         for: check the corners, or shrink the frame"
     )]
     TooLarge {
         /// The box's columns.

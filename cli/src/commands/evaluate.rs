@@ -21,7 +21,7 @@ use crate::stop::stop;
 #[derive(clap::Args)]
 #[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
-    /// A preset or a TOML file.
+    /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: String,
     /// Frames, each with random bits and a random sub-pixel phase.

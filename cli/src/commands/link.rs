@@ -26,7 +26,7 @@ use crate::stop::stop;
 /// Arguments of `vocc link`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset or a TOML file.
+    /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: String,
     #[command(flatten)]

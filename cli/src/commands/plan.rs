@@ -12,7 +12,7 @@ use crate::output::{self, Answer};
 /// Arguments of `vocc plan`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset or a TOML file.
+    /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: String,
 }

@@ -36,7 +36,7 @@ pub enum DetectError {
     /// The panel's pixels are too many, or none.
     #[error(
         "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
-         corners, or give the detector more memory"
+         corners, or shrink the frame"
     )]
     OutsideMemory {
         /// The image's columns.

@@ -97,9 +97,8 @@ pub enum LocateError {
     },
     /// The LEDs run into each other, so that a single frame does not tell them from anything smooth.
     #[error(
-        "the grid does not fit: its LEDs run into each other, and the logarithm of the odds that it is a panel and not something smooth is \
-         {log_odds:.0}, {} is needed; the next frames may show it",
-        verification::LEAST_LOG_ODDS
+        "the grid does not fit: its LEDs run into each other, and one frame is not enough to tell a panel from something smooth; the next \
+         frames may show it"
     )]
     Indistinct {
         /// The natural logarithm of the odds.

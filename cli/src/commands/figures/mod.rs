@@ -34,7 +34,7 @@ use kept::{Kept, Run};
 #[derive(clap::Args)]
 #[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
-    /// A preset or a TOML file; its interval, distance and L2A are varied.
+    /// A preset (`vocc scene` lists them) or a TOML file; its interval, distance and L2A are varied.
     #[arg(default_value = "paper")]
     scene: String,
     /// The folder to write to.

@@ -31,7 +31,7 @@ known to --tolerance or --frames are few.";
 #[derive(clap::Args)]
 #[command(after_help = format!("{DURATION} {}", crate::progress::HELP))]
 pub struct Arguments {
-    /// A preset or a TOML file.
+    /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: String,
     /// Normalised LED intervals, ascending: the table's columns.
