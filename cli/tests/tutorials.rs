@@ -118,6 +118,11 @@ fn the_researcher_s_is_true() {
 }
 
 #[test]
+fn the_engineer_s_is_true() {
+    does("engineer");
+}
+
+#[test]
 fn what_is_not_printed_is_noticed() {
     let steps = steps("a\n```sh\nvocc\n```\nb\n```text\none\none\n```\n```sh\nls\n```\n");
     assert_eq!(steps.len(), 2);
