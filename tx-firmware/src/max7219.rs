@@ -18,13 +18,15 @@
 //! |---|---|---|
 //! | whole scans in an exposure of 1/1000 s | not scanned | 0.5 to 1.3: **rows miss whole exposures** |
 //! | shortest exposure that strays by 5 % at most | 1/6300 s | 20 scans: 1/40 s, [`EXPOSURE_MIN_MS`] at the slowest chip |
+//! | the same at 1/100 and 1/200 s, by ⅞ of a scan | | 18 % and 35 % at the slowest chip |
 //! | luminance from least to most | 1:3700 with a low current of 1/8 | 1:31, in [`STEPS`] steps |
 //! | error of the luminance at the dim end | 5 % | half a step: 50 % |
 //! | change of a panel | all LEDs within 20 ns | row by row, within a scan |
 //! | greatest luminance | the LEDs' own | an eighth of it |
 //!
-//! So it suits a bench, a camera with exposures of 1/25 s and a few symbols a second, and the demonstration that a message arrives;
-//! not a road. A panel dimmer than half its first step is dark: the chip's shutdown, in which it keeps its rows.
+//! So it suits a desk, a webcam with exposures of 1/50 to 1/200 s at its full frame rate, and the demonstration that a message arrives:
+//! `docs/hardware.md`, "The desk kit". It does not suit a road. A panel dimmer than half its first step is dark: the chip's shutdown, in
+//! which it keeps its rows.
 
 use embedded_hal::spi::SpiDevice;
 use link::panel::{PanelFrame, SIDE};
@@ -90,11 +92,9 @@ impl<S: SpiDevice> Max7219Panel<S> {
     /// Of the bus; the panel may then be in any state.
     pub fn new(spi: S) -> Result<Self, Max7219Error<S::Error>> {
         let mut panel = Self { spi, step: None };
-        panel.write(register::SHUTDOWN, 0)?;
-        panel.write(register::DISPLAY_TEST, 0)?;
-        panel.write(register::DECODE_MODE, 0)?;
-        panel.write(register::SCAN_LIMIT, SIDE as u8 - 1)?;
-        panel.write(register::INTENSITY, 0)?;
+        for [register, value] in controls(None) {
+            panel.write(register, value)?;
+        }
         panel.show(PanelFrame::default())?;
         Ok(panel)
     }
@@ -113,9 +113,8 @@ impl<S: SpiDevice> LedMatrix for Max7219Panel<S> {
     type Error = Max7219Error<S::Error>;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
-        for (register, row) in (register::DIGIT_0..).zip(panel.bits().to_le_bytes()) {
-            // Bit 7 is segment DP: the left column.
-            self.write(register, row.reverse_bits())?;
+        for [register, value] in rows(panel) {
+            self.write(register, value)?;
         }
         Ok(())
     }
@@ -137,6 +136,32 @@ impl<S: SpiDevice> LedMatrix for Max7219Panel<S> {
         self.step = step;
         Ok(())
     }
+}
+
+/// The registers beside the rows, with their values at an intensity of 0 to 15, or in shutdown. In this order a chip in any state goes
+/// dark first.
+///
+/// A board that writes them again with each panel, and not the changes alone, takes a module back that lost them: a spike on its supply
+/// does that.
+pub fn controls(intensity: Option<u8>) -> [[u8; 2]; 5] {
+    [
+        [register::SHUTDOWN, intensity.is_some().into()],
+        [register::DISPLAY_TEST, 0],
+        [register::DECODE_MODE, 0],
+        [register::SCAN_LIMIT, SIDE as u8 - 1],
+        [register::INTENSITY, intensity.unwrap_or(0)],
+    ]
+}
+
+/// The registers of the rows, with their values for a panel.
+pub fn rows(panel: PanelFrame) -> [[u8; 2]; SIDE] {
+    let mut rows = [[0; 2]; SIDE];
+    let bits = panel.bits().to_le_bytes();
+    for ((place, register), row) in rows.iter_mut().zip(register::DIGIT_0..).zip(bits) {
+        // Bit 7 is segment DP: the left column.
+        *place = [register, row.reverse_bits()];
+    }
+    rows
 }
 
 /// The intensity nearest to a share of the brightest step's light: step n has (2n + 1)/31 of it. None below half of the first.

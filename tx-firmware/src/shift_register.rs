@@ -42,6 +42,16 @@ pub enum OutputEnable {
     ActiveHigh,
 }
 
+/// Which bit lights an LED.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LitBy {
+    /// 1, as with a TLC5916, a TPIC6B595, and a 74HC595 whose LEDs go to ground.
+    #[default]
+    One,
+    /// 0, as with a 74HC595 whose LEDs come from the supply: a low output sinks their current.
+    Zero,
+}
+
 /// Where the way to the LEDs broke, with the error of the HAL's driver in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ShiftRegisterError<S, L, P> {
@@ -68,7 +78,7 @@ pub enum ShiftRegisterError<S, L, P> {
 /// use link::panel::PanelFrame;
 /// use tx_firmware::dimming::Duty;
 /// use tx_firmware::matrix::LedMatrix;
-/// use tx_firmware::shift_register::{OutputEnable, ShiftRegisterPanel};
+/// use tx_firmware::shift_register::{LitBy, OutputEnable, ShiftRegisterPanel};
 /// # let mut bus = spi::Mock::new(&[
 /// #     spi::Transaction::write_vec(vec![0; 8]), spi::Transaction::flush(),
 /// #     spi::Transaction::write_vec(vec![0, 0, 0, 0, 0, 0, 0, 0x0f]), spi::Transaction::flush(),
@@ -81,7 +91,7 @@ pub enum ShiftRegisterError<S, L, P> {
 /// # ]);
 ///
 /// # let (spi, latch_pin, enable_pwm) = (bus.clone(), latch.clone(), enable.clone());
-/// let mut panel = ShiftRegisterPanel::new(spi, latch_pin, enable_pwm, OutputEnable::ActiveLow)?;
+/// let mut panel = ShiftRegisterPanel::new(spi, latch_pin, enable_pwm, OutputEnable::ActiveLow, LitBy::One)?;
 /// panel.show(PanelFrame::from_bits(0x0f))?; // the left half of the top row
 /// panel.set_duty(Duty::MAX)?;
 /// # bus.done(); latch.done(); enable.done();
@@ -93,6 +103,7 @@ pub struct ShiftRegisterPanel<S, L, P> {
     latch: L,
     pwm: P,
     output_enable: OutputEnable,
+    lit_by: LitBy,
 }
 
 impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
@@ -105,12 +116,14 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
         latch: L,
         pwm: P,
         output_enable: OutputEnable,
+        lit_by: LitBy,
     ) -> Result<Self, <Self as LedMatrix>::Error> {
         let mut panel = Self {
             spi,
             latch,
             pwm,
             output_enable,
+            lit_by,
         };
         panel.set_duty(Duty::ZERO)?;
         panel.latch.set_low().map_err(ShiftRegisterError::Latch)?;
@@ -129,7 +142,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> LedMatrix for ShiftRegisterPanel<
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
         self.spi
-            .write(&chain_bytes(panel))
+            .write(&chain_bytes(panel, self.lit_by))
             .map_err(ShiftRegisterError::Spi)?;
         self.spi.flush().map_err(ShiftRegisterError::Spi)?;
         self.latch.set_high().map_err(ShiftRegisterError::Latch)?;
@@ -150,8 +163,20 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> LedMatrix for ShiftRegisterPanel<
 }
 
 /// The bytes in the order of shifting: row 7 first, column 7 the most significant bit.
-fn chain_bytes(panel: PanelFrame) -> [u8; SIDE] {
-    panel.bits().to_be_bytes()
+///
+/// ```
+/// use link::panel::PanelFrame;
+/// use tx_firmware::shift_register::{LitBy, chain_bytes};
+/// let left_of_the_top_row = PanelFrame::from_bits(0x0f);
+/// assert_eq!(chain_bytes(left_of_the_top_row, LitBy::One), [0, 0, 0, 0, 0, 0, 0, 0x0f]);
+/// assert_eq!(chain_bytes(left_of_the_top_row, LitBy::Zero), [255, 255, 255, 255, 255, 255, 255, 0xf0]);
+/// ```
+pub fn chain_bytes(panel: PanelFrame, lit_by: LitBy) -> [u8; SIDE] {
+    let ones = match lit_by {
+        LitBy::One => panel.bits(),
+        LitBy::Zero => !panel.bits(),
+    };
+    ones.to_be_bytes()
 }
 
 #[cfg(test)]
@@ -222,16 +247,47 @@ mod tests {
             (OutputEnable::ActiveLow, PWM_MAX),
             (OutputEnable::ActiveHigh, 0),
         ] {
-            let panel = ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&[dark]), output_enable);
+            let panel = ShiftRegisterPanel::new(
+                bus(&[]),
+                latch(1),
+                pwm(&[dark]),
+                output_enable,
+                LitBy::One,
+            );
             done(panel.unwrap().release());
         }
     }
 
     #[test]
+    fn outputs_that_light_with_a_0_are_blank_with_ones() {
+        let shifts = [
+            shifted([0xff; 8]),
+            shifted([0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe]),
+        ];
+        let bus = Spi::new(&shifts.concat());
+        let mut panel = ShiftRegisterPanel::new(
+            bus,
+            latch(2),
+            pwm(&[PWM_MAX]),
+            OutputEnable::ActiveLow,
+            LitBy::Zero,
+        )
+        .unwrap();
+        panel.show(PanelFrame::from_bits(1)).unwrap();
+        done(panel.release());
+    }
+
+    #[test]
     fn the_top_left_led_is_the_last_bit_shifted_and_the_bottom_right_the_first() {
         let bus = bus(&[[0, 0, 0, 0, 0, 0, 0, 1], [0x80, 0, 0, 0, 0, 0, 0, 0]]);
-        let mut panel =
-            ShiftRegisterPanel::new(bus, latch(3), pwm(&[0]), OutputEnable::ActiveHigh).unwrap();
+        let mut panel = ShiftRegisterPanel::new(
+            bus,
+            latch(3),
+            pwm(&[0]),
+            OutputEnable::ActiveHigh,
+            LitBy::One,
+        )
+        .unwrap();
         panel.show(PanelFrame::from_bits(1)).unwrap();
         panel.show(PanelFrame::from_bits(1 << 63)).unwrap();
         done(panel.release());
@@ -244,7 +300,8 @@ mod tests {
             (OutputEnable::ActiveHigh, [0, 0, 625, 2500]),
         ] {
             let mut panel =
-                ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&highs), output_enable).unwrap();
+                ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&highs), output_enable, LitBy::One)
+                    .unwrap();
             for duty in [Duty::ZERO, Duty::MAX / 4, Duty::MAX] {
                 panel.set_duty(duty).unwrap();
             }
@@ -258,7 +315,7 @@ mod tests {
             let panel = PanelFrame::from_bits(bits);
             // A register chain in the open: each clock moves every bit on by one output.
             let mut outputs = [false; 64];
-            for byte in chain_bytes(panel) {
+            for byte in chain_bytes(panel, LitBy::One) {
                 for bit in (0..8).rev() {
                     outputs.rotate_right(1);
                     outputs[0] = byte >> bit & 1 == 1;
@@ -291,7 +348,8 @@ mod tests {
             let lines = (spi, Pin::new(&events), Pwm::new(&dimmed(0)));
             let (spi, latch, pwm) = lines.clone();
             let refused =
-                ShiftRegisterPanel::new(spi, latch, pwm, OutputEnable::ActiveHigh).unwrap_err();
+                ShiftRegisterPanel::new(spi, latch, pwm, OutputEnable::ActiveHigh, LitBy::One)
+                    .unwrap_err();
             assert_eq!(refused, ShiftRegisterError::Latch(broken()));
             done(lines);
         }
@@ -306,8 +364,14 @@ mod tests {
             PwmEvent::max_duty_cycle(PWM_MAX),
             PwmEvent::set_duty_cycle(PWM_MAX).with_error(broken()),
         ]);
-        let mut panel =
-            ShiftRegisterPanel::new(bus(&[]), latch(1), pwm, OutputEnable::ActiveHigh).unwrap();
+        let mut panel = ShiftRegisterPanel::new(
+            bus(&[]),
+            latch(1),
+            pwm,
+            OutputEnable::ActiveHigh,
+            LitBy::One,
+        )
+        .unwrap();
         assert_eq!(
             panel.set_duty(Duty::MAX),
             Err(ShiftRegisterError::Pwm(broken()))
@@ -363,6 +427,7 @@ mod tests {
                 latch.clone(),
                 pwm.clone(),
                 OutputEnable::ActiveHigh,
+                LitBy::One,
             )
             .unwrap();
             assert_eq!(

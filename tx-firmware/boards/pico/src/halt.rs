@@ -4,11 +4,11 @@ use core::panic::PanicInfo;
 
 use embassy_rp::pac;
 
-use crate::output_enable;
+use crate::leds;
 
 #[panic_handler]
 fn panic(_info: &PanicInfo<'_>) -> ! {
-    output_enable::force_dark();
+    leds::force_dark();
     #[cfg(feature = "defmt")]
     defmt::error!("panic: {}", defmt::Display2Format(_info));
     loop {

@@ -2,7 +2,7 @@
 //!
 //! | level | what runs there |
 //! |---|---|
-//! | hardware alone | the symbol clock, latch and shifting ([`symbols`]); the pulses of the dimming ([`output_enable`]) |
+//! | hardware alone | the symbol clock and shifting ([`symbols`]); the latch and the dimming ([`leds`]) |
 //! | interrupt | the next panels ([`shared`]) |
 //! | interrupt executor | the serial ports and the flash ([`ports`], [`memory`]) |
 //! | thread | the light sensor ([`light_sensor`]) and the watchdog |
@@ -15,9 +15,9 @@
 
 mod bus;
 mod halt;
+mod leds;
 mod light_sensor;
 mod memory;
-mod output_enable;
 mod ports;
 mod shared;
 mod symbols;
@@ -35,43 +35,26 @@ use embassy_rp::{
 };
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Ticker};
-use fixed::types::{U1F31, U12F20, U32F32};
-use link::{
-    l2a_table::{Interval, L2aTable},
-    serial::Faults,
-    symbol_rate::SymbolRate,
-};
+use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Faults, symbol_rate::SymbolRate};
 use static_cell::StaticCell;
 use tx_firmware::{
-    calibration::{Calibration, Measured},
-    drive::{EXPOSURE_LONG_NS, period_ns},
+    calibration::Calibration,
     light_watch::{LightSample, SensorRange},
     store::Store,
 };
 
 use crate::{
     bus::Bus,
+    leds::Dimmer,
     light_sensor::LightSensor,
     memory::SteadyFlash,
-    output_enable::OutputEnable,
     ports::{Desk, SharedStore},
-    shared::{Panel, Shared, drive_of},
+    shared::{Panel, Shared},
     symbols::Symbols,
 };
 
 /// Longer than any erase of the flash.
 const WATCHDOG: Duration = Duration::from_secs(2);
-
-/// The panel of `docs/hardware.md`, for as long as nobody has measured this one.
-const TYPICAL: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("26000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::lit("1"),
-    sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::lit("0.125"),
-};
 
 bind_interrupts!(struct Irqs {
     UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
@@ -105,7 +88,8 @@ async fn main(_spawner: Spawner) {
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
 
-    let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(TYPICAL))
+    let (Ok(mut store), Ok(typical)) =
+        (memory::store(board.FLASH), Calibration::new(leds::TYPICAL))
     else {
         panic!("the store's place or the typical calibration is none");
     };
@@ -117,26 +101,23 @@ async fn main(_spawner: Spawner) {
     } = remembered(&mut store, typical);
     faults.set(Faults::WATCHDOG, was_reset);
 
-    let output_enable = OutputEnable::dark(
-        board.PWM_SLICE2,
-        board.PIN_20,
-        board.PIN_21,
-        drive_of(&calibration),
-    );
-    let lines = symbols::Hardware {
+    #[cfg(not(feature = "max7219"))]
+    let dimmer = Dimmer::dark(board.PWM_SLICE2, board.PIN_20, board.PIN_21, &calibration);
+    #[cfg(feature = "max7219")]
+    let dimmer = Dimmer::default();
+    let hardware = symbols::Hardware {
         slice: board.PWM_SLICE0,
-        latch: board.PIN_17,
-        spi: board.SPI0,
-        clock: board.PIN_18,
-        data: board.PIN_19,
+        leds: leds::Lines {
+            latch: board.PIN_17,
+            spi: board.SPI0,
+            clock: board.PIN_18,
+            data: board.PIN_19,
+        },
         trigger: board.DMA_CH0,
         shift: board.DMA_CH1,
     };
-    let symbols = Symbols::start(lines, rate);
-    let panel = Panel {
-        symbols,
-        output_enable,
-    };
+    let symbols = Symbols::start(hardware, rate, &dimmer.entry(PanelFrame::default()));
+    let panel = Panel { symbols, dimmer };
     let shared = Shared::install(panel, calibration, table, rate);
     shared.with(|transmitter| transmitter.set_faults(faults, true));
     symbols::enable_interrupt();

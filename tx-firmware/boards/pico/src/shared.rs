@@ -2,7 +2,6 @@
 
 use core::{cell::RefCell, convert::Infallible};
 
-use embassy_rp::clocks::clk_sys_freq;
 use embassy_sync::{
     blocking_mutex::{Mutex, raw::CriticalSectionRawMutex},
     once_lock::OnceLock,
@@ -16,31 +15,31 @@ use link::{
     symbol_rate::SymbolRate,
 };
 use tx_firmware::{
-    ambient::Smoothing, calibration::Calibration, dimming::Duty, drive::Drive, matrix::LedMatrix,
+    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix,
     schedule::Repeats, service::Device, transmitter::Transmitter,
 };
 
 use crate::{
-    output_enable::OutputEnable,
+    leds::Dimmer,
     symbols::{LEAD, Symbols},
 };
 
 /// The LEDs.
 pub struct Panel {
     pub symbols: Symbols,
-    pub output_enable: OutputEnable,
+    pub dimmer: Dimmer,
 }
 
 impl LedMatrix for Panel {
     type Error = Infallible;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Infallible> {
-        self.symbols.push(panel);
+        self.symbols.push(&self.dimmer.entry(panel));
         Ok(())
     }
 
     fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
-        self.output_enable.set(duty);
+        self.dimmer.set(duty, &self.symbols);
         Ok(())
     }
 }
@@ -100,11 +99,6 @@ impl Shared {
     }
 }
 
-/// The pulses' rule for a panel on this board.
-pub fn drive_of(calibration: &Calibration) -> Drive {
-    Drive::new(calibration.measured(), clk_sys_freq())
-}
-
 impl Device for &'static Shared {
     fn status(&self) -> Status {
         self.with(|transmitter| transmitter.status())
@@ -126,9 +120,11 @@ impl Device for &'static Shared {
     }
 
     fn set_calibration(&mut self, calibration: Calibration) {
-        let drive = drive_of(&calibration);
         self.with(|transmitter| {
-            transmitter.matrix_mut().output_enable.set_drive(drive);
+            transmitter
+                .matrix_mut()
+                .dimmer
+                .set_calibration(&calibration);
             transmitter.set_calibration(calibration);
             transmitter.set_faults(Faults::NO_CALIBRATION, false);
         });

@@ -4,10 +4,12 @@
 //! PWM slice 0 ── output B ──────────────────────────▶ latch: the panel shifted last appears on all LEDs
 //!      │ wrap, once a symbol
 //!      ▼
-//! DMA channel 0 ── starts ──▶ DMA channel 1 ── 8 bytes ──▶ SPI 0 ──▶ shift registers
+//! DMA channel 0 ── starts ──▶ DMA channel 1 ── a panel ──▶ SPI 0 ──▶ shift registers
 //!                                  ▲    └── interrupt: the processor fills the ring up
 //!                             ring of panels in RAM
 //! ```
+//!
+//! A MAX7219 has no latch for all its rows: there a panel appears while it is shifted, in 80 µs.
 //!
 //! From the ring on everything is hardware: an edge comes when the counter says so, and the panel for the next one is shifted
 //! while the present one is shown. Interrupts that are late, or an erasing flash that stops the processor, move no edge as long
@@ -20,20 +22,18 @@ use embassy_rp::{
     clocks::clk_sys_freq,
     interrupt::{self, InterruptExt, Priority},
     pac,
-    peripherals::{DMA_CH0, DMA_CH1, PIN_17, PIN_18, PIN_19, PWM_SLICE0, SPI0},
-    pwm::{self, Pwm},
-    spi::{self, Blocking, Spi},
+    peripherals::{DMA_CH0, DMA_CH1, PWM_SLICE0},
+    pwm,
 };
-use link::{panel::PanelFrame, symbol_rate::SymbolRate};
+use link::symbol_rate::SymbolRate;
 
-/// Shift clock; a chain on flying leads takes it, and a panel takes 16 µs.
-const SHIFT_CLOCK_HZ: u32 = 4_000_000;
+use crate::leds::{Entry, Lines, Shifter, TRANSFER};
 
 /// Panels that the ring holds: at the highest symbol rate it outlasts [`STOP_MS`].
 const PANELS: usize = 128;
-const PANEL_BYTES: usize = 8;
+const WORDS: usize = TRANSFER.bytes / 4;
 /// log₂ of the ring's bytes, as the DMA controller wants it.
-const RING_BITS: u8 = (PANELS * PANEL_BYTES).ilog2() as u8;
+const RING_BITS: u8 = (PANELS * TRANSFER.bytes).ilog2() as u8;
 
 /// Panels that are kept ready: a new message waits for no more, and the processor may be late by as many symbols.
 pub const LEAD: usize = 3;
@@ -49,10 +49,12 @@ const TRIGGER: usize = 0;
 const SHIFT: usize = 1;
 
 /// The DMA controller wraps its address at the ring's size, so the ring has to be aligned to it.
-#[repr(C, align(1024))]
-struct Ring([[AtomicU32; 2]; PANELS]);
+#[cfg_attr(not(feature = "max7219"), repr(C, align(1024)))]
+#[cfg_attr(feature = "max7219", repr(C, align(4096)))]
+struct Ring([[AtomicU32; WORDS]; PANELS]);
+const _: () = assert!(align_of::<Ring>() == PANELS * TRANSFER.bytes);
 
-static RING: Ring = Ring([const { [const { AtomicU32::new(0) }; 2] }; PANELS]);
+static RING: Ring = Ring([const { [const { AtomicU32::new(0) }; WORDS] }; PANELS]);
 /// What channel 0 writes to start channel 1. In RAM, since the flash may be erasing.
 static SHIFT_STARTER: AtomicU32 = AtomicU32::new(1 << SHIFT);
 
@@ -62,48 +64,41 @@ pub struct Symbols {
     rate: SymbolRate,
     /// The rate that begins with the next symbol.
     wanted: Option<SymbolRate>,
-    _latch: Pwm<'static>,
-    _shift: Spi<'static, SPI0, Blocking>,
+    _shifter: Shifter,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
 }
 
 /// What the symbol clock runs on.
 pub struct Hardware {
     pub slice: Peri<'static, PWM_SLICE0>,
-    pub latch: Peri<'static, PIN_17>,
-    pub spi: Peri<'static, SPI0>,
-    pub clock: Peri<'static, PIN_18>,
-    pub data: Peri<'static, PIN_19>,
+    pub leds: Lines,
     pub trigger: Peri<'static, DMA_CH0>,
     pub shift: Peri<'static, DMA_CH1>,
 }
 
 impl Symbols {
     /// Starts the symbol clock with a few dark panels.
-    pub fn start(hardware: Hardware, rate: SymbolRate) -> Self {
-        let mut bus = spi::Config::default();
-        bus.frequency = SHIFT_CLOCK_HZ;
-        let shift = Spi::new_blocking_txonly(hardware.spi, hardware.clock, hardware.data, bus);
-        pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
-
+    pub fn start(hardware: Hardware, rate: SymbolRate, dark: &Entry) -> Self {
         let clock = SymbolClock::for_rate(rate, clk_sys_freq());
-        let mut latch = pwm::Config::default();
-        latch.divider = clock.divider.into();
-        latch.top = clock.top;
-        latch.compare_b = 1;
-        latch.enable = false;
-        let latch = Pwm::new_output_b(hardware.slice, hardware.latch, latch);
-
-        connect_channels();
-        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
-        Self {
-            next: LEAD,
+        let mut config = pwm::Config::default();
+        config.divider = clock.divider.into();
+        config.top = clock.top;
+        config.enable = false;
+        let shifter = hardware.leds.connect(hardware.slice, config);
+        pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
+        let mut symbols = Self {
+            next: 0,
             rate,
             wanted: None,
-            _latch: latch,
-            _shift: shift,
+            _shifter: shifter,
             _channels: (hardware.trigger, hardware.shift),
+        };
+        for _ in 0..LEAD {
+            symbols.push(dark);
         }
+        connect_channels();
+        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
+        symbols
     }
 
     /// Another rate, from the next symbol on.
@@ -129,14 +124,22 @@ impl Symbols {
     }
 
     /// Puts a panel behind those that wait.
-    pub fn push(&mut self, panel: PanelFrame) {
-        let bytes = panel.bits().to_be_bytes();
-        let (first, last) = bytes.split_at(4);
-        for (word, bytes) in RING.0[self.next].iter().zip([first, last]) {
-            let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-            word.store(u32::from_le_bytes(bytes), Ordering::Relaxed);
-        }
+    pub fn push(&mut self, panel: &Entry) {
+        put(&RING.0[self.next], panel);
         self.next = (self.next + 1) % PANELS;
+    }
+
+    /// Changes the panels that wait.
+    #[cfg(feature = "max7219")]
+    pub fn amend(&self, change: impl Fn(&mut Entry)) {
+        for place in &RING.0 {
+            let mut panel = Entry::default();
+            for (bytes, word) in panel.chunks_exact_mut(4).zip(place) {
+                bytes.copy_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
+            }
+            change(&mut panel);
+            put(place, &panel);
+        }
     }
 
     /// Whether fewer panels wait than `lead`. A ring that ran empty goes on from where the DMA controller is.
@@ -148,6 +151,13 @@ impl Symbols {
             return true;
         }
         waiting < lead
+    }
+}
+
+fn put(place: &[AtomicU32; WORDS], panel: &Entry) {
+    for (word, bytes) in place.iter().zip(panel.chunks_exact(4)) {
+        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        word.store(u32::from_le_bytes(bytes), Ordering::Relaxed);
     }
 }
 
@@ -164,7 +174,7 @@ pub fn position() -> usize {
 /// The panel that the DMA controller takes next.
 fn first_unshifted() -> usize {
     let bytes = pac::DMA.ch(SHIFT).read_addr().read() as usize - RING.0.as_ptr() as usize;
-    bytes.div_ceil(PANEL_BYTES) % PANELS
+    bytes.div_ceil(TRANSFER.bytes) % PANELS
 }
 
 /// Channel 0 waits for the symbol clock and starts channel 1; channel 1 shifts a panel and sends channel 0 waiting again.
@@ -179,11 +189,11 @@ fn connect_channels() {
     shift
         .write_addr()
         .write_value(pac::SPI0.dr().as_ptr() as u32);
-    shift.al2_trans_count().write_value(PANEL_BYTES as u32);
+    shift.al2_trans_count().write_value(TRANSFER.count);
     let mut control = CtrlTrig(0);
     control.set_en(true);
     control.set_high_priority(true);
-    control.set_data_size(DataSize::SIZE_BYTE);
+    control.set_data_size(TRANSFER.size);
     control.set_incr_read(true);
     control.set_ring_size(RING_BITS);
     control.set_chain_to(TRIGGER as u8);
@@ -206,6 +216,14 @@ fn connect_channels() {
     control.set_treq_sel(TreqSel::PWM_WRAP0);
     control.set_irq_quiet(true);
     trigger.ctrl_trig().write_value(control);
+}
+
+/// No more panels are shifted, whatever state the program is in.
+#[cfg(feature = "max7219")]
+pub fn force_stop() {
+    for channel in [TRIGGER, SHIFT] {
+        pac::DMA.ch(channel).al1_ctrl().write_value(0);
+    }
 }
 
 /// Lets the interrupt come each time a panel was shifted.

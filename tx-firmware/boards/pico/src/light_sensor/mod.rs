@@ -2,6 +2,8 @@
 
 #[cfg(feature = "bh1750")]
 mod bh1750;
+#[cfg(feature = "no-sensor")]
+mod no_sensor;
 #[cfg(feature = "opt3001")]
 mod opt3001;
 #[cfg(feature = "veml7700")]
@@ -9,6 +11,8 @@ mod veml7700;
 
 #[cfg(feature = "bh1750")]
 use self::bh1750 as chosen;
+#[cfg(feature = "no-sensor")]
+use self::no_sensor as chosen;
 #[cfg(feature = "opt3001")]
 use self::opt3001 as chosen;
 #[cfg(feature = "veml7700")]

@@ -1,0 +1,141 @@
+//! A module with a MAX7219, whose LOAD is the chip select of the SPI controller: it rises behind each 16 bits by itself.
+//!
+//! Each symbol writes all registers of the chip, so that a module that was plugged in late, or lost its registers to a spike, shows the
+//! panel with the next symbol. The intensity stands beside the rows: another one is put into all panels that wait.
+
+use embassy_rp::{
+    Peri,
+    gpio::{Level, Output},
+    pac::{self, dma::vals::DataSize},
+    peripherals::{PIN_17, PIN_18, PIN_19, PWM_SLICE0, SPI0},
+    pwm::{self, Pwm},
+    spi::{self, Blocking, Spi},
+};
+use fixed::types::{U1F31, U12F20, U32F32};
+use link::{l2a_table::Interval, panel::PanelFrame};
+use tx_firmware::{
+    calibration::{Calibration, Measured},
+    dimming::Duty,
+    max7219::{controls, intensity, rows},
+};
+
+use super::{Entry, Transfer};
+use crate::symbols::{self, Symbols};
+
+/// Below the chip's 10 MHz, for flying leads.
+const SHIFT_CLOCK_HZ: u32 = 4_000_000;
+const LOAD: usize = 17;
+/// The function of a pin that is the SPI controller's.
+const SPI_FUNCTION: u8 = 1;
+
+/// Thirteen registers of sixteen bits, and three times "no operation", which is 0.
+pub const TRANSFER: Transfer = Transfer {
+    bytes: 32,
+    size: DataSize::SIZE_HALFWORD,
+    count: 16,
+};
+
+/// A module of 3 mm LEDs, for as long as nobody has measured this one: `docs/hardware.md`, "The desk kit". Its shortest pulse and its
+/// period are the first of the chip's steps.
+pub const TYPICAL: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("600"),
+    shortest_pulse_ns: 40_323,
+    pwm_period_ns: 1_250_000,
+    reflectance: U1F31::lit("0.3"),
+    interval: Interval::lit("0.5"),
+    sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::lit("1"),
+};
+
+/// The chip's lines.
+pub struct Lines {
+    /// LOAD, also named CS.
+    pub latch: Peri<'static, PIN_17>,
+    pub spi: Peri<'static, SPI0>,
+    pub clock: Peri<'static, PIN_18>,
+    pub data: Peri<'static, PIN_19>,
+}
+
+/// What shifts, while it lives.
+pub struct Shifter {
+    _clock: Pwm<'static>,
+    _shift: Spi<'static, SPI0, Blocking>,
+    _load: Output<'static>,
+}
+
+impl Lines {
+    /// Takes the lines over, and makes the chip dark, which may still show what it was last given. The symbol clock has no output.
+    pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
+        let mut bus = spi::Config::default();
+        bus.frequency = SHIFT_CLOCK_HZ;
+        let load = Output::new(self.latch, Level::High);
+        let shift = Spi::new_blocking_txonly(self.spi, self.clock, self.data, bus);
+        pac::SPI0.cr1().modify(|w| w.set_sse(false));
+        pac::SPI0.cr0().modify(|w| w.set_dss(15));
+        pac::SPI0.cr1().modify(|w| w.set_sse(true));
+        pac::IO_BANK0
+            .gpio(LOAD)
+            .ctrl()
+            .modify(|w| w.set_funcsel(SPI_FUNCTION));
+        shift_dark();
+        Shifter {
+            _clock: Pwm::new_free(slice, clock),
+            _shift: shift,
+            _load: load,
+        }
+    }
+}
+
+/// What dims: the chip itself, in its own steps.
+#[derive(Default)]
+pub struct Dimmer {
+    /// The intensity; none in shutdown.
+    step: Option<u8>,
+}
+
+impl Dimmer {
+    /// The chip's steps are what they are, whatever was measured.
+    pub fn set_calibration(&mut self, _: &Calibration) {}
+
+    /// Lights On LEDs with this share of full luminance, from the next symbol on.
+    pub fn set(&mut self, duty: Duty, symbols: &Symbols) {
+        let step = intensity(duty);
+        if step != self.step {
+            self.step = step;
+            symbols.amend(|entry| put(entry, &controls(step)));
+        }
+    }
+
+    /// What is shifted for a panel.
+    pub fn entry(&self, panel: PanelFrame) -> Entry {
+        let mut entry = Entry::default();
+        let controls = controls(self.step);
+        put(&mut entry, &controls);
+        put(&mut entry[2 * controls.len()..], &rows(panel));
+        entry
+    }
+}
+
+/// Registers and their values as the DMA controller takes them: the register in the upper byte of a word, whose lower one comes first.
+fn put(entry: &mut [u8], registers: &[[u8; 2]]) {
+    for (place, &[register, value]) in entry.chunks_exact_mut(2).zip(registers) {
+        place.copy_from_slice(&[value, register]);
+    }
+}
+
+/// Dark at once, whatever state the program is in.
+pub fn force_dark() {
+    symbols::force_stop();
+    shift_dark();
+}
+
+/// Shifts the chip's shutdown behind what is being shifted.
+fn shift_dark() {
+    let spi = pac::SPI0;
+    for [register, value] in controls(None) {
+        while !spi.sr().read().tnf() {}
+        spi.dr()
+            .write(|w| w.set_data(u16::from_be_bytes([register, value])));
+    }
+    while spi.sr().read().bsy() {}
+}

@@ -1,0 +1,160 @@
+//! Shift registers with output latches: the symbol clock is the latch, pulses on their output-enable line dim, and so does the LEDs'
+//! current.
+
+use embassy_rp::{
+    Peri,
+    clocks::clk_sys_freq,
+    gpio::{Level, Output},
+    pac::{self, dma::vals::DataSize},
+    peripherals::{PIN_17, PIN_18, PIN_19, PIN_20, PIN_21, PWM_SLICE0, PWM_SLICE2, SPI0},
+    pwm::{self, Pwm},
+    spi::{self, Blocking, Spi},
+};
+use fixed::types::{U1F31, U12F20, U32F32};
+use link::{l2a_table::Interval, panel::PanelFrame};
+use tx_firmware::{
+    calibration::{Calibration, Measured},
+    dimming::Duty,
+    drive::{Drive, EXPOSURE_LONG_NS, Pulses, period_ns},
+    shift_register::{LitBy, chain_bytes},
+};
+
+use super::{Entry, Transfer};
+use crate::symbols::Symbols;
+
+/// A chain on flying leads takes it, and a panel takes 16 µs.
+const SHIFT_CLOCK_HZ: u32 = 4_000_000;
+/// The PWM slice of the output-enable line.
+const SLICE: usize = 2;
+
+/// Which bit lights an LED.
+const LIT_BY: LitBy = if cfg!(feature = "lit-by-0") {
+    LitBy::Zero
+} else {
+    LitBy::One
+};
+
+/// Eight registers of eight bits.
+pub const TRANSFER: Transfer = Transfer {
+    bytes: 8,
+    size: DataSize::SIZE_BYTE,
+    count: 8,
+};
+
+/// The panel of `docs/hardware.md`, for as long as nobody has measured this one.
+pub const TYPICAL: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("26000"),
+    shortest_pulse_ns: 100,
+    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
+    reflectance: U1F31::lit("0.4"),
+    interval: Interval::lit("1"),
+    sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::lit("0.125"),
+};
+
+/// The registers' lines.
+pub struct Lines {
+    pub latch: Peri<'static, PIN_17>,
+    pub spi: Peri<'static, SPI0>,
+    pub clock: Peri<'static, PIN_18>,
+    pub data: Peri<'static, PIN_19>,
+}
+
+/// What shifts and latches, while it lives.
+pub struct Shifter {
+    _latch: Pwm<'static>,
+    _shift: Spi<'static, SPI0, Blocking>,
+}
+
+impl Lines {
+    /// Takes the lines over. The symbol clock's output is the latch: high for its first count.
+    pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
+        let mut bus = spi::Config::default();
+        bus.frequency = SHIFT_CLOCK_HZ;
+        let mut latch = clock;
+        latch.compare_b = 1;
+        Shifter {
+            _latch: Pwm::new_output_b(slice, self.latch, latch),
+            _shift: Spi::new_blocking_txonly(self.spi, self.clock, self.data, bus),
+        }
+    }
+}
+
+/// What dims the LEDs. Output enable lights them when low, and a pull-up holds it high while nothing drives it. The current pin
+/// gives them the full current when high, and a pull-down holds it low.
+pub struct Dimmer {
+    drive: Drive,
+    shown: Pulses,
+    full_current: Output<'static>,
+    _pwm: Pwm<'static>,
+}
+
+impl Dimmer {
+    /// Takes the lines over: dark.
+    pub fn dark(
+        slice: Peri<'static, PWM_SLICE2>,
+        output_enable: Peri<'static, PIN_20>,
+        full_current: Peri<'static, PIN_21>,
+        calibration: &Calibration,
+    ) -> Self {
+        let mut config = pwm::Config::default();
+        config.invert_a = true;
+        config.compare_a = 0;
+        Self {
+            drive: drive_of(calibration),
+            shown: Pulses::default(),
+            full_current: Output::new(full_current, Level::High),
+            _pwm: Pwm::new_output_a(slice, output_enable, config),
+        }
+    }
+
+    /// Pulses by the rule for this panel, from the next duty on.
+    pub fn set_calibration(&mut self, calibration: &Calibration) {
+        self.drive = drive_of(calibration);
+    }
+
+    /// Lights On LEDs with this share of full luminance.
+    pub fn set(&mut self, duty: Duty, _: &Symbols) {
+        let pulses = self.drive.pulses(duty, self.shown);
+        if pulses == self.shown {
+            return;
+        }
+        // At no moment long pulses and full current: they change in the order that dims first.
+        if pulses.low_current {
+            self.full_current.set_low();
+        }
+        write(pulses);
+        if self.shown.low_current && !pulses.low_current {
+            // The pulses take effect when the present period ends.
+            cortex_m::asm::delay(self.shown.period.into());
+            self.full_current.set_high();
+        }
+        self.shown = pulses;
+    }
+
+    /// What is shifted for a panel.
+    pub fn entry(&self, panel: PanelFrame) -> Entry {
+        chain_bytes(panel, LIT_BY)
+    }
+}
+
+/// The pulses' rule for a panel on this board.
+fn drive_of(calibration: &Calibration) -> Drive {
+    Drive::new(calibration.measured(), clk_sys_freq())
+}
+
+/// The period first: until the pulse follows, the light errs to the dim side.
+fn write(pulses: Pulses) {
+    let slice = pac::PWM.ch(SLICE);
+    slice.top().write(|w| w.set_top(pulses.period.max(1) - 1));
+    slice.cc().write(|w| w.set_a(pulses.lit));
+}
+
+/// Dark at once, whatever state the program is in.
+pub fn force_dark() {
+    const PIN: usize = 20;
+    pac::IO_BANK0
+        .gpio(PIN)
+        .ctrl()
+        .modify(|w| w.set_outover(pac::io::vals::Outover::HIGH));
+}
