@@ -1,8 +1,9 @@
 // A transmitter's image on an emulated Raspberry Pi Pico.
 //
-//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--edges] [--time NAME]...
+//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--time NAME]...
 //
 // IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
+// --max7219 puts a module with that chip in the place of the shift registers.
 // --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt.
 //
 // Commands come as JSON, one a line, on standard input, and answers and events leave on standard output:
@@ -15,7 +16,7 @@
 //   {"cut_after": 3}                 cuts the power half-way through a flash operation, after so many more
 //
 // Events have the simulated time, ns since power-up: {"ns", "panel"}: the LEDs at a latch's edge; {"ns", "lit_cycles",
-// "period_cycles"}: the dimming; {"ns", "low_current"}; {"ns", "reset"}.
+// "period_cycles"}: the dimming; {"ns", "low_current"}; {"ns", "register", "value"}: of a MAX7219; {"ns", "reset"}.
 
 import fs from 'node:fs';
 import net from 'node:net';
@@ -30,7 +31,7 @@ const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6;
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
-  options: { edges: { type: 'boolean' }, time: { type: 'string', multiple: true, default: [] } },
+  options: { max7219: { type: 'boolean' }, edges: { type: 'boolean' }, time: { type: 'string', multiple: true, default: [] } },
 });
 const [imagePath, flashPath, socketPath] = positionals;
 const elf = fs.readFileSync(imagePath);
@@ -38,7 +39,7 @@ const elf = fs.readFileSync(imagePath);
 const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
 const stopwatch = values.time.length ? new Stopwatch(elf, values.time) : null;
 const flash = new Flash(flashPath, elf);
-const pico = new Pico(flash, say, { edges: values.edges, stopwatch });
+const pico = new Pico(flash, say, { max7219: values.max7219, edges: values.edges, stopwatch });
 let realTime = null;
 let client = null;
 const received = [];

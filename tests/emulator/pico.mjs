@@ -2,6 +2,7 @@
 
 import { Simulator } from 'rp2040js';
 import { BootRom } from './boot_rom.mjs';
+import { Max7219 } from './max7219.mjs';
 import { Opt3001 } from './opt3001.mjs';
 import { Panel } from './panel.mjs';
 import { repair } from './repairs.mjs';
@@ -12,10 +13,11 @@ const WATCHDOG = 0x40058, TIMED_OUT = 1;
 const NANOS_PER_SECOND = 1e9;
 
 export class Pico {
-  constructor(flash, report, { edges = false, stopwatch = null } = {}) {
+  constructor(flash, report, { max7219 = false, edges = false, stopwatch = null } = {}) {
     Object.assign(this, { flash, edges, stopwatch });
     this.startedNanos = 0;
     this.report = (event) => report({ ns: Math.round(this.nanos), ...event });
+    this.module = max7219 ? new Max7219(this.report) : null;
     this.powerUp();
   }
 
@@ -32,7 +34,8 @@ export class Pico {
     Object.assign(this, { mcu, clock, wanted: null, hung: false });
     this.rom = new BootRom(mcu, this.flash);
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux, fault: light.fault });
-    this.panel = new Panel(mcu, this.report, this.edges);
+    this.module?.connect(mcu);
+    this.panel = this.module ?? new Panel(mcu, this.report, this.edges);
     mcu.uart[0].onByte = (byte) => this.onSerial?.(byte);
     const watchdog = mcu.peripherals[WATCHDOG];
     watchdog.onWatchdogTrigger = () => {

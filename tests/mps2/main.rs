@@ -53,6 +53,10 @@ fn main() -> ExitCode {
 /// The emulator, and the board's program, built as a user would.
 fn provide() -> Result<PathBuf, Unready> {
     programs::provide("qemu-system-arm")?;
-    let built = firmware::build("thumbv7em-none-eabihf", "rx-pipeline/boards/mps2-an500")?;
+    let built = firmware::build(
+        "thumbv7em-none-eabihf",
+        "rx-pipeline/boards/mps2-an500",
+        &[],
+    )?;
     Ok(built.join("vocc-mps2"))
 }

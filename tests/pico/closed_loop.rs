@@ -17,12 +17,14 @@ use link::framing::Event as Received;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{REFLECTANCE, Record};
+use crate::panel::{REFLECTANCE, Record, Symbol};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
 const MESSAGE: &str = "Sent from the pins of a board";
 const LUX: f64 = 4_000.0;
+/// What the camera sees, beside the paper's scene.
+const SCENE: [&str; 1] = ["link.symbol_rate_hz=90"];
 /// Symbols for which the message is filmed, two repeats of it.
 const FILMED_MS: u32 = 700;
 const PANEL_PIXELS: usize = 128 * 128;
@@ -46,82 +48,109 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     record.extend(&board.real_time(false));
     let filmed_from_ns = record.symbols.last().expect("symbols are shown").ns;
     record.extend(&board.run_ms(FILMED_MS));
-    let messages = film(&record, filmed_from_ns);
+    let luminance_cd_m2 = |ns| record.pulses_at(ns).luminance_cd_m2();
+    let film = Film::new("paper", &SCENE, LUX, REFLECTANCE);
+    let messages = film.messages(&record.symbols, luminance_cd_m2, filmed_from_ns);
     assert!(
         messages.iter().any(|message| message == MESSAGE.as_bytes()),
         "{messages:?}"
     );
 }
 
-/// The messages that a camera and a receiver get from the panels of a record from a time on.
-fn film(record: &Record, from_ns: u64) -> Vec<Vec<u8>> {
-    let overrides = [
-        format!("ambient.illuminance_lx={LUX}"),
-        format!("panel.reflectance={REFLECTANCE}"),
-        "link.symbol_rate_hz=90".into(),
-    ];
-    let scene = Scene::load("paper", &overrides).expect("a valid scene");
-    let renderer = Renderer::new(&scene, Level::Fast).expect("a panel in view");
-    let settings = ReceiverSettings {
-        symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
-        ..ReceiverSettings::default()
-    };
-    let memory = Box::<ReceiverMemory<PANEL_PIXELS>>::default();
-    let search = FrameSearch::new(Box::<SearchMemory>::default());
-    let mut receiver = Receiver::new(settings, memory, search).expect("a usable link");
-    let mut canvas = Canvas::new(renderer.lit_region());
-    let sensor = renderer.sensor();
-    let mut grey = vec![0; sensor.width * sensor.height];
-    let mut messages = vec![];
-    for number in 0.. {
-        let Some((moment, shown)) = exposure(record, &renderer, from_ns, number) else {
-            break;
-        };
-        renderer.frame(1, &moment, &[shown], &mut canvas, &mut grey);
-        let frame = Frame::new(&grey, sensor.width, sensor.height).expect("a whole frame");
-        if let Received::Delivered(delivery) = receiver.frame(number, &frame).event {
-            messages.push(delivery.message.to_vec());
-        }
-    }
-    if let Received::Delivered(delivery) = receiver.finish() {
-        messages.push(delivery.message.to_vec());
-    }
-    messages
+/// A camera before the LEDs of a board.
+pub struct Film {
+    renderer: Renderer,
+    lux: f64,
+    reflectance: f64,
 }
 
-/// What the LEDs do during the exposure of a frame; none when the record ends before.
-fn exposure(
-    record: &Record,
-    renderer: &Renderer,
-    from_ns: u64,
-    number: u64,
-) -> Option<(Moment, Shown)> {
-    let moment = renderer.moment(number);
-    let start_ns = from_ns + (moment.start_s * 1e9) as u64;
-    let symbol = record
-        .symbols
-        .partition_point(|symbol| symbol.ns <= start_ns)
-        .checked_sub(1)?;
-    let window: &[_; WINDOW] = record.symbols.get(symbol..)?.first_chunk()?;
-    let moment = Moment {
-        symbol: symbol as u64,
-        since_change_s: (start_ns - window[0].ns) as f64 / 1e9,
-        symbol_s: (window[1].ns - window[0].ns) as f64 / 1e9,
-        ..moment
-    };
-    let view = renderer.view();
-    let luminance_cd_m2 = record.pulses_at(start_ns).luminance_cd_m2();
-    let l2a = luminance_cd_m2 / (LUX * REFLECTANCE);
-    let mut unlimited = view.panels[0].panel.clone();
-    // What the board gives has passed its own limits.
-    (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
-    let light = view
-        .exposure
-        .led_light(&view.scene, &unlimited, REFLECTANCE, l2a);
-    let shown = Shown {
-        symbols: window.map(|symbol| symbol.panel),
-        light,
-        shift_px: [0.0; 2],
-    };
-    Some((moment, shown))
+impl Film {
+    /// A camera in a scene with these changes, in this light.
+    pub fn new(scene: &str, changes: &[&str], lux: f64, reflectance: f64) -> Self {
+        let light = [
+            format!("ambient.illuminance_lx={lux}"),
+            format!("panel.reflectance={reflectance}"),
+        ];
+        let changes = changes.iter().map(|&change| change.to_owned());
+        let overrides: Vec<String> = changes.chain(light).collect();
+        let scene = Scene::load(scene, &overrides).expect("a valid scene");
+        Self {
+            renderer: Renderer::new(&scene, Level::Fast).expect("a panel in view"),
+            lux,
+            reflectance,
+        }
+    }
+
+    /// The messages that it and a receiver get from the symbols from a time on, whose On LEDs have this luminance.
+    pub fn messages(
+        &self,
+        symbols: &[Symbol],
+        luminance_cd_m2: impl Fn(u64) -> f64,
+        from_ns: u64,
+    ) -> Vec<Vec<u8>> {
+        let renderer = &self.renderer;
+        let scene = &renderer.view().scene;
+        let settings = ReceiverSettings {
+            symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
+            ..ReceiverSettings::default()
+        };
+        let memory = Box::<ReceiverMemory<PANEL_PIXELS>>::default();
+        let search = FrameSearch::new(Box::<SearchMemory>::default());
+        let mut receiver = Receiver::new(settings, memory, search).expect("a usable link");
+        let mut canvas = Canvas::new(renderer.lit_region());
+        let sensor = renderer.sensor();
+        let mut grey = vec![0; sensor.width * sensor.height];
+        let mut messages = vec![];
+        for number in 0.. {
+            let Some((moment, shown)) = self.exposure(symbols, &luminance_cd_m2, from_ns, number)
+            else {
+                break;
+            };
+            renderer.frame(1, &moment, &[shown], &mut canvas, &mut grey);
+            let frame = Frame::new(&grey, sensor.width, sensor.height).expect("a whole frame");
+            if let Received::Delivered(delivery) = receiver.frame(number, &frame).event {
+                messages.push(delivery.message.to_vec());
+            }
+        }
+        if let Received::Delivered(delivery) = receiver.finish() {
+            messages.push(delivery.message.to_vec());
+        }
+        messages
+    }
+
+    /// What the LEDs do during the exposure of a frame; none when the symbols end before.
+    fn exposure(
+        &self,
+        symbols: &[Symbol],
+        luminance_cd_m2: impl Fn(u64) -> f64,
+        from_ns: u64,
+        number: u64,
+    ) -> Option<(Moment, Shown)> {
+        let moment = self.renderer.moment(number);
+        let start_ns = from_ns + (moment.start_s * 1e9) as u64;
+        let symbol = symbols
+            .partition_point(|symbol| symbol.ns <= start_ns)
+            .checked_sub(1)?;
+        let window: &[_; WINDOW] = symbols.get(symbol..)?.first_chunk()?;
+        let moment = Moment {
+            symbol: symbol as u64,
+            since_change_s: (start_ns - window[0].ns) as f64 / 1e9,
+            symbol_s: (window[1].ns - window[0].ns) as f64 / 1e9,
+            ..moment
+        };
+        let view = self.renderer.view();
+        let l2a = luminance_cd_m2(start_ns) / (self.lux * self.reflectance);
+        let mut unlimited = view.panels[0].panel.clone();
+        // What the board gives has passed its own limits.
+        (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
+        let light = view
+            .exposure
+            .led_light(&view.scene, &unlimited, self.reflectance, l2a);
+        let shown = Shown {
+            symbols: window.map(|symbol| symbol.panel),
+            light,
+            shift_px: [0.0; 2],
+        };
+        Some((moment, shown))
+    }
 }

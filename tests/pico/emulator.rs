@@ -33,6 +33,10 @@ pub struct Event {
     pub period_cycles: Option<u32>,
     /// Whether the LEDs' low current was switched on.
     pub low_current: Option<bool>,
+    /// A register of a MAX7219 that has changed.
+    pub register: Option<usize>,
+    /// What it holds now.
+    pub value: Option<u8>,
     /// Why the board was reset.
     pub reset: Option<String>,
     /// The answer to a run: the time it ended.
@@ -67,10 +71,19 @@ pub struct Emulator {
 impl Emulator {
     /// Powers a board up whose flash lies in `folder`; a new one is flashed first.
     pub fn power_up(programs: &Programs, folder: &Path, options: &[&str]) -> Self {
+        Self::power_up_with(&programs.image, folder, options)
+    }
+
+    /// Powers the desk kit up: a board without a light sensor, and a module with a MAX7219.
+    pub fn power_up_kit(programs: &Programs, folder: &Path) -> Self {
+        Self::power_up_with(&programs.kit, folder, &["--max7219"])
+    }
+
+    fn power_up_with(image: &Path, folder: &Path, options: &[&str]) -> Self {
         let socket = folder.join("uart0");
         let mut process = Command::new("node")
             .arg(root().join("tests/emulator/emulator.mjs"))
-            .args([&programs.image, &folder.join("flash.bin"), &socket])
+            .args([image, &folder.join("flash.bin"), &socket])
             .args(options)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

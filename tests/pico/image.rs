@@ -1,6 +1,6 @@
 //! The image that is flashed, and what it takes to run it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use vocc_tests::firmware;
@@ -11,6 +11,8 @@ use vocc_tests::trials::Unready;
 pub struct Programs {
     /// The ELF file of the board.
     pub image: PathBuf,
+    /// That of the desk kit: with a MAX7219, and without a light sensor.
+    pub kit: PathBuf,
     /// The `vocc` program.
     pub vocc: PathBuf,
 }
@@ -22,12 +24,23 @@ impl Programs {
     /// What is absent, or why something cannot be built.
     pub fn provide() -> Result<Self, Unready> {
         provide_emulator()?;
-        let built = firmware::build("thumbv6m-none-eabi", "tx-firmware/boards/pico")?;
         Ok(Self {
-            image: built.join("vocc-pico"),
+            kit: built("kit", &["--no-default-features", "--features", KIT])?,
+            image: built("default", &[])?,
             vocc: programs::vocc()?,
         })
     }
+}
+
+/// The features of the desk kit, as `docs/hardware.md` gives them.
+const KIT: &str = "rp2040,max7219,no-sensor";
+
+/// Builds the image and keeps it by this name: the next build has another in its place.
+fn built(name: &str, features: &[&str]) -> Result<PathBuf, Unready> {
+    let folder = firmware::build("thumbv6m-none-eabi", "tx-firmware/boards/pico", features)?;
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("vocc-pico-{name}"));
+    std::fs::copy(folder.join("vocc-pico"), &kept)?;
+    Ok(kept)
 }
 
 fn provide_emulator() -> Result<(), Unready> {

@@ -4,6 +4,7 @@
 //! cannot be had, these tests are skipped.
 
 mod closed_loop;
+mod desk_kit;
 mod emulator;
 mod image;
 mod light;
@@ -66,6 +67,14 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_panic_is_dark_and_restarts",
         restart::a_panic_is_dark_and_restarts,
+    ),
+    (
+        "the_desk_kit_is_read_by_a_camera_on_the_desk",
+        desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
+    ),
+    (
+        "the_desk_kit_is_dark_when_it_cannot_go_on",
+        desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
     ),
     ("it_is_small", measure::it_is_small),
     (

@@ -11,7 +11,7 @@ use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
 /// The function that every panic ends in.
-const PANIC: &str = "rust_begin_unwind";
+pub const PANIC: &str = "rust_begin_unwind";
 
 /// For how long the LEDs were lit in a run that is over, ms.
 fn lit_ms(events: &[Event]) -> f64 {

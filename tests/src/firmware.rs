@@ -10,16 +10,17 @@ use object::{LittleEndian, Object, ObjectSegment};
 use crate::programs::output;
 use crate::trials::Unready;
 
-/// Builds the program in the folder `board` as a user would; the folder that it then lies in.
+/// Builds the program in the folder `board` as a user would, with these arguments for Cargo; the folder that it then lies in.
 ///
 /// # Errors
 /// Why it cannot be built; `Absent` where there is no compiler for the target.
-pub fn build(target: &str, board: &str) -> Result<PathBuf, Unready> {
+pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
             .arg("tests/cargo-embedded")
             .args([target, "--manifest-path"])
-            .arg(format!("{board}/Cargo.toml")),
+            .arg(format!("{board}/Cargo.toml"))
+            .args(arguments),
     )?;
     Ok(built.lines().last().unwrap_or_default().into())
 }
