@@ -15,6 +15,8 @@ use vocc_tests::firmware::{Size, say, size};
 const FLASH_MAX: u32 = 64 * 1024;
 const RAM_MAX: u32 = 24 * 1024;
 
+/// When the board listens to its serial port.
+const STARTED_MS: u32 = 100;
 /// Symbols over which the latch is timed.
 const SYMBOLS: u32 = 10_000;
 /// What the symbol clock may be early or late, ns.
@@ -43,8 +45,9 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     let mut board = Emulator::power_up(programs, folder, &options);
     let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
     drain(port.try_clone().expect("the socket can be shared"));
-    port.write_all(&message()).expect("the board takes it");
     let mut record = Record::default();
+    record.extend(&board.run_ms(STARTED_MS));
+    port.write_all(&message()).expect("the board takes it");
     let mut last = Event::default();
     let mut sequence = 1;
     let mut lux = 60.0;
