@@ -34,9 +34,12 @@ impl Leds {
         self.drive = Drive::new(calibration, CLOCK_HZ);
     }
 
-    /// The part of its full light that an On LED gives, whatever the calibration takes it for.
+    /// The part of its full light that an On LED gives, whatever the calibration takes it for. Pulses shorter than the driver's shortest
+    /// clean one lose light in proportion to what they lack.
     pub fn light(&self) -> f64 {
-        self.pulses.duty(BENCH.low_current_share).to_num()
+        let pulse_ns = f64::from(self.pulses.lit) * 1e9 / f64::from(CLOCK_HZ);
+        let whole = (pulse_ns / f64::from(BENCH.shortest_pulse_ns)).min(1.0);
+        self.pulses.duty(BENCH.low_current_share).to_num::<f64>() * whole
     }
 }
 
