@@ -427,3 +427,92 @@ fn what_is_sent_is_filmed_and_received() {
         text(&received.stdout)
     );
 }
+
+/// A camera at 5 m that exposes for On LEDs at full duty, before a wall as grey as a card.
+const BENCH: [&str; 8] = [
+    "camera.frame_rate_hz=4",
+    "camera.width_px=640",
+    "camera.height_px=480",
+    "camera.exposure_bias_ev=-4",
+    "pose.distance_m=5",
+    "ambient.illuminance_lx=10000",
+    "ambient.background_reflectance=0.18",
+    "panel.reflectance=0.4",
+];
+
+#[test]
+fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
+    let place = folder("simulated-calibration");
+    let pictures = place.join("pictures");
+    std::fs::create_dir(&pictures).expect("a folder");
+    let trial = text(&vocc(&["device", "calibration", "--template"]).stdout)
+        .replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0")
+        .replace("low_current_share = 0.125", "low_current_share = 1.0");
+    let bench: Vec<&str> = BENCH.iter().flat_map(|set| ["--set", set]).collect();
+    let (file, frames) = (place.join("trial.toml"), place.join("frames"));
+    let board = Simulated::start(&[&bench[..], &["--frames", name(&frames)]].concat());
+    says(&board.vocc(&["device", "rate", "9"]), 0, &[]);
+    let duty = || board.status()["duty"].as_f64().expect("a duty");
+    // What it takes for the light goes on towards 10 000 lx for some seconds.
+    std::thread::sleep(Duration::from_secs(6));
+    for turn in 0..10 {
+        let full = 4000.0 * 2f64.powi(turn);
+        let full = trial.replace("= 26000.0", &format!("= {:?}", full.min(1e6)));
+        std::fs::write(&file, full).expect("written");
+        says(&board.vocc(&["device", "calibration", name(&file)]), 0, &[]);
+        let taken = || std::fs::read_dir(&frames).expect("a folder").count();
+        // The film lags behind by some symbols; its last frame may not be written yet.
+        let next = taken() + 5;
+        let begun = Instant::now();
+        while taken() < next + 3 {
+            assert!(begun.elapsed() < SOON, "no frames");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let duty = duty();
+        for frame in next..next + 2 {
+            let picture = pictures.join(format!("duty-{duty:.5}-{frame}.png"));
+            let frame = frames.join(format!("frame-{frame:06}.png"));
+            std::fs::copy(frame, picture).expect("a picture");
+        }
+    }
+    board.end();
+    let out = place.join("panel.toml");
+    let wanted = [
+        &[
+            "device",
+            "calibrate",
+            "--frames",
+            name(&pictures),
+            "--encoding",
+            "2.2",
+            "--json",
+        ][..],
+        &[
+            "--corners",
+            "167,87,473,87,473,393,167,393",
+            "--card",
+            "20,100,100,200",
+        ],
+        &["--illuminance-lx", "10000", "--out", name(&out)],
+    ];
+    let found = vocc(&wanted.concat());
+    says(&found, 0, &[]);
+    let found = json(&found);
+    let holds = |key: &str, truth: f64| {
+        let ends = [0, 1].map(|end| found[key][end].as_f64().expect("a number"));
+        assert!((ends[0]..=ends[1]).contains(&truth), "{key}: {found}");
+        assert!(ends[1] - ends[0] < 0.1 * truth, "{key}: {found}");
+    };
+    holds("reflectance_95", 0.4);
+    holds("luminance_full_cd_m2_95", 26_000.0);
+    // The simulated driver is clean from 100 ns on.
+    let number = |key: &str| found[key].as_f64().expect("a number");
+    assert!(
+        number("unclean_pulse_ns") < 90.0 && number("shortest_pulse_ns") > 90.0,
+        "{found}"
+    );
+    let board = Simulated::start(&[]);
+    says(&board.vocc(&["device", "calibration", name(&out)]), 0, &[]);
+    board.end();
+    refused(&wanted.concat(), &["there already"]);
+}

@@ -37,6 +37,7 @@
 //! work_precision                     what accuracy costs in time
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
 //! random_cameras                     what a receiver makes of cameras that it is told nothing of
+//! photometry                         a panel's calibration from pictures beside a grey card
 //! ```
 //!
 //! # Which to choose
@@ -58,6 +59,7 @@ pub mod checksum;
 pub mod detectors;
 pub mod monte_carlo;
 pub mod optimum;
+pub mod photometry;
 pub mod random_cameras;
 pub mod random_scenes;
 pub mod reproduction;

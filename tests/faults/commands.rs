@@ -220,6 +220,26 @@ pub const WORKS: &[Work] = &[
         ],
     ),
     Work {
+        again: Again::Clears,
+        ..work(
+            "device calibrate",
+            &[
+                "--frames",
+                "duties",
+                "--corners",
+                "47,47,353,47,353,353,47,353",
+                "--card",
+                "0,0,30,400",
+                "--encoding",
+                "2.2",
+                "--illuminance-lx",
+                "10000",
+                "--out",
+                "@panel.toml",
+            ],
+        )
+    },
+    Work {
         input: Some("orders.txt"),
         repeats: false,
         ..work("device simulate", &["--symbols", "@shown.txt"])

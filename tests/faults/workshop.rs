@@ -71,6 +71,7 @@ impl Workshop {
             workshop.inputs.path().join("frame.png"),
         )
         .expect("a frame");
+        workshop.make_duties();
         let mut names: Vec<PathBuf> = std::fs::read_dir(&frames)
             .expect("frames")
             .map(|entry| entry.expect("a file").path())
@@ -81,6 +82,33 @@ impl Workshop {
             .flat_map(|path| image::open(path).expect("a frame").into_luma8().into_raw());
         write("film.raw", &pixels.collect::<Vec<u8>>());
         workshop
+    }
+
+    /// Pictures of a panel at four duties, before a wall as grey as a card.
+    fn make_duties(&self) {
+        std::fs::create_dir(self.inputs.path().join("duties")).expect("room");
+        for (duty, l2a) in [("1", 8), ("0.5", 4), ("0.25", 2), ("0.125", 1)] {
+            let (file, l2a) = (format!("duties/duty-{duty}.png"), format!("link.l2a={l2a}"));
+            let sets = [
+                "camera.width_px=400",
+                "camera.height_px=400",
+                "camera.exposure_bias_ev=-4",
+                "pose.distance_m=5",
+                "ambient.background_reflectance=0.18",
+                "panel.pwm_hz=0",
+                &l2a,
+            ];
+            let render = [
+                "render",
+                "day",
+                "--bits",
+                "0123456789abcdef",
+                "--out",
+                &file,
+            ];
+            let sets = sets.iter().flat_map(|&set| ["--set", set]);
+            self.make(&render.into_iter().chain(sets).collect::<Vec<_>>());
+        }
     }
 
     /// The program.

@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 /// Four points of the option `--corners`.
-fn corners(text: &str) -> Result<Corners, String> {
+pub fn corners(text: &str) -> Result<Corners, String> {
     let numbers: Vec<f32> = text
         .split(',')
         .map(|number| {

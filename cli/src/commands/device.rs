@@ -14,6 +14,7 @@ use crate::options::{Connection, Message, Port, Shared, seconds};
 use crate::output::{self, Answer, line};
 use crate::stop::stop;
 
+mod calibrate;
 mod calibration;
 mod rate;
 mod simulate;
@@ -55,6 +56,8 @@ enum Action {
         #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["file", "port"])]
         template: Option<Option<PathBuf>>,
     },
+    /// A panel's calibration from pictures beside a grey card: docs/calibration.md leads through it.
+    Calibrate(calibrate::Arguments),
     /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
     Simulate(simulate::Arguments),
     /// How many symbols a second a transmitter shows: print it, or set it.
@@ -101,6 +104,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             let port = port.as_ref().context("name the port with --port")?;
             calibration::run(port, file.as_deref(), shared)
         }
+        Action::Calibrate(arguments) => calibrate::run(arguments, shared),
         Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Rate { port, wanted } => rate::run(port, wanted, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),

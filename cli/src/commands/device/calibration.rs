@@ -83,7 +83,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> 
 }
 
 /// A file of these values that says what each of them is.
-fn filled_in(measured: &Measured) -> String {
+pub fn filled_in(measured: &Measured) -> String {
     let Values {
         luminance_full_cd_m2,
         shortest_pulse_ns,

@@ -1,0 +1,349 @@
+//! One picture: the light of On and Off LEDs in units of a grey card's.
+
+use link::camera::Encoding;
+use link::panel::{LEDS, SIDE};
+use rx_pipeline::corners::Corners;
+
+/// The part of a disc's radius that is looked at.
+const MIDDLE: f64 = 0.4;
+/// How far its edge is from what is looked at, at least, in standard deviations of the blur.
+const FREE_OF_BLUR: f64 = 4.0;
+/// What the blur then takes of the light and curves take when rounded levels are decoded, at most, as a part of it: the one is less than
+/// 1e-4, the other 0.11/grey² for a gamma of 2.2.
+const REST: f64 = 3e-4;
+/// From this grey level on light is cut off, and up to this one it is lost in black.
+const CLIPPED: u8 = 253;
+const DARK_GREY: f64 = 5.0;
+/// The part of the pixels that may be clipped, at white or at black.
+const CLIPPED_SHARE: f64 = 0.01;
+/// The gap between On and Off LEDs, of the distance of their means: less is a change of symbols, or no light that is seen.
+const GAP: f64 = 0.5;
+/// How much brighter than three quarters of them an Off LED may be, as a part of it: more is light of a symbol before or after.
+const OFF_SPREAD: f64 = 0.25;
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Area {
+    /// Its first column.
+    pub x: usize,
+    /// Its first row.
+    pub y: usize,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// Where things are in all pictures, and how the camera encodes light.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The panel.
+    pub corners: Corners,
+    /// Gap between LEDs over their diameter.
+    pub interval: f64,
+    /// The grey card, or a part of it.
+    pub card: Area,
+    /// The camera's encoding.
+    pub encoding: Encoding,
+    /// Its grey level of no light.
+    pub black_grey: f64,
+    /// Standard deviation of its blur, px.
+    pub blur_sigma_px: f64,
+    /// How unevenly light falls and the lens lets it through, if that is known.
+    pub unevenness: Option<Unevenness>,
+}
+
+/// What a sheet looks like that is of one colour everywhere: brighter where there is more light, darker towards the picture's edges.
+#[derive(Clone, Copy, Debug)]
+pub struct Unevenness {
+    /// The sheet's light where LEDs are, over that where the card is.
+    leds: [f64; LEDS],
+    /// How far rounding to grey levels may have taken that, as a part of it.
+    rounding: f64,
+}
+
+/// What a picture tells; light is in units of the card's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The card's light, in units of grey 118's.
+    pub card: f64,
+    /// Light of Off LEDs.
+    pub off: f64,
+    /// Light of On LEDs above that.
+    pub own: f64,
+    /// Standard deviation of `own` by the pixels' noise, as a part of it.
+    pub own_noise: f64,
+    /// How far rounding to grey levels, and what is left of the blur, may have taken `off` at most, as a part of it.
+    pub off_rounding: f64,
+    /// The same of `own`.
+    pub own_rounding: f64,
+}
+
+/// Why a picture tells nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PictureError {
+    /// Panel or card are beyond its edge.
+    #[error("the {0} is not wholly in the picture: give its place in pixels")]
+    Outside(&'static str),
+    /// The LEDs are seen too small to have a middle without blur.
+    #[error("LEDs are {found:.1} px wide, {needed:.1} are needed for this blur: come nearer")]
+    Small {
+        /// Their diameter, px.
+        found: f64,
+        /// The least one.
+        needed: f64,
+    },
+    /// Light is cut off.
+    #[error("the {0} is clipped at white: expose less, or leave this duty out")]
+    Clipped(&'static str),
+    /// Light is lost in black.
+    #[error(
+        "the {what} is at grey {grey:.1}, too dark to be read: expose more, or take more ambient light"
+    )]
+    Dark {
+        /// What is.
+        what: &'static str,
+        /// Its mean grey level.
+        grey: f64,
+    },
+    /// Symbols change while it is exposed.
+    #[error(
+        "the exposure is across a change of symbols: leave the picture out, expose more shortly, and let symbols come more slowly"
+    )]
+    Changing,
+    /// On and Off cannot be told apart.
+    #[error(
+        "On and Off LEDs are not told apart: the exposure is across a change of symbols, or their light is too weak beside the ambient"
+    )]
+    Alike,
+}
+
+/// Sums over pixels of one kind.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    count: f64,
+    lost: f64,
+    light: f64,
+    squares: f64,
+    grey: f64,
+    grey_squares: f64,
+    clipped: f64,
+}
+
+impl Sum {
+    fn add(&mut self, grey: u8, light: f64) {
+        let level = f64::from(grey);
+        self.count += 1.0;
+        self.light += light;
+        self.squares += light * light;
+        self.grey += level;
+        self.grey_squares += level * level;
+        self.clipped += f64::from(u8::from(grey >= CLIPPED));
+        self.lost += f64::from(u8::from(light == 0.0));
+    }
+
+    /// With that part of the light.
+    fn times(self, part: f64) -> Self {
+        Self {
+            light: self.light * part,
+            squares: self.squares * part * part,
+            ..self
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        self.light / self.count
+    }
+
+    fn mean_grey(&self) -> f64 {
+        self.grey / self.count
+    }
+
+    /// The variance of the mean light.
+    fn variance(&self) -> f64 {
+        (self.squares / self.count - self.mean().powi(2)).max(0.0) / self.count
+    }
+
+    /// How far the mean of rounded levels may be from that of levels with this noise, in grey levels: the first term of Fourier's series
+    /// of the sawtooth, all others are smaller.
+    fn rounding_grey(&self) -> f64 {
+        let variance = (self.grey_squares / self.count - self.mean_grey().powi(2)).max(0.0);
+        let pi = std::f64::consts::PI;
+        ((-2.0 * pi * pi * variance).exp() / pi).min(0.5)
+    }
+}
+
+impl View {
+    /// Reads a picture of `width` columns.
+    ///
+    /// # Errors
+    /// [`PictureError`] where it tells nothing.
+    pub fn read(&self, grey: &[u8], width: usize) -> Result<Reading, PictureError> {
+        let found = f64::from(self.corners.pitch_px()) / (1.0 + self.interval);
+        let needed = 2.0 * FREE_OF_BLUR * self.blur_sigma_px / (1.0 - MIDDLE);
+        if found < needed {
+            return Err(PictureError::Small { found, needed });
+        }
+        let light = self.lights();
+        let card = self.card_of(grey, width, &light)?;
+        usable("card", &card)?;
+        let mut leds = self.leds(grey, width, &light)?;
+        if let Some(unevenness) = &self.unevenness {
+            leds = std::array::from_fn(|led| leds[led].times(1.0 / unevenness.leds[led]));
+        }
+        let (on, off) = groups(&leds).ok_or(PictureError::Alike)?;
+        let clipped = on.iter().any(|led| led.clipped > CLIPPED_SHARE * led.count);
+        if clipped {
+            return Err(PictureError::Clipped("light of On LEDs"));
+        }
+        off.iter()
+            .try_for_each(|led| usable("light of Off LEDs", led))?;
+        // In rising order.
+        if off[off.len() - 1].mean() > (1.0 + OFF_SPREAD) * off[off.len() / 4].mean() {
+            return Err(PictureError::Changing);
+        }
+        let [on_mean, off_mean] = [&on, &off].map(|leds| mean(leds));
+        let own = on_mean - off_mean;
+        let noise = |leds: &[Sum]| {
+            leds.iter().map(Sum::variance).sum::<f64>() / (leds.len() as f64).powi(2)
+        };
+        let card_noise = card.variance() / card.mean().powi(2);
+        let own_noise = ((noise(&on) + noise(&off)) / (own * own) + card_noise).sqrt();
+        let shift_of = |leds: &[Sum]| {
+            let shifts = leds.iter().map(|led| self.shift(led) * led.mean());
+            shifts.sum::<f64>() / leds.len() as f64
+        };
+        let everywhere =
+            self.shift(&card) + REST + self.unevenness.map_or(0.0, |uneven| uneven.rounding);
+        Ok(Reading {
+            card: card.mean(),
+            off: off_mean / card.mean(),
+            own: own / card.mean(),
+            own_noise,
+            off_rounding: shift_of(&off) / off_mean + everywhere,
+            own_rounding: (shift_of(&on) + shift_of(&off)) / own + everywhere,
+        })
+    }
+
+    /// Reads the picture, of `width` columns, of a sheet of one colour before panel and card.
+    ///
+    /// # Errors
+    /// [`PictureError`] where it tells nothing.
+    pub fn read_sheet(&self, grey: &[u8], width: usize) -> Result<Unevenness, PictureError> {
+        let light = self.lights();
+        let card = self.card_of(grey, width, &light)?;
+        let leds = self.leds(grey, width, &light)?;
+        for part in leds.iter().chain([&card]) {
+            usable("sheet", part)?;
+        }
+        let shifts = leds.iter().map(|led| self.shift(led));
+        Ok(Unevenness {
+            leds: leds.map(|led| led.mean() / card.mean()),
+            rounding: shifts.fold(0.0, f64::max) + self.shift(&card),
+        })
+    }
+
+    /// What rounding to grey levels may do to a mean light, as a part of it.
+    fn shift(&self, sum: &Sum) -> f64 {
+        let at = sum.mean_grey();
+        sum.rounding_grey() * (self.light(at + 0.5) - self.light(at - 0.5)) / self.light(at)
+    }
+
+    fn lights(&self) -> [f64; 256] {
+        std::array::from_fn(|level| self.light(level as f64))
+    }
+
+    /// Light of a grey level, in units of grey 118's.
+    fn light(&self, grey: f64) -> f64 {
+        let above = (grey - self.black_grey).max(0.0);
+        self.encoding
+            .light_f64(above * 255.0 / (255.0 - self.black_grey))
+    }
+
+    fn card_of(&self, grey: &[u8], width: usize, light: &[f64; 256]) -> Result<Sum, PictureError> {
+        let Area {
+            x,
+            y,
+            width: columns,
+            height: rows,
+        } = self.card;
+        let inside = x + columns <= width && (y + rows) * width <= grey.len();
+        if !inside || columns * rows == 0 {
+            return Err(PictureError::Outside("card"));
+        }
+        let mut sum = Sum::default();
+        for row in grey.chunks_exact(width).skip(y).take(rows) {
+            for &level in &row[x..x + columns] {
+                sum.add(level, light[usize::from(level)]);
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The middles of the LEDs.
+    fn leds(
+        &self,
+        grey: &[u8],
+        width: usize,
+        light: &[f64; 256],
+    ) -> Result<[Sum; LEDS], PictureError> {
+        let pitch = f64::from(self.corners.pitch_px());
+        let points = self.corners.points();
+        let outside = || PictureError::Outside("panel");
+        let range = |axis: usize, size: usize| {
+            let places = points.iter().map(|point| f64::from(point[axis]));
+            let low = places.clone().fold(f64::INFINITY, f64::min) - pitch / 2.0;
+            let high = places.fold(0.0, f64::max) + pitch / 2.0;
+            (low >= 0.0 && high < size as f64).then_some(low as usize..high as usize + 1)
+        };
+        let columns = range(0, width).ok_or_else(outside)?;
+        let rows = range(1, grey.len() / width).ok_or_else(outside)?;
+        let map = self.corners.homography();
+        let radius = MIDDLE * 0.5 / (1.0 + self.interval);
+        let mut leds = [Sum::default(); LEDS];
+        for y in rows {
+            for x in columns.clone() {
+                let [u, v] = map.to_panel([x as f64, y as f64]);
+                let (column, row) = (u.round(), v.round());
+                let last = (SIDE - 1) as f64;
+                let is_led = (0.0..=last).contains(&column) && (0.0..=last).contains(&row);
+                if is_led && (u - column).hypot(v - row) <= radius {
+                    let level = grey[y * width + x];
+                    leds[SIDE * row as usize + column as usize]
+                        .add(level, light[usize::from(level)]);
+                }
+            }
+        }
+        if leds.iter().any(|led| led.count == 0.0) {
+            return Err(outside());
+        }
+        Ok(leds)
+    }
+}
+
+/// Looks whether light is neither cut off nor lost.
+fn usable(what: &'static str, sum: &Sum) -> Result<(), PictureError> {
+    if sum.clipped > CLIPPED_SHARE * sum.count {
+        return Err(PictureError::Clipped(what));
+    }
+    let grey = sum.mean_grey();
+    if grey < DARK_GREY || sum.lost > CLIPPED_SHARE * sum.count {
+        return Err(PictureError::Dark { what, grey });
+    }
+    Ok(())
+}
+
+fn mean(leds: &[Sum]) -> f64 {
+    leds.iter().map(Sum::mean).sum::<f64>() / leds.len() as f64
+}
+
+/// On and Off LEDs in rising order, at the widest gap between them; none where there is no wide one.
+fn groups(leds: &[Sum; LEDS]) -> Option<(Vec<Sum>, Vec<Sum>)> {
+    let mut sorted = leds.to_vec();
+    sorted.sort_by(|a, b| a.mean().total_cmp(&b.mean()));
+    let gap = |at: usize| sorted[at].mean() - sorted[at - 1].mean();
+    let widest = (1..LEDS).max_by(|&a, &b| gap(a).total_cmp(&gap(b)))?;
+    let on = sorted.split_off(widest);
+    let wide = on[0].mean() - sorted[widest - 1].mean();
+    (wide >= GAP * (mean(&on) - mean(&sorted))).then_some((on, sorted))
+}
