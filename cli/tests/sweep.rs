@@ -438,3 +438,30 @@ fn a_reader_who_leaves_ends_no_sweep_that_is_kept() {
     // Nobody has anything of the rest, nor wants it.
     assert_eq!(unread(&["--json"]), Some(0));
 }
+
+#[test]
+fn detectors_are_compared_by_frames_of_one_symbol() {
+    let plan = "scene = \"day\"\ndetectors = [\"ml\"]\nframes = 1000\n[grid]\npose.distance_m = [50, 60]\n";
+    let place = Place::new("one-symbol", plan);
+    let told = place.ok(&["sweep", "plan.toml", "--out", "out"]);
+    assert!(told.contains("one symbol"), "{told}");
+    let table = text(&place.read("out/sweep.csv"));
+    let mut lines = table
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let (names, values) = (lines.next().expect("names"), lines.next().expect("values"));
+    let value = |name: &str| -> f64 {
+        let column = names.iter().position(|&column| column == name);
+        let column = column.unwrap_or_else(|| panic!("no {name} in {names:?}"));
+        values[column].parse().expect("a number")
+    };
+    let [frames, across] = ["frames", "frames_across"].map(value);
+    assert!(0.0 < across && across < frames, "{across} of {frames}");
+    let errors = value("bit_errors") - value("bit_errors_across");
+    let rate = errors / (64.0 * (frames - across));
+    assert!(
+        (value("ber_one_symbol") - rate).abs() < 1e-9,
+        "{rate}: {table}"
+    );
+    assert!(value("ber") > value("ber_one_symbol"), "{table}");
+}

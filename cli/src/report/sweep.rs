@@ -113,13 +113,14 @@ fn heading(sweep: &Sweep) -> String {
     let keys = sweep.grid.iter().zip(widths(sweep));
     let keys = keys.map(|(axis, width)| format!("{:>width$}  ", short(&axis.key)));
     format!(
-        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>9}",
+        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>10}  {:>9}",
         keys.collect::<String>(),
         "detector",
         "frames",
         "errors",
         "BER",
         "95 %",
+        "one symbol",
         "B2W"
     )
 }
@@ -128,14 +129,16 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
     let values = summary.values.iter().zip(widths(sweep));
     let values = values.map(|(value, width)| format!("{value:>width$}  "));
     let [low, high] = summary.ber_95;
+    let one_symbol = summary.ber_one_symbol.map(|rate| format!("{rate:.3e}"));
     let row = format!(
-        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>9}",
+        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>10}  {:>9}",
         values.collect::<String>(),
         summary.detector,
         summary.frames,
         summary.bit_errors,
         summary.ber,
         format!("{low:.3e} to {high:.3e}"),
+        one_symbol.unwrap_or_default(),
         two_decimals(summary.b2w)
     );
     if summary.finished {

@@ -128,11 +128,28 @@ fn names(sweep: &Sweep) -> Vec<String> {
         "b2w",
         "seed",
         "version",
+        "ber_one_symbol",
+        "ber_one_symbol_low_95",
+        "ber_one_symbol_high_95",
+        "frames_across",
+        "bit_errors_across",
     ];
     keys.chain(own.map(String::from)).collect()
 }
 
 impl Summary {
+    /// Bit error rate, its 95 % interval and the errors that it counts, of the frames to compare detectors by: those of one symbol where
+    /// that is known of each frame, else all.
+    pub fn comparable(&self) -> (f64, [f64; 2], u64) {
+        match (self.ber_one_symbol, self.ber_one_symbol_95) {
+            (Some(rate), Some(interval)) => {
+                let across = self.bit_errors_across.unwrap_or(0);
+                (rate, interval, self.bit_errors - across)
+            }
+            _ => (self.ber, self.ber_95, self.bit_errors),
+        }
+    }
+
     fn fields(self, seed: u64) -> Vec<String> {
         let own = [
             self.detector.into(),
@@ -149,6 +166,11 @@ impl Summary {
             known(self.b2w),
             seed.to_string(),
             env!("CARGO_PKG_VERSION").into(),
+            known(self.ber_one_symbol),
+            known(self.ber_one_symbol_95.map(|[low, _]| low)),
+            known(self.ber_one_symbol_95.map(|[_, high]| high)),
+            count(self.frames_across),
+            count(self.bit_errors_across),
         ];
         self.values.into_iter().chain(own).collect()
     }
@@ -162,6 +184,11 @@ fn number(value: f64) -> String {
 /// All digits of a number that is known, else nothing.
 fn known(value: Option<f64>) -> String {
     value.map(number).unwrap_or_default()
+}
+
+/// A count that is known, else nothing.
+fn count(value: Option<u64>) -> String {
+    value.map(|count| count.to_string()).unwrap_or_default()
 }
 
 fn line(fields: &[String]) -> String {

@@ -26,11 +26,7 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     let cells: Vec<Summary> = (0..sweep.cells())
         .map(|cell| results.summary(cell))
         .collect();
-    let known = cells.iter().filter(|cell| cell.frames > 0);
-    let least = known
-        .map(|cell| lowest(cell).max(LEAST))
-        .fold(1e-1, f64::min);
-    let rate = Axis::logarithmic("bit error rate", [10f64.powf(least.log10().floor()), 1.0]);
+    let rate = rate_axis(&cells);
     let chart = |title: &str, series: Vec<Series>| Chart {
         title: title.into(),
         x: Axis::around(&sweep.grid[key].key, places.iter().copied()),
@@ -69,6 +65,20 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     page.draw().map(Some)
 }
 
+/// The axis of rates, down to the lowest that is drawn.
+fn rate_axis(cells: &[Summary]) -> Axis {
+    let known = cells.iter().filter(|cell| cell.frames > 0);
+    let least = known
+        .map(|cell| lowest(cell).max(LEAST))
+        .fold(1e-1, f64::min);
+    let name = if cells.iter().any(|cell| cell.frames_across > Some(0)) {
+        "bit error rate, frames of one symbol"
+    } else {
+        "bit error rate"
+    };
+    Axis::logarithmic(name, [10f64.powf(least.log10().floor()), 1.0])
+}
+
 /// What all charts show, as far as it has names, and what an arrow means where there is one.
 fn legend(charts: &[Chart]) -> Vec<Entry> {
     let series = charts.iter().flat_map(|chart| &chart.series);
@@ -97,10 +107,11 @@ fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
 
 /// The lowest rate that a cell is drawn at.
 fn lowest(cell: &Summary) -> f64 {
-    if cell.bit_errors == 0 {
-        cell.ber_95[1]
+    let (rate, [low, high], errors) = cell.comparable();
+    if errors == 0 {
+        high
     } else {
-        cell.ber_95[0].max(cell.ber / 10.0)
+        low.max(rate / 10.0)
     }
 }
 
@@ -125,8 +136,8 @@ fn series(sweep: &Sweep, key: usize, places: &[f64], mut curves: Vec<Curve>) -> 
     let values = &sweep.grid[key].values;
     let point = |cell: &&Summary| {
         let at = values.iter().position(|value| *value == cell.values[key])?;
-        let is_known = cell.frames > 0;
-        is_known.then(|| Point::rate(places[at], cell.ber, cell.ber_95, cell.bit_errors))
+        let (rate, interval, errors) = cell.comparable();
+        (cell.frames > 0).then(|| Point::rate(places[at], rate, interval, errors))
     };
     let names: Vec<String> = curves.iter().map(|(name, _)| name.clone()).collect();
     let curves = curves.into_iter().zip(colours(&names));
