@@ -34,7 +34,7 @@ pub use detection::{Detection, Mixture};
 pub use error::DetectError;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
-pub(crate) use detection::{bits_where, lit};
+pub(crate) use detection::{bits_where, lit, wrong_bits};
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;

@@ -49,7 +49,8 @@
 //! # Soft values
 //!
 //! The log-likelihood ratio of a bit is what the likelihood loses when the bit is flipped and the others do their best to make up for it
-//! (max-log); between the sets that the sphere decoder lists, it is the logarithm of their odds. The noise is estimated from the frame,
+//! (max-log); between the sets that the sphere decoder lists, it is the logarithm of their odds. Where more bits are in doubt than a list
+//! can tell of, all ratios of the panel are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the frame,
 //! so whatever the model does not explain makes all ratios smaller. Errors of the model are as wide as an LED, and count for more than as
 //! many pixels' noise: ratios are divided by how much more is left of the LEDs' images than noise would leave (quasi-likelihood;
 //! McCullagh & Nelder 1989).
@@ -258,7 +259,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let flip_cost = self.model.tempered(&mut best, flip_cost);
         let found = best.bits();
         let bits = bits_where(|led| found.led(led) != (flip_cost[led] < 0.0));
-        let llr = core::array::from_fn(|led| {
+        let llr: [f32; LEDS] = core::array::from_fn(|led| {
             if !self.model.leds.follows(led) {
                 0.0
             } else if found.led(led) {
@@ -267,11 +268,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 -flip_cost[led]
             }
         });
+        let worth = flip_search::worth(&llr);
         let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         let detection = Detection {
             mixed: mixed.then_some(Mixture::INSEPARABLE),
-            ..Detection::new(bits, llr)
+            ..Detection::new(bits, llr.map(|llr| llr * worth))
         };
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
             let read = best;

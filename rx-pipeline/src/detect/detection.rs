@@ -19,14 +19,20 @@ pub struct Detection {
 
 impl Detection {
     pub(crate) fn new(bits: PanelFrame, llr: [f32; LEDS]) -> Self {
-        let right = llr.map(|llr| 1.0 / (1.0 + libm::expf(-llr.abs())));
         Self {
             bits,
             soft: soft_panel(&llr),
-            confidence: right.iter().sum::<f32>() / LEDS as f32,
+            confidence: 1.0 - wrong_bits(&llr) / LEDS as f32,
             mixed: None,
         }
     }
+}
+
+/// How many bits are wrong by their log-likelihood ratios.
+pub(crate) fn wrong_bits(llr: &[f32; LEDS]) -> f32 {
+    llr.iter()
+        .map(|llr| 1.0 / (1.0 + libm::expf(llr.abs())))
+        .sum()
 }
 
 /// What an exposure says that caught the end of one symbol and the beginning of the next.

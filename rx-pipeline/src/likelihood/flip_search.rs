@@ -6,7 +6,10 @@ use super::gauss_newton::{NormalEquations, SchurFactor};
 use super::level_prior::LevelPrior;
 use super::model::Model;
 use super::sphere_decoder;
-use crate::parameters::likelihood::flip_search::{BEYOND_DOUBT, CLEAR, ROUNDS, TRIES};
+use crate::detect::wrong_bits;
+use crate::parameters::likelihood::flip_search::{
+    BEYOND_DOUBT, CLEAR, DOUBT_LISTED, LIST_HOLDS, ROUNDS, TRIES,
+};
 use crate::parameters::likelihood::search::LEAST_GAIN;
 use link::panel::LEDS;
 
@@ -147,4 +150,13 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.fit(estimate, prior);
         loss_before - self.loss(&estimate.levels, prior, noise)
     }
+}
+
+/// What soft values are worth, as a share of what they say: less where more bits are in doubt than the sets of a list can hold the doubt
+/// of. LEDs that are not read (0) do not count.
+pub(super) fn worth(llr: &[f32; LEDS]) -> f32 {
+    let unread = llr.iter().filter(|&&llr| llr == 0.0).count() as f32;
+    let [whole, most] = LIST_HOLDS;
+    let beyond = (wrong_bits(llr) - 0.5 * unread - whole) / (most - whole);
+    1.0 - (1.0 - DOUBT_LISTED) * beyond.clamp(0.0, 1.0)
 }

@@ -105,6 +105,12 @@ pub mod flip_search {
     /// Sets that cost more than the bits found so far by this much are given up (nats): so sure a soft value need not
     /// be. Lower: faster, and bits on which all sets agree lose their soft values.
     pub const LIST_MARGIN: f32 = 24.0;
+    /// So many wrong bits of a panel (count, as its soft values have it) are the whole doubt that the list holds; with so many, it holds
+    /// [`DOUBT_LISTED`] of what there is, and no less with more. Lower: soft values are less sure than they may be; higher: surer.
+    pub const LIST_HOLDS: [f32; 2] = [1.0, 3.0];
+    /// What doubtful soft values are worth then (share). Lower, higher: as before. It leaves least surprise over 16 noisy and crowded
+    /// scenes.
+    pub const DOUBT_LISTED: f32 = 0.4;
 }
 
 /// The levels' fit to a frame.
