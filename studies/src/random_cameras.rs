@@ -9,7 +9,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
+    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
 };
 
 use sim::accuracy::Level;
@@ -23,6 +23,7 @@ use sim::view::View;
 use crate::random_scenes::{
     RIGHT, RandomSceneError, ShakenPhotograph, WINDOW_PIXELS, backdrop, farthest,
 };
+use crate::statistics::Reliability;
 
 /// What the panels send.
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
@@ -39,6 +40,8 @@ const BLUR_PX: [f64; 2] = [0.6, 4.0];
 const SOFTEST: f64 = 0.6;
 /// Side of the square that a panel turned by 15° needs, in distances of neighbouring LEDs.
 const ROOM: f64 = 9.8;
+/// The setting that panels with broken LEDs have.
+const BROKEN_LEDS: &str = "panel.dead_leds";
 /// Symbols a second, before 100 frames a second.
 const SYMBOL_RATE_HZ: f64 = 90.0;
 
@@ -52,6 +55,8 @@ pub struct RandomFilm {
     pub pitch_px: f64,
     /// What the renderer knows of the camera, for a receiver that is told.
     pub camera: Camera,
+    /// Whether LEDs are broken, whose bits no single frame tells.
+    pub has_broken_leds: bool,
     seed: u64,
     renderer: Renderer,
     canvas: Canvas<f32>,
@@ -75,6 +80,7 @@ impl RandomFilm {
         let softest = BLUR_PX[1].min(SOFTEST * place.pitch_px);
         let lens = settings_of_camera(softest, &mut random);
         let panel = settings_of_panel(&mut random);
+        let has_broken_leds = panel.iter().any(|setting| setting.starts_with(BROKEN_LEDS));
         let settings = [place.settings, lens, panel].concat();
         let scene = Scene::load("day", &settings)?;
         let camera = calibrated_camera_of(&scene);
@@ -96,6 +102,7 @@ impl RandomFilm {
             pitch_px: along(corners[0], corners[1]).min(along(corners[1], corners[2])),
             corners,
             camera,
+            has_broken_leds,
             seed,
             canvas: Canvas::new(renderer.lit_region()),
             renderer,
@@ -277,7 +284,7 @@ fn settings_of_panel(random: &mut impl Rng) -> Vec<String> {
     }
     if random.random::<f64>() < 0.3 {
         let dead = random.random_range(0..=2);
-        settings.push(format!("panel.dead_leds={dead}"));
+        settings.push(format!("{BROKEN_LEDS}={dead}"));
         settings.push(format!("panel.stuck_leds={}", 2 - dead));
     }
     if random.random::<f64>() < 0.15 {
@@ -299,6 +306,10 @@ pub struct Fate {
     pub errors: u64,
     /// See `errors`.
     pub bits: u64,
+    /// How sure those bits were said to be.
+    pub reliability: Reliability,
+    /// The same of the frames in which the panel was seen where it is.
+    pub reliability_in_place: Reliability,
     /// What the receiver said last of why there is nothing.
     pub why: String,
 }
@@ -327,6 +338,11 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate 
                 if let Some(bits) = bits {
                     fate.errors += u64::from(reading.detection.bits.distance(bits));
                     fate.bits += 64;
+                    fate.reliability.push(&reading.detection.soft, bits);
+                    if off <= RIGHT * pitch_px {
+                        fate.reliability_in_place
+                            .push(&reading.detection.soft, bits);
+                    }
                 }
             }
             Err(loss) => fate.why = loss.to_string(),
@@ -338,6 +354,24 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate 
     }
     fate.delivered_at = is_the_message(&receiver.finish()).then_some(FRAMES);
     fate
+}
+
+/// What a receiver makes of a film's first frame of one symbol, looking through it thoroughly, as of a picture that stands alone; and
+/// what the panel shows there. None where no panel is seen.
+///
+/// # Panics
+/// When a film has no pixels.
+pub fn read_alone(film: &mut RandomFilm, size: [usize; 2]) -> Option<(Reading, PanelFrame)> {
+    let number = (0..FRAMES).find(|&number| film.frame(number).1.is_some())?;
+    let (pixels, bits) = film.frame(number);
+    let mut receiver = Receiving::new(
+        ReceiverSettings::default(),
+        Box::default(),
+        search(size).thorough(),
+    )
+    .expect("the default settings");
+    let reading = receiver.frame(0, &frame(pixels, size)).reading;
+    Some((reading.ok()?, bits?))
 }
 
 fn is_the_message(event: &Event<'_>) -> bool {
@@ -370,10 +404,13 @@ type Receiving = Receiver<
     FrameSearch<Box<SearchMemory>, Vec<u8>>,
 >;
 
-fn receiver(settings: ReceiverSettings, [width, height]: [usize; 2]) -> Receiving {
+fn receiver(settings: ReceiverSettings, size: [usize; 2]) -> Receiving {
+    Receiver::new(settings, Box::default(), search(size)).expect("settings in range")
+}
+
+fn search([width, height]: [usize; 2]) -> FrameSearch<Box<SearchMemory>, Vec<u8>> {
     let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
-    let search = FrameSearch::with_history(Box::default(), vec![0; room]);
-    Receiver::new(settings, Box::default(), search).expect("settings in range")
+    FrameSearch::with_history(Box::default(), vec![0; room])
 }
 
 fn frame(pixels: &[u8], [width, height]: [usize; 2]) -> Frame<'_> {

@@ -315,8 +315,12 @@ impl Evaluator {
         Ok(bits)
     }
 
-    /// The same, and how certain they are, where the detector's decision goes by that.
-    pub(crate) fn detect_softly(
+    /// The bits of a frame that has just been observed, all Off where nothing can be read, and how sure they are, where the detector's
+    /// decision goes by that.
+    ///
+    /// # Errors
+    /// When it cannot be measured.
+    pub fn detect_softly(
         &self,
         frame: u64,
         observed: &Observation,

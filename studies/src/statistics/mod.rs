@@ -1,7 +1,7 @@
 //! Statistics that take one value at a time, merge, and stay exact: memory does not grow with the number of frames.
 //!
 //! [`Moments`] and [`Distinguishability`] are of features, [`FrameErrors`] of bits counted frame by frame, [`RareErrors`] of bits
-//! reached by splitting. [`jackknife`] gives any function of batches an interval.
+//! reached by splitting, [`Reliability`] of bits by how sure they were said to be. [`jackknife`] gives any function of batches an interval.
 
 mod distinguishability;
 mod frame_errors;
@@ -10,6 +10,7 @@ mod moments;
 mod proportion;
 mod rare_errors;
 mod ratio;
+mod reliability;
 mod symbol_changes;
 
 pub use distinguishability::{COLLINEAR, Distinguishability};
@@ -20,6 +21,7 @@ pub use proportion::wilson_95;
 pub use rare_errors::RareErrors;
 pub(crate) use rare_errors::{RARER, SWARM};
 pub use ratio::ratio_95;
+pub use reliability::{Bin, Reliability};
 pub use symbol_changes::SymbolChanges;
 
 /// The most frames that a file may speak of: no sum of them overflows.

@@ -1,0 +1,239 @@
+//! Whether bits are as sure as they say, and the picture of it.
+//!
+//! `cargo run --release -p vocc-tests --example reliability -- FILMS [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]` writes
+//! `docs/detectors/reliability.svg`, and prints what it shows. Films are those of `any_camera`, without broken LEDs, of which only frames
+//! of one symbol count: followed from their beginning on, those of them in which the panel is where it is seen, and one frame of each as
+//! if it stood alone. The detectors are shown panels whose corners are known, at the points of `detector_errors`.
+
+use std::error::Error;
+use std::path::Path;
+
+use link::camera::Camera;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+use rayon::prelude::*;
+use rx_pipeline::detect::Method;
+use studies::detectors::DetectorChoice;
+use studies::monte_carlo::{EvaluateError, Evaluator, Settings};
+use studies::random_cameras::{RandomFilm, read_alone, receive};
+use studies::statistics::{Bin, Reliability};
+use studies::work_precision::scene_in_clear_air;
+use vocc_tests::arguments::Arguments;
+
+const FONT: &str = "DejaVu Sans";
+const SIZE: (u32, u32) = (900, 620);
+/// Shares below are drawn as this.
+const LEAST: f64 = 1e-6;
+/// Fewer bits say nothing.
+const BITS_LEAST: u64 = 100;
+/// Frames at each point of [`POINTS`].
+const FRAMES: u64 = 100;
+
+/// Distance in m, interval, ISO, L2A: where the detectors err.
+const POINTS: [(f64, f64, f64, f64); 12] = [
+    (70.0, 0.5, 100.0, 0.2),
+    (70.0, 0.5, 1600.0, 1.0),
+    (70.0, 0.5, 32_000.0, 2.0),
+    (70.0, 1.0, 32_000.0, 1.0),
+    (70.0, 0.5, 100.0, 4.0),
+    (50.0, 0.5, 32_000.0, 1.0),
+    (70.0, 2.0, 32_000.0, 1.0),
+    (60.0, 0.5, 8000.0, 0.2),
+    (60.0, 0.5, 8000.0, 4.0),
+    (70.0, 0.5, 6400.0, 0.6),
+    (70.0, 0.5, 16_000.0, 0.6),
+    (70.0, 0.5, 32_000.0, 0.6),
+];
+
+/// What is read, and in which colour it is drawn (Okabe & Ito 2008).
+struct Series {
+    name: &'static str,
+    colour: RGBColor,
+    reliability: Reliability,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments = Arguments::read();
+    let [followed, in_place, alone] = films(&arguments);
+    let told = |choice| detected(choice);
+    let series = [
+        Series {
+            name: "any camera, followed",
+            colour: RGBColor(170, 170, 170),
+            reliability: followed,
+        },
+        Series {
+            name: "the same, panel in its place",
+            colour: BLACK,
+            reliability: in_place,
+        },
+        Series {
+            name: "any camera, one frame alone",
+            colour: RGBColor(204, 121, 167),
+            reliability: alone,
+        },
+        Series {
+            name: "best, corners told",
+            colour: RGBColor(0, 114, 178),
+            reliability: told(DetectorChoice::MaximumLikelihood)?,
+        },
+        Series {
+            name: "k-means, corners told",
+            colour: RGBColor(213, 94, 0),
+            reliability: told(DetectorChoice::KMeans)?,
+        },
+        Series {
+            name: "fisher, corners told",
+            colour: RGBColor(0, 158, 115),
+            reliability: told(DetectorChoice::Fisher)?,
+        },
+    ];
+    println!("| read by | said to be wrong | wrong (95 %) | bits |\n|---|---|---|---|");
+    series.iter().for_each(tell);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/detectors/reliability.svg");
+    std::fs::create_dir_all(path.parent().ok_or("a path without a folder")?)?;
+    std::fs::write(&path, drawing(&series)?)?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+/// Frames of films that are followed, those of them in which the panel is seen where it is, and one frame of each film that stands alone.
+fn films(arguments: &Arguments) -> [Reliability; 3] {
+    let read: Vec<_> = arguments
+        .seeds
+        .clone()
+        .into_par_iter()
+        .map(|seed| film(seed, arguments))
+        .collect();
+    let mut sums = <[Reliability; 3]>::default();
+    for parts in read {
+        sums.iter_mut()
+            .zip(&parts)
+            .for_each(|(sum, part)| sum.merge(part));
+    }
+    sums
+}
+
+fn film(seed: u64, arguments: &Arguments) -> [Reliability; 3] {
+    let mut film = RandomFilm::draw(seed, arguments.size, &arguments.photographs)
+        .expect("a film that can be drawn");
+    if film.has_broken_leds {
+        return Default::default();
+    }
+    let followed = receive(&mut film, arguments.size, Camera::default());
+    let mut alone = Reliability::default();
+    if let Some((reading, bits)) = read_alone(&mut film, arguments.size) {
+        alone.push(&reading.detection.soft, bits);
+    }
+    [followed.reliability, followed.reliability_in_place, alone]
+}
+
+/// Frames of a detector that is told the corners, at all points.
+fn detected(choice: DetectorChoice) -> Result<Reliability, Box<dyn Error>> {
+    let mut sum = Reliability::default();
+    for point in POINTS {
+        let settings = Settings::fast(FRAMES, 1, choice);
+        let evaluator = Evaluator::new(&scene_in_clear_air(point)?, settings)?;
+        let parts: Result<Vec<Reliability>, EvaluateError> = (0..FRAMES)
+            .into_par_iter()
+            .map_init(
+                || evaluator.workspace(),
+                |workspace, frame| {
+                    let mut part = Reliability::default();
+                    let observed = evaluator.observe(frame, workspace)?;
+                    let moment = evaluator.renderer().moment(frame);
+                    if evaluator.renderer().straddles(0, &moment) {
+                        return Ok(part);
+                    }
+                    let soft = match evaluator.method() {
+                        Some(Method::Features(detector)) => {
+                            let detection = detector.detect(&observed.features);
+                            detection.ok().map(|detection| detection.soft)
+                        }
+                        _ => evaluator.detect_softly(frame, &observed, workspace)?.1,
+                    };
+                    if let Some(soft) = soft {
+                        part.push(&soft, observed.bits);
+                    }
+                    Ok(part)
+                },
+            )
+            .collect();
+        parts?.iter().for_each(|part| sum.merge(part));
+    }
+    Ok(sum)
+}
+
+impl Series {
+    fn bins(&self) -> impl Iterator<Item = Bin> {
+        let bins = self.reliability.bins();
+        bins.filter(|bin| bin.bits >= BITS_LEAST)
+    }
+}
+
+fn tell(series: &Series) {
+    for Bin {
+        stated,
+        bits,
+        wrong,
+        wrong_95: [low, high],
+    } in series.bins()
+    {
+        println!(
+            "| {} | {stated:.1e} | {:.1e} ({low:.1e} to {high:.1e}) | {wrong} of {bits} |",
+            series.name,
+            wrong as f64 / bits as f64
+        );
+    }
+}
+
+fn drawing(series: &[Series]) -> Result<String, Box<dyn Error>> {
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
+        .map_err(|_| "a damaged font")?;
+    let mut document = String::new();
+    {
+        let surface = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
+        surface.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&surface)
+            .caption("Bits said to be wrong, and bits that are", (FONT, 18))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(64)
+            .build_cartesian_2d((LEAST..1.0).log_scale(), (LEAST..1.0).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .label_style((FONT, 13))
+            .x_desc("share that is wrong by the soft values (at the left edge: 1e-6 or less)")
+            .y_desc("share that is wrong, with its interval of 95 %")
+            .x_label_formatter(&|share| format!("{share:.0e}"))
+            .y_label_formatter(&|share| format!("{share:.0e}"))
+            .draw()?;
+        let exact = BLACK.mix(0.4);
+        chart.draw_series(LineSeries::new([(LEAST, LEAST), (1.0, 1.0)], exact))?;
+        for series in series {
+            let (colour, x) = (series.colour, |bin: &Bin| bin.stated.max(LEAST));
+            let wrong = series.bins().filter(|bin| bin.wrong > 0);
+            let points = wrong.map(|bin| (x(&bin), bin.wrong as f64 / bin.bits as f64));
+            chart
+                .draw_series(LineSeries::new(points, colour.stroke_width(2)).point_size(4))?
+                .label(series.name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3))
+                });
+            chart.draw_series(series.bins().map(|bin| {
+                let ends = bin.wrong_95.map(|end| (x(&bin), end.max(LEAST)));
+                PathElement::new(ends, colour.stroke_width(1))
+            }))?;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerRight)
+            .background_style(WHITE)
+            .border_style(BLACK)
+            .label_font((FONT, 13))
+            .draw()?;
+        surface.present()?;
+    }
+    Ok(document)
+}
