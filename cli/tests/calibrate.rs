@@ -132,7 +132,7 @@ fn pictures_that_cannot_be_are_refused_by_name() {
     );
     refused(
         &calibrate(&frames.join("none"), &[&PLACES, &GAMMA]),
-        &["none"],
+        &["no folder", "none"],
     );
 }
 

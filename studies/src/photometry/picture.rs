@@ -21,6 +21,9 @@ const GAP: f64 = 0.5;
 /// How much brighter than three quarters of them an Off LED may be, as a part of it: more is light of a symbol before or after.
 const OFF_SPREAD: f64 = 0.25;
 
+/// How many times as bright a sheet may be before one LED as before another: more is the panel itself.
+const UNEVEN: f64 = 2.0;
+
 /// A rectangle of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Area {
@@ -106,6 +109,11 @@ pub enum PictureError {
         /// Its mean grey level.
         grey: f64,
     },
+    /// It shows no sheet.
+    #[error(
+        "before one LED it is {0:.1} times as bright as before another ({UNEVEN} is much): hold a sheet of one colour before panel and card"
+    )]
+    NoSheet(f64),
     /// Symbols change while it is exposed.
     #[error(
         "the exposure is across a change of symbols: leave the picture out, expose more shortly, and let symbols come more slowly"
@@ -235,6 +243,11 @@ impl View {
         let leds = self.leds(grey, width, &light)?;
         for part in leds.iter().chain([&card]) {
             usable("sheet", part)?;
+        }
+        let lights = || leds.iter().map(Sum::mean);
+        let by = lights().fold(0.0, f64::max) / lights().fold(f64::INFINITY, f64::min);
+        if by > UNEVEN {
+            return Err(PictureError::NoSheet(by));
         }
         let shifts = leds.iter().map(|led| self.shift(led));
         Ok(Unevenness {

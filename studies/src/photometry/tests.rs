@@ -357,6 +357,12 @@ fn a_sheet_evens_vignetting() {
         &luminances(&runs),
         TRUE_FULL,
     );
+    let panel = picture(&bench, 1, 0, 1.0);
+    let no_sheet = uneven.read_sheet(&panel, width);
+    assert!(
+        matches!(no_sheet, Err(PictureError::NoSheet(_))),
+        "{no_sheet:?}"
+    );
     let without = calibrated(&bench, &uneven, 1).expect("enough pictures");
     let error = without.full_cd_m2_per_lx.value / TRUE_FULL - 1.0;
     println!(

@@ -98,6 +98,12 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             path.display()
         );
     }
+    let frames = &arguments.frames;
+    ensure!(
+        frames.is_dir(),
+        "there is no folder {}: put the pictures into one",
+        frames.display()
+    );
     let told = arguments.camera.told(arguments.pixels)?;
     ensure!(
         told.encoding.is_some(),
@@ -118,7 +124,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         series.take_sheet(path)?;
     }
     let sheet = sheet.map(std::fs::canonicalize).transpose()?;
-    for picture in pictures::of(std::slice::from_ref(&arguments.frames))? {
+    for picture in pictures::of(std::slice::from_ref(frames))? {
         let path = &picture.path;
         if sheet.is_none() || std::fs::canonicalize(path).ok() != sheet {
             series.take_shot(path)?;
