@@ -474,8 +474,13 @@ pub mod symbols {
     /// By how much the two clocks may disagree (share): two crystals of 100 ppm each. Higher: gaps are counted less
     /// surely.
     pub const CLOCK_TOLERANCE: f64 = 2e-4;
-    /// The longest exposure (share of the frame period).
-    pub const EXPOSURE_MAX: f64 = 0.1;
+    /// The longest exposure of usual cameras (share of the frame period). Higher: gaps are counted less surely, and chance is taken for two
+    /// symbols more often; lower: more frames that catch two have to show that exposures are longer.
+    pub const EXPOSURE_USUAL: f64 = 0.1;
+    /// The longest exposure that is followed (share of the frame period): with more, hardly a frame shows one symbol.
+    pub const EXPOSURE_MAX: f64 = 0.8;
+    /// The frames that tell how long exposures are: after so many (count) they count half. Higher: surer; lower: follows a changing camera.
+    pub const FRAMES_KEPT: u32 = 128;
     /// The soft value of an LED below which it is doubtful (quarters of a nat). Higher: more symbols are lost that other light makes look
     /// like two; lower: exposures that two symbols shared evenly are taken for one.
     pub const SURE_LLR: u8 = 64;

@@ -16,6 +16,8 @@
 //! Where LEDs saturate, an exposure shared by two symbols looks like a symbol of its own that has all On LEDs of both. The clock tells
 //! which exposures may have caught two; what the symbol before or after then leaves of the On LEDs is the other's (`symbols/shared.rs`).
 //!
+//! How long the exposures are, in symbols, is the share of frames that catch two: usual ones are short, and longer ones show soon.
+//!
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
@@ -23,7 +25,8 @@ mod shared;
 
 use crate::detect::{Mixture, correlation};
 use crate::parameters::symbols::{
-    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, OTHER_CORRELATION, REPEAT_CORRELATION, SURE_LLR,
+    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, EXPOSURE_USUAL, FRAMES_KEPT, OTHER_CORRELATION,
+    REPEAT_CORRELATION, SURE_LLR,
 };
 use link::panel::{Llr, SoftPanel};
 
@@ -74,6 +77,11 @@ pub struct SymbolClock {
     symbols_per_frame: f64,
     current: Option<Current>,
     next_index: u32,
+    /// Frames that were taken in of late, and how many of them caught two symbols.
+    frames: u32,
+    mixed: u32,
+    /// The longest exposure that is reckoned with, in symbols.
+    exposure: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +105,9 @@ impl SymbolClock {
                 symbols_per_frame: symbols_per_frame.into(),
                 current: None,
                 next_index: 0,
+                frames: 0,
+                mixed: 0,
+                exposure: EXPOSURE_USUAL * f64::from(symbols_per_frame),
             })
         } else {
             Err(SymbolRateError { symbols_per_frame })
@@ -110,7 +121,8 @@ impl SymbolClock {
         if reading.0.iter().all(|&llr| llr == 0) {
             return None;
         }
-        let reach = self.exposure();
+        self.count(false);
+        let reach = self.exposure;
         let Some(current) = &mut self.current else {
             self.start(frame, reading, self.next_index, (-reach, 1.0));
             return None;
@@ -120,6 +132,7 @@ impl SymbolClock {
             && phase.1 + reach > 1.0
             && let Some(beginning) = shared::other(reading, &current.symbol.panel)
         {
+            self.mixed += 1;
             let mixture = Mixture {
                 beginning,
                 ..Mixture::INSEPARABLE
@@ -128,6 +141,7 @@ impl SymbolClock {
         }
         if let Some((done, phase)) = current.ended_by(frame, reading, reach, self.symbols_per_frame)
         {
+            self.mixed += 1;
             let index = done.index.wrapping_add(1);
             let next = self.start(
                 done.last_frame,
@@ -176,13 +190,14 @@ impl SymbolClock {
         if *mixture == Mixture::INSEPARABLE && is_sure(reading) {
             self.push(frame, reading)
         } else {
+            self.count(true);
             self.change(frame, mixture)
         }
     }
 
     /// Ends a symbol and begins the next.
     fn change(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
-        let reach = self.exposure();
+        let reach = self.exposure;
         let current = self.current.as_mut()?;
         let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
         let (advance, (earliest, latest)) = if phase.0 < 1.0 {
@@ -208,9 +223,34 @@ impl SymbolClock {
         current.map_or(SoftPanel::ERASED, |current| current.symbol.panel)
     }
 
-    /// The longest exposure, in symbols.
-    fn exposure(&self) -> f64 {
-        EXPOSURE_MAX * self.symbols_per_frame
+    /// Counts a frame. How many of them catch two symbols tells whether exposures are longer than usual.
+    fn count(&mut self, is_mixed: bool) {
+        if self.frames == FRAMES_KEPT {
+            self.frames /= 2;
+            self.mixed /= 2;
+        }
+        self.frames += 1;
+        self.mixed += u32::from(is_mixed);
+        let (frames, mixed) = (self.frames as f32, self.mixed as f32);
+        let (usual, longest) = (
+            self.exposure_of(EXPOSURE_USUAL),
+            self.exposure_of(EXPOSURE_MAX),
+        );
+        let (deviation, expected) = (libm::sqrtf(mixed), usual as f32 * frames);
+        if self.exposure < longest && mixed - deviation > expected {
+            // What is known of where the symbol began took exposures to be shorter.
+            if let Some(current) = &mut self.current {
+                current.phase.0 -= longest - usual;
+            }
+            self.exposure = longest;
+        } else if mixed + 2.0 * deviation + 2.0 < expected {
+            self.exposure = usual;
+        }
+    }
+
+    /// An exposure of a share of the frame period, in symbols.
+    fn exposure_of(&self, share: f64) -> f64 {
+        share * self.symbols_per_frame
     }
 
     /// The number of the symbol that the last frame showed; none before the first.
@@ -396,8 +436,19 @@ mod tests {
         );
     }
 
-    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two.
+    /// Symbols read in frames of usual exposure.
     fn read(
+        symbols_per_frame: f64,
+        start: f64,
+        frames: u64,
+        mixed: impl Fn(u64) -> Mixture,
+    ) -> Vec<(u32, u64)> {
+        exposed(EXPOSURE_USUAL, symbols_per_frame, start, frames, mixed)
+    }
+
+    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two.
+    fn exposed(
+        exposure: f64,
         symbols_per_frame: f64,
         start: f64,
         frames: u64,
@@ -408,19 +459,43 @@ mod tests {
         for frame in 0..frames {
             let begin = start + frame as f64 * symbols_per_frame;
             let symbol = begin as u64;
-            symbols.extend(
-                if (begin + EXPOSURE_MAX * symbols_per_frame) as u64 == symbol {
-                    clock.push(frame, &panel(shown(symbol)))
-                } else {
-                    clock.push_mixed(frame, &SoftPanel::ERASED, &mixed(symbol))
-                },
-            );
+            symbols.extend(if (begin + exposure * symbols_per_frame) as u64 == symbol {
+                clock.push(frame, &panel(shown(symbol)))
+            } else {
+                clock.push_mixed(frame, &SoftPanel::ERASED, &mixed(symbol))
+            });
         }
         symbols.extend(clock.flush());
         symbols
             .iter()
             .map(|symbol| (symbol.index, symbol.panel.hard().bits()))
             .collect()
+    }
+
+    #[test]
+    fn exposures_of_most_of_a_frame_spoil_no_symbol_once_that_is_known() {
+        for (exposure, symbols_per_frame) in [(0.3, 0.77), (0.4, 0.7), (0.75, 0.55), (0.8, 0.5)] {
+            for start in [0.05, 0.15, 0.25, 0.35, 0.45, 0.55] {
+                let symbols = exposed(exposure, symbols_per_frame, start, 200, |_| {
+                    Mixture::INSEPARABLE
+                });
+                let count = (start + 199.0 * symbols_per_frame) as usize;
+                let shown = &expected(count as u32)[count / 3..];
+                let first = symbols.iter().position(|symbol| symbol.1 == shown[0].1);
+                let symbols = &symbols[first.expect("the first of them")..];
+                for (symbol, expected) in symbols.iter().zip(shown) {
+                    let numbers = [symbol.0 - symbols[0].0, expected.0 - shown[0].0];
+                    assert_eq!(
+                        numbers[0], numbers[1],
+                        "{exposure} {symbols_per_frame} {start}"
+                    );
+                    assert_eq!(
+                        symbol.1, expected.1,
+                        "{exposure} {symbols_per_frame} {start}"
+                    );
+                }
+            }
+        }
     }
 
     fn expected(count: u32) -> Vec<(u32, u64)> {
@@ -465,7 +540,7 @@ mod tests {
         lost: impl Fn(u64) -> bool,
     ) -> Vec<Symbol> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
-        let exposure = EXPOSURE_MAX * symbols_per_frame;
+        let exposure = EXPOSURE_USUAL * symbols_per_frame;
         let mut symbols = Vec::new();
         for frame in (0..frames).filter(|&frame| !lost(frame)) {
             let begin = start + frame as f64 * symbols_per_frame;
