@@ -129,22 +129,36 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
     let values = summary.values.iter().zip(widths(sweep));
     let values = values.map(|(value, width)| format!("{value:>width$}  "));
     let [low, high] = summary.ber_95;
-    let one_symbol = summary.ber_one_symbol.map(|rate| format!("{rate:.3e}"));
+    let interval = if summary.bit_errors == 0 {
+        format!("below {}", rate(high))
+    } else {
+        format!("{} to {}", rate(low), rate(high))
+    };
+    let has_across = summary.frames_across > Some(0);
+    let one_symbol = summary.ber_one_symbol.filter(|_| has_across);
     let row = format!(
-        "{}{:<10}  {:>12}  {:>10}  {:>9.3e}  {:<22}  {:>10}  {:>9}",
+        "{}{:<10}  {:>12}  {:>10}  {:>9}  {:<22}  {:>10}  {:>9}",
         values.collect::<String>(),
         summary.detector,
         summary.frames,
         summary.bit_errors,
-        summary.ber,
-        format!("{low:.3e} to {high:.3e}"),
-        one_symbol.unwrap_or_default(),
+        rate(summary.ber),
+        interval,
+        one_symbol.map(rate).unwrap_or_default(),
         two_decimals(summary.b2w)
     );
     if summary.finished {
         row
     } else {
         format!("{row}  unfinished")
+    }
+}
+
+fn rate(rate: f64) -> String {
+    if rate == 0.0 {
+        "0".into()
+    } else {
+        format!("{rate:.3e}")
     }
 }
 
