@@ -8,21 +8,10 @@ use link::serial::Measured;
 use micromath::F32Ext;
 use tx_firmware::ambient::{Ambient, BRIGHTEST_LX, DARKEST_LX, Smoothing};
 use tx_firmware::calibration::{
-    Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN,
+    BENCH, Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN,
 };
 use tx_firmware::dimming::{DUTY_ERROR, Dimming, Duty, L2A_MAX, LUMINANCE_ERROR_CD_M2, duty_cycle};
 use tx_firmware::drive::{Drive, Pulses};
-
-/// A panel as it was measured.
-pub const PANEL: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("26000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: 49_000,
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::ONE,
-    sensor_gain: U12F20::ONE,
-    low_current_share: U1F31::lit("0.125"),
-};
 
 fn calibration(measured: Measured) -> Calibration {
     Calibration::new(measured).expect("a panel")
@@ -50,7 +39,7 @@ fn corner_calibrations() -> impl Iterator<Item = Calibration> {
             pwm_period_ns,
             reflectance: share(3, &REFLECTANCE),
             low_current_share: share(4, &LOW_CURRENT_SHARE),
-            ..PANEL
+            ..BENCH
         })
     })
 }
@@ -286,9 +275,9 @@ fn lights(nodes: &[Illuminance]) -> Vec<Illuminance> {
 #[test]
 fn more_light_never_gives_less_luminance_but_for_one_step() {
     let table = L2aTable::shipped();
-    let calibration = calibration(PANEL);
-    let reflectance = PANEL.reflectance.to_num::<f64>();
-    let drive = Drive::new(&PANEL, 125_000_000);
+    let calibration = calibration(BENCH);
+    let reflectance = BENCH.reflectance.to_num::<f64>();
+    let drive = Drive::new(&BENCH, 125_000_000);
     let mut naive_falls = 0;
     for interval in
         ["0.5", "0.77", "1", "1.5", "2", "3"].map(|text| text.parse().expect("an interval"))
@@ -306,7 +295,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
                 last.0
             );
             let pulses = drive.pulses(dimming.duty, last.2);
-            let given = pulses.duty(PANEL.low_current_share).to_num::<f64>();
+            let given = pulses.duty(BENCH.low_current_share).to_num::<f64>();
             let rounding = 1e-6 * f64::from(pulses.step_ppm() + last.2.step_ppm());
             let step = step / 26_000.0 + given * rounding;
             assert!(
@@ -336,7 +325,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
 #[test]
 fn luminance_and_duty_keep_their_bounds_at_every_node_and_between() {
     let table = L2aTable::shipped();
-    let calibration = calibration(PANEL);
+    let calibration = calibration(BENCH);
     let floor = calibration.luminance_floor_cd_m2().to_num::<f64>();
     for light in lights(table.illuminances_lx()).into_iter().step_by(7) {
         for interval in [
@@ -347,7 +336,7 @@ fn luminance_and_duty_keep_their_bounds_at_every_node_and_between() {
             let ratio = table.l2a(light, interval);
             let dimming = Dimming::new(ratio, light, &calibration);
             let exact =
-                ratio.to_num::<f64>() * light.to_num::<f64>() * PANEL.reflectance.to_num::<f64>();
+                ratio.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
             let error = (dimming.wanted_cd_m2.to_num::<f64>() - exact).abs();
             assert!(
                 error <= LUMINANCE_ERROR_CD_M2 + exact * 1e-15,

@@ -16,12 +16,10 @@ use sim::disc::kernel::{Exact, Kernel, Tabulated};
 use sim::disc::outline::Outline;
 use sim::scene::Scene;
 use tx_firmware::ambient::{Ambient, Smoothing};
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::dimming::{Dimming, Duty};
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::power::exp2;
-
-use crate::control::PANEL;
 
 /// The greatest of some errors; NaN counts as the greatest of all.
 fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
@@ -216,12 +214,12 @@ pub fn of_ambient() -> f64 {
 
 /// A dimming at the ratio 2, and the luminance in doubles.
 fn dimmings() -> impl Iterator<Item = (Dimming, f64)> {
-    let calibration = Calibration::new(PANEL).expect("a panel");
+    let calibration = Calibration::new(BENCH).expect("a panel");
     (0..200_000).map(move |k| {
         let light = Illuminance::from_num(0.01 * 1.3e7f64.powf(f64::from(k) / 200_000.0));
         let dimming = Dimming::new(link::l2a_table::L2a::lit("2.1"), light, &calibration);
         let exact =
-            dimming.l2a.to_num::<f64>() * light.to_num::<f64>() * PANEL.reflectance.to_num::<f64>();
+            dimming.l2a.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
         (dimming, exact)
     })
 }
@@ -236,7 +234,7 @@ pub fn of_duty() -> f64 {
 }
 
 pub fn of_pulses() -> f64 {
-    let drive = Drive::new(&PANEL, 125_000_000);
+    let drive = Drive::new(&BENCH, 125_000_000);
     let floor = drive.floor_at_full_current().to_num::<f64>();
     worst((0..STEPS).map(|k| {
         let duty = Duty::saturating_from_num(
@@ -244,7 +242,7 @@ pub fn of_pulses() -> f64 {
         );
         let given = drive
             .pulses(duty, Pulses::default())
-            .duty(PANEL.low_current_share);
+            .duty(BENCH.low_current_share);
         (given.to_num::<f64>() / duty.to_num::<f64>() - 1.0).abs()
     }))
 }

@@ -1,27 +1,15 @@
 //! What the pulses of the dimming cost in accuracy, at each light and the exposure that a camera takes there.
 
-use fixed::types::{U1F31, U12F20, U32F32};
-use link::l2a_table::Interval;
-use tx_firmware::calibration::Measured;
+use tx_firmware::calibration::BENCH;
 use tx_firmware::dimming::Duty;
-use tx_firmware::drive::{Drive, EXPOSURE_LONG_NS, Pulses, exposure_ns, period_ns};
+use tx_firmware::drive::{Drive, Pulses, exposure_ns};
 
 const CLOCK_HZ: u32 = 125_000_000;
 const REFLECTANCE: f64 = 0.4;
 const L2A_MOST: f64 = 4.0;
 
-const PANEL: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("26000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::lit("1"),
-    sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::lit("0.125"),
-};
-
 fn main() {
-    let drive = Drive::new(&PANEL, CLOCK_HZ);
+    let drive = Drive::new(&BENCH, CLOCK_HZ);
     println!(
         "  full, cd/m²      L2A        lx  exposure    duty, %    PWM, kHz  ripple, %  step, %  current"
     );
@@ -34,7 +22,7 @@ fn main() {
                     continue;
                 }
                 let pulses = drive.pulses(Duty::saturating_from_num(duty), Pulses::default());
-                let given = pulses.duty(PANEL.low_current_share).to_num::<f64>();
+                let given = pulses.duty(BENCH.low_current_share).to_num::<f64>();
                 println!(
                     "{full_cd_m2:>13.0} {l2a:>8} {lx:>9}    1/{:<4.0} {:>11.4} {:>11.1} {:>10.2} {:>8.3}  {}",
                     1e9 / f64::from(exposure_ns(lx)),

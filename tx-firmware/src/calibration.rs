@@ -7,6 +7,8 @@ use link::l2a_table::Interval;
 pub use link::serial::Measured;
 use thiserror::Error;
 
+use crate::drive::{EXPOSURE_LONG_NS, period_ns};
+
 /// The luminance that a panel may have at full duty, cd/m²: an L2A of 4 on a white panel in the
 /// brightest sun takes 520 000.
 pub const LUMINANCE_CD_M2: RangeInclusive<U32F32> = U32F32::ONE..=U32F32::lit("1000000");
@@ -21,6 +23,17 @@ pub const INTERVAL: RangeInclusive<Interval> = Interval::lit("0.5")..=Interval::
 pub const LOW_CURRENT_SHARE: RangeInclusive<U1F31> = U1F31::lit("0.01")..=U1F31::ONE;
 /// The gain that a light sensor may need.
 pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::lit("1000");
+
+/// The panel of `docs/hardware.md` as a bench measures it: what a board takes its own for until somebody has measured that.
+pub const BENCH: Measured = Measured {
+    luminance_full_cd_m2: U32F32::lit("26000"),
+    shortest_pulse_ns: 100,
+    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
+    reflectance: U1F31::lit("0.4"),
+    interval: Interval::lit("1"),
+    sensor_gain: U12F20::lit("1"),
+    low_current_share: U1F31::lit("0.125"),
+};
 
 /// Which measured value cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

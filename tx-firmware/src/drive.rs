@@ -93,20 +93,9 @@ pub struct Pulses {
 /// The rule of the [module](self) for one board and panel.
 ///
 /// ```
-/// use fixed::types::{U1F31, U12F20, U32F32};
-/// use link::l2a_table::Interval;
-/// use tx_firmware::{calibration::Measured, dimming::Duty, drive::{Drive, EXPOSURE_LONG_NS, Pulses, period_ns}};
+/// use tx_firmware::{calibration::BENCH, dimming::Duty, drive::{Drive, Pulses}};
 ///
-/// let panel = Measured {
-///     luminance_full_cd_m2: U32F32::lit("26000"),
-///     shortest_pulse_ns: 100,
-///     pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
-///     reflectance: U1F31::lit("0.4"),
-///     interval: Interval::lit("1"),
-///     sensor_gain: U12F20::lit("1"),
-///     low_current_share: U1F31::lit("0.125"),
-/// };
-/// let drive = Drive::new(&panel, 125_000_000);
+/// let drive = Drive::new(&BENCH, 125_000_000);
 /// let pulses = |duty| drive.pulses(Duty::from_num(duty), Pulses::default());
 /// assert_eq!(pulses(0.5), Pulses { lit: 486, period: 972, low_current: false }); // 129 kHz
 /// assert_eq!(pulses(0.004), Pulses { lit: 13, period: 3250, low_current: false }); // 38 kHz
@@ -238,27 +227,17 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use fixed::types::{U12F20, U32F32};
-    use link::l2a_table::Interval;
+    use crate::calibration::BENCH;
     use proptest::prelude::*;
 
     const CLOCK_HZ: u32 = 125_000_000;
-    const PANEL: Measured = Measured {
-        luminance_full_cd_m2: U32F32::lit("26000"),
-        shortest_pulse_ns: 100,
-        pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
-        reflectance: U1F31::lit("0.4"),
-        interval: Interval::ONE,
-        sensor_gain: U12F20::ONE,
-        low_current_share: U1F31::lit("0.125"),
-    };
 
     fn drive() -> Drive {
-        Drive::new(&PANEL, CLOCK_HZ)
+        Drive::new(&BENCH, CLOCK_HZ)
     }
 
     fn floor() -> f64 {
-        drive().floor_at_full_current().to_num::<f64>() * PANEL.low_current_share.to_num::<f64>()
+        drive().floor_at_full_current().to_num::<f64>() * BENCH.low_current_share.to_num::<f64>()
     }
 
     /// The lit time from the start of a period to `time_ns`, summed pulse by pulse.
@@ -298,7 +277,7 @@ mod tests {
     fn without_a_switch_light_below_the_floor_is_dimmer_than_asked_for() {
         let panel = Measured {
             low_current_share: U1F31::ONE,
-            ..PANEL
+            ..BENCH
         };
         let drive = Drive::new(&panel, CLOCK_HZ);
         let pulses = |duty| drive.pulses(duty, Pulses::default());
@@ -348,7 +327,7 @@ mod tests {
         fn more_duty_is_never_less_light_but_for_a_step(duty in any::<u32>(), more in 0u32..1 << 24) {
             let pulses = drive().pulses(Duty::from_bits(duty), Pulses::default());
             let brighter = drive().pulses(Duty::from_bits(duty.saturating_add(more)), pulses);
-            let [dim, bright] = [pulses, brighter].map(|pulses| pulses.duty(PANEL.low_current_share).to_num::<f64>());
+            let [dim, bright] = [pulses, brighter].map(|pulses| pulses.duty(BENCH.low_current_share).to_num::<f64>());
             let step = f64::from(pulses.step_ppm() + brighter.step_ppm()) / 1e6;
             prop_assert!(bright >= dim * (1.0 - step));
         }
@@ -359,8 +338,8 @@ mod tests {
             share in 1u32..1 << 31, duty in any::<u32>(), low_current in any::<bool>(),
         ) {
             let low_current_share = U1F31::from_bits(share);
-            let wild = Measured { shortest_pulse_ns, pwm_period_ns, low_current_share, ..PANEL };
-            for panel in [wild, Measured { pwm_period_ns: PANEL.pwm_period_ns, ..wild }] {
+            let wild = Measured { shortest_pulse_ns, pwm_period_ns, low_current_share, ..BENCH };
+            for panel in [wild, Measured { pwm_period_ns: BENCH.pwm_period_ns, ..wild }] {
                 let before = Pulses { low_current, ..Pulses::default() };
                 let pulses = Drive::new(&panel, clock_hz).pulses(Duty::from_bits(duty), before);
                 prop_assert!(pulses.lit <= pulses.period);

@@ -1,8 +1,7 @@
 //! A transmitter at the other end of a serial port: what `docs/serial.md` describes, from the computer's side.
 //!
-//! [`port`] opens and lists ports, [`client`] asks until there is an answer, [`table`] moves tables. [`mod@bench`] is a panel that was measured.
+//! [`port`] opens and lists ports, [`client`] asks until there is an answer, [`table`] moves tables.
 
-pub mod bench;
 pub mod client;
 pub mod error;
 #[cfg(test)]

@@ -11,12 +11,11 @@ use link::serial::Measured;
 use rx_pipeline::corners::Corners;
 use serde_json::json;
 use studies::photometry::{self, Area, Calibrated, Estimate, PictureError, Shot, USUAL, View};
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{BENCH, Calibration};
 
 use super::calibration::filled_in;
 use crate::camera::{CameraArguments, Told};
 use crate::commands::decode::corners;
-use crate::device::bench::BENCH;
 use crate::files;
 use crate::frames::PixelArguments;
 use crate::frames::files as pictures;

@@ -9,11 +9,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use sim::input;
 use tx_firmware::calibration::{
-    Calibration, INTERVAL, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE,
+    BENCH, Calibration, INTERVAL, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE,
     SENSOR_GAIN,
 };
 
-use crate::device::bench::BENCH;
 use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};

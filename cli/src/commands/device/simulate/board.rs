@@ -10,7 +10,7 @@ use link::panel::PanelFrame;
 use link::serial::{Faults, Measured, Status};
 use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::schedule::Repeats;
 use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
 use tx_firmware::store::Store;
@@ -19,7 +19,6 @@ use tx_firmware::transmitter::Transmitter;
 use super::flash::{FLASH_BYTES, Flash};
 use super::leds::Leds;
 use super::light_sensor::LightSensor;
-use crate::device::bench::BENCH;
 
 /// Between two readings of the light.
 const SENSOR_PERIOD: Duration = Duration::from_millis(100);

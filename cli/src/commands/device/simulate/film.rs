@@ -14,9 +14,9 @@ use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
 use sim::road::moved;
 use sim::scene::Scene;
+use tx_firmware::calibration::BENCH;
 
 use super::board::Symbol;
-use crate::device::bench::BENCH;
 use crate::outputs;
 use crate::pictures;
 

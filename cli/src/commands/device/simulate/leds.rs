@@ -4,11 +4,10 @@ use std::convert::Infallible;
 
 use link::panel::PanelFrame;
 use link::serial::Measured;
+use tx_firmware::calibration::BENCH;
 use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::matrix::LedMatrix;
-
-use crate::device::bench::BENCH;
 
 /// Of a Pico's timer.
 const CLOCK_HZ: u32 = 125_000_000;

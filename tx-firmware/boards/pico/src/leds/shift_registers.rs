@@ -10,12 +10,11 @@ use embassy_rp::{
     pwm::{self, Pwm},
     spi::{self, Blocking, Spi},
 };
-use fixed::types::{U1F31, U12F20, U32F32};
-use link::{l2a_table::Interval, panel::PanelFrame};
+use link::panel::PanelFrame;
 use tx_firmware::{
-    calibration::{Calibration, Measured},
+    calibration::Calibration,
     dimming::Duty,
-    drive::{Drive, EXPOSURE_LONG_NS, Pulses, period_ns},
+    drive::{Drive, Pulses},
     shift_register::{LitBy, chain_bytes},
 };
 
@@ -41,16 +40,8 @@ pub const TRANSFER: Transfer = Transfer {
     count: 8,
 };
 
-/// The panel of `docs/hardware.md`, for as long as nobody has measured this one.
-pub const TYPICAL: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("26000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: period_ns(EXPOSURE_LONG_NS),
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::lit("1"),
-    sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::lit("0.125"),
-};
+/// For as long as nobody has measured this panel.
+pub use tx_firmware::calibration::BENCH as TYPICAL;
 
 /// The registers' lines.
 pub struct Lines {
