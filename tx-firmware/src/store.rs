@@ -29,7 +29,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use link::{
     checksum::crc32c,
     l2a_table::{L2aTable, image::IMAGE_MAX},
-    serial::Measured,
+    serial::{Faults, Measured},
     symbol_rate::SymbolRate,
 };
 use sequential_storage::{
@@ -95,6 +95,19 @@ pub trait Memory {
     fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError>;
 }
 
+/// What a transmitter starts with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remembered {
+    /// The calibration that was saved, or a typical one.
+    pub calibration: Calibration,
+    /// The table that was saved, or the shipped one.
+    pub table: L2aTable,
+    /// The symbol rate that was saved, or the default.
+    pub symbol_rate: SymbolRate,
+    /// What was not there, or could not be read.
+    pub faults: Faults,
+}
+
 /// A store in a part of a flash memory.
 pub struct Store<F: NorFlash> {
     map: MapStorage<u8, Awaited<F>, Cache<Uncached, Uncached, Uncached, u8>>,
@@ -155,6 +168,22 @@ impl<F: NorFlash> Store<F> {
                     .map_err(|_| StoreError::Damaged)
             })
             .transpose()
+    }
+
+    /// All that was saved last, and `typical` where no calibration was.
+    pub fn remembered(&mut self, typical: Calibration) -> Remembered {
+        let mut faults = Faults::empty();
+        let calibration = readable(self.calibration(), &mut faults);
+        let table = readable(self.table(), &mut faults);
+        let symbol_rate = readable(self.symbol_rate(), &mut faults);
+        faults.set(Faults::NO_CALIBRATION, calibration.is_none());
+        faults.set(Faults::NO_TABLE, table.is_none());
+        Remembered {
+            calibration: calibration.unwrap_or(typical),
+            table: table.unwrap_or_else(L2aTable::shipped),
+            symbol_rate: symbol_rate.unwrap_or_default(),
+            faults,
+        }
     }
 
     /// Gives the flash back.
@@ -223,6 +252,14 @@ impl<F: NorFlash> Memory for Store<F> {
     fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
         self.save(SYMBOL_RATE, &rate.millihertz().to_le_bytes())
     }
+}
+
+/// What was found; nothing, and a fault, where it cannot be read.
+fn readable<T>(found: Result<Option<T>, StoreError>, faults: &mut Faults) -> Option<T> {
+    found.unwrap_or_else(|_| {
+        faults.insert(Faults::STORE);
+        None
+    })
 }
 
 fn store_error<E>(error: &Error<E>) -> StoreError {

@@ -5,9 +5,10 @@ mod flash;
 use fixed::types::{U1F31, U12F20, U32F32};
 use flash::{ERASE, Flash, Power};
 use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, Interval, L2aTable};
+use link::serial::Faults;
 use link::symbol_rate::SymbolRate;
 use tx_firmware::calibration::{Calibration, Measured};
-use tx_firmware::store::{Memory, Store, StoreError};
+use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
 
@@ -209,13 +210,28 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
     assert_eq!(erased.table(), Ok(None));
     assert_eq!(erased.calibration(), Ok(None));
     assert_eq!(erased.symbol_rate(), Ok(None));
+    let nothing = Remembered {
+        calibration: calibration(1),
+        table: L2aTable::shipped(),
+        symbol_rate: SymbolRate::DEFAULT,
+        faults: Faults::NO_TABLE.union(Faults::NO_CALIBRATION),
+    };
+    assert_eq!(erased.remembered(calibration(1)), nothing);
     for fill in [0x00, 0x55, 0xa5] {
         let mut flash = Flash::<4>::new();
         flash.bytes.fill(fill);
         let mut foreign = store(flash);
         assert!(!matches!(foreign.table(), Ok(Some(_))));
+        let found = foreign.remembered(calibration(1));
+        assert_eq!(found.table, L2aTable::shipped());
+        assert!(found.faults.contains(nothing.faults));
         foreign.save_table(&table(1)).expect("taken over");
         assert_eq!(foreign.table(), Ok(Some(table(1))));
+        let found = foreign.remembered(calibration(1));
+        assert_eq!(
+            (found.table, found.faults),
+            (table(1), Faults::NO_CALIBRATION)
+        );
     }
 }
 

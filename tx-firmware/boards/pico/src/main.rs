@@ -35,19 +35,18 @@ use embassy_rp::{
 };
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Ticker};
-use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Faults, symbol_rate::SymbolRate};
+use link::{panel::PanelFrame, serial::Faults};
 use static_cell::StaticCell;
 use tx_firmware::{
     calibration::Calibration,
     light_watch::{LightSample, SensorRange},
-    store::Store,
+    store::Remembered,
 };
 
 use crate::{
     bus::Bus,
     leds::Dimmer,
     light_sensor::LightSensor,
-    memory::SteadyFlash,
     ports::{Desk, SharedStore},
     shared::{Panel, Shared},
     symbols::Symbols,
@@ -96,9 +95,9 @@ async fn main(_spawner: Spawner) {
     let Remembered {
         calibration,
         table,
-        rate,
+        symbol_rate,
         mut faults,
-    } = remembered(&mut store, typical);
+    } = store.remembered(typical);
     faults.set(Faults::WATCHDOG, was_reset);
 
     #[cfg(not(feature = "max7219"))]
@@ -116,9 +115,9 @@ async fn main(_spawner: Spawner) {
         trigger: board.DMA_CH0,
         shift: board.DMA_CH1,
     };
-    let symbols = Symbols::start(hardware, rate, &dimmer.entry(PanelFrame::default()));
+    let symbols = Symbols::start(hardware, symbol_rate, &dimmer.entry(PanelFrame::default()));
     let panel = Panel { symbols, dimmer };
-    let shared = Shared::install(panel, calibration, table, rate);
+    let shared = Shared::install(panel, calibration, table, symbol_rate);
     shared.with(|transmitter| transmitter.set_faults(faults, true));
     symbols::enable_interrupt();
 
@@ -149,38 +148,6 @@ async fn main(_spawner: Spawner) {
     bus.frequency = 400_000;
     let bus = i2c::I2c::new_async(board.I2C0, board.PIN_5, board.PIN_4, Irqs, bus);
     follow_light(LightSensor::new(Bus::new(bus)), shared, watchdog).await;
-}
-
-/// What the flash remembers, or what to do without it, and the faults to report for that.
-struct Remembered {
-    calibration: Calibration,
-    table: L2aTable,
-    rate: SymbolRate,
-    faults: Faults,
-}
-
-fn remembered(store: &mut Store<SteadyFlash>, typical: Calibration) -> Remembered {
-    let mut faults = Faults::empty();
-    let calibration = store.calibration().unwrap_or_else(|_| {
-        faults.set(Faults::STORE, true);
-        None
-    });
-    let table = store.table().unwrap_or_else(|_| {
-        faults.set(Faults::STORE, true);
-        None
-    });
-    let rate = store.symbol_rate().unwrap_or_else(|_| {
-        faults.set(Faults::STORE, true);
-        None
-    });
-    faults.set(Faults::NO_CALIBRATION, calibration.is_none());
-    faults.set(Faults::NO_TABLE, table.is_none());
-    Remembered {
-        calibration: calibration.unwrap_or(typical),
-        table: table.unwrap_or_else(L2aTable::shipped),
-        rate: rate.unwrap_or_default(),
-        faults,
-    }
 }
 
 /// Dims the panel to the light, and keeps the watchdog quiet while symbols are shown: this is the lowest level, so that all

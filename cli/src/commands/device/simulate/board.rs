@@ -13,7 +13,7 @@ use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::schedule::Repeats;
 use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
-use tx_firmware::store::Store;
+use tx_firmware::store::{Remembered, Store};
 use tx_firmware::transmitter::Transmitter;
 
 use super::flash::{FLASH_BYTES, Flash};
@@ -56,32 +56,16 @@ impl Board {
     /// Starts with what the flash remembers, or without it as a board that is new.
     pub fn start(flash: Flash, began: Duration) -> anyhow::Result<Self> {
         let mut store = Store::new(flash, 0..FLASH_BYTES as u32)?;
-        let mut faults = Faults::empty();
-        let calibration = store.calibration().unwrap_or_else(|_| {
-            faults.insert(Faults::STORE);
-            None
-        });
-        let table = store.table().unwrap_or_else(|_| {
-            faults.insert(Faults::STORE);
-            None
-        });
-        let rate = store.symbol_rate().unwrap_or_else(|_| {
-            faults.insert(Faults::STORE);
-            None
-        });
-        faults.set(Faults::NO_CALIBRATION, calibration.is_none());
-        faults.set(Faults::NO_TABLE, table.is_none());
-        let calibration = match calibration {
-            Some(calibration) => calibration,
-            None => Calibration::new(BENCH).context("the bench's panel")?,
-        };
-        let mut transmitter = Transmitter::new(
-            Leds::new(calibration.measured()),
+        let typical = Calibration::new(BENCH).context("the bench's panel")?;
+        let Remembered {
             calibration,
-            table.unwrap_or_else(L2aTable::shipped),
-            Smoothing::default(),
-        );
-        transmitter.set_symbol_rate(rate.unwrap_or_default());
+            table,
+            symbol_rate,
+            faults,
+        } = store.remembered(typical);
+        let leds = Leds::new(calibration.measured());
+        let mut transmitter = Transmitter::new(leds, calibration, table, Smoothing::default());
+        transmitter.set_symbol_rate(symbol_rate);
         transmitter.set_faults(faults, true);
         Ok(Self {
             transmitter,
