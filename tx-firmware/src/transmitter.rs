@@ -146,16 +146,18 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.stop();
     }
 
-    /// Puts another table in place; it takes effect with the next reading.
+    /// Puts another table in place; it takes effect with the next reading, and [`Faults::NO_TABLE`] is over.
     pub fn set_table(&mut self, table: L2aTable) {
         self.table = table;
+        self.faults.remove(Faults::NO_TABLE);
     }
 
-    /// Takes other measured values; they take effect with the next reading.
+    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] is over.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.ambient
             .set_sensor_gain(calibration.measured().sensor_gain);
         self.calibration = calibration;
+        self.faults.remove(Faults::NO_CALIBRATION);
     }
 
     /// Takes another symbol rate: [`tick`](Self::tick) is to be called so often from the next symbol on.

@@ -9,8 +9,8 @@ use link::framing::MESSAGE_MAX;
 use link::l2a_table::L2aTable;
 use link::l2a_table::image::IMAGE_MAX;
 use link::serial::{
-    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, Measured, Refusal, Request, SCHEMA,
-    VERSION, encode,
+    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request,
+    SCHEMA, VERSION, encode,
 };
 use link::symbol_rate::SymbolRate;
 
@@ -186,6 +186,19 @@ fn a_table_that_came_wrong_or_is_none_is_refused_whole() {
     );
     assert_eq!(bench.transmitter.table(), &L2aTable::default());
     assert_eq!(bench.store.table(), Ok(None));
+}
+
+#[test]
+fn what_was_missing_is_no_fault_any_more_once_it_is_written() {
+    let mut bench = Bench::new();
+    let missing = Faults::NO_TABLE.union(Faults::NO_CALIBRATION);
+    bench.transmitter.set_faults(missing, true);
+    let crc = table().crc();
+    bench.stage(&table().image(), crc);
+    bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
+    assert_eq!(bench.transmitter.faults(), Faults::NO_CALIBRATION);
+    bench.expect(&Request::WriteCalibration(MEASURED), &Answer::Done);
+    assert_eq!(bench.transmitter.faults(), Faults::empty());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use link::{
     framing::FramingError,
     l2a_table::L2aTable,
     panel::PanelFrame,
-    serial::{Faults, Measured, Status},
+    serial::{Measured, Status},
     symbol_rate::SymbolRate,
 };
 use tx_firmware::{
@@ -109,10 +109,7 @@ impl Device for &'static Shared {
     }
 
     fn set_table(&mut self, table: L2aTable) {
-        self.with(|transmitter| {
-            transmitter.set_table(table);
-            transmitter.set_faults(Faults::NO_TABLE, false);
-        });
+        self.with(|transmitter| transmitter.set_table(table));
     }
 
     fn calibration(&self) -> Measured {
@@ -126,7 +123,6 @@ impl Device for &'static Shared {
                 .dimmer
                 .set_calibration(&calibration);
             transmitter.set_calibration(calibration);
-            transmitter.set_faults(Faults::NO_CALIBRATION, false);
         });
     }
 

@@ -3,16 +3,10 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use link::fec::Code;
-use link::framing::FramingError;
-use link::l2a_table::L2aTable;
 use link::panel::PanelFrame;
-use link::serial::{Faults, Measured, Status};
-use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
-use tx_firmware::schedule::Repeats;
-use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
+use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::{Remembered, Store};
 use tx_firmware::transmitter::Transmitter;
 
@@ -87,12 +81,13 @@ impl Board {
         let mut room = [0; ANSWER_MAX];
         let mut answers = Vec::new();
         for &byte in bytes {
-            let mut panel = Panel(&mut self.transmitter);
-            let answer = self
-                .service
-                .receive(byte, &mut panel, &mut self.store, &mut room);
+            let (transmitter, store) = (&mut self.transmitter, &mut self.store);
+            let answer = self.service.receive(byte, transmitter, store, &mut room);
             answers.extend_from_slice(answer.unwrap_or_default());
         }
+        // What it is driven by may be another calibration now.
+        let measured = *self.transmitter.calibration().measured();
+        self.transmitter.matrix_mut().set_calibration(&measured);
         answers
     }
 
@@ -119,55 +114,5 @@ impl Board {
             panel,
             light: self.transmitter.matrix().light(),
         })
-    }
-}
-
-/// The transmitter as its serial port sees it.
-struct Panel<'a>(&'a mut Transmitter<Leds>);
-
-impl Device for Panel<'_> {
-    fn status(&self) -> Status {
-        self.0.status()
-    }
-
-    fn table(&self) -> L2aTable {
-        self.0.table().clone()
-    }
-
-    fn set_table(&mut self, table: L2aTable) {
-        self.0.set_table(table);
-        self.0.set_faults(Faults::NO_TABLE, false);
-    }
-
-    fn calibration(&self) -> Measured {
-        *self.0.calibration().measured()
-    }
-
-    fn set_calibration(&mut self, calibration: Calibration) {
-        let leds = self.0.matrix_mut();
-        leds.set_calibration(calibration.measured());
-        self.0.set_calibration(calibration);
-        self.0.set_faults(Faults::NO_CALIBRATION, false);
-    }
-
-    fn symbol_rate(&self) -> SymbolRate {
-        self.0.symbol_rate()
-    }
-
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.0.set_symbol_rate(rate);
-    }
-
-    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
-        self.0
-            .send(message, Code::for_length(message.len()), repeats)
-    }
-
-    fn stop(&mut self) {
-        self.0.stop();
-    }
-
-    fn reset_counters(&mut self) {
-        self.0.reset_counters();
     }
 }
