@@ -155,9 +155,9 @@ fn a_transmitter_tells_how_it_is() {
     let board = Board::honest();
     let status = json(&board.vocc(&["device", "status", "--json"]));
     assert!((status["illuminance_lx"].as_f64().unwrap() - 2000.0).abs() < 0.01);
-    // L* = 2·2000·0.4 of 8000 cd/m².
+    // L* = 2·2000·0.4 of 26 000 cd/m².
     assert!((status["luminance_cd_m2"].as_f64().unwrap() - 1600.0).abs() < 0.5);
-    assert!((status["duty"].as_f64().unwrap() - 0.2).abs() < 1e-4);
+    assert!((status["duty"].as_f64().unwrap() - 1600.0 / 26_000.0).abs() < 1e-4);
     assert_eq!(status["faults"], serde_json::json!([]));
     assert_eq!(status["uptime_s"], 1);
     ends(
@@ -220,9 +220,9 @@ fn a_calibration_is_read_written_and_refused() {
     ends(
         &printed,
         0,
-        &["luminance_full_cd_m2 = 8000.0", "reflectance = 0.4"],
+        &["luminance_full_cd_m2 = 26000.0", "reflectance = 0.4"],
     );
-    let text = String::from_utf8_lossy(&printed.stdout).replace("8000.0", "12000.5");
+    let text = String::from_utf8_lossy(&printed.stdout).replace("26000.0", "12000.5");
     let brighter = file("brighter.toml", &text);
     let brighter = brighter.to_str().unwrap();
     let written = board.vocc(&["device", "calibration", brighter]);

@@ -125,16 +125,12 @@ struct Staging {
 ///
 /// ```
 /// # mod flash { include!("../tests/flash/mod.rs"); }
-/// # use fixed::types::{U1F31, U12F20, U32F32};
-/// # use link::l2a_table::{Interval, L2aTable};
-/// # use tx_firmware::{ambient::Smoothing, calibration::{Calibration, Measured}, matrix::RecordingMatrix};
+/// # use link::l2a_table::L2aTable;
+/// # use tx_firmware::{ambient::Smoothing, calibration::{BENCH, Calibration}, matrix::RecordingMatrix};
 /// # use tx_firmware::{store::Store, transmitter::Transmitter};
 /// use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
 /// use tx_firmware::service::{ANSWER_MAX, Identity, Service};
-/// # let calibration = Calibration::new(Measured {
-/// #     luminance_full_cd_m2: U32F32::lit("8000"), shortest_pulse_ns: 100, pwm_period_ns: 20_000,
-/// #     reflectance: U1F31::lit("0.4"), interval: Interval::lit("1"), sensor_gain: U12F20::lit("1"), low_current_share: U1F31::lit("1"),
-/// # })?;
+/// # let calibration = Calibration::new(BENCH)?;
 /// # let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default());
 /// # let mut store = Store::new(flash::Flash::<4>::new(), 0..8192)?;
 /// let mut service = Service::new(Identity { firmware: "1.0.0", board: "bench" });

@@ -2,12 +2,12 @@
 
 mod flash;
 
-use fixed::types::{U1F31, U12F20, U32F32};
+use fixed::types::U32F32;
 use flash::{ERASE, Flash, Power};
-use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, Interval, L2aTable};
+use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, L2aTable};
 use link::serial::Faults;
 use link::symbol_rate::SymbolRate;
-use tx_firmware::calibration::{Calibration, Measured};
+use tx_firmware::calibration::{BENCH, Calibration, Measured};
 use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
@@ -25,12 +25,7 @@ fn table(number: u16) -> L2aTable {
 fn calibration(number: u32) -> Calibration {
     Calibration::new(Measured {
         luminance_full_cd_m2: U32F32::from_num(8000 + number),
-        shortest_pulse_ns: 100,
-        pwm_period_ns: 20_000,
-        reflectance: U1F31::lit("0.4"),
-        interval: Interval::lit("1"),
-        sensor_gain: U12F20::lit("1"),
-        low_current_share: U1F31::ONE,
+        ..BENCH
     })
     .expect("a calibration")
 }

@@ -17,7 +17,7 @@ use link::serial::{
     Status, encode,
 };
 use link::symbol_rate::SymbolRate;
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::schedule::Repeats;
 use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
@@ -130,7 +130,7 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
     let mut random = Random::new(seed);
     let mut recorder = Recorder {
         table: L2aTable::default(),
-        calibration: frames::MEASURED,
+        calibration: BENCH,
         symbol_rate: SymbolRate::DEFAULT,
         acts: 0,
     };

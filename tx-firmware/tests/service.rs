@@ -3,7 +3,7 @@
 mod bench;
 mod flash;
 
-use bench::{Bench, MEASURED};
+use bench::Bench;
 use fixed::types::{U1F31, U32F32};
 use link::framing::MESSAGE_MAX;
 use link::l2a_table::L2aTable;
@@ -13,6 +13,7 @@ use link::serial::{
     SCHEMA, VERSION, encode,
 };
 use link::symbol_rate::SymbolRate;
+use tx_firmware::calibration::BENCH;
 
 fn table() -> L2aTable {
     let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
@@ -197,7 +198,7 @@ fn what_was_missing_is_no_fault_any_more_once_it_is_written() {
     bench.stage(&table().image(), crc);
     bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
     assert_eq!(bench.transmitter.faults(), Faults::NO_CALIBRATION);
-    bench.expect(&Request::WriteCalibration(MEASURED), &Answer::Done);
+    bench.expect(&Request::WriteCalibration(BENCH), &Answer::Done);
     assert_eq!(bench.transmitter.faults(), Faults::empty());
 }
 
@@ -217,7 +218,7 @@ fn a_table_that_cannot_be_stored_does_not_run() {
     );
     assert_eq!(bench.transmitter.table(), &L2aTable::default());
     bench.expect(
-        &Request::WriteCalibration(MEASURED),
+        &Request::WriteCalibration(BENCH),
         &Answer::Refused(Refusal::Store),
     );
     let millihertz = 27_000;
@@ -258,10 +259,10 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
 #[test]
 fn a_calibration_is_checked_stored_and_read_back() {
     let mut bench = Bench::new();
-    bench.expect(&Request::ReadCalibration, &Answer::Calibration(MEASURED));
+    bench.expect(&Request::ReadCalibration, &Answer::Calibration(BENCH));
     let brighter = Measured {
         luminance_full_cd_m2: U32F32::from_num(12_000),
-        ..MEASURED
+        ..BENCH
     };
     bench.expect(&Request::WriteCalibration(brighter), &Answer::Done);
     bench.expect(&Request::ReadCalibration, &Answer::Calibration(brighter));
@@ -275,31 +276,31 @@ fn a_calibration_is_checked_stored_and_read_back() {
     let impossible = [
         Measured {
             luminance_full_cd_m2: U32F32::ZERO,
-            ..MEASURED
+            ..BENCH
         },
         Measured {
-            shortest_pulse_ns: 20_001,
-            ..MEASURED
+            shortest_pulse_ns: BENCH.pwm_period_ns + 1,
+            ..BENCH
         },
         Measured {
             pwm_period_ns: 1,
-            ..MEASURED
+            ..BENCH
         },
         Measured {
             reflectance: U1F31::ZERO,
-            ..MEASURED
+            ..BENCH
         },
         Measured {
             interval: link::l2a_table::Interval::ZERO,
-            ..MEASURED
+            ..BENCH
         },
         Measured {
             sensor_gain: fixed::types::U12F20::ZERO,
-            ..MEASURED
+            ..BENCH
         },
         Measured {
             low_current_share: U1F31::ZERO,
-            ..MEASURED
+            ..BENCH
         },
     ];
     for (value, measured) in (0..).zip(impossible) {

@@ -1,10 +1,10 @@
 //! A transmitter without a board: the firmware's own service, with a memory in RAM.
 
-use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-use link::l2a_table::{Interval, L2aTable};
+use fixed::types::I32F32;
+use link::l2a_table::L2aTable;
 use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
-use tx_firmware::calibration::{Calibration, Measured};
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
@@ -56,16 +56,7 @@ impl Fake {
     }
 
     pub fn new() -> Self {
-        let calibration = Calibration::new(Measured {
-            luminance_full_cd_m2: U32F32::lit("8000"),
-            shortest_pulse_ns: 100,
-            pwm_period_ns: 20_000,
-            reflectance: U1F31::lit("0.4"),
-            interval: Interval::lit("1"),
-            sensor_gain: U12F20::lit("1"),
-            low_current_share: U1F31::ONE,
-        })
-        .expect("possible values");
+        let calibration = Calibration::new(BENCH).expect("possible values");
         let mut transmitter = Transmitter::new(
             RecordingMatrix::default(),
             calibration,

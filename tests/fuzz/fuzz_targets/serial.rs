@@ -8,13 +8,12 @@
 
 use std::cell::RefCell;
 
-use fixed::types::{U1F31, U12F20, U32F32};
 use libfuzzer_sys::fuzz_target;
-use link::l2a_table::{Interval, L2aTable};
-use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Measured, Request, encode};
+use link::l2a_table::L2aTable;
+use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
 use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
-use tx_firmware::calibration::Calibration;
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
@@ -44,16 +43,7 @@ struct Board {
 
 impl Board {
     fn new() -> Self {
-        let calibration = Calibration::new(Measured {
-            luminance_full_cd_m2: U32F32::lit("8000"),
-            shortest_pulse_ns: 100,
-            pwm_period_ns: 20_000,
-            reflectance: U1F31::lit("0.4"),
-            interval: Interval::lit("1"),
-            sensor_gain: U12F20::lit("1"),
-            low_current_share: U1F31::ONE,
-        })
-        .expect("possible values");
+        let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
             transmitter: Transmitter::new(
                 RecordingMatrix::default(),

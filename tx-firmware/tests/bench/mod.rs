@@ -1,29 +1,18 @@
 //! A transmitter on a bench: its service, its store, and a request at a time.
 
-use fixed::types::{U1F31, U12F20, U32F32};
-use link::l2a_table::{Interval, L2aTable};
+use link::l2a_table::L2aTable;
 use link::serial::{
     ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode,
     wire_length,
 };
 use tx_firmware::ambient::Smoothing;
-use tx_firmware::calibration::{Calibration, Measured};
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::Store;
 use tx_firmware::transmitter::Transmitter;
 
 use crate::flash::Flash;
-
-pub const MEASURED: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("8000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: 20_000,
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::lit("1"),
-    sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::ONE,
-};
 
 pub struct Bench {
     pub transmitter: Transmitter<RecordingMatrix>,
@@ -34,7 +23,7 @@ pub struct Bench {
 
 impl Bench {
     pub fn new() -> Self {
-        let calibration = Calibration::new(MEASURED).expect("possible values");
+        let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
             transmitter: Transmitter::new(
                 RecordingMatrix::default(),

@@ -1,18 +1,8 @@
 //! Frames of every kind, good and bad, and an independent judgement of which are good.
 
-use fixed::types::{U1F31, U12F20, U32F32};
-use link::l2a_table::{Interval, L2aTable};
+use link::l2a_table::L2aTable;
 use link::serial::{CHUNK_MAX, Kind, Measured, REQUEST_FRAME_MAX, Request, encode, wire_length};
-
-pub const MEASURED: Measured = Measured {
-    luminance_full_cd_m2: U32F32::lit("8000"),
-    shortest_pulse_ns: 100,
-    pwm_period_ns: 20_000,
-    reflectance: U1F31::lit("0.4"),
-    interval: Interval::lit("1"),
-    sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::ONE,
-};
+use tx_firmware::calibration::BENCH;
 
 /// Numbers that the seed decides (splitmix64).
 pub struct Random(u64);
@@ -124,8 +114,8 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         6 => Request::RollBackTable,
         7 => Request::ReadCalibration,
         8 => Request::WriteCalibration(Measured {
-            shortest_pulse_ns: random.below(30_000) as u32,
-            ..MEASURED
+            shortest_pulse_ns: random.below(70_000) as u32,
+            ..BENCH
         }),
         9 => Request::Send {
             repeats: None,
