@@ -53,6 +53,19 @@ pub fn check(path: &Path) -> anyhow::Result<bool> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Looks whether a file can be written, and none is there: that may be what somebody has measured. A device or a pipe holds nothing.
+///
+/// # Errors
+/// When it cannot, or one is there.
+pub fn check_new(path: &Path) -> anyhow::Result<()> {
+    ensure!(
+        !check(path)? || !path.exists(),
+        "{} is there already, and stays as it is: name another file",
+        path.display()
+    );
+    Ok(())
+}
+
 fn write_to(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,

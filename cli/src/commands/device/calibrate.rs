@@ -91,11 +91,7 @@ fn area(text: &str) -> Result<Area, String> {
 /// Reads the pictures, and reports what they tell.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if let Some(path) = &arguments.out {
-        ensure!(
-            !files::check(path)? || !path.exists(),
-            "{} is there already, and stays as it is: name another file",
-            path.display()
-        );
+        files::check_new(path)?;
     }
     let frames = &arguments.frames;
     ensure!(

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, anyhow};
 use fixed::traits::Fixed;
 use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
@@ -61,12 +61,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> 
         None if shared.json => output::json(&Values::of(&BENCH))?,
         None => line(filled_in(&BENCH).trim_end())?,
         Some(path) => {
-            // What is there may be what somebody has measured. A device or a pipe holds nothing.
-            ensure!(
-                !files::check(path)? || !path.exists(),
-                "{} is there already, and stays as it is: name another file",
-                path.display()
-            );
+            files::check_new(path)?;
             files::write(path, filled_in(&BENCH))?;
             let file = path.display().to_string();
             if shared.json {
