@@ -69,7 +69,12 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
             picture.file_name().unwrap_or_default().display()
         );
     }
-    files::check(&folder.join("frame-000000.png")).map(drop)
+    files::check(&frame_in(folder, 0)).map(drop)
+}
+
+/// Where a recording has its frame of this number.
+pub fn frame_in(folder: &Path, number: u64) -> PathBuf {
+    folder.join(format!("frame-{number:06}.png"))
 }
 
 /// Holds a folder for this run as long as the answer lives: where another run holds it, both would write into each other's work. The

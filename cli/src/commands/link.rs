@@ -173,7 +173,7 @@ fn send(
             Err(error) => return Err(error.into()),
         };
         if let (Save::All(folder), _) | (Save::First(folder), 0) = (save, frame) {
-            let path = folder.join(format!("frame-{frame:06}.png"));
+            let path = outputs::frame_in(folder, frame);
             if unsaved.is_none() {
                 let written = pictures::write_png(&path, report.grey, sensor.width, sensor.height);
                 // Whether the message arrives can still be told.

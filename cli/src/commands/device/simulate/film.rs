@@ -173,7 +173,7 @@ impl Camera {
         let sensor = self.renderer.sensor();
         match &mut self.reel {
             Reel::Folder { path, .. } => {
-                let path = path.join(format!("frame-{:06}.png", self.frame));
+                let path = outputs::frame_in(path, self.frame);
                 pictures::write_png(&path, &self.grey, sensor.width, sensor.height)
             }
             Reel::Film(film) => {
