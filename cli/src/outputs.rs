@@ -88,12 +88,22 @@ pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
     let Ok(held) = File::open(folder) else {
         return Ok(None);
     };
-    match held.try_lock() {
-        Ok(()) => Ok(Some(held)),
-        Err(TryLockError::WouldBlock) => bail!(
+    lock(held, || {
+        format!(
             "another run is at work in {}: wait for its end, or name another folder",
             folder.display()
-        ),
+        )
+    })
+}
+
+/// Locks what is open as long as the answer lives; none where it cannot be locked.
+///
+/// # Errors
+/// What `taken` says, when another run has locked it.
+pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option<File>> {
+    match open.try_lock() {
+        Ok(()) => Ok(Some(open)),
+        Err(TryLockError::WouldBlock) => bail!(taken()),
         Err(TryLockError::Error(_)) => Ok(None),
     }
 }

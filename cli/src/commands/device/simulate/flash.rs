@@ -1,10 +1,10 @@
 //! The flash memory of the simulated board: the last 64 KiB of a Pico's, in a file or forgotten at the end.
 
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -12,6 +12,7 @@ use tx_firmware::store::{Store, StoreError};
 
 use crate::files;
 use crate::output;
+use crate::outputs;
 
 /// As many as a Pico keeps for its store.
 pub const FLASH_BYTES: usize = 64 * 1024;
@@ -108,15 +109,12 @@ fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
 impl Kept {
     fn of(path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let lock = match file.try_lock() {
-            Ok(()) => Some(file),
-            Err(TryLockError::WouldBlock) => bail!(
+        let lock = outputs::lock(file, || {
+            format!(
                 "{} is the flash memory of another board that runs: end that, or name another file",
                 path.display()
-            ),
-            // Where files cannot be locked, nothing is held.
-            Err(TryLockError::Error(_)) => None,
-        };
+            )
+        })?;
         Ok(Self {
             path: path.into(),
             _lock: lock,
