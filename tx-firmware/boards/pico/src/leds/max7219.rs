@@ -7,9 +7,8 @@ use embassy_rp::{
     Peri,
     gpio::{Level, Output},
     pac::{self, dma::vals::DataSize},
-    peripherals::{PIN_17, PIN_18, PIN_19, PWM_SLICE0, SPI0},
+    peripherals::PWM_SLICE0,
     pwm::{self, Pwm},
-    spi::{self, Blocking, Spi},
 };
 use fixed::types::{U1F31, U12F20, U32F32};
 use link::{l2a_table::Interval, panel::PanelFrame};
@@ -19,11 +18,9 @@ use tx_firmware::{
     max7219::{controls, intensity, rows},
 };
 
-use super::{Entry, Transfer};
+use super::{Entry, Lines, Shift, Transfer, shift};
 use crate::symbols::{self, Symbols};
 
-/// Below the chip's 10 MHz, for flying leads.
-const SHIFT_CLOCK_HZ: u32 = 4_000_000;
 const LOAD: usize = 17;
 /// The function of a pin that is the SPI controller's.
 const SPI_FUNCTION: u8 = 1;
@@ -47,29 +44,18 @@ pub const TYPICAL: Measured = Measured {
     low_current_share: U1F31::lit("1"),
 };
 
-/// The chip's lines.
-pub struct Lines {
-    /// LOAD, also named CS.
-    pub latch: Peri<'static, PIN_17>,
-    pub spi: Peri<'static, SPI0>,
-    pub clock: Peri<'static, PIN_18>,
-    pub data: Peri<'static, PIN_19>,
-}
-
 /// What shifts, while it lives.
 pub struct Shifter {
     _clock: Pwm<'static>,
-    _shift: Spi<'static, SPI0, Blocking>,
+    _shift: Shift,
     _load: Output<'static>,
 }
 
 impl Lines {
     /// Takes the lines over, and makes the chip dark, which may still show what it was last given. The symbol clock has no output.
     pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
-        let mut bus = spi::Config::default();
-        bus.frequency = SHIFT_CLOCK_HZ;
         let load = Output::new(self.latch, Level::High);
-        let shift = Spi::new_blocking_txonly(self.spi, self.clock, self.data, bus);
+        let shift = shift(self.spi, self.clock, self.data);
         pac::SPI0.cr1().modify(|w| w.set_sse(false));
         pac::SPI0.cr0().modify(|w| w.set_dss(15));
         pac::SPI0.cr1().modify(|w| w.set_sse(true));

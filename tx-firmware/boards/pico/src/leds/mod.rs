@@ -13,9 +13,39 @@ use self::max7219 as chosen;
 #[cfg(not(feature = "max7219"))]
 use self::shift_registers as chosen;
 
-use embassy_rp::pac::dma::vals::DataSize;
+use embassy_rp::{
+    Peri,
+    pac::dma::vals::DataSize,
+    peripherals::{PIN_17, PIN_18, PIN_19, SPI0},
+    spi::{self, Blocking, Spi},
+};
 
-pub use chosen::{Dimmer, Lines, Shifter, TRANSFER, TYPICAL, force_dark};
+pub use chosen::{Dimmer, Shifter, TRANSFER, TYPICAL, force_dark};
+
+/// Flying leads take it, and a MAX7219 takes 10 MHz; eight registers take 16 µs.
+const SHIFT_CLOCK_HZ: u32 = 4_000_000;
+
+/// The drivers' lines.
+pub struct Lines {
+    /// The shift registers' latch, or a MAX7219's LOAD, also named CS.
+    pub latch: Peri<'static, PIN_17>,
+    pub spi: Peri<'static, SPI0>,
+    pub clock: Peri<'static, PIN_18>,
+    pub data: Peri<'static, PIN_19>,
+}
+
+/// What shifts bytes out.
+type Shift = Spi<'static, SPI0, Blocking>;
+
+fn shift(
+    spi: Peri<'static, SPI0>,
+    clock: Peri<'static, PIN_18>,
+    data: Peri<'static, PIN_19>,
+) -> Shift {
+    let mut bus = spi::Config::default();
+    bus.frequency = SHIFT_CLOCK_HZ;
+    Spi::new_blocking_txonly(spi, clock, data, bus)
+}
 
 /// How the DMA controller moves a panel's bytes.
 pub struct Transfer {

@@ -6,9 +6,8 @@ use embassy_rp::{
     clocks::clk_sys_freq,
     gpio::{Level, Output},
     pac::{self, dma::vals::DataSize},
-    peripherals::{PIN_17, PIN_18, PIN_19, PIN_20, PIN_21, PWM_SLICE0, PWM_SLICE2, SPI0},
+    peripherals::{PIN_20, PIN_21, PWM_SLICE0, PWM_SLICE2},
     pwm::{self, Pwm},
-    spi::{self, Blocking, Spi},
 };
 use link::panel::PanelFrame;
 use tx_firmware::{
@@ -18,11 +17,9 @@ use tx_firmware::{
     shift_register::{LitBy, chain_bytes},
 };
 
-use super::{Entry, Transfer};
+use super::{Entry, Lines, Shift, Transfer, shift};
 use crate::symbols::Symbols;
 
-/// A chain on flying leads takes it, and a panel takes 16 µs.
-const SHIFT_CLOCK_HZ: u32 = 4_000_000;
 /// The PWM slice of the output-enable line.
 const SLICE: usize = 2;
 
@@ -43,30 +40,20 @@ pub const TRANSFER: Transfer = Transfer {
 /// For as long as nobody has measured this panel.
 pub use tx_firmware::calibration::BENCH as TYPICAL;
 
-/// The registers' lines.
-pub struct Lines {
-    pub latch: Peri<'static, PIN_17>,
-    pub spi: Peri<'static, SPI0>,
-    pub clock: Peri<'static, PIN_18>,
-    pub data: Peri<'static, PIN_19>,
-}
-
 /// What shifts and latches, while it lives.
 pub struct Shifter {
     _latch: Pwm<'static>,
-    _shift: Spi<'static, SPI0, Blocking>,
+    _shift: Shift,
 }
 
 impl Lines {
     /// Takes the lines over. The symbol clock's output is the latch: high for its first count.
     pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
-        let mut bus = spi::Config::default();
-        bus.frequency = SHIFT_CLOCK_HZ;
         let mut latch = clock;
         latch.compare_b = 1;
         Shifter {
             _latch: Pwm::new_output_b(slice, self.latch, latch),
-            _shift: Spi::new_blocking_txonly(self.spi, self.clock, self.data, bus),
+            _shift: shift(self.spi, self.clock, self.data),
         }
     }
 }
