@@ -60,8 +60,6 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
 /// A camera before the LEDs of a board.
 pub struct Film {
     renderer: Renderer,
-    lux: f64,
-    reflectance: f64,
 }
 
 impl Film {
@@ -76,8 +74,6 @@ impl Film {
         let scene = Scene::load(scene, &overrides).expect("a valid scene");
         Self {
             renderer: Renderer::new(&scene, Level::Fast).expect("a panel in view"),
-            lux,
-            reflectance,
         }
     }
 
@@ -138,17 +134,9 @@ impl Film {
             symbol_s: (window[1].ns - window[0].ns) as f64 / 1e9,
             ..moment
         };
-        let view = self.renderer.view();
-        let l2a = luminance_cd_m2(start_ns) / (self.lux * self.reflectance);
-        let mut unlimited = view.panels[0].panel.clone();
-        // What the board gives has passed its own limits.
-        (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
-        let light = view
-            .exposure
-            .led_light(&view.scene, &unlimited, self.reflectance, l2a);
         let shown = Shown {
             symbols: window.map(|symbol| symbol.panel),
-            light,
+            light: self.renderer.lit(0, luminance_cd_m2(start_ns)),
             shift_px: [0.0; 2],
         };
         Some((moment, shown))
