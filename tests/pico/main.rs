@@ -10,6 +10,7 @@ mod image;
 mod light;
 mod measure;
 mod panel;
+mod power_cut;
 mod rate;
 mod restart;
 mod serial;

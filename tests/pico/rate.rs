@@ -8,6 +8,7 @@ use tx_firmware::schedule::Schedule;
 use crate::emulator::Emulator;
 use crate::image::Programs;
 use crate::panel::Record;
+use crate::power_cut::{at_every_operation, change};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
@@ -105,46 +106,15 @@ pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(
 
 /// The power goes in the middle of the flash operations of a change: one of the two rates is there, and the table stays.
 pub fn a_power_cut_in_a_change_leaves_one_rate(programs: &Programs, folder: &Path) {
-    {
-        let mut board = Emulator::power_up(programs, folder, &[]);
-        board.run_ms(100);
-        board.real_time(true);
-        assert_eq!(rate_hz(&mut board, programs, folder, &["54"]), json!(54.0));
-    }
-    let flashed = folder.join("flash.bin");
-    let before = std::fs::read(&flashed).expect("the flash is a file");
-    let mut kept = vec![];
-    for operations in 0.. {
-        std::fs::write(&flashed, &before).expect("the flash is a file");
-        let off = {
-            let mut board = Emulator::power_up(programs, folder, &[]);
-            board.run_ms(100);
-            board.cut_power_after(operations);
-            board.real_time(true);
-            let terminal = Terminal::open(board.socket());
-            vocc(
-                programs,
-                folder,
-                &["device", "rate", "27", "--timeout", "0.5"],
-                terminal.name(),
-            );
-            board.is_off()
-        };
-        let mut board = Emulator::power_up(programs, folder, &[]);
-        board.run_ms(100);
-        board.real_time(true);
-        let found = rate_hz(&mut board, programs, folder, &[]);
+    change(programs, folder, &["device", "rate", "54"]);
+    let slower = ["device", "rate", "27"];
+    at_every_operation(programs, folder, &slower, |terminal, operations| {
+        let told = vocc(programs, folder, &["device", "rate"], terminal.name()).json();
+        let found = &told["symbol_rate_hz"];
         assert!(
-            found == json!(54.0) || found == json!(27.0),
+            *found == json!(54.0) || *found == json!(27.0),
             "after {operations}: {found}"
         );
-        kept.push(found == json!(27.0));
-        if !off {
-            break;
-        }
-    }
-    assert!(
-        kept.len() > 1 && kept.is_sorted() && !kept[0] && kept[kept.len() - 1],
-        "{kept:?}"
-    );
+        *found == json!(27.0)
+    });
 }
