@@ -1,5 +1,7 @@
 //! A number with its 95 % interval.
 
+use crate::statistics::{Moments, student_97_5};
+
 /// A number, and between what it lies with 95 %.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Estimate {
@@ -18,7 +20,7 @@ impl Estimate {
         let value = values.iter().sum::<f64>() / count;
         Self::about(
             value,
-            student(values.len() - 1) * deviation(values) / count.sqrt(),
+            student_97_5(count - 1.0) * deviation(values) / count.sqrt(),
         )
     }
 
@@ -94,17 +96,15 @@ impl Line {
     /// The line of least squares through three or more points, not all above each other.
     pub(super) fn through(points: &[[f64; 2]]) -> Self {
         let count = points.len() as f64;
-        let [x, y] = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / count);
-        let sxx: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
-        let sxy: f64 = points
-            .iter()
-            .map(|point| (point[0] - x) * (point[1] - y))
-            .sum();
-        let slope = sxy / sxx;
+        let moments = Moments::of(points);
+        let [x, y] = moments.mean();
+        let [[xx, xy], _] = moments.covariance();
+        let slope = xy / xx;
         let left = |point: &[f64; 2]| (point[1] - y - slope * (point[0] - x)).powi(2);
         let freedom = points.len() - 2;
         let variance = points.iter().map(left).sum::<f64>() / freedom as f64;
-        let quantile = student(freedom);
+        let quantile = student_97_5(freedom as f64);
+        let sxx = xx * count;
         let at_zero = variance * (1.0 / count + x * x / sxx);
         Self {
             slope: Estimate::about(slope, quantile * (variance / sxx).sqrt()),
@@ -119,11 +119,4 @@ pub(super) fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     (squares / (count - 1.0)).sqrt()
-}
-
-/// Student's quantile for 97.5 %, by the first terms of its Cornish–Fisher expansion (Abramowitz & Stegun 26.7.5): 3 % small at a freedom
-/// of 2, less than 1 % from 3 on.
-pub(super) fn student(freedom: usize) -> f64 {
-    let freedom = freedom as f64;
-    1.96 + 2.37 / freedom + 2.82 / freedom.powi(2) + 2.56 / freedom.powi(3)
 }

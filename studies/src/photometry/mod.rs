@@ -42,6 +42,7 @@ mod tests;
 pub use estimate::Estimate;
 pub use picture::{Area, PictureError, Reading, Unevenness, View};
 
+use crate::statistics::student_97_5;
 use estimate::Line;
 use link::camera::Encoding;
 
@@ -224,7 +225,7 @@ struct FullLight {
     /// The standard deviation from picture to picture, as a part of it.
     scatter: f64,
     /// Pictures less 1.
-    freedom: usize,
+    freedom: f64,
     /// The most that the encoding's power may be off.
     bend: f64,
     /// [`Shot::bent`] on average.
@@ -240,7 +241,7 @@ impl FullLight {
         Self {
             full: full.widened(rounding).doubted(bend * bent.abs()),
             scatter: estimate::deviation(&per_duty) / full.value,
-            freedom: line.len() - 1,
+            freedom: line.len() as f64 - 1.0,
             bend,
             bent,
         }
@@ -273,8 +274,8 @@ impl FullLight {
         let error = ((self.scatter.powi(2) + noise * light * light) / count).sqrt();
         let rounding = most(of_duty.iter().map(|shot| shot.reading.own_rounding));
         let bend = self.bend * (self.bent - mean(&Shot::bent)).abs();
-        let reach = estimate::student(self.freedom)
-            * (error + self.scatter / (self.freedom as f64 + 1.0).sqrt());
+        let reach =
+            student_97_5(self.freedom) * (error + self.scatter / (self.freedom + 1.0).sqrt());
         [(light - 1.0).abs(), reach + light * (rounding + bend)]
     }
 }

@@ -11,6 +11,7 @@ mod proportion;
 mod rare_errors;
 mod ratio;
 mod reliability;
+mod student;
 mod symbol_changes;
 
 pub use distinguishability::{COLLINEAR, Distinguishability};
@@ -22,6 +23,7 @@ pub use rare_errors::RareErrors;
 pub(crate) use rare_errors::{RARER, SWARM};
 pub use ratio::ratio_95;
 pub use reliability::{Bin, Reliability};
+pub(crate) use student::student_97_5;
 pub use symbol_changes::SymbolChanges;
 
 /// The most frames that a file may speak of: no sum of them overflows.

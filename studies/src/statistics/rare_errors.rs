@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::MOST_FRAMES;
+use super::{MOST_FRAMES, student_97_5};
 
 /// Frames of a swarm.
 pub(crate) const SWARM: usize = 256;
@@ -100,10 +100,7 @@ impl RareErrors {
             return [0.0, 1.0];
         }
         let rate = self.rate();
-        let freedom = (self.swarms - 1) as f64;
-        // The first terms of the Cornish–Fisher expansion of Student's quantile (Abramowitz & Stegun 26.7.5).
-        let quantile = 1.96 + 2.37 / freedom + 2.82 / freedom.powi(2) + 2.56 / freedom.powi(3);
-        let reach = (quantile * variance.sqrt()).exp();
+        let reach = (student_97_5((self.swarms - 1) as f64) * variance.sqrt()).exp();
         [rate / reach, (rate * reach).min(1.0)]
     }
 }
