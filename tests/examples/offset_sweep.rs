@@ -1,15 +1,17 @@
 //! Draws what an offset costs a variance: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`.
 
+mod plot;
+
 use std::error::Error;
 use std::path::Path;
 
 use plotters::prelude::*;
-use plotters::style::{FontStyle, register_font};
 use studies::statistics::Moments;
 use vocc_tests::naive;
 use vocc_tests::offset::{values_about, variance};
 
-const FONT: &str = "DejaVu Sans";
+use plot::{FONT, key, legend, svg, titled};
+
 const SIZE: (u32, u32) = (900, 460);
 /// An error of nothing is drawn as this.
 const LEAST: f64 = 1e-17;
@@ -57,21 +59,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn drawing() -> Result<String, Box<dyn Error>> {
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .map_err(|_| "a damaged font")?;
-    let mut document = String::new();
-    {
-        let surface = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
-        surface.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&surface)
-            .caption(
-                "Error of the variance of 1000 values about an offset",
-                (FONT, 18),
-            )
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(0..40i32, (LEAST..MOST).log_scale())?;
+    svg(SIZE, |surface| {
+        let mut chart = titled(
+            surface,
+            "Error of the variance of 1000 values about an offset",
+        )
+        .build_cartesian_2d(0..40i32, (LEAST..MOST).log_scale())?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
@@ -92,16 +85,8 @@ fn drawing() -> Result<String, Box<dyn Error>> {
                     LineSeries::new((0..=40).map(at), colour.stroke_width(2)).point_size(3),
                 )?
                 .label(*name)
-                .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
+                .legend(key(*colour));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .label_font((FONT, 13))
-            .draw()?;
-        surface.present()?;
-    }
-    Ok(document)
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
+    })
 }

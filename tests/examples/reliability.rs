@@ -5,12 +5,13 @@
 //! of one symbol count: followed from their beginning on, those of them in which the panel is where it is seen, and one frame of each as
 //! if it stood alone. The detectors are shown panels whose corners are known, at the points of `detector_errors`.
 
+mod plot;
+
 use std::error::Error;
 use std::path::Path;
 
 use link::camera::Camera;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, register_font};
 use rayon::prelude::*;
 use rx_pipeline::detect::Method;
 use studies::detectors::DetectorChoice;
@@ -20,7 +21,8 @@ use studies::statistics::{Bin, Reliability};
 use studies::work_precision::scene_in_clear_air;
 use vocc_tests::arguments::Arguments;
 
-const FONT: &str = "DejaVu Sans";
+use plot::{FONT, key, legend, svg, titled};
+
 const SIZE: (u32, u32) = (900, 620);
 /// Shares below are drawn as this.
 const LEAST: f64 = 1e-6;
@@ -188,17 +190,8 @@ fn tell(series: &Series) {
 }
 
 fn drawing(series: &[Series]) -> Result<String, Box<dyn Error>> {
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .map_err(|_| "a damaged font")?;
-    let mut document = String::new();
-    {
-        let surface = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
-        surface.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&surface)
-            .caption("Bits said to be wrong, and bits that are", (FONT, 18))
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
+    svg(SIZE, |surface| {
+        let mut chart = titled(surface, "Bits said to be wrong, and bits that are")
             .build_cartesian_2d((LEAST..1.0).log_scale(), (LEAST..1.0).log_scale())?;
         chart
             .configure_mesh()
@@ -218,22 +211,12 @@ fn drawing(series: &[Series]) -> Result<String, Box<dyn Error>> {
             chart
                 .draw_series(LineSeries::new(points, colour.stroke_width(2)).point_size(4))?
                 .label(series.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3))
-                });
+                .legend(key(colour));
             chart.draw_series(series.bins().map(|bin| {
                 let ends = bin.wrong_95.map(|end| (x(&bin), end.max(LEAST)));
                 PathElement::new(ends, colour.stroke_width(1))
             }))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .label_font((FONT, 13))
-            .draw()?;
-        surface.present()?;
-    }
-    Ok(document)
+        legend(&mut chart, SeriesLabelPosition::LowerRight)
+    })
 }
