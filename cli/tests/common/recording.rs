@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use super::{command, text};
+use super::{command, folder, text};
 
 /// What is sent.
 pub const MESSAGE: &str = "bend ahead";
@@ -20,8 +20,7 @@ pub fn filmed(name: &str, frames: u32) -> PathBuf {
 
 /// The same of any message, with so many symbols a second.
 pub fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
+    let folder = folder(name);
     let mut link = command(&[]);
     link.args([
         "link",
