@@ -1,6 +1,7 @@
 //! Symbols a second: what transmitters can show, and what a camera can follow.
 
 use core::fmt;
+use core::ops::RangeInclusive;
 
 use thiserror::Error;
 
@@ -21,10 +22,7 @@ pub struct SymbolRate {
 
 /// No transmitter shows so many symbols a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error(
-    "{} symbols a second are outside {} to {}: give a rate a little below the camera's frames a second",
-    Thousandths(*.millihertz), SymbolRate::MIN, SymbolRate::MAX
-)]
+#[error("{}", Outside(*.millihertz, SymbolRate::MIN.millihertz..=SymbolRate::MAX.millihertz))]
 pub struct SymbolRateError {
     /// The rate asked for, in thousandths of a symbol a second.
     pub millihertz: u32,
@@ -70,9 +68,9 @@ impl SymbolRate {
     /// The rate for a camera of `frames_hz` frames a second that exposes for `exposure_s`, s; where the sensor is read line by line, the
     /// time in which the panel's lines are read is to be added.
     ///
-    /// A symbol is to hold a whole exposure at any phase, so it lasts at least the time between frames and an exposure (`docs/detectors.md`,
-    /// "Symbols and clocks"), and no rate is above [`SHARE_OF_FRAMES`](Self::SHARE_OF_FRAMES) of the frames. Cameras faster than a
-    /// transmitter get [`MAX`](Self::MAX).
+    /// A symbol is to hold a whole exposure at any phase, so it lasts at least the time between frames and an exposure
+    /// (`docs/detectors.md`, "Symbols and clocks"), and no rate is above [`SHARE_OF_FRAMES`](Self::SHARE_OF_FRAMES) of the frames. Cameras
+    /// faster than a transmitter get [`MAX`](Self::MAX).
     ///
     /// ```
     /// use link::symbol_rate::SymbolRate;
@@ -109,16 +107,22 @@ impl Default for SymbolRate {
 
 impl fmt::Display for SymbolRate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        Thousandths(self.millihertz).fmt(formatter)
+        self.hz().fmt(formatter)
     }
 }
 
-/// A number of thousandths, shown as a decimal fraction.
-pub(crate) struct Thousandths(pub u32);
+/// What is said of a rate outside of a range, all in thousandths of a symbol a second.
+pub(crate) struct Outside(pub u32, pub RangeInclusive<u32>);
 
-impl fmt::Display for Thousandths {
+impl fmt::Display for Outside {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        (f64::from(self.0) / 1e3).fmt(formatter)
+        let Self(asked, range) = self;
+        let [asked, least, most] =
+            [asked, range.start(), range.end()].map(|&rate| f64::from(rate) / 1e3);
+        write!(
+            formatter,
+            "{asked} symbols a second are outside {least} to {most}: give a rate a little below the camera's frames a second"
+        )
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a transmitter answers.
 
 use super::{Measured, Status};
-use crate::symbol_rate::Thousandths;
+use crate::symbol_rate::Outside;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -135,10 +135,7 @@ pub enum Refusal {
         most: u16,
     },
     /// The transmitter cannot show that symbol rate.
-    #[error(
-        "{} symbols a second are outside {} to {}: give a rate a little below the camera's frames a second",
-        Thousandths(*.millihertz), Thousandths(*.least), Thousandths(*.most)
-    )]
+    #[error("{}", Outside(*.millihertz, *.least..=*.most))]
     SymbolRate {
         /// The rate asked for, in thousandths of a symbol a second.
         millihertz: u32,
