@@ -68,8 +68,8 @@ fn a_message_arrives_at_every_distance_and_interval() {
     }
 }
 
-/// Where the fit of a frame answers for more than there is, place and width swing, and higher with every frame: with the curvature of evenly weighted spots
-/// the first of these films was lost after 1.5 s, and the second swung by 0.5 px.
+/// Where the fit of a frame answers for more than there is, place and width swing, and higher with every frame: with the curvature of
+/// evenly weighted spots the first of these films was lost after 1.5 s, and the second swung by 0.5 px.
 #[test]
 fn a_panel_at_rest_is_followed_at_rest() {
     for distance in [50, 30] {

@@ -183,7 +183,8 @@ fn panel_errors(found: &Summary) -> anyhow::Result<()> {
     ))?;
     if found.detector == DetectorChoice::Genie.name() {
         line(
-            "bound      of panels with errors: no receiver is expected to have fewer, nor a BER below a 64th of their share. Of bit errors it is none",
+            "bound      of panels with errors: no receiver is expected to have fewer, nor a BER below a 64th of their share. Of bit errors \
+             it is none",
         )?;
     }
     Ok(())

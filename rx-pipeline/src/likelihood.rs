@@ -50,9 +50,9 @@
 //!
 //! The log-likelihood ratio of a bit is what the likelihood loses when the bit is flipped and the others do their best to make up for it
 //! (max-log); between the sets that the sphere decoder lists, it is the logarithm of their odds. Where more bits are in doubt than a list
-//! can tell of, all ratios of the panel are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the frame,
-//! so whatever the model does not explain makes all ratios smaller. Errors of the model are as wide as an LED, and count for more than as
-//! many pixels' noise: ratios are divided by how much more is left of the LEDs' images than noise would leave (quasi-likelihood;
+//! can tell of, all ratios of the panel are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the
+//! frame, so whatever the model does not explain makes all ratios smaller. Errors of the model are as wide as an LED, and count for more
+//! than as many pixels' noise: ratios are divided by how much more is left of the LEDs' images than noise would leave (quasi-likelihood;
 //! McCullagh & Nelder 1989).
 //!
 //! # Two symbols in one exposure

@@ -237,7 +237,8 @@ fn limit() {
     let operations = operations(course.pixels() as f64, region.width as f64);
     let limit_s = operations * least_s_an_operation();
     println!(
-        "\nA frame at d = 50 m, i = 1 takes {:.0} operations on f32, {:.2} µs at the rate of multiplications and additions in registers: the time is {:.1} times that",
+        "\nA frame at d = 50 m, i = 1 takes {:.0} operations on f32, {:.2} µs at the rate of multiplications and additions in \
+         registers: the time is {:.1} times that",
         operations,
         limit_s * 1e6,
         course.least_s / limit_s

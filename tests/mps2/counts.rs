@@ -121,8 +121,10 @@ fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
 
 fn write(file: &PathBuf, counted: &[(&str, Vec<f64>)]) {
     let mut table = format!(
-        "# Instructions of an emulated Cortex-M7 (QEMU mps2-an500) for the bits and soft values of one panel that is followed, from grey levels and corners on.\n\
-         # Made by {WRITE}=1 cargo test -p vocc-tests --test mps2 on_file; lines: detector,place[,place…], the places of the part's diagrams.\n"
+        "# Instructions of an emulated Cortex-M7 (QEMU mps2-an500) for the bits and soft values of one panel that is followed, \
+         from grey levels and corners on.\n\
+         # Made by {WRITE}=1 cargo test -p vocc-tests --test mps2 on_file; lines: detector,place[,place…], the \
+         places of the part's diagrams.\n"
     );
     for (name, counts) in counted {
         let counts = counts

@@ -9,8 +9,8 @@ use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
 use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
 
-/// The greatest relative error of the luminance: what the smoothing leaves when it has settled, half a count of an OPT3001's mantissa, at least
-/// 2048 counts, and the step of the pulses.
+/// The greatest relative error of the luminance: what the smoothing leaves when it has settled, half a count of an OPT3001's mantissa, at
+/// least 2048 counts, and the step of the pulses.
 fn error_max() -> f64 {
     let settled = SETTLED_OCTAVES.to_num::<f64>().exp2() - 1.0;
     settled + 0.5 / 2048.0 + f64::from(FIDELITY_PPM - RIPPLE_MAX_PPM) / 1e6

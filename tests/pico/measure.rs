@@ -120,7 +120,8 @@ pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) 
             .map_or(u64::MAX, |(ns, _)| (ns - started) / 1_000_000);
         let (half, near) = (after_ms(2.0), after_ms(1.1));
         say(&format!(
-            "{from} to {to} lx: first change of the duty after {first} ms, within a factor of 2 after {half} ms, within 10 % after {near} ms"
+            "{from} to {to} lx: first change of the duty after {first} ms, within a factor of 2 after {half} ms, within 10 % \
+             after {near} ms"
         ));
         assert!(half <= within_ms);
     }

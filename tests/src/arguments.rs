@@ -6,8 +6,8 @@ use std::path::Path;
 use image::GrayImage;
 use studies::random_scenes::photographs;
 
-/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: 100 of full HD from seed 0 on before the studies' photographs, where nothing
-/// is told.
+/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: 100 of full HD from seed 0 on before the studies' photographs, where
+/// nothing is told.
 pub struct Arguments {
     /// The seeds of what is drawn.
     pub seeds: Range<u64>,

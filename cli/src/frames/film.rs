@@ -54,8 +54,9 @@ impl Film {
         let mut decoder = decoder(path).spawn().map_err(|error| {
             if error.kind() == ErrorKind::NotFound {
                 anyhow::anyhow!(
-                    "{0} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a computer that has it, by \
-                     `ffmpeg -i {0} -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as `vocc receive -` does from a pipe",
+                    "{0} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a \
+                     computer that has it, by `ffmpeg -i {0} -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
+                     `vocc receive -` does from a pipe",
                     path.display()
                 )
             } else {

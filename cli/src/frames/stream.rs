@@ -60,8 +60,8 @@ impl<R: BufRead> Stream<R> {
                 )?;
                 ensure!(
                     begins_with(&header, Y4M),
-                    "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or pipe \
-                     y4m, such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
+                    "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or \
+                     pipe y4m, such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
                 );
                 let (size, video) = y4m_header(&String::from_utf8_lossy(&header))?;
                 (size, Some(video))

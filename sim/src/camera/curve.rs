@@ -1,8 +1,8 @@
 //! The curve by which a camera makes grey levels of linear values, whichever it has.
 //!
 //! The equations of the standards are those of [`link::camera::Encoding`], those of the gamma curve [`grey`]'s. What is added here
-//! is a shoulder, as cameras have that keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose black
-//! is 0.
+//! is a shoulder, as cameras have that keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose
+//! black is 0.
 
 use link::camera::Encoding as Standard;
 

@@ -75,7 +75,8 @@ pub enum Fault {
     },
     /// A ratio has not been found yet.
     #[error(
-        "the ratio for {illuminance_lx} lx and interval {interval} is missing (nan): finish the table with `vocc optimize --resume`, or fill it in"
+        "the ratio for {illuminance_lx} lx and interval {interval} is missing (nan): finish the table with `vocc optimize \
+         --resume`, or fill it in"
     )]
     Missing {
         /// The illuminance of its row.

@@ -42,7 +42,10 @@ pub enum ResultsError {
         found: u32,
     },
     /// Results of another program.
-    #[error("these are results of version {found}, this is {version}, whose frames may differ: use one version for all shards", version = env!("CARGO_PKG_VERSION"))]
+    #[error(
+        "these are results of version {found}, this is {version}, whose frames may differ: use one version for all shards",
+        version = env!("CARGO_PKG_VERSION")
+    )]
     Version {
         /// The program's version.
         found: String,

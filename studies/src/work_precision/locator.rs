@@ -89,7 +89,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
              *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of the corner that is furthest off.".into(),
+        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an \
+                    arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of \
+                    the corner that is furthest off.".into(),
         default: why(&diagrams),
         diagrams,
     })

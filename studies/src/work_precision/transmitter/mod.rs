@@ -134,7 +134,8 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError
              no 64-bit product), counted by `tests/count-cycles`; they are exact and the same on every machine.",
             LIGHT_LX[0], LIGHT_LX[1]
         ),
-        reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
+        reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. \
+                    Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
         default: why(&diagrams),
         diagrams,
     })
@@ -297,7 +298,8 @@ mod tests {
     fn larger_tables_and_parabolas_err_less() {
         let linear = ["linear_8", "linear_32", "linear_128"].map(error_of);
         assert!(linear.is_sorted_by(|a, b| *a > 4.0 * *b), "{linear:?}");
-        // A parabola through a logarithm's table errs 9√3/8 · x/2 · 8 = 7.8 times less than a line at the octave's start, x = 1, where both err most.
+        // A parabola through a logarithm's table errs 9√3/8 · x/2 · 8 = 7.8 times less than a line at the octave's start,
+        // x = 1, where both err most.
         assert!(error_of("quadratic_8") < linear[0] / 5.0);
         assert!(error_of("quadratic_32") < 1e-5);
     }

@@ -249,7 +249,8 @@ struct SymbolClock {
 }
 
 impl SymbolClock {
-    /// The finest division that the 16-bit counter can hold: half a count of 32 768 or more, 15 parts in a million, less than a crystal is off.
+    /// The finest division that the 16-bit counter can hold: half a count of 32 768 or more, 15 parts in a million, less than a crystal is
+    /// off.
     fn for_rate(rate: SymbolRate, system_hz: u32) -> Self {
         let cycles = u64::from(system_hz) * 1000 / u64::from(rate.millihertz());
         let divider = cycles.div_ceil(1 << 16).clamp(1, 255);
