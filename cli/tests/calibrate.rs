@@ -4,32 +4,16 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{folder, json, refused, says, text, vocc};
+use common::grey_card::{PLACES, SCENE};
+use common::{folder, json, name, refused, says, text, vocc};
 
-const PLACES: [&str; 4] = [
-    "--corners",
-    "167,87,473,87,473,393,167,393",
-    "--card",
-    "20,100,100,200",
-];
 const GAMMA: [&str; 2] = ["--encoding", "2.2"];
-
-fn name(path: &Path) -> &str {
-    path.to_str().expect("a name")
-}
 
 /// A picture of a panel at 5 m whose On LEDs are so many times as bright as the ambient light on it.
 fn picture(path: &Path, l2a: &str, more: &[&str]) {
-    let sets = [
-        "camera.width_px=640",
-        "camera.height_px=480",
-        "camera.exposure_bias_ev=-4",
-        "pose.distance_m=5",
-        "ambient.background_reflectance=0.18",
-        "panel.pwm_hz=0",
-        l2a,
-    ];
-    let sets = sets.iter().chain(more).flat_map(|&set| ["--set", set]);
+    let light = ["panel.pwm_hz=0", l2a];
+    let sets = SCENE.iter().chain(&light).chain(more);
+    let sets = sets.flat_map(|&set| ["--set", set]);
     let render = [
         "render",
         "day",

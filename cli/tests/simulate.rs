@@ -7,7 +7,8 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{command, folder, json, refused, says, text, vocc};
+use common::grey_card::{PLACES, SCENE};
+use common::{command, folder, json, name, refused, says, text, vocc};
 use link::fec::Code;
 use link::framing::Framer;
 use serde_json::Value;
@@ -86,10 +87,6 @@ impl Simulated {
         says(&output, 0, &[]);
         (printed, text(&output.stderr))
     }
-}
-
-fn name(path: &Path) -> &str {
-    path.to_str().expect("a plain name")
 }
 
 const TABLE: &str = "format = 1
@@ -428,18 +425,6 @@ fn what_is_sent_is_filmed_and_received() {
     );
 }
 
-/// A camera at 5 m that exposes for On LEDs at full duty, before a wall as grey as a card.
-const BENCH: [&str; 8] = [
-    "camera.frame_rate_hz=4",
-    "camera.width_px=640",
-    "camera.height_px=480",
-    "camera.exposure_bias_ev=-4",
-    "pose.distance_m=5",
-    "ambient.illuminance_lx=10000",
-    "ambient.background_reflectance=0.18",
-    "panel.reflectance=0.4",
-];
-
 #[test]
 fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let place = folder("simulated-calibration");
@@ -448,7 +433,13 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let trial = text(&vocc(&["device", "calibration", "--template"]).stdout)
         .replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0")
         .replace("low_current_share = 0.125", "low_current_share = 1.0");
-    let bench: Vec<&str> = BENCH.iter().flat_map(|set| ["--set", set]).collect();
+    let light = [
+        "camera.frame_rate_hz=4",
+        "ambient.illuminance_lx=10000",
+        "panel.reflectance=0.4",
+    ];
+    let sets = SCENE.iter().chain(&light);
+    let bench: Vec<&str> = sets.flat_map(|&set| ["--set", set]).collect();
     let (file, frames) = (place.join("trial.toml"), place.join("frames"));
     let board = Simulated::start(&[&bench[..], &["--frames", name(&frames)]].concat());
     says(&board.vocc(&["device", "rate", "9"]), 0, &[]);
@@ -487,12 +478,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
             "2.2",
             "--json",
         ][..],
-        &[
-            "--corners",
-            "167,87,473,87,473,393,167,393",
-            "--card",
-            "20,100,100,200",
-        ],
+        &PLACES,
         &["--illuminance-lx", "10000", "--out", name(&out)],
     ];
     let found = vocc(&wanted.concat());

@@ -1,6 +1,7 @@
 //! `vocc` run as its users run it.
 #![allow(dead_code, reason = "no test needs all of it")]
 
+pub mod grey_card;
 pub mod recording;
 
 use std::path::{Path, PathBuf};
@@ -24,6 +25,11 @@ pub fn folder(name: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
     folder
+}
+
+/// A path as an argument.
+pub fn name(path: &Path) -> &str {
+    path.to_str().expect("a plain name")
 }
 
 pub fn text(bytes: &[u8]) -> String {
