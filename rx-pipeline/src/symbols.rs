@@ -80,8 +80,8 @@ pub struct SymbolClock {
     /// Frames that were taken in of late, and how many of them caught two symbols.
     frames: u32,
     mixed: u32,
-    /// The longest exposure that is reckoned with, in symbols.
-    exposure: f64,
+    /// Whether so many did that exposures are longer than usual.
+    is_long: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +107,7 @@ impl SymbolClock {
                 next_index: 0,
                 frames: 0,
                 mixed: 0,
-                exposure: EXPOSURE_USUAL * f64::from(symbols_per_frame),
+                is_long: false,
             })
         } else {
             Err(SymbolRateError { symbols_per_frame })
@@ -122,7 +122,7 @@ impl SymbolClock {
             return None;
         }
         self.count(false);
-        let reach = self.exposure;
+        let reach = self.exposure(self.is_long);
         let Some(current) = &mut self.current else {
             self.start(frame, reading, self.next_index, (-reach, 1.0));
             return None;
@@ -197,7 +197,7 @@ impl SymbolClock {
 
     /// Ends a symbol and begins the next.
     fn change(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
-        let reach = self.exposure;
+        let reach = self.exposure(self.is_long);
         let current = self.current.as_mut()?;
         let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
         let (advance, (earliest, latest)) = if phase.0 < 1.0 {
@@ -232,24 +232,26 @@ impl SymbolClock {
         self.frames += 1;
         self.mixed += u32::from(is_mixed);
         let (frames, mixed) = (self.frames as f32, self.mixed as f32);
-        let (usual, longest) = (
-            self.exposure_of(EXPOSURE_USUAL),
-            self.exposure_of(EXPOSURE_MAX),
-        );
+        let [usual, longest] = [false, true].map(|is_long| self.exposure(is_long));
         let (deviation, expected) = (libm::sqrtf(mixed), usual as f32 * frames);
-        if self.exposure < longest && mixed - deviation > expected {
+        if !self.is_long && mixed - deviation > expected {
             // What is known of where the symbol began took exposures to be shorter.
             if let Some(current) = &mut self.current {
                 current.phase.0 -= longest - usual;
             }
-            self.exposure = longest;
+            self.is_long = true;
         } else if mixed + 2.0 * deviation + 2.0 < expected {
-            self.exposure = usual;
+            self.is_long = false;
         }
     }
 
-    /// An exposure of a share of the frame period, in symbols.
-    fn exposure_of(&self, share: f64) -> f64 {
+    /// The longest exposure that is reckoned with, in symbols.
+    fn exposure(&self, is_long: bool) -> f64 {
+        let share = if is_long {
+            EXPOSURE_MAX
+        } else {
+            EXPOSURE_USUAL
+        };
         share * self.symbols_per_frame
     }
 
