@@ -115,6 +115,61 @@ fn bad_messages_are_refused() {
 }
 
 #[test]
+fn flicker_is_told_at_each_symbol_rate() {
+    let output = vocc(&[
+        "transmit",
+        "--flicker",
+        "--json",
+        "--symbol-rate",
+        "27,9000",
+    ]);
+    let report = json(&output);
+    assert!(report["message_bytes"].is_null());
+    let [slow, fast] = [0, 1].map(|k| &report["rates"][k]);
+    assert_eq!(slow["symbols_hz"], 27.0);
+    assert_eq!(slow["worst_led"]["seen"], "flickers");
+    // A beacon is 6 symbols long: nothing is slower than 4.5 Hz.
+    assert_eq!(slow["worst_led"]["hz"], 4.5);
+    let over = |light: &serde_json::Value| light["times_limit"].as_f64().unwrap_or(0.0) > 1.0;
+    assert!(over(&slow["worst_led"]) && over(&slow["panel"]));
+    assert!(!over(&fast["worst_led"]) && !over(&fast["panel"]));
+    let lowest_hz = report["lowest"][0]["low_risk_hz"].as_f64().expect("a rate");
+    assert!((300.0..9000.0).contains(&lowest_hz), "{lowest_hz}");
+
+    let folder = folder("flicker");
+    let plot = folder.join("flicker.png");
+    let plot = plot.to_str().expect("a name");
+    let told = vocc(&["transmit", "--flicker", "--message", "Ice", "--plot", plot]);
+    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+    for word in ["10 symbols", "flickers", "Manchester", "9 to 300"] {
+        assert!(text(&told.stdout).contains(word), "{}", text(&told.stdout));
+    }
+    image::open(plot).expect("a picture");
+    assert!(folder.join("flicker.svg").exists());
+}
+
+#[test]
+fn flicker_that_cannot_be_told_is_refused() {
+    let refused_rate = |rate| {
+        refused(
+            &["transmit", "--flicker", "--symbol-rate", rate],
+            &[rate, "0.1 to 1000000"],
+        )
+    };
+    for rate in ["0", "-5", "NaN", "inf", "1e9", "fast"] {
+        refused_rate(rate);
+    }
+    let long = "x".repeat(1025);
+    refused(
+        &["transmit", "--flicker", "--message", &long],
+        &["1025", "1024"],
+    );
+    refused(&["transmit", "--flicker", "--message", ""], &["1 to 1024"]);
+    refused(&["transmit", "--flicker", "--raw"], &["--raw"]);
+    refused(&["transmit", "--symbol-rate", "27"], &["--flicker"]);
+}
+
+#[test]
 fn bad_images_are_refused() {
     let folder = folder("images");
     let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();

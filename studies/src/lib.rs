@@ -38,6 +38,7 @@
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
 //! random_cameras                     what a receiver makes of cameras that it is told nothing of
 //! photometry                         a panel's calibration from pictures beside a grey card
+//! flicker                            how much a panel's light goes up and down, and what people see of it
 //! ```
 //!
 //! # Which to choose
@@ -50,6 +51,7 @@
 //! | the ratio that tells On from Off best | [`optimum::optimum`] |
 //! | what a transmitter carries of it | [`table::Survey`] |
 //! | the paper's figures and claims, point by point | [`reproduction::Study`] |
+//! | how much a panel flickers, against IEEE Std 1789 | [`flicker::Flicker`] |
 //! | error against time of all that has more than one way to be done | [`work_precision::PARTS`] |
 //!
 //! Random numbers are counter-based ([`sim::random`]): frame k of seed s is the same alone, in any run, on any number of threads.
@@ -57,6 +59,7 @@
 pub mod baselines;
 pub mod checksum;
 pub mod detectors;
+pub mod flicker;
 pub mod monte_carlo;
 pub mod optimum;
 pub mod photometry;

@@ -1,4 +1,7 @@
-//! `vocc transmit`: the panels that the transmitter would show.
+//! `vocc transmit`: the panels that the transmitter would show, and how much they flicker.
+
+mod chart;
+mod flicker;
 
 use std::path::PathBuf;
 
@@ -27,14 +30,18 @@ pub struct Arguments {
     /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
     #[arg(long)]
     raw: bool,
+    #[command(flatten)]
+    flickering: flicker::Options,
 }
 
-/// Prints the panels, a 16-digit hexadecimal word a line.
+/// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let message = arguments
-        .message
-        .bytes()?
-        .context("give a message with --message or --message-file")?;
+    let message = arguments.message.bytes()?;
+    if arguments.flickering.flicker {
+        let file = arguments.message.file();
+        return flicker::run(&arguments.flickering, message.as_deref(), file, shared);
+    }
+    let message = message.context("give a message with --message or --message-file")?;
     outputs::check(arguments.symbols.clone(), arguments.message.file())?;
     let panels = panels(&message, arguments)?;
     let Some(path) = &arguments.symbols else {

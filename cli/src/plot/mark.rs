@@ -19,6 +19,8 @@ pub enum Mark {
     AtMost,
     /// A box over the point's range, and a line across it at its value.
     Box,
+    /// Nothing: a line shows the point.
+    None,
 }
 
 /// Half of a box's width.
@@ -33,6 +35,7 @@ impl Mark {
             _ if is_ringed => 9,
             Self::Box => BOX_PX,
             Self::Speck => 2,
+            Self::None => 0,
             Self::Dot | Self::Ring | Self::AtMost => 4,
         }
     }
@@ -47,6 +50,7 @@ impl Mark {
     ) -> anyhow::Result<()> {
         let (x, y) = at;
         match self {
+            Self::None => {}
             Self::Dot => surface.draw(&Circle::new(at, 4, colour.filled()))?,
             Self::Speck => surface.draw(&Circle::new(at, 2, colour.mix(0.5).filled()))?,
             Self::Ring => {

@@ -1,0 +1,83 @@
+//! What people see of a light that is modulated.
+
+use std::fmt;
+
+use super::Spectrum;
+
+/// Few people see flicker above some frequency of 60 to 90 Hz ("Most humans are unable to perceive flicker in light above 60-90 Hz",
+/// Lehman et al., Proposing measures of flicker in the low frequencies for lighting applications, 2011).
+const FUSION_HZ: [f64; 2] = [60.0, 90.0];
+/// What eyes may notice at the frequency that they see best, some 10 Hz (De Lange, J. Opt. Soc. Am. 48, 777, 1958), %.
+const NOTICED_PERCENT: f64 = 1.0;
+/// What is limited below 90 Hz for everybody's sake (IEEE Std 1789-2015, recommended practice 3), %.
+const STRONG_PERCENT: f64 = 5.0;
+
+/// What people see who look at a light with a steady eye. Who moves the eyes sees more: LEDs that go on and off are rows of dots then, at
+/// several times these frequencies (Davis et al., Sci. Rep. 5, 7861, 2015).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// Less than 1 % below 60 Hz and less than 5 % below 90 Hz.
+    Steady,
+    /// 5 % or more from 60 to 90 Hz, which some people see.
+    FlickersForSome,
+    /// 1 to 5 % below 60 Hz, which people may notice.
+    Shimmers,
+    /// 5 % or more below 60 Hz.
+    Flickers,
+}
+
+impl Seen {
+    /// At a symbol rate in Hz.
+    ///
+    /// ```
+    /// use studies::flicker::{Seen, Spectrum};
+    /// let square = Spectrum::of(&[1.0, 0.0]);
+    /// assert_eq!(Seen::of(&square, 100.0), Seen::Flickers);
+    /// assert_eq!(Seen::of(&square, 150.0), Seen::FlickersForSome);
+    /// assert_eq!(Seen::of(&square, 200.0), Seen::Steady);
+    /// ```
+    pub fn of(light: &Spectrum, rate_hz: f64) -> Self {
+        let [some_hz, all_hz] = [FUSION_HZ[1], FUSION_HZ[0]];
+        let strongest = |from_hz, to_hz| {
+            let strongest = light.strongest(rate_hz, from_hz, to_hz);
+            strongest.map_or(0.0, |line| line.percent)
+        };
+        match (strongest(0.0, all_hz), strongest(all_hz, some_hz)) {
+            (all, _) if all >= STRONG_PERCENT => Self::Flickers,
+            (all, _) if all >= NOTICED_PERCENT => Self::Shimmers,
+            (_, some) if some >= STRONG_PERCENT => Self::FlickersForSome,
+            _ => Self::Steady,
+        }
+    }
+}
+
+impl fmt::Display for Seen {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Steady => "steady",
+            Self::FlickersForSome => "flickers for some",
+            Self::Shimmers => "shimmers",
+            Self::Flickers => "flickers",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_much_is_seen_goes_by_modulation_and_frequency() {
+        let of = |percent: f64, hz| {
+            // The fundamental of a square wave has 4/π of its amplitude.
+            let swing = percent / 100.0 * std::f64::consts::PI / 4.0;
+            Seen::of(&Spectrum::of(&[1.0 + swing, 1.0 - swing]), 2.0 * hz)
+        };
+        assert_eq!(of(0.9, 10.0), Seen::Steady);
+        assert_eq!(of(1.1, 10.0), Seen::Shimmers);
+        assert_eq!(of(6.0, 10.0), Seen::Flickers);
+        assert_eq!(of(6.0, 70.0), Seen::FlickersForSome);
+        assert_eq!(of(4.0, 70.0), Seen::Steady);
+        assert_eq!(of(100.0, 91.0), Seen::Steady);
+    }
+}

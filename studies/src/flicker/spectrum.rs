@@ -1,0 +1,214 @@
+//! The spectrum of a light that is switched symbol by symbol.
+
+use std::f64::consts::PI;
+
+use realfft::RealFftPlanner;
+
+/// The most cycles a symbol that are looked at. A light that changes with its symbols has at most 2/(8·π), 8 %, of its swing in a line
+/// beyond them.
+pub const HIGHEST_CYCLES: f64 = 8.0;
+/// From the middle of a third of an octave to its end.
+const TO_BAND_END: f64 = 1.122_462_048_309_373;
+/// What rounding leaves of a line that is none, %.
+const ROUNDING_PERCENT: f64 = 1e-6;
+
+/// The modulation at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Cycles a symbol: the frequency over the symbol rate, above 0 to [`HIGHEST_CYCLES`].
+    pub cycles: f64,
+    /// The modulation in the third of an octave around it, above 0 to 100 % of the mean light.
+    pub percent: f64,
+}
+
+/// The modulation of a periodic light, at each of its lines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Spectrum {
+    /// Symbols of a period.
+    period: usize,
+    /// The modulation at 1, 2, 3 … cycles a period, %; 0 where the light has no line.
+    percents: Vec<f64>,
+}
+
+impl Spectrum {
+    /// That of one period of a light, symbol by symbol, in any unit.
+    ///
+    /// ```
+    /// use studies::flicker::Spectrum;
+    /// // On and Off by turns: a square wave of half of the symbol rate, and its third harmonic.
+    /// let square = Spectrum::of(&[1.0, 0.0]);
+    /// let lines: Vec<_> = square.lines().take(2).collect();
+    /// assert_eq!((lines[0].cycles, lines[0].percent), (0.5, 100.0));
+    /// assert!(lines[1].cycles == 1.5 && (lines[1].percent - 400.0 / (3.0 * std::f64::consts::PI)).abs() < 1e-9);
+    /// assert_eq!(Spectrum::of(&[3.0; 10]).lines().count(), 0);
+    /// ```
+    pub fn of(light: &[f64]) -> Self {
+        let period = light.len();
+        let amplitudes = amplitudes_percent(light);
+        // Sums of all powers up to each line, so that a band is a difference of two.
+        let mut powers = vec![0.0; 1];
+        powers.extend(amplitudes.iter().scan(0.0, |sum, amplitude| {
+            *sum += amplitude * amplitude;
+            Some(*sum)
+        }));
+        let band = |line: usize| {
+            let middle = line as f64;
+            let below = (middle / TO_BAND_END).ceil() as usize - 1;
+            let last = ((middle * TO_BAND_END) as usize).min(amplitudes.len());
+            (powers[last] - powers[below]).max(0.0).sqrt().min(100.0)
+        };
+        let lines = 1..=(HIGHEST_CYCLES * period as f64) as usize;
+        let percents = lines.map(|line| match amplitudes.get(line - 1) {
+            Some(&amplitude) if amplitude > ROUNDING_PERCENT => band(line),
+            _ => 0.0,
+        });
+        Self {
+            period,
+            percents: percents.collect(),
+        }
+    }
+
+    /// At each frequency the greatest of several lights' of one period.
+    pub fn greatest(spectra: &[Self]) -> Self {
+        Self::over(spectra, |percents| percents.fold(0.0, f64::max))
+    }
+
+    /// At each frequency the root mean square of several lights' of one period.
+    pub fn root_mean_square(spectra: &[Self]) -> Self {
+        let count = spectra.len() as f64;
+        Self::over(spectra, |percents| {
+            let squares: f64 = percents.map(|percent| percent * percent).sum();
+            (squares / count).sqrt()
+        })
+    }
+
+    fn over(spectra: &[Self], of: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Self {
+        let Some(first) = spectra.first() else {
+            return Self::default();
+        };
+        let at = |line| {
+            of(&mut spectra
+                .iter()
+                .filter_map(|one| one.percents.get(line).copied()))
+        };
+        Self {
+            period: first.period,
+            percents: (0..first.percents.len()).map(at).collect(),
+        }
+    }
+
+    /// The modulation at each line there is, from the slowest on.
+    pub fn lines(&self) -> impl Iterator<Item = Line> {
+        let lines = (1..).zip(&self.percents);
+        let lines = lines.filter(|(_, percent)| **percent > 0.0);
+        lines.map(|(line, &percent)| Line {
+            cycles: f64::from(line) / self.period as f64,
+            percent,
+        })
+    }
+
+    /// The line of the greatest modulation among those from `from_hz` to below `to_hz`, Hz, at a symbol rate in Hz; none where there is none.
+    pub fn strongest(&self, rate_hz: f64, from_hz: f64, to_hz: f64) -> Option<Line> {
+        let within = |line: &Line| (from_hz..to_hz).contains(&(line.cycles * rate_hz));
+        self.lines()
+            .filter(within)
+            .max_by(|one, other| one.percent.total_cmp(&other.percent))
+    }
+}
+
+/// The amplitudes of 1, 2, 3 … cycles a period, in % of the mean light, somewhat beyond [`HIGHEST_CYCLES`].
+fn amplitudes_percent(light: &[f64]) -> Vec<f64> {
+    let period = light.len();
+    if period == 0 {
+        return Vec::new();
+    }
+    let transform = RealFftPlanner::new().plan_fft_forward(period);
+    let (mut input, mut bins) = (light.to_vec(), transform.make_output_vec());
+    // The vectors are of the lengths that it made them.
+    if transform.process(&mut input, &mut bins).is_err() || bins[0].re <= 0.0 {
+        return Vec::new();
+    }
+    let mean = bins[0].re;
+    let lines = (HIGHEST_CYCLES * TO_BAND_END * period as f64).ceil() as usize;
+    let amplitude = |line: usize| {
+        // The transform repeats after a period, and is the mirror image of itself.
+        let bin = line % period;
+        let bin = bin.min(period - bin);
+        let angle = PI * line as f64 / period as f64;
+        200.0 * bins[bin].norm() / mean * (angle.sin() / angle).abs()
+    };
+    // Whole multiples of the symbol rate change nothing in a symbol that is held.
+    (1..=lines)
+        .map(|line| match line % period {
+            0 => 0.0,
+            _ => amplitude(line),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn a_light_that_is_dark_or_steady_or_not_there_has_no_lines() {
+        for light in [vec![], vec![0.0; 6], vec![1.0; 7]] {
+            assert_eq!(Spectrum::of(&light).lines().count(), 0, "{light:?}");
+        }
+        assert_eq!(Spectrum::greatest(&[]), Spectrum::default());
+    }
+
+    #[test]
+    fn a_square_wave_over_several_symbols_has_its_own_frequency() {
+        for half in [1, 3, 8] {
+            let light = [vec![1.0; half], vec![0.0; half]].concat();
+            let first = Spectrum::of(&light).lines().next().expect("a line");
+            assert_eq!(first.cycles, 0.5 / half as f64);
+            assert_eq!(first.percent, 100.0);
+        }
+    }
+
+    #[test]
+    fn a_small_square_wave_has_four_over_pi_of_its_amplitude() {
+        let first = Spectrum::of(&[1.1, 0.9]).lines().next().expect("a line");
+        assert!((first.percent - 40.0 / PI).abs() < 1e-9);
+    }
+
+    #[test]
+    fn random_symbols_have_the_spectrum_that_theory_gives_them() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let light: Vec<f64> = (0..1 << 16)
+            .map(|_| f64::from(random.next_u32() & 1))
+            .collect();
+        let spectrum = Spectrum::of(&light);
+        // Twice a density of 2·sinc², over a third of an octave.
+        let octave = TO_BAND_END - 1.0 / TO_BAND_END;
+        for cycles in [0.02, 0.1, 0.3] {
+            let line = spectrum.lines().find(|line| line.cycles >= cycles);
+            let sinc = (PI * cycles).sin() / (PI * cycles);
+            let theory = 100.0 * (2.0 * 2.0 * sinc * sinc * octave * cycles).sqrt();
+            let found = line.expect("a line").percent;
+            assert!(
+                (found / theory - 1.0).abs() < 0.1,
+                "{cycles}: {found} against {theory}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn brighter_or_begun_elsewhere_the_light_flickers_as_much(
+            light in proptest::collection::vec(0.0..1.0_f64, 1..40), begin in 0usize..40, times in 0.1..1e6_f64,
+        ) {
+            let mut other: Vec<f64> = light.iter().map(|light| times * light).collect();
+            other.rotate_left(begin % light.len());
+            let [one, other] = [Spectrum::of(&light), Spectrum::of(&other)];
+            for (one, other) in one.percents.iter().zip(&other.percents) {
+                prop_assert!((one - other).abs() < 1e-5);
+            }
+        }
+    }
+}
