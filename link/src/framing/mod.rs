@@ -68,6 +68,8 @@
 //! | 128 | TM1536 | 27 | 0.5000 | 0.0513 | 24 to 40 | 11 |
 //! | 1024 | TM1536 | 216 | 0.5000 | 0.0629 | 20 to 44 | 12 |
 //!
+//! What people see of this at each symbol rate is in `docs/flicker.md`.
+//!
 //! # Sending and receiving
 //!
 //! [`Framer`] makes the panels, [`Deframer`] reads them; the [crate] opens with an example.

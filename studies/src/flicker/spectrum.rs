@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
-/// The most cycles a symbol that are looked at. A light that changes with its symbols has at most 2/(8·π), 8 %, of its swing in a line
-/// beyond them.
+/// The most cycles a symbol that are looked at. A line beyond them has at most 2/(8·π), 8 %, of the mean light: symbols are held, and light is
+/// never below 0.
 pub const HIGHEST_CYCLES: f64 = 8.0;
 /// From the middle of a third of an octave to its end.
 const TO_BAND_END: f64 = 1.122_462_048_309_373;
@@ -107,7 +107,7 @@ impl Spectrum {
         })
     }
 
-    /// The line of the greatest modulation among those from `from_hz` to below `to_hz`, Hz, at a symbol rate in Hz; none where there is none.
+    /// The line of the greatest modulation among those from `from_hz` to below `to_hz` at a symbol rate, all in Hz; none where there is none.
     pub fn strongest(&self, rate_hz: f64, from_hz: f64, to_hz: f64) -> Option<Line> {
         let within = |line: &Line| (from_hz..to_hz).contains(&(line.cycles * rate_hz));
         self.lines()

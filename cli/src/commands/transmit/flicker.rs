@@ -216,7 +216,7 @@ fn print(report: &Report) -> anyhow::Result<()> {
         line(&format!("{:>9}  {led}  {panel}", rate.symbols_hz))?;
     }
     line(
-        "%: modulation where it is most times what is of low risk (IEEE Std 1789-2015); met up to 1 times",
+        "%: the modulation that is most times what is of low risk (IEEE Std 1789-2015), which is met up to 1 times",
     )?;
     line("")?;
     let row = |cells: [&str; 4]| {
