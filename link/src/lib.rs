@@ -82,6 +82,7 @@ pub mod camera;
 pub mod checksum;
 pub mod fec;
 pub mod framing;
+pub mod intensity;
 pub mod l2a_table;
 pub mod panel;
 pub mod raw;

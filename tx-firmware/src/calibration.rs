@@ -3,6 +3,7 @@
 use core::ops::RangeInclusive;
 
 use fixed::types::{U1F31, U12F20, U32F32};
+use link::intensity::IntensityLimit;
 use link::l2a_table::Interval;
 pub use link::serial::Measured;
 use thiserror::Error;
@@ -123,7 +124,15 @@ pub enum CalibrationError {
 /// # Ok::<(), CalibrationError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration(Measured);
+pub struct Calibration {
+    measured: Measured,
+    limit: Option<IntensityLimit>,
+    most_cd_m2: U32F32,
+}
+
+/// What a driver's step may add to the light at most: 1/512 of it, as [`drive`](crate::drive) rounds, and once the light of the shortest
+/// pulse, as the steps of a [`max7219`](crate::max7219) do.
+const STEP_SHIFT: u32 = 9;
 
 impl Calibration {
     /// Checks the measured values.
@@ -164,22 +173,64 @@ impl Calibration {
         if !LOW_CURRENT_SHARE.contains(&low_current_share) {
             return Err(CalibrationError::LowCurrentShare(low_current_share));
         }
-        Ok(Self(measured))
+        Ok(Self {
+            measured,
+            limit: None,
+            most_cd_m2: luminance_full_cd_m2,
+        })
+    }
+
+    /// The same panel, whose luminous intensity is never to be above a limit, or has none.
+    ///
+    /// ```
+    /// use link::intensity::IntensityLimit;
+    /// use tx_firmware::calibration::{BENCH, Calibration};
+    ///
+    /// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
+    /// let limited = Calibration::new(BENCH)?.limited_to(Some(limit));
+    /// assert!(limited.luminance_most_cd_m2() < limit.luminance_cd_m2());
+    /// assert_eq!(limited.limited_to(None), Calibration::new(BENCH)?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
+        let full_cd_m2 = self.measured.luminance_full_cd_m2;
+        let most_cd_m2 = limit.map_or(full_cd_m2, |limit| {
+            let at_limit = limit.luminance_cd_m2();
+            let below_step = at_limit - (at_limit >> STEP_SHIFT);
+            let most_cd_m2 = below_step.saturating_sub(self.luminance_floor_cd_m2());
+            most_cd_m2.min(full_cd_m2)
+        });
+        Self {
+            limit,
+            most_cd_m2,
+            ..self
+        }
+    }
+
+    /// The limit of the luminous intensity, if there is one.
+    pub fn limit(&self) -> Option<IntensityLimit> {
+        self.limit
+    }
+
+    /// The brightest luminance that an On LED is given, cd/m²: full luminance, or what its limit leaves. No step of its dimming takes the
+    /// panel above the limit.
+    pub fn luminance_most_cd_m2(&self) -> U32F32 {
+        self.most_cd_m2
     }
 
     /// The values as they were given.
     pub fn measured(&self) -> &Measured {
-        &self.0
+        &self.measured
     }
 
     /// The dimmest luminance above none that the driver can give, cd/m²: the shortest pulse in each
     /// of the longest periods, at the low current.
     pub fn luminance_floor_cd_m2(&self) -> U32F32 {
         // 10⁶ · 10⁷ at most, with 32 and 31 bits of fraction: too much for 64 bits.
-        let brightest = u128::from(self.0.luminance_full_cd_m2.to_bits())
-            * u128::from(self.0.low_current_share.to_bits());
-        let floor = brightest * u128::from(self.0.shortest_pulse_ns)
-            / u128::from(self.0.pwm_period_ns.max(1));
+        let brightest = u128::from(self.measured.luminance_full_cd_m2.to_bits())
+            * u128::from(self.measured.low_current_share.to_bits());
+        let floor = brightest * u128::from(self.measured.shortest_pulse_ns)
+            / u128::from(self.measured.pwm_period_ns.max(1));
         U32F32::from_bits((floor >> 31).try_into().unwrap_or(u64::MAX))
     }
 }

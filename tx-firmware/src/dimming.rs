@@ -13,11 +13,12 @@
 //!
 //! | [`Limit`] | when | given |
 //! |---|---|---|
-//! | none | floor ≤ L* ≤ full luminance | L* |
-//! | `Top` | L* > full luminance | full luminance |
+//! | none | floor ≤ L* ≤ most | L* |
+//! | `Top` | L* > most | most |
 //! | `Floor` | L* < floor, and the floor's L2A is at most [`L2A_MAX`] | the floor |
-//! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`] | dark |
+//! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`]; or floor > most | dark |
 //!
+//! *Most* is full luminance, or less where the calibration limits the panel's intensity: [`Calibration::luminance_most_cd_m2`].
 //! The floor is the shortest clean pulse in each PWM period,
 //! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat
 //! brighter than best still works. Far below it, at night, the same pulse would flare and blind a
@@ -106,12 +107,15 @@ impl Dimming {
     pub fn new(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> Self {
         let l2a = l2a.min(L2A_MAX);
         let full_cd_m2 = calibration.measured().luminance_full_cd_m2;
+        let most_cd_m2 = calibration.luminance_most_cd_m2();
         let floor_cd_m2 = calibration.luminance_floor_cd_m2();
         let luminance_of = |l2a| luminance_cd_m2(l2a, illuminance_lx, calibration);
 
         let wanted_cd_m2 = luminance_of(l2a);
-        let (luminance_cd_m2, limited) = if wanted_cd_m2 > full_cd_m2 {
-            (full_cd_m2, Some(Limit::Top))
+        let (luminance_cd_m2, limited) = if floor_cd_m2 > most_cd_m2 {
+            (U32F32::ZERO, Some(Limit::Off))
+        } else if wanted_cd_m2 > most_cd_m2 {
+            (most_cd_m2, Some(Limit::Top))
         } else if wanted_cd_m2 >= floor_cd_m2 {
             (wanted_cd_m2, None)
         } else if floor_cd_m2 <= luminance_of(L2A_MAX) {
@@ -166,8 +170,13 @@ pub fn duty_cycle(duty: Duty, max_duty_cycle: u16) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::Measured;
+    use crate::{
+        calibration::{BENCH, Measured},
+        drive::{Drive, Pulses},
+        max7219::intensity,
+    };
     use fixed::types::{U1F31, U12F20};
+    use link::intensity::IntensityLimit;
     use link::l2a_table::Interval;
     use proptest::prelude::*;
 
@@ -227,6 +236,46 @@ mod tests {
             prop_assert!((dimming.wanted_cd_m2.to_num::<f64>() - wanted).abs() <= LUMINANCE_ERROR_CD_M2 + wanted * (rounding - 1.0));
             prop_assert!((dimming.luminance_cd_m2.to_num::<f64>() - given).abs() <= LUMINANCE_ERROR_CD_M2 + given * (rounding - 1.0));
             prop_assert!((dimming.duty.to_num::<f64>() - duty).abs() <= DUTY_ERROR * rounding, "{} against {duty}", dimming.duty);
+        }
+
+        #[test]
+        fn no_light_and_no_table_takes_a_panel_above_its_intensity_limit(
+            l2a in any::<u16>(), lx in any::<u32>(), calibration in calibrations(),
+            most_mcd in IntensityLimit::MOST_MCD, octaves in 0u32..30, diameter_um in IntensityLimit::LED_DIAMETER_UM,
+        ) {
+            // As many faint limits as bright ones.
+            let limit = IntensityLimit::new((most_mcd >> octaves).max(1), diameter_um).unwrap();
+            let calibration = calibration.limited_to(Some(limit));
+            let dimming = Dimming::new(L2a::from_bits(l2a), Illuminance::from_bits(lx), &calibration);
+            let most_cd_m2 = limit.luminance_cd_m2().to_num::<f64>();
+            let full_cd_m2 = calibration.measured().luminance_full_cd_m2.to_num::<f64>();
+            prop_assert!(dimming.luminance_cd_m2.to_num::<f64>() <= most_cd_m2);
+            prop_assert!(dimming.duty.to_num::<f64>() * full_cd_m2 <= most_cd_m2);
+            let free = Dimming::new(L2a::from_bits(l2a), Illuminance::from_bits(lx), &calibration.limited_to(None));
+            prop_assert!(dimming.luminance_cd_m2 <= free.luminance_cd_m2);
+            prop_assert_eq!(dimming.wanted_cd_m2, free.wanted_cd_m2);
+        }
+
+        #[test]
+        fn no_step_of_a_driver_does_so_either(duty in any::<u32>(), most_mcd in 1u32..1_000_000, clock_mhz in 65u32..=150, low: bool) {
+            let limit = IntensityLimit::new(most_mcd, 30_000).unwrap();
+            let calibration = Calibration::new(BENCH).unwrap().limited_to(Some(limit));
+            let most_cd_m2 = limit.luminance_cd_m2().to_num::<f64>();
+            let full_cd_m2 = BENCH.luminance_full_cd_m2.to_num::<f64>();
+            let given = |most: U32F32| super::duty(most, BENCH.luminance_full_cd_m2).min(Duty::from_bits(duty));
+            let before = Pulses { low_current: low, ..Pulses::default() };
+            let drive = Drive::new(&BENCH, clock_mhz * 1_000_000);
+            let pulses = drive.pulses(given(calibration.luminance_most_cd_m2()), before);
+            prop_assert!(pulses.duty(BENCH.low_current_share).to_num::<f64>() * full_cd_m2 <= most_cd_m2);
+
+            // A MAX7219 lights 1/32 to 31/32; its full luminance is that of 31/32.
+            let steps = Measured { shortest_pulse_ns: 40_323, pwm_period_ns: 1_250_000, low_current_share: U1F31::ONE, ..BENCH };
+            let calibration = Calibration::new(steps).unwrap().limited_to(Some(limit));
+            if calibration.luminance_floor_cd_m2() <= calibration.luminance_most_cd_m2() {
+                let step = intensity(given(calibration.luminance_most_cd_m2()));
+                let light = step.map_or(0.0, |step| (2.0 * f64::from(step) + 1.0) / 31.0);
+                prop_assert!(light * full_cd_m2 <= most_cd_m2, "{light}");
+            }
         }
 
         #[test]

@@ -13,6 +13,7 @@ use link::{
     checksum::crc32c,
     fec::Code,
     framing::{FramingError, MESSAGE_MAX},
+    intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{
         ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind,
@@ -44,8 +45,12 @@ pub trait Device {
     fn set_table(&mut self, table: L2aTable);
     /// What was measured of the panel.
     fn calibration(&self) -> Measured;
-    /// Takes other measured values.
+    /// Takes other measured values; the intensity limit stays.
     fn set_calibration(&mut self, calibration: Calibration);
+    /// How bright the panel may be; none where it may be as bright as it can.
+    fn intensity_limit(&self) -> Option<IntensityLimit>;
+    /// Takes another limit, or none.
+    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>);
     /// How many symbols are shown a second.
     fn symbol_rate(&self) -> SymbolRate;
     /// Shows so many a second from the next change of symbols on.
@@ -80,6 +85,14 @@ impl<M: LedMatrix> Device for Transmitter<M> {
 
     fn set_calibration(&mut self, calibration: Calibration) {
         self.set_calibration(calibration);
+    }
+
+    fn intensity_limit(&self) -> Option<IntensityLimit> {
+        self.calibration().limit()
+    }
+
+    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
+        self.set_intensity_limit(limit);
     }
 
     fn symbol_rate(&self) -> SymbolRate {
@@ -193,8 +206,8 @@ impl Service {
 
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
-    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`] and [`Request::WriteSymbolRate`] are answered without
-    /// waiting for anything; these wait for `memory`.
+    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`] and
+    /// [`Request::WriteIntensityLimit`] are answered without waiting for anything; these wait for `memory`.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -265,6 +278,11 @@ impl Conversation {
             }
             Request::ReadSymbolRate => Ok(shown(device)),
             Request::WriteSymbolRate { millihertz } => change_rate(millihertz, device, memory),
+            Request::ReadIntensityLimit => Ok(limit_of(device)),
+            Request::WriteIntensityLimit {
+                most_mcd,
+                led_diameter_um,
+            } => change_limit([most_mcd, led_diameter_um], device, memory),
         }
     }
 
@@ -445,6 +463,37 @@ fn change_rate(
 fn shown(device: &impl Device) -> Answer<'static> {
     Answer::SymbolRate {
         millihertz: device.symbol_rate().millihertz(),
+    }
+}
+
+fn change_limit(
+    numbers: [u32; 2],
+    device: &mut impl Device,
+    memory: &mut impl Memory,
+) -> Result<Answer<'static>, Refusal> {
+    let limit = match numbers {
+        [0, 0] => None,
+        [most_mcd, led_diameter_um] => {
+            let limit = IntensityLimit::new(most_mcd, led_diameter_um);
+            let refusal = Refusal::IntensityLimit {
+                most_mcd,
+                led_diameter_um,
+            };
+            Some(limit.map_err(|_| refusal)?)
+        }
+    };
+    memory
+        .save_intensity_limit(limit)
+        .map_err(|_| Refusal::Store)?;
+    device.set_intensity_limit(limit);
+    Ok(limit_of(device))
+}
+
+fn limit_of(device: &impl Device) -> Answer<'static> {
+    let limit = device.intensity_limit();
+    Answer::IntensityLimit {
+        most_mcd: limit.map_or(0, IntensityLimit::most_mcd),
+        led_diameter_um: limit.map_or(0, IntensityLimit::led_diameter_um),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The table, the calibration and the symbol rate in flash memory, which lose nothing when the power goes.
+//! The table, the calibration, the symbol rate and the intensity limit in flash memory, which lose nothing when the power goes.
 //!
 //! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
 //! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
@@ -28,6 +28,7 @@ use embassy_futures::block_on;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use link::{
     checksum::crc32c,
+    intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{Faults, Measured},
     symbol_rate::SymbolRate,
@@ -46,6 +47,7 @@ const FORMAT: u8 = 1;
 const TABLE: u8 = 1;
 const CALIBRATION: u8 = 2;
 const SYMBOL_RATE: u8 = 3;
+const INTENSITY_LIMIT: u8 = 4;
 
 /// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
 const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
@@ -93,12 +95,18 @@ pub trait Memory {
     /// # Errors
     /// [`StoreError`]; the one before is then still there.
     fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError>;
+
+    /// Keeps `limit`, or that there is none, in place of the one before: wholly, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the one before is then still there.
+    fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError>;
 }
 
 /// What a transmitter starts with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remembered {
-    /// The calibration that was saved, or a typical one.
+    /// The calibration that was saved, or a typical one, with the intensity limit that was saved.
     pub calibration: Calibration,
     /// The table that was saved, or the shipped one.
     pub table: L2aTable,
@@ -142,7 +150,7 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
-    /// The calibration that was saved last; none when there never was one.
+    /// The calibration that was saved last, without a limit; none when there never was one.
     ///
     /// # Errors
     /// As [`Self::table`].
@@ -170,16 +178,35 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
+    /// The limit of the luminous intensity that was saved last; none when that was none, or there never was one.
+    ///
+    /// # Errors
+    /// As [`Self::table`].
+    pub fn intensity_limit(&mut self) -> Result<Option<IntensityLimit>, StoreError> {
+        let Some(bytes) = self.load(INTENSITY_LIMIT)? else {
+            return Ok(None);
+        };
+        let bytes: [u8; 8] = bytes.try_into().map_err(|_| StoreError::Damaged)?;
+        let [a, b, c, d, e, f, g, h] = bytes;
+        match [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes) {
+            [0, 0] => Ok(None),
+            [most_mcd, led_diameter_um] => IntensityLimit::new(most_mcd, led_diameter_um)
+                .map(Some)
+                .map_err(|_| StoreError::Damaged),
+        }
+    }
+
     /// All that was saved last, and `typical` where no calibration was.
     pub fn remembered(&mut self, typical: Calibration) -> Remembered {
         let mut faults = Faults::empty();
         let calibration = readable(self.calibration(), &mut faults);
         let table = readable(self.table(), &mut faults);
         let symbol_rate = readable(self.symbol_rate(), &mut faults);
+        let limit = readable(self.intensity_limit(), &mut faults);
         faults.set(Faults::NO_CALIBRATION, calibration.is_none());
         faults.set(Faults::NO_TABLE, table.is_none());
         Remembered {
-            calibration: calibration.unwrap_or(typical),
+            calibration: calibration.unwrap_or(typical).limited_to(limit),
             table: table.unwrap_or_else(L2aTable::shipped),
             symbol_rate: symbol_rate.unwrap_or_default(),
             faults,
@@ -231,7 +258,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Whether there is nothing in it that could be lost.
     fn is_foreign(&mut self) -> bool {
-        [TABLE, CALIBRATION, SYMBOL_RATE]
+        [TABLE, CALIBRATION, SYMBOL_RATE, INTENSITY_LIMIT]
             .into_iter()
             .all(|key| matches!(self.load(key), Ok(None) | Err(StoreError::Damaged)))
     }
@@ -251,6 +278,14 @@ impl<F: NorFlash> Memory for Store<F> {
 
     fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
         self.save(SYMBOL_RATE, &rate.millihertz().to_le_bytes())
+    }
+
+    fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
+        let numbers = limit.map_or([0, 0], |limit| [limit.most_mcd(), limit.led_diameter_um()]);
+        self.save(
+            INTENSITY_LIMIT,
+            numbers.map(u32::to_le_bytes).as_flattened(),
+        )
     }
 }
 

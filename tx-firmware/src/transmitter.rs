@@ -3,6 +3,7 @@
 use link::{
     fec::Code,
     framing::FramingError,
+    intensity::IntensityLimit,
     l2a_table::{Illuminance, L2a, L2aTable},
     panel::PanelFrame,
     serial::{Counters, Faults, Light, Status},
@@ -152,12 +153,18 @@ impl<M: LedMatrix> Transmitter<M> {
         self.faults.remove(Faults::NO_TABLE);
     }
 
-    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] is over.
+    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] is over. The limit of the
+    /// luminous intensity stays.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.ambient
             .set_sensor_gain(calibration.measured().sensor_gain);
-        self.calibration = calibration;
+        self.calibration = calibration.limited_to(self.calibration.limit());
         self.faults.remove(Faults::NO_CALIBRATION);
+    }
+
+    /// Takes another limit of the luminous intensity, or none; it takes effect with the next reading.
+    pub fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
+        self.calibration = self.calibration.limited_to(limit);
     }
 
     /// Takes another symbol rate: [`tick`](Self::tick) is to be called so often from the next symbol on.

@@ -4,6 +4,7 @@ mod flash;
 
 use fixed::types::U32F32;
 use flash::{ERASE, Flash, Power};
+use link::intensity::IntensityLimit;
 use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, L2aTable};
 use link::serial::Faults;
 use link::symbol_rate::SymbolRate;
@@ -76,6 +77,22 @@ impl Kept for SymbolRate {
         store: &mut Store<Flash<WRITE>>,
     ) -> Result<Option<Self>, StoreError> {
         store.symbol_rate()
+    }
+}
+
+impl Kept for IntensityLimit {
+    fn numbered(number: u16) -> Self {
+        Self::new(1000 + u32::from(number), 30_000).expect("a limit")
+    }
+
+    fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {
+        store.save_intensity_limit(Some(*self))
+    }
+
+    fn load<const WRITE: usize>(
+        store: &mut Store<Flash<WRITE>>,
+    ) -> Result<Option<Self>, StoreError> {
+        store.intensity_limit()
     }
 }
 
@@ -190,6 +207,31 @@ fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_or_the_new_and_the_ta
 }
 
 #[test]
+fn a_power_cut_at_any_operation_leaves_the_old_intensity_limit_or_the_new() {
+    for tables in [1, 9, 10, 11, 12] {
+        let mut store = store(used::<4>(tables, 1));
+        let before = IntensityLimit::numbered(0);
+        store.save_intensity_limit(Some(before)).expect("room");
+        assert!(cut_everywhere::<4, IntensityLimit>(&store.release(), 1) > 0);
+    }
+}
+
+#[test]
+fn a_limit_is_remembered_whatever_calibration_is_there_and_can_be_taken_back() {
+    let mut store = store(Flash::<4>::new());
+    let limit = IntensityLimit::numbered(7);
+    store.save_intensity_limit(Some(limit)).expect("room");
+    let found = store.remembered(calibration(1)).calibration;
+    assert_eq!(found, calibration(1).limited_to(Some(limit)));
+    store.save_calibration(&calibration(2)).expect("room");
+    let found = store.remembered(calibration(1)).calibration;
+    assert_eq!(found, calibration(2).limited_to(Some(limit)));
+    store.save_intensity_limit(None).expect("room");
+    let found = store.remembered(calibration(1)).calibration;
+    assert_eq!(found, calibration(2));
+}
+
+#[test]
 fn it_does_so_whatever_the_flashs_words_are() {
     for updates in [11, 12] {
         assert!(cut_everywhere::<1, L2aTable>(&used(updates, 0), updates) > 0);
@@ -205,6 +247,7 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
     assert_eq!(erased.table(), Ok(None));
     assert_eq!(erased.calibration(), Ok(None));
     assert_eq!(erased.symbol_rate(), Ok(None));
+    assert_eq!(erased.intensity_limit(), Ok(None));
     let nothing = Remembered {
         calibration: calibration(1),
         table: L2aTable::shipped(),

@@ -11,6 +11,7 @@ mod frames;
 
 use frames::{Random, contents, is_whole_request};
 use link::framing::FramingError;
+use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::serial::{
     ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request,
@@ -27,6 +28,7 @@ struct Recorder {
     table: L2aTable,
     calibration: Measured,
     symbol_rate: SymbolRate,
+    limit: Option<IntensityLimit>,
     acts: u64,
 }
 
@@ -63,6 +65,15 @@ impl Device for Recorder {
     fn set_calibration(&mut self, calibration: Calibration) {
         self.acts += 1;
         self.calibration = *calibration.measured();
+    }
+
+    fn intensity_limit(&self) -> Option<IntensityLimit> {
+        self.limit
+    }
+
+    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
+        self.acts += 1;
+        self.limit = limit;
     }
 
     fn symbol_rate(&self) -> SymbolRate {
@@ -115,6 +126,10 @@ impl Memory for Unsteady {
     fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
         self.save()
     }
+
+    fn save_intensity_limit(&mut self, _: Option<IntensityLimit>) -> Result<(), StoreError> {
+        self.save()
+    }
 }
 
 /// What has come of the frames.
@@ -132,6 +147,7 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
         table: L2aTable::default(),
         calibration: BENCH,
         symbol_rate: SymbolRate::DEFAULT,
+        limit: None,
         acts: 0,
     };
     let mut memory = Unsteady(0);

@@ -6,6 +6,7 @@ mod flash;
 use bench::Bench;
 use fixed::types::{U1F31, U32F32};
 use link::framing::MESSAGE_MAX;
+use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::l2a_table::image::IMAGE_MAX;
 use link::serial::{
@@ -257,6 +258,35 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
 }
 
 #[test]
+fn an_intensity_limit_is_checked_stored_read_back_and_outlives_calibrations() {
+    let mut bench = Bench::new();
+    let limit = |most_mcd, led_diameter_um| Answer::IntensityLimit {
+        most_mcd,
+        led_diameter_um,
+    };
+    let write = |most_mcd, led_diameter_um| Request::WriteIntensityLimit {
+        most_mcd,
+        led_diameter_um,
+    };
+    bench.expect(&Request::ReadIntensityLimit, &limit(0, 0));
+    bench.expect(&write(100_000, 30_000), &limit(100_000, 30_000));
+    bench.expect(&Request::WriteCalibration(BENCH), &Answer::Done);
+    bench.expect(&Request::ReadIntensityLimit, &limit(100_000, 30_000));
+    let kept = IntensityLimit::new(100_000, 30_000);
+    assert_eq!(bench.store.intensity_limit(), Ok(kept.ok()));
+    for (most_mcd, led_diameter_um) in [(0, 30_000), (1000, 0), (u32::MAX, 30_000)] {
+        let refusal = Refusal::IntensityLimit {
+            most_mcd,
+            led_diameter_um,
+        };
+        bench.expect(&write(most_mcd, led_diameter_um), &Answer::Refused(refusal));
+    }
+    bench.expect(&Request::ReadIntensityLimit, &limit(100_000, 30_000));
+    bench.expect(&write(0, 0), &limit(0, 0));
+    assert_eq!(bench.store.intensity_limit(), Ok(None));
+}
+
+#[test]
 fn a_calibration_is_checked_stored_and_read_back() {
     let mut bench = Bench::new();
     bench.expect(&Request::ReadCalibration, &Answer::Calibration(BENCH));
@@ -415,12 +445,13 @@ fn no_answer_is_longer_than_its_buffer() {
     let crc = table().crc();
     bench.stage(&table().image(), crc);
     bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
-    bench.sequence = u32::MAX - 4;
+    bench.sequence = u32::MAX - 5;
     for request in [
         Request::ReadTable { offset: 128 },
         Request::Status,
         Request::ReadCalibration,
         Request::ReadSymbolRate,
+        Request::ReadIntensityLimit,
     ] {
         assert!(bench.ask(&request, |answer| !matches!(answer, Answer::Refused(_))));
     }

@@ -1,6 +1,7 @@
 //! A transmitter without a board: the firmware's own service, with a memory in RAM.
 
 use fixed::types::I32F32;
+use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
@@ -16,6 +17,7 @@ use tx_firmware::transmitter::Transmitter;
 pub struct Kept {
     pub table: Option<L2aTable>,
     pub symbol_rate: Option<SymbolRate>,
+    pub limit: Option<IntensityLimit>,
     /// Why no more can be written to it.
     pub fault: Option<StoreError>,
 }
@@ -38,6 +40,14 @@ impl Memory for Kept {
             return Err(fault);
         }
         self.symbol_rate = Some(rate);
+        Ok(())
+    }
+
+    fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
+        }
+        self.limit = limit;
         Ok(())
     }
 }

@@ -36,6 +36,13 @@ pub enum Answer<'a> {
         /// Thousandths of a symbol a second.
         millihertz: u32,
     },
+    /// How bright the panel may be; both numbers 0: as bright as it can.
+    IntensityLimit {
+        /// The most luminous intensity, 1/1000 cd.
+        most_mcd: u32,
+        /// The diameter of an LED, µm.
+        led_diameter_um: u32,
+    },
 }
 
 /// Who a transmitter is.
@@ -143,6 +150,17 @@ pub enum Refusal {
         least: u32,
         /// The most that it can show.
         most: u32,
+    },
+    /// There can be no such limit of the luminous intensity.
+    #[error(
+        "an intensity limit of {} cd for LEDs of {} m is impossible: give 0.001 to 1000000 cd and 0.0001 to 1 m",
+        f64::from(*.most_mcd) / 1e3, f64::from(*.led_diameter_um) / 1e6
+    )]
+    IntensityLimit {
+        /// The most intensity asked for, 1/1000 cd.
+        most_mcd: u32,
+        /// The diameter of an LED, µm.
+        led_diameter_um: u32,
     },
 }
 

@@ -66,4 +66,14 @@ pub enum Request<'a> {
         /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
         millihertz: u32,
     },
+    /// Answered by [`Answer::IntensityLimit`](super::Answer::IntensityLimit). Added later: an older transmitter refuses it as unknown.
+    ReadIntensityLimit,
+    /// Check, store and use this limit of the panel's luminous intensity; both numbers 0: none. Answered by
+    /// [`Answer::IntensityLimit`](super::Answer::IntensityLimit). Added later: an older transmitter refuses it as unknown.
+    WriteIntensityLimit {
+        /// The most intensity, 1/1000 cd, see [`IntensityLimit`](crate::intensity::IntensityLimit).
+        most_mcd: u32,
+        /// The diameter of an LED, µm.
+        led_diameter_um: u32,
+    },
 }

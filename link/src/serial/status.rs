@@ -70,11 +70,12 @@ pub enum Light {
 /// What kept a panel from the wanted luminance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Limit {
-    /// It is above full luminance: the panel is at full luminance, its L2A too low.
+    /// It is above the most that the panel may have, full luminance or that of its intensity limit: the panel is at that, its L2A too low.
     Top,
     /// It is below the shortest pulse: the panel is at that pulse, its L2A too high but not above 4.
     Floor,
-    /// It is so far below the shortest pulse that even this would be above an L2A of 4: the panel is dark.
+    /// It is so far below the shortest pulse that even this would be above an L2A of 4, or this is above the intensity limit: the panel is
+    /// dark.
     Off,
 }
 

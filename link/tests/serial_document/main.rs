@@ -195,6 +195,31 @@ fn examples() -> Vec<String> {
             "symbol rate, 22.5 a second",
             Answer::SymbolRate { millihertz: 22_500 },
         ),
+        asked(18, "read intensity limit", Request::ReadIntensityLimit),
+        told(
+            18,
+            "intensity limit, none",
+            Answer::IntensityLimit {
+                most_mcd: 0,
+                led_diameter_um: 0,
+            },
+        ),
+        asked(
+            19,
+            "write intensity limit, 100 cd from LEDs of 30 mm",
+            Request::WriteIntensityLimit {
+                most_mcd: 100_000,
+                led_diameter_um: 30_000,
+            },
+        ),
+        told(
+            19,
+            "intensity limit, 100 cd from LEDs of 30 mm",
+            Answer::IntensityLimit {
+                most_mcd: 100_000,
+                led_diameter_um: 30_000,
+            },
+        ),
     ]
 }
 

@@ -9,6 +9,7 @@
 use std::cell::RefCell;
 
 use libfuzzer_sys::fuzz_target;
+use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
 use link::symbol_rate::SymbolRate;
@@ -32,6 +33,10 @@ impl Memory for Nothing {
     }
 
     fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
+        Ok(())
+    }
+
+    fn save_intensity_limit(&mut self, _: Option<IntensityLimit>) -> Result<(), StoreError> {
         Ok(())
     }
 }

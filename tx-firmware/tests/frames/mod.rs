@@ -93,7 +93,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         .iter_mut()
         .for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(18) {
+    let request = match random.below(20) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -139,6 +139,11 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         15 => Request::ReadSymbolRate,
         16 => Request::WriteSymbolRate {
             millihertz: random.below(350_000) as u32,
+        },
+        17 => Request::ReadIntensityLimit,
+        18 => Request::WriteIntensityLimit {
+            most_mcd: random.below(3) as u32 * 500_000_001,
+            led_diameter_um: random.below(3) as u32 * 500_001,
         },
         _ => Request::CommitTable { crc },
     };

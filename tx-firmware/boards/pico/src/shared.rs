@@ -9,6 +9,7 @@ use embassy_sync::{
 use link::{
     fec::Code,
     framing::FramingError,
+    intensity::IntensityLimit,
     l2a_table::L2aTable,
     panel::PanelFrame,
     serial::{Measured, Status},
@@ -124,6 +125,14 @@ impl Device for &'static Shared {
                 .set_calibration(&calibration);
             transmitter.set_calibration(calibration);
         });
+    }
+
+    fn intensity_limit(&self) -> Option<IntensityLimit> {
+        self.with(|transmitter| transmitter.calibration().limit())
+    }
+
+    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
+        self.with(|transmitter| transmitter.set_intensity_limit(limit));
     }
 
     fn symbol_rate(&self) -> SymbolRate {

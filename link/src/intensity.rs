@@ -1,0 +1,141 @@
+//! The most luminous intensity that a panel may have, whatever the light around it asks for.
+
+use fixed::types::U32F32;
+use thiserror::Error;
+
+use crate::panel::LEDS;
+
+/// A limit of a panel's mean luminous intensity, straight ahead.
+///
+/// A disc of diameter D and luminance L has the intensity L·π/4·D² (ISO 80000-7: luminance is intensity over area), and each of the 64
+/// LEDs is On for half of the time:
+///
+/// ```text
+/// I = 64 · π/4·D² · L · 1/2 = 8·π·D²·L
+/// ```
+///
+/// ```
+/// use link::intensity::IntensityLimit;
+/// // The discs of Do & Yoo 2020, 30 mm wide: 580 cd at 25 600 cd/m².
+/// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
+/// assert!((limit.luminance_cd_m2().to_num::<f64>() - 4421.0).abs() < 1.0);
+/// let dark = IntensityLimit::from_cd(0.0, 0.03).unwrap_err().to_string();
+/// assert!(dark.starts_with("an intensity limit of 0 cd is outside 0.001 to 1000000 cd"));
+/// # Ok::<(), link::intensity::IntensityLimitError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IntensityLimit {
+    most_mcd: u32,
+    led_diameter_um: u32,
+}
+
+/// What no limit can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum IntensityLimitError {
+    /// The intensity, in thousandths of a candela, is outside [`IntensityLimit::MOST_MCD`].
+    #[error(
+        "an intensity limit of {} cd is outside 0.001 to 1000000 cd: leave it out for none",
+        f64::from(*.0) / 1e3
+    )]
+    Intensity(u32),
+    /// The diameter, in millionths of a metre, is outside [`IntensityLimit::LED_DIAMETER_UM`].
+    #[error(
+        "an LED diameter of {} m is outside 0.0001 to 1 m: give the width of one LED's shining disc",
+        f64::from(*.0) / 1e6
+    )]
+    LedDiameter(u32),
+}
+
+impl IntensityLimit {
+    /// The limits that there may be, 1/1000 cd: to 1000 of the brightest head lamps.
+    pub const MOST_MCD: core::ops::RangeInclusive<u32> = 1..=1_000_000_000;
+    /// The LEDs that there may be, µm: from a tenth of a millimetre to a metre.
+    pub const LED_DIAMETER_UM: core::ops::RangeInclusive<u32> = 100..=1_000_000;
+
+    /// A limit in 1/1000 cd for LEDs of a diameter in µm.
+    ///
+    /// # Errors
+    /// [`IntensityLimitError`] outside [`MOST_MCD`](Self::MOST_MCD) and [`LED_DIAMETER_UM`](Self::LED_DIAMETER_UM).
+    pub fn new(most_mcd: u32, led_diameter_um: u32) -> Result<Self, IntensityLimitError> {
+        if !Self::MOST_MCD.contains(&most_mcd) {
+            return Err(IntensityLimitError::Intensity(most_mcd));
+        }
+        if !Self::LED_DIAMETER_UM.contains(&led_diameter_um) {
+            return Err(IntensityLimitError::LedDiameter(led_diameter_um));
+        }
+        Ok(Self {
+            most_mcd,
+            led_diameter_um,
+        })
+    }
+
+    /// A limit in cd for LEDs of a diameter in m, to the nearest 1/1000 cd and µm.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and for what is no number.
+    pub fn from_cd(most_cd: f64, led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
+        Self::new(
+            (most_cd * 1e3 + 0.5) as u32,
+            (led_diameter_m * 1e6 + 0.5) as u32,
+        )
+    }
+
+    /// The most intensity, 1/1000 cd.
+    pub fn most_mcd(self) -> u32 {
+        self.most_mcd
+    }
+
+    /// The diameter of an LED, µm.
+    pub fn led_diameter_um(self) -> u32 {
+        self.led_diameter_um
+    }
+
+    /// The luminance of On LEDs at which the panel's mean intensity is this, cd/m²; never rounded up.
+    pub fn luminance_cd_m2(self) -> U32F32 {
+        // LEDS/2·π/4, rounded up in its last digit.
+        const AREAS_BILLIONTHS: u128 = 25_132_741_229;
+        const _: () = assert!(LEDS == 64);
+        // From 1/1000 cd over µm² to cd/m² are 10⁹. 30 + 30 + 30 + 32 bits over 35 + 40.
+        let area = AREAS_BILLIONTHS * u128::from(self.led_diameter_um).pow(2);
+        let intensity = u128::from(self.most_mcd) * 1_000_000_000 * 1_000_000_000;
+        let bits = (intensity << U32F32::FRAC_NBITS) / area;
+        U32F32::from_bits(bits.try_into().unwrap_or(u64::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn what_is_no_limit_is_refused() {
+        for most_mcd in [0, 1_000_000_001, u32::MAX] {
+            let refused = IntensityLimit::new(most_mcd, 30_000);
+            assert_eq!(refused, Err(IntensityLimitError::Intensity(most_mcd)));
+        }
+        for diameter_um in [0, 99, 1_000_001, u32::MAX] {
+            let refused = IntensityLimit::new(1000, diameter_um);
+            assert_eq!(refused, Err(IntensityLimitError::LedDiameter(diameter_um)));
+        }
+        for wild in [f64::NAN, -1.0, f64::INFINITY, 0.0] {
+            assert!(IntensityLimit::from_cd(wild, 0.03).is_err());
+            assert!(IntensityLimit::from_cd(1.0, wild).is_err());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_panel_of_its_luminance_has_at_most_its_intensity(
+            most_mcd in IntensityLimit::MOST_MCD, diameter_um in IntensityLimit::LED_DIAMETER_UM,
+        ) {
+            let limit = IntensityLimit::new(most_mcd, diameter_um).expect("a limit");
+            let luminance = limit.luminance_cd_m2().to_num::<f64>();
+            let area_m2 = core::f64::consts::PI / 4.0 * (f64::from(diameter_um) / 1e6).powi(2);
+            let exact = f64::from(most_mcd) / 1e3 / (32.0 * area_m2);
+            prop_assert!(luminance <= exact * (1.0 + 1e-12));
+            let room = U32F32::MAX.to_num::<f64>();
+            prop_assert!(luminance >= exact.min(room) * (1.0 - 1e-9) - 1e-9);
+        }
+    }
+}
