@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use common::{json, text, vocc};
 use fake::Fake;
+use link::intensity::IntensityLimit;
 use link::serial::{Answer, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, encode};
 use serialport::{SerialPort, TTYPort};
 use tx_firmware::store::StoreError;
@@ -312,7 +313,12 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
     let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
     for &byte in bytes {
         if let Some(Ok(frame)) = reader.push(byte)
-            && let Ok(Request::ReadSymbolRate | Request::WriteSymbolRate { .. }) = frame.request()
+            && let Ok(
+                Request::ReadSymbolRate
+                | Request::WriteSymbolRate { .. }
+                | Request::ReadIntensityLimit
+                | Request::WriteIntensityLimit { .. },
+            ) = frame.request()
         {
             let (sequence, mut wire) = (frame.sequence(), [0; 32]);
             let unknown = Answer::Refused(Refusal::Unknown);
@@ -337,6 +343,79 @@ fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
     assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
     assert_eq!(status["uptime_s"], 1);
     assert_eq!(board.stop().kept.symbol_rate, None);
+}
+
+#[test]
+fn a_calibration_may_limit_the_intensity() {
+    let board = Board::honest();
+    let printed = board.vocc(&["device", "calibration"]);
+    let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
+    assert!(!plain.contains("max_cd"), "{plain}");
+    // 2 cd from discs of 30 mm: 88 cd/m², where 2000 lx ask for 1600.
+    let limited = file(
+        "limited.toml",
+        &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
+    );
+    let written = board.vocc(&["device", "calibration", limited.to_str().unwrap()]);
+    ends(&written, 0, &["max_cd = 2.0", "led_diameter_m = 0.03"]);
+    for (wrong, words) in [
+        ("max_cd = 2.0\n", &["max_cd", "led_diameter_m", "both"][..]),
+        ("led_diameter_m = 0.03\n", &["max_cd", "both"]),
+        (
+            "max_cd = 0.0\nled_diameter_m = 0.03\n",
+            &["0 cd", "0.001 to 1000000"],
+        ),
+        (
+            "max_cd = 2.0\nled_diameter_m = 30.0\n",
+            &["diameter", "0.0001 to 1 m"],
+        ),
+        (
+            "max_cd = nan\nled_diameter_m = 0.03\n",
+            &["0.001 to 1000000"],
+        ),
+    ] {
+        let wrong = file("wrong-limit.toml", &format!("{plain}{wrong}"));
+        let refused = board.vocc(&["device", "calibration", wrong.to_str().unwrap()]);
+        ends(&refused, 2, words);
+    }
+    let fake = board.stop();
+    let limit = IntensityLimit::from_cd(2.0, 0.03).ok();
+    assert_eq!(fake.transmitter.calibration().limit(), limit);
+    assert_eq!(fake.kept.limit, limit);
+}
+
+#[test]
+fn a_file_without_a_limit_takes_it_back() {
+    let board = Board::honest();
+    let printed = board.vocc(&["device", "calibration"]);
+    let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
+    for text in [
+        format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
+        plain,
+    ] {
+        let path = file("limit-and-none.toml", &text);
+        let written = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
+        ends(&written, 0, &[]);
+        assert_eq!(String::from_utf8_lossy(&written.stdout), text);
+    }
+    assert_eq!(board.stop().transmitter.calibration().limit(), None);
+}
+
+#[test]
+fn firmware_that_knows_no_limit_is_calibrated_without_one_alone() {
+    let board = Board::start(first_firmware);
+    let printed = board.vocc(&["device", "calibration"]);
+    let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
+    let path = file("old-plain.toml", &plain);
+    let written = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
+    ends(&written, 0, &["reflectance"]);
+    let path = file(
+        "old-limited.toml",
+        &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
+    );
+    let refused = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
+    ends(&refused, 2, &["too old", "max_cd", "flash"]);
+    assert_eq!(board.stop().kept.limit, None);
 }
 
 #[test]

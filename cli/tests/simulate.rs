@@ -264,6 +264,35 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
 }
 
 #[test]
+fn a_limit_of_the_intensity_is_kept_to_whatever_the_light_and_without_power_too() {
+    let place = folder("simulated-limit");
+    let (flash, limited) = (place.join("flash"), place.join("limited.toml"));
+    let plain = text(&vocc(&["device", "calibration", "--template"]).stdout);
+    let limit = "max_cd = 10.0\nled_diameter_m = 0.03\n";
+    std::fs::write(&limited, format!("{plain}{limit}")).expect("written");
+    // 10 cd are 442 cd/m².
+    let most_cd_m2 = 10.0 / (8.0 * std::f64::consts::PI * 0.03 * 0.03);
+    let luminance = |status: &Value| status["luminance_cd_m2"].as_f64().unwrap_or(f64::NAN);
+
+    let mut board = Simulated::start(&["--flash", name(&flash), "--light-lx", "10000"]);
+    board.wait_for("daylight", |status| luminance(status) > 2.0 * most_cd_m2);
+    says(
+        &board.vocc(&["device", "calibration", name(&limited)]),
+        0,
+        &[],
+    );
+    let is_limited = |status: &Value| status["limited"] == "intensity";
+    board.wait_for("the limit", is_limited);
+    for order in ["light 60000", "restart"] {
+        board.tell(order);
+        board.wait_for(order, is_limited);
+        let given = luminance(&board.status());
+        assert!(given <= most_cd_m2 && given > 0.9 * most_cd_m2, "{given}");
+    }
+    board.end();
+}
+
+#[test]
 fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     let place = folder("simulated-link");
     let link = place.join("tx");

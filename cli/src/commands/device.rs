@@ -8,6 +8,7 @@ use clap::Subcommand;
 use link::framing::MESSAGE_MAX;
 use link::serial::{Answer as Told, Limit, Request, Status};
 use serde_json::{Value, json};
+use tx_firmware::dimming::Duty;
 
 use crate::device::port;
 use crate::options::{Connection, Message, Port, Shared, seconds};
@@ -16,6 +17,7 @@ use crate::stop::stop;
 
 mod calibrate;
 mod calibration;
+mod limit;
 mod rate;
 mod simulate;
 
@@ -205,6 +207,8 @@ fn faults(status: &Status) -> Vec<String> {
 
 fn limited(status: &Status) -> Option<&'static str> {
     status.limited.map(|limit| match limit {
+        // At full luminance the duty is whole.
+        Limit::Top if status.duty < Duty::MAX => "intensity",
         Limit::Top => "top",
         Limit::Floor => "floor",
         Limit::Off => "off",

@@ -95,6 +95,11 @@ pub enum DeviceError {
         SymbolRate::DEFAULT
     )]
     NoSymbolRate,
+    /// It is older than the limit of its intensity.
+    #[error(
+        "its firmware is too old for a max_cd, and nothing was changed: flash the present one (docs/hardware.md), or leave max_cd out"
+    )]
+    NoIntensityLimit,
     /// It refuses.
     #[error("the transmitter refuses: {0}")]
     Refused(#[from] Refusal),

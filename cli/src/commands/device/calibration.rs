@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use fixed::traits::Fixed;
+use link::intensity::IntensityLimit;
 use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -13,6 +14,7 @@ use tx_firmware::calibration::{
     SENSOR_GAIN,
 };
 
+use super::limit;
 use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
@@ -28,13 +30,20 @@ struct Values {
     interval: f64,
     sensor_gain: f64,
     low_current_share: f64,
+    /// The most luminous intensity of the panel, cd; with the diameter of an LED, or neither.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_cd: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    led_diameter_m: Option<f64>,
 }
 
 /// Prints the values, after writing those of the file if there is one.
 pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
     let wanted = file.map(read).transpose()?;
     let mut client = port.greet()?;
-    if let Some(measured) = wanted {
+    if let Some((measured, limit)) = wanted {
+        // First what makes the panel darker.
+        limit::set(&mut client, limit).with_context(|| port.name())?;
         let request = Request::WriteCalibration(measured);
         client
             .ask(&request, |answer| (answer == Told::Done).then_some(()))
@@ -46,7 +55,8 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
             _ => None,
         })
         .with_context(|| port.name())?;
-    let values = Values::of(&measured);
+    let limit = limit::shown(&mut client).with_context(|| port.name())?;
+    let values = Values::of(&measured).limited_to(limit);
     if shared.json {
         output::json(&values)?;
     } else {
@@ -86,6 +96,7 @@ pub fn filled_in(measured: &Measured) -> String {
         interval,
         sensor_gain,
         low_current_share,
+        ..
     } = Values::of(measured);
     format!(
         "\
@@ -112,6 +123,11 @@ sensor_gain = {sensor_gain:?}
 
 # Light of an On LED at the low current over that at the full one: {} to {}; 1 where the current is not switched.
 low_current_share = {low_current_share:?}
+
+# A limit, if there is to be one: the most mean luminous intensity of the panel, straight ahead, in cd, 0.001 to 1000000, and the width
+# of one LED's shining disc in m, 0.0001 to 1. No light and no table takes the panel above it.
+# max_cd = 100.0
+# led_diameter_m = 0.03
 ",
         LUMINANCE_CD_M2.start(),
         LUMINANCE_CD_M2.end(),
@@ -128,7 +144,7 @@ low_current_share = {low_current_share:?}
     )
 }
 
-fn read(path: &Path) -> anyhow::Result<Measured> {
+fn read(path: &Path) -> anyhow::Result<(Measured, Option<IntensityLimit>)> {
     let text = input::read_text(path, input::SCENE_MAX)
         .with_context(|| format!("cannot read the calibration {}", path.display()))?;
     let values: Values = toml::from_str(&text)
@@ -140,7 +156,8 @@ fn read(path: &Path) -> anyhow::Result<Measured> {
         )
     })?;
     Calibration::new(measured).with_context(|| path.display().to_string())?;
-    Ok(measured)
+    let limit = values.limit().with_context(|| path.display().to_string())?;
+    Ok((measured, limit))
 }
 
 impl Values {
@@ -153,6 +170,26 @@ impl Values {
             interval: decimal(measured.interval),
             sensor_gain: decimal(measured.sensor_gain),
             low_current_share: decimal(measured.low_current_share),
+            max_cd: None,
+            led_diameter_m: None,
+        }
+    }
+
+    fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
+        Self {
+            max_cd: limit.map(|limit| f64::from(limit.most_mcd()) / 1e3),
+            led_diameter_m: limit.map(|limit| f64::from(limit.led_diameter_um()) / 1e6),
+            ..self
+        }
+    }
+
+    fn limit(&self) -> anyhow::Result<Option<IntensityLimit>> {
+        match (self.max_cd, self.led_diameter_m) {
+            (None, None) => Ok(None),
+            (Some(most_cd), Some(led_diameter_m)) => {
+                Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?))
+            }
+            _ => bail!("max_cd and led_diameter_m make a limit together: give both, or neither"),
         }
     }
 
