@@ -115,7 +115,64 @@ fn senseless_searches_are_refused() {
         (&["--distances", "2000"], &["2000 m", "px apart"]),
         (&["--illuminances", "0"], &["ambient.illuminance_lx"]),
         (&["--yaws", "0,90"], &["pose.yaw_deg", "90"]),
-        (&["--criterion", "wizard"], &["b2w, fisher or ber"]),
+        (&["--criterion", "wizard"], &["b2w, fisher, ber or reach"]),
+        (&["--min-cd", "4"], &["--criterion reach"]),
+        (
+            &["--criterion", "reach", "--distances", "30"],
+            &["--distances", "leave"],
+        ),
+        (&["--criterion", "reach", "--yaws", "30"], &["pose.yaw_deg"]),
+        (
+            &["--criterion", "reach", "--choose", "any"],
+            &["margin, least-light or best"],
+        ),
+        (
+            &["--criterion", "reach", "--lamp", "disco"],
+            &["rear-position", "stop"],
+        ),
+        (
+            &["--criterion", "reach", "--max-cd", "0"],
+            &["--max-cd", "above 0"],
+        ),
+        (
+            &["--criterion", "reach", "--lamp", "stop", "--max-cd", "9"],
+            &["--lamp", "--max-cd"],
+        ),
+        (
+            &["--criterion", "reach", "--message-bytes", "0"],
+            &["message is empty"],
+        ),
+        (
+            &["--criterion", "reach", "--message-bytes", "1025"],
+            &["1025 bytes"],
+        ),
+        (
+            &["--criterion", "reach", "--within", "0.1"],
+            &["26 symbols", "more time"],
+        ),
+        (
+            &["--criterion", "reach", "--within", "-1"],
+            &["-1 s", "more than 0"],
+        ),
+        (
+            &["--criterion", "reach", "--probability", "1"],
+            &["0.5 to 0.99"],
+        ),
+        (
+            &["--criterion", "reach", "--illuminances", "500,50"],
+            &["illuminance in lx number 1", "sort"],
+        ),
+        (
+            &[
+                "--criterion",
+                "reach",
+                "--illuminances",
+                "50",
+                "--lamp",
+                "stop",
+            ],
+            &["at 50 lx", "60 to 260 cd", "they give"],
+        ),
         (&["--rule", "median"], &["mean or least-ber"]),
         (&["--detector", "wizard"], &["kmeans"]),
         (&["--frames", "0"], &["--frames"]),
@@ -159,6 +216,186 @@ fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     let l2a = &lines(&shown)[0]["l2a"];
     assert_eq!(l2a[0].as_array().map(Vec::len), Some(2), "{l2a}");
     assert_eq!(unread(&QUICK[..8]), Some(0));
+}
+
+/// A search by reach of one interval in two lights, quickly done.
+const BY_REACH: [&str; 16] = [
+    "optimize",
+    "night",
+    "--criterion",
+    "reach",
+    "--json",
+    "--frames",
+    "64",
+    "--intervals",
+    "0.5",
+    "--illuminances",
+    "50,5000",
+    "--message-bytes",
+    "8",
+    "--within",
+    "0.2",
+    "-o",
+];
+
+#[test]
+fn a_table_by_reach_says_what_it_knows() {
+    let folder = folder("reach");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let table = path("table.toml");
+    let found = lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
+    let entries: Vec<_> = found
+        .iter()
+        .filter(|line| line.get("best_l2a").is_some())
+        .collect();
+    assert_eq!(entries.len(), 2);
+    for entry in &entries {
+        for key in [
+            "illuminance_lx",
+            "interval",
+            "l2a",
+            "reach_m",
+            "best_l2a",
+            "mean_cd",
+            "peak_cd",
+        ] {
+            assert!(entry[key].is_number(), "{key}: {entry}");
+        }
+        let number = |key: &str| entry[key].as_f64().expect("a number");
+        assert!(
+            number("reach_m") >= 0.98 * number("best_reach_m"),
+            "{entry}"
+        );
+        assert!((number("peak_cd") / number("mean_cd") - 2.0).abs() < 1e-3);
+    }
+    assert!(
+        entries[0]["l2a"].as_f64() > entries[1]["l2a"].as_f64(),
+        "darkness asks for more"
+    );
+    assert_eq!(vocc(&["table", "check", &table]).status.code(), Some(0));
+    let picture = path("shown.png");
+    let shown = vocc(&["table", "show", &table, "--plot", &picture]);
+    assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
+    for word in ["interval 0.5", "█", "cd", " m "] {
+        assert!(
+            text(&shown.stdout).contains(word),
+            "{word}: {}",
+            text(&shown.stdout)
+        );
+    }
+    assert!(image::open(&picture).expect("a plot").width() > 1000);
+    refused(&["table", "show", &table, "--plot", "shown.jpg"], &[".png"]);
+
+    // The second entry is found again, from what is kept of the first.
+    let whole = std::fs::read_to_string(&table).expect("a table");
+    let half: Vec<&str> = whole
+        .lines()
+        .filter(|line| !line.contains("illuminance_lx = 5000.0, "))
+        .collect();
+    let first = half
+        .join("\n")
+        .replace(&format!("[{}]", second_ratio(&whole)), "[nan]");
+    std::fs::write(&table, first).expect("a file");
+    refused(&["table", "check", &table], &["5000 lx", "missing"]);
+    let resumed = lines(&vocc(&[&BY_REACH[..], &[&table, "--resume"]].concat()));
+    assert_eq!(resumed, found);
+    assert_eq!(std::fs::read_to_string(&table).expect("a table"), whole);
+    for other in [["--choose", "best"], ["--max-cd", "20"], ["--seed", "2"]] {
+        refused(
+            &[&BY_REACH[..], &[&table, "--resume"], &other[..]].concat(),
+            &["other settings"],
+        );
+    }
+}
+
+/// The ratio for the most light, as the file has it.
+fn second_ratio(table: &str) -> &str {
+    let row = table
+        .lines()
+        .find(|line| line.ends_with("# 5000 lx"))
+        .expect("a row");
+    row.trim_start()
+        .trim_start_matches('[')
+        .split(']')
+        .next()
+        .expect("a ratio")
+}
+
+#[test]
+fn light_is_kept_within_bounds() {
+    let found = lines(&vocc(&[&BY_REACH[..15], &["--max-cd", "30"]].concat()));
+    let entry = found.last().expect("a line");
+    assert!(
+        entry["mean_cd"].as_f64().expect("a number") <= 30.0,
+        "{entry}"
+    );
+    assert_eq!(entry["illuminance_lx"], 5000.0);
+    let lowest = found
+        .iter()
+        .filter(|line| line["illuminance_lx"] == 5000.0 && line.get("best_l2a").is_none());
+    let highest = lowest
+        .map(|point| point["l2a"].as_f64().expect("a ratio"))
+        .fold(0.0, f64::max);
+    // 30 cd of 64 LEDs of 30 mm, On half of the time, before 5000 lx.
+    assert!((highest - 0.6631).abs() < 1e-3, "{highest}");
+}
+
+#[test]
+fn a_search_that_says_nothing_makes_no_table() {
+    let folder = folder("nothing");
+    let table = folder.join("table.toml");
+    let table = table.to_str().expect("a name");
+    let run = vocc(&[
+        "optimize",
+        "day",
+        "--criterion",
+        "ber",
+        "--rule",
+        "least-ber",
+        "--frames",
+        "64",
+        "--intervals",
+        "2",
+        "--distances",
+        "25",
+        "-o",
+        table,
+    ]);
+    assert_eq!(run.status.code(), Some(1), "{}", text(&run.stderr));
+    for word in ["any ratio from 0.2 to 4", "--criterion reach"] {
+        assert!(text(&run.stderr).contains(word), "{}", text(&run.stderr));
+    }
+    refused(&["table", "check", table], &["missing"]);
+}
+
+#[test]
+fn tables_are_compared() {
+    let folder = folder("compared");
+    let write = |name: &str, ratio: f64| {
+        let path = folder.join(name);
+        let file =
+            format!("illuminance_lx = [50, 5000]\ninterval = [1]\nl2a = [[2.0], [{ratio}]]\n");
+        std::fs::write(&path, file).expect("a file");
+        path.to_str().expect("a name").to_string()
+    };
+    let (old, new) = (write("old.toml", 1.5), write("new.toml", 1.8));
+    assert_eq!(vocc(&["table", "diff", &old, &old]).status.code(), Some(0));
+    let compared = vocc(&["table", "diff", &old, &new]);
+    assert_eq!(compared.status.code(), Some(1));
+    assert!(
+        text(&compared.stdout).contains("+20.0 %"),
+        "{}",
+        text(&compared.stdout)
+    );
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../link/shipped_table.toml");
+    let shipped = shipped.to_str().expect("a name");
+    let known = vocc(&["table", "diff", &old, shipped, "--json"]);
+    let known: Vec<serde_json::Value> = text(&known.stdout)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    assert!(known.iter().any(|line| line["new_reach_m"].is_number()));
+    refused(&["table", "diff", &old, "none.toml"], &["none.toml"]);
 }
 
 #[test]

@@ -29,6 +29,19 @@ pub struct IntensityLimit {
     led_diameter_um: u32,
 }
 
+/// The mean luminous intensity of a panel, cd, whose On LEDs have a luminance in cd/m² and a diameter in m: 8·π·D²·L. That of all LEDs On
+/// is twice as much.
+///
+/// ```
+/// use link::intensity::{IntensityLimit, mean_cd};
+/// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
+/// assert!((mean_cd(limit.luminance_cd_m2().to_num(), 0.03) - 100.0).abs() < 1e-6);
+/// # Ok::<(), link::intensity::IntensityLimitError>(())
+/// ```
+pub fn mean_cd(luminance_cd_m2: f64, led_diameter_m: f64) -> f64 {
+    8.0 * core::f64::consts::PI * led_diameter_m * led_diameter_m * luminance_cd_m2
+}
+
 /// What no limit can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IntensityLimitError {

@@ -232,7 +232,7 @@ impl L2aTable {
     }
 
     /// The table that the firmware ships with, of the camera of Do & Yoo 2020, Table 1, with noise: computed by
-    /// `vocc optimize` and checked in as `link/shipped_table.toml`, which says from what.
+    /// `vocc optimize --criterion reach` and checked in as `link/shipped_table.toml`, which says from what.
     pub fn shipped() -> Self {
         Self::of(
             Vec::from_array(shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num)),

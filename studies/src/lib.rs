@@ -65,6 +65,7 @@ pub mod optimum;
 pub mod photometry;
 pub mod random_cameras;
 pub mod random_scenes;
+pub mod reach;
 pub mod reproduction;
 pub mod splitting;
 pub mod statistics;

@@ -117,12 +117,17 @@ impl Report {
 
     /// Says how to go on.
     pub fn interrupted(&self, out: Option<&Path>) {
-        match out {
-            Some(path) => tell(format_args!(
-                "vocc: interrupted; {} holds what is finished, go on with --resume",
-                path.display()
-            )),
-            None => tell("vocc: interrupted"),
-        }
+        interrupted(out);
+    }
+}
+
+/// Says how to go on with a table.
+pub fn interrupted(out: Option<&Path>) {
+    match out {
+        Some(path) => tell(format_args!(
+            "vocc: interrupted; {} holds what is finished, go on with --resume",
+            path.display()
+        )),
+        None => tell("vocc: interrupted"),
     }
 }

@@ -10,7 +10,7 @@
 //! ]
 //! ```
 //!
-//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`), which is no
+//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` and its entries and points), which is no
 //! concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be used.
 
 use std::path::Path;
@@ -131,6 +131,12 @@ struct Keys {
     _entries: Option<IgnoredAny>,
     #[serde(rename = "cells")]
     _cells: Option<IgnoredAny>,
+    #[serde(rename = "reach")]
+    _reach: Option<IgnoredAny>,
+    #[serde(rename = "reach_entries")]
+    _reach_entries: Option<IgnoredAny>,
+    #[serde(rename = "reach_points")]
+    _reach_points: Option<IgnoredAny>,
 }
 
 fn this_format() -> u32 {

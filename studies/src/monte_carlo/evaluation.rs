@@ -65,6 +65,13 @@ impl Evaluation {
         }
     }
 
+    /// Bit errors of the frames that are not exposed across a change of symbols; of all where that is not known of each.
+    pub fn of_one_symbol(&self) -> FrameErrors {
+        self.symbol_changes
+            .apart(&self.errors)
+            .map_or(self.errors, |[of_one_symbol, _]| of_one_symbol)
+    }
+
     /// Bits that were read wrongly, or reached that by splitting.
     pub fn bit_errors(&self) -> u64 {
         self.errors.errors() + self.rare.errors()

@@ -148,6 +148,18 @@ impl Evaluator {
     /// # Errors
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        Self::experienced(scene, settings, None)
+    }
+
+    /// The same of a receiver that has followed a panel much like this one, and learnt from that what takes many frames to learn.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn experienced(
+        scene: &Scene,
+        settings: Settings,
+        experience: Option<Experience>,
+    ) -> Result<Self, EvaluateError> {
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = renderer.corners_in(region)?;
@@ -172,7 +184,10 @@ impl Evaluator {
         let looks_at_features =
             matches!(evaluator.rule, DecisionRule::Receiver(Method::Features(_)));
         if !looks_at_features {
-            evaluator.prior = evaluator.gather_experience()?;
+            evaluator.prior = match experience {
+                Some(experience) => experience,
+                None => evaluator.gather_experience()?,
+            };
         }
         Ok(evaluator)
     }

@@ -17,7 +17,8 @@ pub enum Criterion {
     /// Fisher's criterion with the full covariance, which does not depend on the features' scales:
     /// (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off).
     Fisher,
-    /// The bit error rate of a detector, least instead of greatest.
+    /// The bit error rate of a detector, least instead of greatest, of frames of one symbol: what is exposed across a change of symbols is no
+    /// matter of brightness.
     Ber,
 }
 
@@ -40,8 +41,9 @@ impl Criterion {
             Self::B2w => logarithm(evaluation.distinguishability().b2w),
             Self::Fisher => logarithm(evaluation.distinguishability().fisher),
             Self::Ber => {
-                let wrong = evaluation.errors.errors() as f64;
-                let right = evaluation.errors.bits() as f64 - wrong;
+                let errors = evaluation.of_one_symbol();
+                let wrong = errors.errors() as f64;
+                let right = errors.bits() as f64 - wrong;
                 Some(((right + 0.5) / (wrong + 0.5)).ln())
             }
         }
@@ -53,7 +55,7 @@ impl Criterion {
     pub fn weight(self, evaluation: &Evaluation) -> f64 {
         match self {
             Self::B2w | Self::Fisher => 1.0,
-            Self::Ber => evaluation.errors.errors() as f64 + 0.5,
+            Self::Ber => evaluation.of_one_symbol().errors() as f64 + 0.5,
         }
     }
 

@@ -19,9 +19,11 @@ mod samples;
 mod search;
 
 pub use criterion::{CRITERIA, Criterion};
+pub(crate) use parabola::Parabola;
+pub(crate) use peak::percentiles;
 pub use peak::{Peak, Window};
 pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
-pub(crate) use samples::{PIECE, at_ratio};
+pub(crate) use samples::{PIECE, at_ratio, rounds};
 pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;

@@ -78,7 +78,9 @@ impl Peak {
         let level = parabola.at(top);
         let not_worse = not_worse(&resampled, &l2a, highest);
         let mut l2a_95 = percentiles(&mut tops, 0.025)?;
-        if criterion == Criterion::Ber && samples.points()[highest].total().errors.errors() == 0 {
+        if criterion == Criterion::Ber
+            && samples.points()[highest].total().of_one_symbol().errors() == 0
+        {
             l2a_95 = [l2a_95[0].min(not_worse[0]), l2a_95[1].max(not_worse[1])];
         }
         Some(Self {
@@ -138,7 +140,7 @@ fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usiz
 }
 
 /// The values that a share of them is below, and above; they are sorted.
-fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
+pub(crate) fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
     values.sort_by(f64::total_cmp);
     let outside = (values.len() as f64 * share) as usize;
     let inside = values.len().checked_sub(1 + outside)?;

@@ -2,6 +2,7 @@
 
 use rand::RngExt;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::monte_carlo::{EvaluateError, Evaluation, Evaluator, Settings};
 use sim::random::{Purpose, stream};
@@ -28,7 +29,7 @@ pub fn rounds(frames: u64) -> Vec<u64> {
 }
 
 /// One ratio and what came out at it, round by round, each in batches.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// The LED-to-ambient ratio.
     pub l2a: f64,
@@ -52,6 +53,11 @@ impl Sample {
     /// All of its frames.
     pub fn total(&self) -> Evaluation {
         merged(self.rounds.iter().flatten())
+    }
+
+    /// The batches of each round.
+    pub(crate) fn batches(&self) -> impl Iterator<Item = &[Evaluation]> + Clone {
+        self.rounds.iter().map(Vec::as_slice)
     }
 
     /// Rounds that are finished.
@@ -87,6 +93,11 @@ fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
 pub struct Samples(pub(super) Vec<Sample>);
 
 impl Samples {
+    /// What is known at one ratio.
+    pub(crate) fn of(sample: Sample) -> Self {
+        Self(vec![sample])
+    }
+
     /// The points, by ascending ratio.
     pub fn points(&self) -> &[Sample] {
         &self.0
@@ -115,7 +126,21 @@ impl Samples {
         l2a: f64,
         rounds_wanted: usize,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
+        tell: impl FnMut(&Piece),
+    ) -> Result<(), EvaluateError> {
+        let evaluator = || Evaluator::new(&at_ratio(scene, l2a), settings);
+        self.extend_by(l2a, settings.frames, rounds_wanted, known, tell, evaluator)
+    }
+
+    /// The same by whatever evaluates that ratio, which is made when it is needed.
+    pub(crate) fn extend_by(
+        &mut self,
+        l2a: f64,
+        frames: u64,
+        rounds_wanted: usize,
+        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
         mut tell: impl FnMut(&Piece),
+        mut make: impl FnMut() -> Result<Evaluator, EvaluateError>,
     ) -> Result<(), EvaluateError> {
         let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
             Ok(place) => place,
@@ -126,7 +151,7 @@ impl Samples {
             }
         };
         let have = self.0[place].rounds.len();
-        let borders = rounds(settings.frames);
+        let borders = rounds(frames);
         let mut evaluator = None;
         for border in borders.windows(2).take(rounds_wanted).skip(have) {
             let round = Round {
@@ -141,7 +166,7 @@ impl Samples {
                     _ => {
                         let evaluator = match &mut evaluator {
                             Some(evaluator) => evaluator,
-                            none => none.insert(Evaluator::new(&at_ratio(scene, l2a), settings)?),
+                            none => none.insert(make()?),
                         };
                         (round.piece(next, evaluator)?, false)
                     }

@@ -33,11 +33,7 @@ impl std::fmt::Display for Condition {
 impl Condition {
     /// The scene with its first panel so.
     pub(super) fn of(self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        scene.ambient.illuminance_lx = self.illuminance_lx;
-        for panel in scene.panels.iter_mut().take(1) {
-            panel.interval = self.interval;
-        }
+        let mut scene = with_panel(scene, self.illuminance_lx, self.interval);
         let own_pose = scene
             .panels
             .first_mut()
@@ -46,4 +42,14 @@ impl Condition {
         (pose.distance_m, pose.yaw_deg) = (self.distance_m, self.yaw_deg);
         scene
     }
+}
+
+/// The scene in a light, its first panel of an interval.
+pub(super) fn with_panel(scene: &Scene, illuminance_lx: f64, interval: f64) -> Scene {
+    let mut scene = scene.clone();
+    scene.ambient.illuminance_lx = illuminance_lx;
+    for panel in scene.panels.iter_mut().take(1) {
+        panel.interval = interval;
+    }
+    scene
 }

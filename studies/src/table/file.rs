@@ -1,7 +1,8 @@
 //! The file of a table found by a search: the ratios ([`sim::l2a::file`]) and all that they came from.
 //!
 //! Beside the ratios it has the settings of the search (`search`), the scene, the outcome of each illuminance and interval
-//! (`entries`) and of each setting (`cells`).
+//! (`entries`) and of each setting (`cells`). One made by reach has `reach`, `reach_entries` and, for each ratio tried, `reach_points`
+//! instead.
 
 use std::cmp::Ordering;
 use std::path::Path;
@@ -11,9 +12,11 @@ use sim::accuracy::Level;
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
 
+use super::by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey};
 use super::outcome::{Cell, Entry, Rule};
 use super::survey::Survey;
 use crate::optimum::Criterion;
+use crate::reach::Curve;
 
 /// The settings of the search that a table came from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +82,51 @@ pub struct TableFile {
     pub entries: Vec<Entry>,
     /// What was found at each setting.
     pub cells: Vec<Cell>,
+    /// Where they come from, if by a search by reach.
+    pub reach: Option<ReachRecord>,
+    /// What that found for each illuminance and interval.
+    pub reach_entries: Vec<ReachEntry>,
+    /// The reach at each ratio that it tried.
+    pub reach_points: Vec<ReachPoint>,
 }
+
+/// A search that says nothing of a ratio.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is all \
+     it looked among: make this entry with `vocc optimize --criterion reach`, farther away, or with more frames"
+)]
+pub struct Unknown {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The lowest ratio.
+    pub low: f64,
+    /// The highest ratio.
+    pub high: f64,
+}
+
+impl Unknown {
+    /// That of a ratio whose interval is the range it was looked for in, if it is.
+    fn of(
+        illuminance_lx: f64,
+        interval: f64,
+        l2a_95: [f64; 2],
+        [low, high]: [f64; 2],
+    ) -> Option<Self> {
+        let is_all = l2a_95[0] <= low * (1.0 + SAME) && l2a_95[1] >= high * (1.0 - SAME);
+        is_all.then_some(Self {
+            illuminance_lx,
+            interval,
+            low,
+            high,
+        })
+    }
+}
+
+/// Ratios that differ by no more than this share are the same: files have five digits.
+const SAME: f64 = 1e-4;
 
 /// What a file says of where its ratios come from.
 #[derive(Deserialize)]
@@ -90,23 +137,51 @@ struct Origin {
     entries: Vec<Entry>,
     #[serde(default)]
     cells: Vec<Cell>,
+    reach: Option<ReachRecord>,
+    #[serde(default)]
+    reach_entries: Vec<ReachEntry>,
+    #[serde(default)]
+    reach_points: Vec<ReachPoint>,
 }
 
 impl TableFile {
-    /// The file of a survey of which nothing is done yet.
-    pub fn of(survey: &Survey, scene: &Scene) -> Self {
+    /// A file with nothing but ratios.
+    pub fn plain(ratios: RatioFile) -> Self {
         Self {
-            ratios: RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone()),
-            search: Some(SearchRecord::of(survey)),
-            scene: Some(scene.clone()),
+            ratios,
+            search: None,
+            scene: None,
             entries: Vec::new(),
             cells: Vec::new(),
+            reach: None,
+            reach_entries: Vec::new(),
+            reach_points: Vec::new(),
+        }
+    }
+
+    /// The file of a survey of which nothing is done yet.
+    pub fn of(survey: &Survey, scene: &Scene) -> Self {
+        let ratios = RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone());
+        Self {
+            search: Some(SearchRecord::of(survey)),
+            scene: Some(scene.clone()),
+            ..Self::plain(ratios)
+        }
+    }
+
+    /// The same of a survey by reach.
+    pub fn of_reach(survey: &ReachSurvey, scene: &Scene) -> Self {
+        let ratios = RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone());
+        Self {
+            reach: Some(ReachRecord::of(survey)),
+            scene: Some(scene.clone()),
+            ..Self::plain(ratios)
         }
     }
 
     /// Whether both are of the same survey of the same scene, finished or not.
     pub fn is_of_same_survey(&self, other: &Self) -> bool {
-        (&self.search, &self.scene) == (&other.search, &other.scene)
+        (&self.search, &self.reach, &self.scene) == (&other.search, &other.reach, &other.scene)
             && (&self.ratios.illuminance_lx, &self.ratios.interval)
                 == (&other.ratios.illuminance_lx, &other.ratios.interval)
     }
@@ -118,35 +193,106 @@ impl TableFile {
             .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
     }
 
-    /// Adds what was found for one illuminance and interval.
-    pub fn add(&mut self, rule: Rule, entry: Entry, cells: Vec<Cell>) {
-        let ratios = &mut self.ratios;
-        let row = ratios
-            .illuminance_lx
+    /// The entry of an illuminance and an interval by reach, if it is there.
+    pub fn reach_entry(&self, illuminance_lx: f64, interval: f64) -> Option<&ReachEntry> {
+        self.reach_entries
             .iter()
-            .position(|&e| e == entry.illuminance_lx);
-        let column = ratios.interval.iter().position(|&i| i == entry.interval);
-        let place = row.and_then(|row| ratios.l2a.get_mut(row)?.get_mut(column?));
-        if let Some(ratio) = place {
-            // To a thousandth: finer than any uncertainty, and what a reader can take in.
-            *ratio = (entry.l2a(rule) * 1e3).round() / 1e3;
-        }
+            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
+    }
+
+    /// The reach over the ratio at an illuminance and an interval, where it is known.
+    pub fn curve(&self, illuminance_lx: f64, interval: f64) -> Option<Curve> {
+        let is_it = |point: &&ReachPoint| {
+            (point.illuminance_lx, point.interval) == (illuminance_lx, interval)
+        };
+        let points: Vec<&ReachPoint> = self.reach_points.iter().filter(is_it).collect();
+        let curve = Curve::through(points.iter().map(|point| (point.l2a, point.reach_m)));
+        (points.len() > 1).then_some(curve)
+    }
+
+    /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.
+    pub fn l2a_95(&self, illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
+        let by_reach = self.reach_entry(illuminance_lx, interval);
+        by_reach.map(|entry| entry.l2a_95).or_else(|| {
+            let rule = self.search.as_ref()?.rule;
+            Some(self.entry(illuminance_lx, interval)?.l2a_95(rule))
+        })
+    }
+
+    /// The entries of which the search says nothing.
+    pub fn unknown(&self) -> impl Iterator<Item = Unknown> {
+        let by_search = self.search.iter().flat_map(|search| {
+            self.entries.iter().filter_map(|entry| {
+                let l2a_95 = entry.l2a_95(search.rule);
+                Unknown::of(entry.illuminance_lx, entry.interval, l2a_95, search.range)
+            })
+        });
+        let by_reach = self.reach.iter().flat_map(|reach| {
+            self.reach_entries.iter().filter_map(|entry| {
+                let all = entry.loses_nothing;
+                Unknown::of(entry.illuminance_lx, entry.interval, all, reach.range)
+            })
+        });
+        by_search.chain(by_reach)
+    }
+
+    /// Adds what was found for one illuminance and interval. A ratio of which the search says nothing stays missing.
+    pub fn add(&mut self, rule: Rule, entry: Entry, cells: Vec<Cell>) {
         self.entries.push(entry);
         self.cells.extend(cells);
-        // In the order of the axes, whatever was finished first.
-        let order = |a: [f64; 2], b: [f64; 2]| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
+        self.put(entry.illuminance_lx, entry.interval, entry.l2a(rule));
         self.entries.sort_by(|a, b| {
-            order(
+            in_order(
                 [a.illuminance_lx, a.interval],
                 [b.illuminance_lx, b.interval],
             )
         });
         self.cells.sort_by(|a, b| {
-            order(
+            in_order(
                 [a.illuminance_lx, a.interval],
                 [b.illuminance_lx, b.interval],
             )
         });
+    }
+
+    /// The same by reach.
+    pub fn add_reach(&mut self, entry: ReachEntry, points: Vec<ReachPoint>) {
+        self.reach_entries.push(entry);
+        self.reach_points.extend(points);
+        self.put(entry.illuminance_lx, entry.interval, entry.l2a);
+        self.reach_entries.sort_by(|a, b| {
+            in_order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
+        self.reach_points.sort_by(|a, b| {
+            in_order(
+                [a.illuminance_lx, a.interval],
+                [b.illuminance_lx, b.interval],
+            )
+        });
+    }
+
+    /// Puts a ratio in its place, where something is known of it.
+    fn put(&mut self, illuminance_lx: f64, interval: f64, l2a: f64) {
+        let is_it = |unknown: Unknown| {
+            (unknown.illuminance_lx, unknown.interval) == (illuminance_lx, interval)
+        };
+        if self.unknown().any(is_it) {
+            return;
+        }
+        let ratios = &mut self.ratios;
+        let row = ratios
+            .illuminance_lx
+            .iter()
+            .position(|&e| e == illuminance_lx);
+        let column = ratios.interval.iter().position(|&i| i == interval);
+        let place = row.and_then(|row| ratios.l2a.get_mut(row)?.get_mut(column?));
+        if let Some(ratio) = place {
+            // To a thousandth: finer than any uncertainty, and what a reader can take in.
+            *ratio = (l2a * 1e3).round() / 1e3;
+        }
     }
 
     /// The table of a file, and all that the file says of it.
@@ -170,6 +316,9 @@ impl TableFile {
             scene: origin.scene,
             entries: origin.entries,
             cells: origin.cells,
+            reach: origin.reach,
+            reach_entries: origin.reach_entries,
+            reach_points: origin.reach_points,
         })
     }
 
@@ -185,19 +334,37 @@ impl TableFile {
             &self.entries,
         )?;
         text += &lines("cells", "What was found at each setting", &self.cells)?;
+        text += &lines(
+            "reach_entries",
+            "What the reach says of each",
+            &self.reach_entries,
+        )?;
+        text += &lines(
+            "reach_points",
+            "The reach at each ratio",
+            &self.reach_points,
+        )?;
         #[derive(Serialize)]
         struct Origin<'a> {
             #[serde(skip_serializing_if = "Option::is_none")]
             search: &'a Option<SearchRecord>,
             #[serde(skip_serializing_if = "Option::is_none")]
+            reach: &'a Option<ReachRecord>,
+            #[serde(skip_serializing_if = "Option::is_none")]
             scene: &'a Option<Scene>,
         }
         let origin = Origin {
             search: &self.search,
+            reach: &self.reach,
             scene: &self.scene,
         };
         Ok(format!("{text}\n{}", toml::to_string(&origin)?))
     }
+}
+
+/// In the order of the axes, whatever was finished first.
+fn in_order(a: [f64; 2], b: [f64; 2]) -> Ordering {
+    a.partial_cmp(&b).unwrap_or(Ordering::Equal)
 }
 
 /// A list of tables, one a line; nothing of an empty one.

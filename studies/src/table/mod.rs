@@ -1,17 +1,24 @@
 //! Tables of the best LED-to-ambient ratio: made by searches over many settings, written to files, read by transmitters.
 //!
 //! - [`Survey`]: the best ratio at intervals × distances × illuminances × yaws, and what of it a transmitter should carry.
+//! - [`ReachSurvey`]: the same by the distance that messages reach, at intervals × illuminances; [`Bounds`]: within the light that a lamp
+//!   must and may give.
 //! - [`TableFile`]: the file that holds it, with all that it came from.
 //!
 //! A transmitter knows the light and its own interval, but not who looks at it from where: it carries one ratio for each
 //! illuminance and interval, by one of two rules over the distances ([`Rule`]).
 
+mod axes;
+mod by_reach;
 mod condition;
 mod file;
+mod intensity;
 mod outcome;
 mod survey;
 
+pub use by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey, ReachSurveyError};
 pub use condition::Condition;
-pub use file::{SearchRecord, TableFile};
+pub use file::{SearchRecord, TableFile, Unknown};
+pub use intensity::{Bounds, LAMPS, luminance_cd_m2, panel_cd};
 pub use outcome::{Cell, Entry, Rule};
 pub use survey::{News, Survey, SurveyError};

@@ -119,7 +119,7 @@ impl Entry {
 }
 
 /// A number as it is written: five digits, which is more than chance leaves of it.
-fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     five_digits(*value).serialize(serializer)
 }
 
@@ -129,7 +129,10 @@ fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::
 }
 
 /// The same of two.
-fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn short_pair<S: Serializer>(
+    values: &[f64; 2],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     values.map(five_digits).serialize(serializer)
 }
 

@@ -1,10 +1,11 @@
 //! The best ratio at many settings of a scene.
 
+use super::axes::check_axes;
 use super::condition::Condition;
 use super::outcome::{Cell, Entry, Rule};
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from};
-use link::l2a_table::{L2A_MIN, L2aTable, TableError};
+use link::l2a_table::TableError;
 use sim::scene::{RangeError, Scene};
 
 /// The settings a search is done at: every combination of the values of four scene keys.
@@ -137,15 +138,7 @@ impl Survey {
             };
             setting.of(scene).validate()?;
         }
-        let ratios = vec![L2A_MIN; self.illuminance_lx.len() * self.interval.len()];
-        let [illuminances, intervals] =
-            [&self.illuminance_lx, &self.interval].map(|axis| axis.iter().map(|&x| x as f32));
-        L2aTable::new(
-            &illuminances.collect::<Vec<_>>(),
-            &intervals.collect::<Vec<_>>(),
-            &ratios,
-        )?;
-        Ok(())
+        Ok(check_axes(&self.illuminance_lx, &self.interval)?)
     }
 
     /// How many settings there are.

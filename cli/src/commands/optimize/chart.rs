@@ -3,6 +3,7 @@
 use studies::table::{Entry, Survey, TableFile};
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, RGBColor, Series, colours};
+use crate::report::table;
 
 /// Pixels of a chart across and down.
 const SIZE_PX: (i32, i32) = (500, 460);
@@ -10,7 +11,7 @@ const SIZE_PX: (i32, i32) = (500, 460);
 /// The best ratios of the settings on the left, those that the table could hold on the right.
 pub fn draw(file: &TableFile, survey: &Survey) -> anyhow::Result<Drawing> {
     let right = if survey.illuminance_lx.len() > 1 {
-        over_illuminance(file, survey)
+        table::over_light(file)
     } else {
         over_interval(file, survey)
     };
@@ -52,25 +53,6 @@ fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
         series: rules
             .map(|((name, points), colour)| series(name, colour, points))
             .collect(),
-    }
-}
-
-/// What the table holds over the illuminance.
-fn over_illuminance(file: &TableFile, survey: &Survey) -> Chart {
-    let of_interval = |interval: f64| {
-        let entries = file.entries.iter();
-        let entries = entries.filter(move |entry| entry.interval == interval);
-        entries.map(|entry| {
-            let rule = survey.rule;
-            point(entry.illuminance_lx, entry.l2a(rule), entry.l2a_95(rule))
-        })
-    };
-    let illuminances = survey.illuminance_lx.iter().copied();
-    Chart {
-        title: "What the table holds".into(),
-        x: Axis::around_logarithms("ambient illuminance (lx)", illuminances),
-        y: ratios(survey),
-        series: by_interval(survey, |interval| of_interval(interval).collect()),
     }
 }
 

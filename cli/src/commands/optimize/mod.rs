@@ -1,5 +1,7 @@
 //! `vocc optimize`: the best LED-to-ambient ratio at many settings, and the table a transmitter carries.
 
+mod by_criterion;
+mod by_reach;
 mod chart;
 mod rounds;
 
@@ -9,23 +11,19 @@ use anyhow::{Context, ensure};
 use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::optimum::{Criterion, RANGE, Search};
-use studies::table::{News, Rule, Survey, TableFile};
+use studies::optimum::{Criterion, RANGE};
+use studies::table::{Rule, TableFile};
 
 use crate::commands::evaluate::single_precision;
-use crate::files;
 use crate::options::Shared;
-use crate::output::Answer;
-use crate::outputs;
-use crate::report::optimum::Report;
-use crate::stop::stop;
-use crate::{plot, results};
-use rounds::{About, Rounds};
+use crate::output::{Answer, tell};
+use crate::{files, outputs, results};
 
 /// How long it takes.
 const DURATION: &str = "\
 Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less where the best ratio is soon \
-known to --tolerance or --frames are few.";
+known to --tolerance or --frames are few. By reach, an illuminance and an interval take a second with k-means, some minutes with the best \
+detector.";
 
 /// Arguments of `vocc optimize`.
 #[derive(clap::Args)]
@@ -37,37 +35,43 @@ pub struct Arguments {
     /// Normalised LED intervals, ascending: the table's columns.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 1.0, 1.5, 2.0], allow_negative_numbers = true)]
     intervals: Vec<f64>,
-    /// Distances in metres.
-    #[arg(long, value_delimiter = ',', default_values_t = [30.0, 40.0, 50.0, 60.0, 70.0], allow_negative_numbers = true)]
-    distances: Vec<f64>,
+    /// Distances in metres; 30 to 70 without it. By reach, none: all are looked at.
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    distances: Option<Vec<f64>>,
     /// Ambient illuminances in lux, ascending: the table's rows; without it, the scene's alone.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     illuminances: Option<Vec<f64>>,
     /// Turns of the panel about the vertical, in degrees: the table is for the first, the others show what it costs there.
-    #[arg(long, value_delimiter = ',', default_values_t = [0.0], allow_negative_numbers = true)]
-    yaws: Vec<f64>,
-    /// What is maximised: b2w, fisher or ber (the least bit error rate).
-    #[arg(long, default_value = "b2w")]
-    criterion: Criterion,
-    /// What the table holds of the distances: mean (of their best ratios) or least-ber (the ratio of the least mean bit error rate).
-    #[arg(long, default_value = "mean", value_parser = rule)]
-    rule: Rule,
-    /// The most frames at one ratio, from 64 to 100 000 000.
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    frames: u64,
-    /// A search ends when the 95 % interval of the best ratio is no wider than ± this; 0: with all frames.
-    #[arg(long, default_value_t = 0.01, allow_negative_numbers = true)]
-    tolerance: f64,
+    /// By reach, the scene's own turn counts.
+    #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
+    yaws: Option<Vec<f64>>,
+    /// What is maximised: b2w, fisher, ber (the least bit error rate) or reach (how far away a message is read).
+    #[arg(long, default_value = "b2w", value_parser = aim)]
+    criterion: Aim,
+    /// What the table holds of the distances: mean (of their best ratios, the default) or least-ber (the ratio of the least mean bit error
+    /// rate).
+    #[arg(long, value_parser = rule)]
+    rule: Option<Rule>,
+    /// The most frames at one ratio (by reach: and distance), from 64 to 100 000 000; 100 000 without it, by reach 4096.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    frames: Option<u64>,
+    /// A search ends when the 95 % interval of the best ratio is no wider than ± this, 0.01 without it; by reach, ± this share of the ratio,
+    /// 0.05 without it. 0: with all frames.
+    #[arg(long, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// A first look: fewer frames and a wider interval where none are given.
+    #[arg(long)]
+    quick: bool,
     /// The ratios looked among: the lowest and the highest.
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", default_values_t = RANGE, allow_negative_numbers = true)]
     range: Vec<f64>,
     /// Keep the scene's reflectance instead of drawing each frame's from 0.3 to 0.5.
     #[arg(long)]
     fixed_reflectance: bool,
-    /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. The default is the
-    /// paper's; `best` takes longer.
-    #[arg(long, default_value = "kmeans")]
-    detector: DetectorChoice,
+    /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. Without it the paper's,
+    /// kmeans; `best` takes longer.
+    #[arg(long)]
+    detector: Option<DetectorChoice>,
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
@@ -77,6 +81,27 @@ pub struct Arguments {
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
     resume: bool,
+    #[command(flatten)]
+    reach: by_reach::Options,
+}
+
+/// What is maximised.
+#[derive(Clone, Copy)]
+enum Aim {
+    /// At each distance.
+    Criterion(Criterion),
+    /// Over all distances.
+    Reach,
+}
+
+fn aim(text: &str) -> Result<Aim, String> {
+    match text.parse() {
+        _ if text == "reach" => Ok(Aim::Reach),
+        Ok(criterion) => Ok(Aim::Criterion(criterion)),
+        Err(_) => Err(format!(
+            "no criterion {text:?}: choose b2w, fisher, ber or reach"
+        )),
+    }
 }
 
 /// How a table is made of the distances.
@@ -89,130 +114,79 @@ fn rule(text: &str) -> Result<Rule, String> {
 }
 
 impl Arguments {
-    fn survey(&self, shared: &Shared, scene: &Scene) -> anyhow::Result<Survey> {
+    fn range(&self) -> anyhow::Result<[f64; 2]> {
         let [low, high] = self.range[..] else {
             anyhow::bail!("--range needs two ratios, such as --range 0.2,4");
         };
-        let search = Search {
-            criterion: self.criterion,
-            range: [low, high],
-            frames: self.frames,
-            tolerance: self.tolerance,
-            seed: shared.seed,
-            random_reflectance: !self.fixed_reflectance,
-            detector: self.detector,
-            level: self.level,
-            stop: stop(),
-        };
-        let own = vec![scene.ambient.illuminance_lx];
-        let survey = Survey {
-            search,
-            rule: self.rule,
-            illuminance_lx: self.illuminances.clone().unwrap_or(own),
-            interval: self.intervals.clone(),
-            distance_m: self.distances.clone(),
-            yaw_deg: self.yaws.clone(),
-        };
-        survey.check(scene)?;
-        Ok(survey)
+        Ok([low, high])
     }
 
-    /// The table to go on from: an empty one, or what an earlier run has left.
-    fn begun(&self, survey: &Survey, scene: &Scene) -> anyhow::Result<TableFile> {
-        let empty = TableFile::of(survey, scene);
-        let Some(path) = self.out.as_ref().filter(|path| path.exists()) else {
+    /// The table's rows.
+    fn illuminances(&self, scene: &Scene) -> Vec<f64> {
+        let own = || vec![scene.ambient.illuminance_lx];
+        self.illuminances.clone().unwrap_or_else(own)
+    }
+
+    /// The table to go on from: an empty one, or what an earlier run has left. It is kept at once: what cannot be written should not be
+    /// searched first.
+    fn begun(&self, empty: TableFile, scene: &Scene) -> anyhow::Result<TableFile> {
+        let Some(path) = &self.out else {
             return Ok(empty);
         };
-        ensure!(
-            self.resume,
-            "{} exists: go on from it with --resume, or name another file",
-            path.display()
-        );
-        let begun = TableFile::read(path)?;
-        ensure!(
-            begun.is_of_same_survey(&empty),
-            "{} is of other settings: scene, axes, distances, criterion, rule, frames, tolerance, range, seed, \
-             detector, level and version must be the same",
-            path.display()
-        );
+        results::check(
+            path,
+            "toml",
+            &["svg", "png"],
+            outputs::files_of(&self.scene, scene),
+        )?;
+        let begun = if path.exists() {
+            ensure!(
+                self.resume,
+                "{} exists: go on from it with --resume, or name another file",
+                path.display()
+            );
+            let begun = TableFile::read(path)?;
+            ensure!(
+                begun.is_of_same_survey(&empty),
+                "{} is of other settings: scene, axes, distances, criterion, rule, frames, tolerance, range, seed, \
+                 detector, level and version, by reach the message, the choice and the light too, must be the same",
+                path.display()
+            );
+            begun
+        } else {
+            empty
+        };
+        self.keep(&begun)?;
         Ok(begun)
     }
 
     fn keep(&self, file: &TableFile) -> anyhow::Result<()> {
         let Some(path) = &self.out else { return Ok(()) };
-        let text = file
-            .to_toml()
-            .context("the table cannot be written as TOML")?;
-        files::write(path, text)
+        files::write(path, as_toml(file)?)
+    }
+
+    /// Whether something is known of every ratio; what is not is told.
+    fn verdict(&self, file: &TableFile) -> anyhow::Result<Answer> {
+        let mut answer = Answer::Yes;
+        for unknown in file.unknown() {
+            tell(format_args!("vocc: {unknown}"));
+            answer = Answer::No;
+        }
+        Ok(answer)
     }
 }
 
 /// Searches, prints and writes.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene(&arguments.scene)?;
-    let survey = arguments.survey(shared, &scene)?;
-    if let Some(path) = &arguments.out {
-        let read = outputs::files_of(&arguments.scene, &scene);
-        results::check(path, "toml", &["svg", "png"], read)?;
+    match arguments.criterion {
+        Aim::Criterion(criterion) => by_criterion::run(arguments, shared, &scene, criterion),
+        Aim::Reach => by_reach::run(arguments, shared, &scene),
     }
-    let mut file = arguments.begun(&survey, &scene)?;
-    // What cannot be written should not be searched first.
-    arguments.keep(&file)?;
-    let settings = settings(&survey, &scene)?;
-    let mut report = Report::new(&survey, &file, shared.json)?;
-    for &illuminance_lx in &survey.illuminance_lx {
-        for &interval in &survey.interval {
-            if file.entry(illuminance_lx, interval).is_some() {
-                continue;
-            }
-            // What is kept may be read later.
-            if arguments.out.is_none() && !report.is_read() {
-                return Ok(Answer::Yes);
-            }
-            let about = About {
-                table: &settings,
-                illuminance_lx,
-                interval,
-            };
-            let begun = arguments
-                .out
-                .as_deref()
-                .map(|path| Rounds::begin(path, &about));
-            let (mut rounds, known) = begun.transpose()?.unzip();
-            let known = &mut known.into_iter().flatten();
-            let searched = survey.entry_from(&scene, illuminance_lx, interval, known, |news| {
-                if let (News::Piece(piece), Some(rounds)) = (&news, &mut rounds)
-                    && !piece.is_known
-                {
-                    rounds.add(piece.batches);
-                }
-                report.heard(news);
-            });
-            match searched {
-                Ok((entry, cells)) => {
-                    let told = report.entry(&entry, &cells);
-                    file.add(survey.rule, entry, cells);
-                    arguments.keep(&file)?;
-                    rounds.map_or(Ok(()), Rounds::finish)?;
-                    told?;
-                }
-                Err(error) if error.is_interruption() => {
-                    report.interrupted(arguments.out.as_deref());
-                    return Ok(Answer::No);
-                }
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-    if let Some(path) = &arguments.out {
-        plot::save(&results::stem(path, "toml"), &chart::draw(&file, &survey)?)?;
-    }
-    Ok(Answer::Yes)
 }
 
-/// What a search depends on, as its table says it.
-fn settings(survey: &Survey, scene: &Scene) -> anyhow::Result<String> {
-    TableFile::of(survey, scene)
-        .to_toml()
+/// A table as its file says it; of an empty one, what its search depends on.
+fn as_toml(file: &TableFile) -> anyhow::Result<String> {
+    file.to_toml()
         .context("the table cannot be written as TOML")
 }

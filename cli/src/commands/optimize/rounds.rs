@@ -1,5 +1,4 @@
-//! The rounds of the entry in work, kept beside the table piece by piece as they are finished, so that an interrupted search goes on from
-//! them.
+//! What is finished of the entry in work, kept beside the table piece by piece, so that an interrupted search goes on from there.
 //!
 //! A line each, behind a checksum of it and all before, after one that says of what they are pieces. It is the one file that grows and is
 //! not replaced: a piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
@@ -11,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use sim::input;
 use studies::checksum;
-use studies::monte_carlo::Evaluation;
 
 use crate::{files, output};
 
@@ -22,7 +21,7 @@ const EXTENSION: &str = "rounds";
 /// Between two times that the rounds are made safe against a power cut.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
-/// The rounds of one entry.
+/// The pieces of one entry.
 pub struct Rounds {
     path: PathBuf,
     /// None where nothing can be kept.
@@ -32,7 +31,7 @@ pub struct Rounds {
     synced: Instant,
 }
 
-/// Of what they are rounds.
+/// Of what they are pieces.
 #[derive(Serialize)]
 pub struct About<'a> {
     /// The table without entries, which says all settings.
@@ -45,7 +44,10 @@ pub struct About<'a> {
 
 impl Rounds {
     /// Those beside a table; with the pieces that an earlier run has finished.
-    pub fn begin(table: &Path, about: &About) -> anyhow::Result<(Self, Vec<Vec<Evaluation>>)> {
+    pub fn begin<Piece: DeserializeOwned>(
+        table: &Path,
+        about: &About,
+    ) -> anyhow::Result<(Self, Vec<Piece>)> {
         let path = table.with_added_extension(EXTENSION);
         let head = serde_json::to_string(about)?;
         let found = input::read_text(&path, input::RESULTS_MAX).unwrap_or_default();
@@ -65,9 +67,9 @@ impl Rounds {
     }
 
     /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
-    pub fn add(&mut self, batches: &[Evaluation]) {
+    pub fn add(&mut self, piece: &impl Serialize) {
         let Some(file) = &mut self.file else { return };
-        let kept = append(file, batches, &self.sum).and_then(|sum| {
+        let kept = append(file, piece, &self.sum).and_then(|sum| {
             self.sum = sum;
             if self.synced.elapsed() > SYNC_EVERY {
                 self.synced = Instant::now();
@@ -92,8 +94,8 @@ impl Rounds {
 }
 
 /// Adds a line, whose checksum it gives, after one of the checksum `last`.
-fn append(file: &mut File, batches: &[Evaluation], last: &str) -> std::io::Result<String> {
-    let piece = serde_json::to_string(batches)?;
+fn append(file: &mut File, piece: &impl Serialize, last: &str) -> std::io::Result<String> {
+    let piece = serde_json::to_string(piece)?;
     let sum = sum(last, &piece);
     file.write_all(format!("{sum} {piece}\n").as_bytes())?;
     Ok(sum)
@@ -105,15 +107,15 @@ fn sum(last: &str, piece: &str) -> String {
 }
 
 /// The part of a file that is whole and begins with `head`, its pieces, and the last one's checksum.
-fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>, String) {
+fn whole<Piece: DeserializeOwned>(text: &str, head: &str) -> (String, Vec<Piece>, String) {
     let mut kept = format!("{head}\n");
     let (mut known, mut sum) = (Vec::new(), String::new());
     let lines = text.strip_prefix(&kept).unwrap_or_default();
     for line in lines.split_inclusive('\n') {
-        let Some((batches, own)) = piece(line, &sum) else {
+        let Some((found, own)) = piece(line, &sum) else {
             break;
         };
-        known.push(batches);
+        known.push(found);
         kept += line;
         sum = own;
     }
@@ -121,14 +123,16 @@ fn whole(text: &str, head: &str) -> (String, Vec<Vec<Evaluation>>, String) {
 }
 
 /// The piece of a line after one of the checksum `last`, and its own; none if it is damaged.
-fn piece(line: &str, last: &str) -> Option<(Vec<Evaluation>, String)> {
+fn piece<Piece: DeserializeOwned>(line: &str, last: &str) -> Option<(Piece, String)> {
     let (found, piece) = line.strip_suffix('\n')?.split_once(' ')?;
-    let batches = serde_json::from_str(piece).ok()?;
-    (found == sum(last, piece)).then(|| (batches, found.into()))
+    let whole = serde_json::from_str(piece).ok()?;
+    (found == sum(last, piece)).then(|| (whole, found.into()))
 }
 
 #[cfg(test)]
 mod tests {
+    use studies::monte_carlo::Evaluation;
+
     use super::*;
 
     #[test]
@@ -141,7 +145,8 @@ mod tests {
             interval,
         };
         let round = vec![Evaluation::default(); 2];
-        let (mut rounds, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        let (mut rounds, known) =
+            Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
         assert!(known.is_empty());
         rounds.add(&round);
         rounds.add(&round);
@@ -149,23 +154,24 @@ mod tests {
         let path = table.with_added_extension(EXTENSION);
         let text = std::fs::read_to_string(&path).expect("rounds");
         std::fs::write(&path, &text[..text.len() - 5]).expect("room");
-        let (mut rounds, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        let (mut rounds, known) =
+            Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
         assert_eq!(known, std::slice::from_ref(&round));
         rounds.add(&round);
         drop(rounds);
         assert_eq!(std::fs::read_to_string(&path).expect("rounds"), text);
         let damaged = text.replacen("\"on\"", "\"no\"", 1);
         std::fs::write(&path, damaged).expect("room");
-        let (_, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+        let (_, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
         assert!(known.is_empty(), "it is damaged");
         let lines: Vec<&str> = text.split_inclusive('\n').collect();
         for moved in [vec![0, 1, 1], vec![0, 2, 1], vec![0, 2]] {
             let moved: Vec<&str> = moved.into_iter().map(|line| lines[line]).collect();
             std::fs::write(&path, moved.concat()).expect("room");
-            let (_, known) = Rounds::begin(&table, &about(1.0)).expect("room");
+            let (_, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
             assert_eq!(known.len(), usize::from(moved[1] == lines[1]));
         }
-        let (rounds, known) = Rounds::begin(&table, &about(2.0)).expect("room");
+        let (rounds, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(2.0)).expect("room");
         assert!(known.is_empty(), "they are of another interval");
         rounds.finish().expect("removed");
         assert!(!path.exists());

@@ -1,18 +1,22 @@
-//! `vocc table`: what a table holds, whether a transmitter can use it, and the way there and back.
+//! `vocc table`: what a table holds, whether a transmitter can use it, what another one would change, and the way there and back.
 
+mod diff;
 mod transfer;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::Subcommand;
 use link::l2a_table::L2aTable;
 use serde::Serialize;
+use sim::l2a::file::RatioFile;
 use sim::l2a::read_table;
 use studies::table::TableFile;
 
 use self::transfer::Transfer;
 use crate::options::Shared;
 use crate::output::{Answer, json, line};
+use crate::{plot, report, results};
 
 /// Arguments of `vocc table`.
 #[derive(clap::Args)]
@@ -30,8 +34,18 @@ enum Action {
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
+        /// Draw it: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the ratio; .svg and .png.
+        #[arg(long, value_name = "FILE.png", value_parser = plot_file, conflicts_with = "rust")]
+        plot: Option<PathBuf>,
     },
-    /// Whether a file holds a table that a transmitter can use.
+    /// What another table says otherwise, and what that costs in reach where one of them was made by reach; status 1 where they differ.
+    Diff {
+        /// The table's TOML file.
+        old: PathBuf,
+        /// The other one.
+        new: PathBuf,
+    },
+    /// Whether a file holds a table that a transmitter can use, and something is known of each of its ratios.
     Check {
         /// The table's TOML file.
         file: PathBuf,
@@ -58,27 +72,22 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Action::Show {
             file: Some(path),
             rust: true,
+            ..
         } => {
             // A table that no transmitter takes is not shipped.
             read_table(path)?;
             line(source(&TableFile::read(path)?).trim_end())?;
         }
-        Action::Show { file, .. } => {
-            let table = match file {
-                Some(path) => read_table(path)?,
-                None => L2aTable::shipped(),
-            };
-            let carried = Carried::of(&table);
-            match shared.json {
-                true => json(&carried)?,
-                false => carried.print()?,
-            }
-        }
+        Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
+        Action::Diff { old, new } => return diff::run(old, new, shared.json),
         Action::Push(transfer) => return transfer.push(shared),
         Action::Pull(transfer) => return transfer.pull(shared),
         Action::Verify(transfer) => return transfer.verify(shared),
         Action::Check { file } => {
             let carried = Carried::of(&read_table(file)?);
+            if let Some(unknown) = TableFile::read(file)?.unknown().next() {
+                return Err(unknown).with_context(|| file.display().to_string());
+            }
             match shared.json {
                 true => json(&carried)?,
                 false => line(&format!(
@@ -93,7 +102,51 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
+/// Prints a table, the one that the firmware ships with where there is no file, and draws it where that is asked for.
+fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Result<()> {
+    let (table, file) = match file {
+        Some(path) => (read_table(path)?, Some(TableFile::read(path)?)),
+        None => (L2aTable::shipped(), None),
+    };
+    let carried = Carried::of(&table);
+    if as_json {
+        json(&carried)?;
+    } else {
+        carried.print()?;
+    }
+    let file = file.unwrap_or_else(|| TableFile::plain(carried.ratios()));
+    if !as_json {
+        report::table::sketch(&file)
+            .iter()
+            .try_for_each(|sketch| line(sketch))?;
+        if !file.reach_entries.is_empty() {
+            line(report::table::REACH_HEAD)?;
+        }
+        let entries = file.reach_entries.iter().map(report::table::reach_line);
+        entries.into_iter().try_for_each(|entry| line(&entry))?;
+    }
+    let Some(path) = plot else { return Ok(()) };
+    plot::save(&results::stem(path, "png"), &report::table::draw(&file)?)
+}
+
+/// A picture's file.
+fn plot_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|kind| kind == "png") {
+        true => Ok(path),
+        false => Err("give a file that ends in .png; the same goes beside it as .svg".into()),
+    }
+}
+
 impl Carried {
+    /// The same as a file has it.
+    fn ratios(&self) -> RatioFile {
+        RatioFile {
+            l2a: self.l2a.clone(),
+            ..RatioFile::empty(self.illuminance_lx.clone(), self.interval.clone())
+        }
+    }
+
     fn of(table: &L2aTable) -> Self {
         let interval: Vec<f64> = table.intervals().iter().map(|i| i.to_num()).collect();
         let ratios: Vec<f64> = table.values().iter().map(|ratio| ratio.to_num()).collect();

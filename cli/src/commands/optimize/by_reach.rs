@@ -1,0 +1,180 @@
+//! The best ratio by how far away messages are read.
+
+use anyhow::ensure;
+use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::reach::{Choice, Demand, ReachSearch};
+use studies::table::{Bounds, ReachSurvey, TableFile};
+
+use super::rounds::{About, Rounds};
+use super::{Arguments, as_toml};
+use crate::options::Shared;
+use crate::output::Answer;
+use crate::report::reach::Report;
+use crate::stop::stop;
+use crate::{plot, report, results};
+
+/// The most frames at one ratio and distance, as they are and of a first look.
+const FRAMES: [u64; 2] = [4096, 512];
+/// The share of the ratio by which an interval that ends a search is wider than it, as it is and of a first look.
+const TOLERANCE: [f64; 2] = [0.05, 0.2];
+
+/// Options of a search by reach.
+#[derive(clap::Args)]
+#[command(next_help_heading = "With --criterion reach")]
+pub struct Options {
+    /// Bytes of the message that is to arrive, 1 to 1024; 48 without it.
+    #[arg(long, value_name = "N")]
+    message_bytes: Option<usize>,
+    /// The time for it in seconds, up to 60; 1 without it.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    within: Option<f64>,
+    /// The share of messages that are to arrive by then, 0.5 to 0.99; 0.95 without it.
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    probability: Option<f64>,
+    /// Which ratio to take of those that lose no more than 1 % of the reach: margin (their middle, the default), least-light or best.
+    #[arg(long, value_parser = choice, value_name = "WHICH")]
+    choose: Option<Choice>,
+    /// The least mean luminous intensity of the panel straight ahead, cd.
+    #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
+    min_cd: Option<f64>,
+    /// The most.
+    #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
+    max_cd: Option<f64>,
+    /// Both of a lamp: rear-position, rear-position-variable, stop, stop-variable or daytime-running (UN Regulation No. 148).
+    #[arg(long, value_parser = Bounds::of_lamp, conflicts_with_all = ["min_cd", "max_cd"])]
+    lamp: Option<Bounds>,
+}
+
+fn choice(text: &str) -> Result<Choice, String> {
+    match text {
+        "margin" => Ok(Choice::Margin),
+        "least-light" => Ok(Choice::LeastLight),
+        "best" => Ok(Choice::Best),
+        _ => Err(format!(
+            "no choice {text:?}: choose margin, least-light or best"
+        )),
+    }
+}
+
+fn candela(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(candela) if candela > 0.0 && candela.is_finite() => Ok(candela),
+        _ => Err("give a number of candela above 0".into()),
+    }
+}
+
+impl Options {
+    /// Whether any of them is given.
+    pub fn is_given(&self) -> bool {
+        self.message_bytes.is_some()
+            || self.within.is_some()
+            || self.probability.is_some()
+            || self.choose.is_some()
+            || self.bounds() != Bounds::default()
+    }
+
+    fn bounds(&self) -> Bounds {
+        let own = Bounds {
+            min_cd: self.min_cd,
+            max_cd: self.max_cd,
+        };
+        self.lamp.unwrap_or(own)
+    }
+
+    fn demand(&self) -> Demand {
+        let usual = Demand::default();
+        Demand {
+            message_bytes: self.message_bytes.unwrap_or(usual.message_bytes),
+            within_s: self.within.unwrap_or(usual.within_s),
+            probability: self.probability.unwrap_or(usual.probability),
+        }
+    }
+}
+
+impl Arguments {
+    fn by_reach(&self, shared: &Shared, scene: &Scene) -> anyhow::Result<ReachSurvey> {
+        ensure!(
+            self.distances.is_none() && self.yaws.is_none() && self.rule.is_none(),
+            "--distances, --yaws and --rule are not of --criterion reach, which looks at all distances and at the scene's own turn \
+             (--set pose.yaw_deg=…): leave them out"
+        );
+        let demand = self.reach.demand();
+        let mut survey = ReachSurvey {
+            search: ReachSearch {
+                range: self.range()?,
+                frames: self.frames.unwrap_or(FRAMES[usize::from(self.quick)]),
+                tolerance: self.tolerance.unwrap_or(TOLERANCE[usize::from(self.quick)]),
+                choice: self.reach.choose.unwrap_or_default(),
+                seed: shared.seed,
+                random_reflectance: !self.fixed_reflectance,
+                detector: self.detector.unwrap_or(DetectorChoice::KMeans),
+                level: self.level,
+                stop: stop(),
+                ..ReachSearch::default()
+            },
+            demand,
+            bounds: self.reach.bounds(),
+            illuminance_lx: self.illuminances(scene),
+            interval: self.intervals.clone(),
+        };
+        survey.check(scene)?;
+        survey.search.raw_error_rate =
+            demand.raw_error_rate(scene.link.symbol_rate_hz, shared.seed)?;
+        Ok(survey)
+    }
+}
+
+/// Searches, prints and writes.
+pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
+    let survey = arguments.by_reach(shared, scene)?;
+    let mut file = arguments.begun(TableFile::of_reach(&survey, scene), scene)?;
+    let settings = as_toml(&TableFile::of_reach(&survey, scene))?;
+    let mut report = Report::new(&survey, &file, shared.json)?;
+    for &illuminance_lx in &survey.illuminance_lx {
+        for &interval in &survey.interval {
+            if file.reach_entry(illuminance_lx, interval).is_some() {
+                continue;
+            }
+            // What is kept may be read later.
+            if arguments.out.is_none() && !report.is_read() {
+                return Ok(Answer::Yes);
+            }
+            let about = About {
+                table: &settings,
+                illuminance_lx,
+                interval,
+            };
+            let begun = arguments
+                .out
+                .as_deref()
+                .map(|path| Rounds::begin(path, &about));
+            let (mut kept, known) = begun.transpose()?.unzip();
+            let known = known.unwrap_or_default();
+            let searched = survey.entry(scene, illuminance_lx, interval, &known, |crossing| {
+                if let Some(kept) = &mut kept {
+                    kept.add(crossing);
+                }
+                report.heard();
+            });
+            match searched {
+                Ok((entry, points)) => {
+                    let told = report.entry(&entry, &points);
+                    file.add_reach(entry, points);
+                    arguments.keep(&file)?;
+                    kept.map_or(Ok(()), Rounds::finish)?;
+                    told?;
+                }
+                Err(error) if error.is_interruption() => {
+                    report.interrupted(arguments.out.as_deref());
+                    return Ok(Answer::No);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+    if let Some(path) = &arguments.out {
+        plot::save(&results::stem(path, "toml"), &report::table::draw(&file)?)?;
+    }
+    arguments.verdict(&file)
+}

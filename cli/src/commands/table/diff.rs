@@ -1,0 +1,110 @@
+//! `vocc table diff`: what another table says otherwise, and what it costs.
+
+use std::path::Path;
+
+use link::l2a_table::{Illuminance, Interval, L2aTable};
+use serde::Serialize;
+use sim::l2a::read_table;
+use studies::table::TableFile;
+
+use crate::output::{Answer, json, line};
+
+/// Two tables at one light and interval.
+#[derive(Serialize)]
+struct Difference {
+    illuminance_lx: f64,
+    interval: f64,
+    /// As a transmitter looks them up.
+    old_l2a: f64,
+    new_l2a: f64,
+    /// The reach of each, m, where one of the tables knows it.
+    old_reach_m: Option<f64>,
+    new_reach_m: Option<f64>,
+}
+
+/// Compares them where either has an entry.
+pub fn run(old: &Path, new: &Path, as_json: bool) -> anyhow::Result<Answer> {
+    let tables = [read_table(old)?, read_table(new)?];
+    let files = [TableFile::read(old)?, TableFile::read(new)?];
+    let axis = |of: fn(&TableFile) -> &Vec<f64>| {
+        let mut axis: Vec<f64> = files
+            .iter()
+            .flat_map(|file| of(file).iter().copied())
+            .collect();
+        axis.sort_by(f64::total_cmp);
+        axis.dedup();
+        axis
+    };
+    let (lights, intervals) = (
+        axis(|file| &file.ratios.illuminance_lx),
+        axis(|file| &file.ratios.interval),
+    );
+    if !as_json {
+        line("illuminance  interval     old      new   change       reach")?;
+    }
+    let mut answer = Answer::Yes;
+    for &illuminance_lx in &lights {
+        for &interval in &intervals {
+            let difference = Difference::at(&tables, &files, illuminance_lx, interval);
+            if difference.old_l2a != difference.new_l2a {
+                answer = Answer::No;
+            }
+            match as_json {
+                true => json(&difference)?,
+                false => line(&difference.to_string())?,
+            }
+        }
+    }
+    Ok(answer)
+}
+
+impl Difference {
+    fn at(
+        tables: &[L2aTable; 2],
+        files: &[TableFile; 2],
+        illuminance_lx: f64,
+        interval: f64,
+    ) -> Self {
+        let [old_l2a, new_l2a] = tables.each_ref().map(|table| {
+            let light = Illuminance::saturating_from_num(illuminance_lx);
+            table
+                .l2a(light, Interval::saturating_from_num(interval))
+                .to_num::<f64>()
+        });
+        // The newer one's curve, where both have one.
+        let curve = files
+            .iter()
+            .rev()
+            .find_map(|file| file.curve(illuminance_lx, interval));
+        let reach = |l2a| curve.as_ref().and_then(|curve| curve.reach_m(l2a));
+        Self {
+            illuminance_lx,
+            interval,
+            old_l2a,
+            new_l2a,
+            old_reach_m: reach(old_l2a),
+            new_reach_m: reach(new_l2a),
+        }
+    }
+}
+
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let change = 100.0 * (self.new_l2a / self.old_l2a - 1.0);
+        write!(
+            f,
+            "{:>8} lx  {:>8}  {:>6.3}   {:>6.3}  {change:>+6.1} %",
+            self.illuminance_lx, self.interval, self.old_l2a, self.new_l2a
+        )?;
+        match (self.old_reach_m, self.new_reach_m) {
+            (Some(old), Some(new)) => {
+                write!(
+                    f,
+                    "  {old:.1} to {new:.1} m ({:+.1} %)",
+                    100.0 * (new / old - 1.0)
+                )
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
+
+use studies::table::{ReachEntry, ReachPoint, TableFile};
+
+use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
+
+/// Pixels of a chart across and down.
+const SIZE_PX: (i32, i32) = (500, 460);
+
+/// What stands above [`reach_line`]s.
+pub const REACH_HEAD: &str = "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak";
+
+/// An entry by reach.
+pub fn reach_line(entry: &ReachEntry) -> String {
+    // The end of the range that it is at is also that of what loses nothing.
+    let border = match entry.at_border {
+        true if entry.best_l2a <= entry.loses_nothing[0] => "≤",
+        true => "≥",
+        false => " ",
+    };
+    let flat = if entry.is_flat { ", flat" } else { "" };
+    let lost = entry
+        .lost_at_m
+        .map_or(String::new(), |lost| format!(", lost at {lost} m"));
+    format!(
+        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd {:>7.3} cd{flat}{lost}",
+        entry.illuminance_lx,
+        entry.interval,
+        entry.l2a,
+        entry.l2a_95[0],
+        entry.l2a_95[1],
+        entry.reach_m,
+        entry.loses_nothing[0],
+        entry.loses_nothing[1],
+        entry.best_l2a,
+        entry.mean_cd,
+        entry.peak_cd,
+    )
+}
+
+/// The ratio over the light, a line for each interval: as high as a block, from the lowest ratio to the highest of all.
+pub fn sketch(file: &TableFile) -> Vec<String> {
+    const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let all = || file.ratios.l2a.iter().flatten().copied();
+    let (low, high) = all().fold((f64::INFINITY, 0.0f64), |(low, high), ratio| {
+        (low.min(ratio), high.max(ratio))
+    });
+    let block = |ratio: f64| {
+        let share = (ratio - low) / (high - low).max(f64::MIN_POSITIVE);
+        BLOCKS[((share * 8.0) as usize).min(7)]
+    };
+    let columns = file.ratios.interval.iter().enumerate();
+    columns
+        .map(|(column, interval)| {
+            let ratios = file.ratios.l2a.iter().filter_map(|row| row.get(column));
+            let blocks: String = ratios
+                .map(|&ratio| String::from(block(ratio)).repeat(3))
+                .collect();
+            format!("interval {interval:<4} {blocks}")
+        })
+        .collect()
+}
+
+/// The ratio over the light and, of a table by reach, the reach over the ratio in the least and the most light.
+pub fn draw(file: &TableFile) -> anyhow::Result<Drawing> {
+    let mut charts = vec![over_light(file)];
+    let lights = &file.ratios.illuminance_lx;
+    if !file.reach_points.is_empty() {
+        let ends = [lights.first(), lights.last()];
+        let mut ends: Vec<f64> = ends.into_iter().flatten().copied().collect();
+        ends.dedup();
+        charts.extend(ends.into_iter().map(|light| reach_over_ratio(file, light)));
+    }
+    let columns = charts.len();
+    Page::new(charts, columns, SIZE_PX).draw()
+}
+
+/// What the table holds over the illuminance, with bands of 95 % where they are known.
+pub fn over_light(file: &TableFile) -> Chart {
+    let lights = &file.ratios.illuminance_lx;
+    let of_column = |column: usize, interval: f64| {
+        let rows = lights.iter().zip(&file.ratios.l2a);
+        let known = rows.filter_map(move |(&light, row)| {
+            let ratio = row.get(column).copied().filter(|ratio| ratio.is_finite())?;
+            Some(Point {
+                x: light,
+                y: ratio,
+                y_range: file.l2a_95(light, interval),
+                ..Point::default()
+            })
+        });
+        known.collect()
+    };
+    let all = file.ratios.l2a.iter().flatten().copied();
+    let bands = lights.iter().flat_map(|&light| {
+        let intervals = file.ratios.interval.iter();
+        intervals.filter_map(move |&interval| file.l2a_95(light, interval))
+    });
+    let highest = all
+        .chain(bands.map(|[_, high]| high))
+        .filter(|ratio| ratio.is_finite());
+    Chart {
+        title: "What the table holds".into(),
+        x: Axis::around_logarithms("ambient illuminance (lx)", lights.iter().copied()),
+        y: Axis::from_zero("L2A (1/sr)", highest.collect::<Vec<_>>().into_iter()),
+        series: by_interval(&file.ratios.interval, of_column),
+    }
+}
+
+/// The reach over the ratio in one light.
+fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
+    let of = |interval: f64| {
+        let is_of =
+            move |point: &&ReachPoint| (point.illuminance_lx, point.interval) == (light, interval);
+        file.reach_points.iter().filter(is_of)
+    };
+    let of_column = |_, interval: f64| {
+        let points = of(interval).map(|point| Point {
+            x: point.l2a,
+            y: point.reach_m,
+            y_range: Some(point.reach_m_95),
+            ..Point::default()
+        });
+        points.collect()
+    };
+    let ratios = file.reach_points.iter().map(|point| point.l2a);
+    Chart {
+        title: format!("Reach at {light} lx"),
+        x: Axis::around_logarithms("L2A (1/sr)", ratios),
+        y: Axis::from_zero(
+            "reach (m)",
+            file.reach_points.iter().map(|point| point.reach_m),
+        ),
+        series: by_interval(&file.ratios.interval, of_column),
+    }
+}
+
+fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>) -> Vec<Series> {
+    let names: Vec<String> = intervals
+        .iter()
+        .map(|interval| format!("interval {interval}"))
+        .collect();
+    let columns = intervals
+        .iter()
+        .enumerate()
+        .zip(&names)
+        .zip(colours(&names));
+    columns
+        .map(|(((column, &interval), name), colour)| Series {
+            name: name.clone(),
+            colour,
+            line: Line::Band,
+            points: points(column, interval),
+        })
+        .collect()
+}

@@ -1,0 +1,271 @@
+//! Where, from near to far, too many bits begin to be wrong at a ratio.
+
+use std::collections::BTreeMap;
+
+use rx_pipeline::corners::CornersError;
+use rx_pipeline::likelihood::Experience;
+use serde::{Deserialize, Serialize};
+use sim::scene::Scene;
+
+use super::ReachError;
+use crate::monte_carlo::{EvaluateError, Evaluator, Settings};
+use crate::optimum::{Criterion, Sample, Samples, at_ratio};
+
+/// Steps of the distance in an octave, 4.4 % each: between two of them the log-odds of an error are straight enough to place it to 0.1 %.
+const STEPS_IN_OCTAVE: u32 = 16;
+/// Steps between the distances at which a ratio is looked at from near to far: half an octave.
+const STRIDE: usize = 8;
+/// Frames of a first look.
+const SCOUTS: u64 = 128;
+/// The nearest distance, m.
+const NEAREST_M: f64 = 5.0;
+/// Pixels across the widest panel that is evaluated; nearer ones are looked at from where they are as wide.
+const WIDEST_PX: f64 = 110.0;
+/// Pixels between LEDs that nobody tells apart: no receiver looks at them.
+const CLOSEST_PX: f64 = 1.0;
+/// How often a crossing is moved on by a step before it is taken as it is.
+const MOVES_MAX: u32 = 16;
+
+/// Two distances next to each other, between which too many bits begin to be wrong at a ratio.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Crossing {
+    /// The ratio.
+    pub l2a: f64,
+    /// The steps of the distance.
+    pub(super) steps: [u32; 2],
+    /// What came out at each of them; of the farther one nothing where no LEDs can be told apart there.
+    pub(super) near: Sample,
+    pub(super) far: Option<Sample>,
+}
+
+impl Crossing {
+    /// The distances, m.
+    pub fn distance_m(&self) -> [f64; 2] {
+        self.steps.map(distance_m)
+    }
+
+    /// Rounds of frames that it is known by.
+    pub fn rounds(&self) -> usize {
+        self.near.rounds()
+    }
+
+    /// Frames at each of its distances.
+    pub fn frames(&self) -> u64 {
+        self.near.total().errors.frames()
+    }
+}
+
+/// Where a crossing may be.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Guess {
+    /// Within a step or two of this one.
+    Near(u32),
+    /// Some steps from this one.
+    Beside(u32),
+    /// Nobody knows.
+    Anywhere,
+}
+
+/// The distance of a step, m, to a millimetre.
+fn distance_m(step: u32) -> f64 {
+    let exact = NEAREST_M * (f64::from(step) / f64::from(STEPS_IN_OCTAVE)).exp2();
+    (exact * 1e3).round() / 1e3
+}
+
+/// The last step that is no farther than this.
+fn step_within(distance_m: f64) -> u32 {
+    (f64::from(STEPS_IN_OCTAVE) * (distance_m / NEAREST_M).log2()).max(0.0) as u32
+}
+
+/// The log-odds of a right bit.
+pub(super) fn log_odds(error_rate: f64) -> f64 {
+    ((1.0 - error_rate) / error_rate).ln()
+}
+
+/// A scene's first panel at one ratio, at any distance.
+pub(super) struct Probe<'a> {
+    scene: &'a Scene,
+    settings: Settings,
+    /// Log-odds of a right bit that are asked for.
+    asked: f64,
+    l2a: f64,
+    /// The first and the last step of the distance.
+    ends: [u32; 2],
+    /// What the receiver has learnt at the first distance looked at: it has followed the panel.
+    experience: Option<Experience>,
+    /// Few frames, by step.
+    scouts: BTreeMap<u32, Samples>,
+    /// Many frames, by step.
+    samples: BTreeMap<u32, Samples>,
+}
+
+impl<'a> Probe<'a> {
+    pub fn new(scene: &'a Scene, settings: Settings, raw_error_rate: f64, l2a: f64) -> Self {
+        let pitch_px = pitch_px_at_one_metre(scene);
+        let nearest = step_within(8.0 * pitch_px / WIDEST_PX) + 1;
+        Self {
+            scene,
+            settings,
+            asked: log_odds(raw_error_rate),
+            l2a,
+            ends: [nearest, step_within(pitch_px / CLOSEST_PX).max(nearest + 1)],
+            experience: None,
+            scouts: BTreeMap::new(),
+            samples: BTreeMap::new(),
+        }
+    }
+
+    /// Takes over what is known of it already.
+    pub fn remember(&mut self, known: &Crossing) {
+        let samples = [Some(&known.near), known.far.as_ref()];
+        for (step, sample) in known.steps.into_iter().zip(samples.into_iter().flatten()) {
+            self.samples.insert(step, Samples::of(sample.clone()));
+        }
+    }
+
+    /// The crossing by so many rounds of frames. None if too many bits are wrong at the nearest distance already.
+    pub fn crossing(
+        &mut self,
+        rounds: usize,
+        guess: Guess,
+    ) -> Result<Option<Crossing>, ReachError> {
+        let [first, last] = self.ends;
+        let found = match guess {
+            Guess::Near(step) => Some(step.clamp(first, last - 1)),
+            Guess::Beside(step) => self.last_good(step)?,
+            Guess::Anywhere => self.last_good(first.midpoint(last))?,
+        };
+        let Some(mut low) = found else {
+            return Ok(None);
+        };
+        // A few frames may be wrong by a step.
+        for _ in 0..MOVES_MAX {
+            if low > first && !self.is_good(low, Some(rounds))? {
+                low -= 1;
+            } else if low + 1 < last && self.is_good(low + 1, Some(rounds))? {
+                low += 1;
+            } else {
+                break;
+            }
+        }
+        let steps = [low, low + 1];
+        let near = self.sample(steps[0], Some(rounds))?;
+        let far = self.sample(steps[1], Some(rounds))?;
+        Ok(near.map(|near| Crossing {
+            l2a: self.l2a,
+            steps,
+            near,
+            far,
+        }))
+    }
+
+    /// The nearest distance at which too many bits are wrong, m, of those in half octaves before a step.
+    pub fn lost_before(&mut self, step: u32) -> Result<Option<f64>, ReachError> {
+        for nearer in (self.ends[0]..step).step_by(STRIDE) {
+            if !self.is_good(nearer, None)? {
+                return Ok(Some(distance_m(nearer)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The last step next to `start` that a few frames find good, from where the next one is not; none if none is.
+    fn last_good(&mut self, start: u32) -> Result<Option<u32>, ReachError> {
+        let [first, last] = self.ends;
+        let start = start.clamp(first, last - 1);
+        let goes_out = self.is_good(start, None)?;
+        let (mut inside, mut stride) = (start, 1);
+        // In steps of doubling length to where the verdict changes, then back by halves.
+        let outside = loop {
+            let next = match goes_out {
+                true => (inside + stride).min(last),
+                false => inside.saturating_sub(stride).max(first),
+            };
+            if next == inside || (goes_out && next == last) {
+                return Ok(goes_out.then_some(last - 1));
+            }
+            if self.is_good(next, None)? != goes_out {
+                break next;
+            }
+            inside = next;
+            stride *= 2;
+        };
+        let (mut good, mut bad) = match goes_out {
+            true => (inside, outside),
+            false => (outside, inside),
+        };
+        while bad - good > 1 {
+            let middle = good.midpoint(bad);
+            match self.is_good(middle, None)? {
+                true => good = middle,
+                false => bad = middle,
+            }
+        }
+        Ok(Some(good))
+    }
+
+    /// Whether few enough bits are wrong, by so many rounds of frames or by a few.
+    fn is_good(&mut self, step: u32, rounds: Option<usize>) -> Result<bool, ReachError> {
+        let sample = self.sample(step, rounds)?;
+        let odds = sample.and_then(|sample| Criterion::Ber.objective(&sample.total()));
+        Ok(odds >= Some(self.asked))
+    }
+
+    /// So many rounds of frames at a step, or a few; none where no LEDs can be told apart.
+    fn sample(&mut self, step: u32, rounds: Option<usize>) -> Result<Option<Sample>, ReachError> {
+        let (all, frames) = match rounds {
+            Some(_) => (&mut self.samples, self.settings.frames),
+            None => (&mut self.scouts, self.settings.frames.min(SCOUTS)),
+        };
+        let (samples, rounds) = (all.entry(step).or_default(), rounds.unwrap_or(1));
+        let settings = Settings {
+            frames,
+            ..self.settings
+        };
+        let scene = at_distance(self.scene, distance_m(step));
+        let scene = at_ratio(&scene, self.l2a);
+        let experience = &mut self.experience;
+        let evaluator = || {
+            let evaluator = Evaluator::experienced(&scene, settings, *experience)?;
+            *experience = Some(evaluator.experience());
+            Ok(evaluator)
+        };
+        let nothing = &mut std::iter::empty();
+        let added = samples.extend_by(self.l2a, frames, rounds, nothing, |_| {}, evaluator);
+        match added {
+            Ok(()) => {}
+            Err(EvaluateError::Corners(CornersError::PitchTooSmall { .. })) => return Ok(None),
+            Err(EvaluateError::Stopped) => return Err(ReachError::Interrupted),
+            Err(source) => {
+                return Err(ReachError::Evaluate {
+                    l2a: self.l2a,
+                    distance_m: distance_m(step),
+                    source: Box::new(source),
+                });
+            }
+        }
+        Ok(samples
+            .picked(&[self.l2a], rounds)
+            .points()
+            .first()
+            .cloned())
+    }
+}
+
+/// Pixels from LED to LED of the scene's first panel from 1 m away.
+fn pitch_px_at_one_metre(scene: &Scene) -> f64 {
+    let focal_px = 1e3 * scene.camera.focal_length_mm / scene.camera.pixel_pitch_um;
+    let pitch_m = scene.panels.first().map_or(0.0, |panel| panel.pitch_m());
+    pitch_m * focal_px
+}
+
+/// The scene with its first panel so far away.
+fn at_distance(scene: &Scene, distance_m: f64) -> Scene {
+    let mut scene = scene.clone();
+    let own_pose = scene
+        .panels
+        .first_mut()
+        .and_then(|panel| panel.pose.as_mut());
+    own_pose.unwrap_or(&mut scene.pose).distance_m = distance_m;
+    scene
+}

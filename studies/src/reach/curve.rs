@@ -1,0 +1,279 @@
+//! The reach over the ratio, and what it says: the best ratio, and those that lose nothing.
+
+use rand::RngExt;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sim::random::{Purpose, stream};
+
+use super::crossing::{Crossing, log_odds};
+use crate::monte_carlo::Evaluation;
+use crate::optimum::{Parabola, Sample, percentiles};
+
+/// Resamples of the bootstrap.
+const RESAMPLES: u64 = 1000;
+/// The share of the reach that counts as nothing.
+pub const NOTHING: f64 = 0.01;
+/// Where ratios as many times apart as this lose nothing, the ratio hardly matters.
+pub const FLAT: f64 = 2.0;
+/// The share of the reach by which points may be below the highest to be fitted with it.
+const NEAR: f64 = 0.02;
+/// Which ratio to take among those that lose nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Choice {
+    /// The one in their middle, by factors: as far from too dark as from too bright, for a light sensor that is wrong, or a camera that is
+    /// not quite the one the reach is of.
+    #[default]
+    Margin,
+    /// The least: it takes the least power and glares least.
+    LeastLight,
+    /// The best one.
+    Best,
+}
+
+/// The reach at ascending ratios, as logarithms of both, and as it might have come out as well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    l2a: Vec<f64>,
+    /// Of 1 m.
+    reach: Vec<f64>,
+    /// One row a resample.
+    resampled: Vec<Vec<f64>>,
+}
+
+/// What a curve says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// The best ratio.
+    pub best: f64,
+    /// Its reach, m.
+    pub reach_m: f64,
+    /// The least and the greatest ratio about the best that lose no more than [`NOTHING`] of its reach.
+    pub loses_nothing: [f64; 2],
+    /// The ratio to take.
+    pub chosen: f64,
+}
+
+impl Verdict {
+    /// Whether the ratio hardly matters: see [`FLAT`].
+    pub fn is_flat(&self) -> bool {
+        self.loses_nothing[1] >= FLAT * self.loses_nothing[0]
+    }
+}
+
+/// A verdict, and the 95 % interval of each of its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// By all frames.
+    pub verdict: Verdict,
+    /// Of the best ratio.
+    pub best_95: [f64; 2],
+    /// Of its reach, m.
+    pub reach_m_95: [f64; 2],
+    /// Of the ratio to take.
+    pub chosen_95: [f64; 2],
+}
+
+impl Curve {
+    /// The reach at each crossing, of ascending ratios: where a straight line between the log-odds of its two distances meets those of the
+    /// error rate that can be borne.
+    pub(super) fn of(crossings: &[&Crossing], raw_error_rate: f64, seed: u64) -> Self {
+        let asked = log_odds(raw_error_rate);
+        let counts: Vec<Counts> = crossings
+            .iter()
+            .map(|crossing| Counts::of(crossing))
+            .collect();
+        let resample = |number| {
+            let mut random = stream(seed, number, Purpose::Resampling);
+            let sizes = counts.first().map_or(&[][..], |first| &first.sizes);
+            // The same batches for all ratios, each round's from that round.
+            let mut drawn = Vec::new();
+            let mut start = 0;
+            for &size in sizes {
+                drawn.extend((0..size).map(|_| start + random.random_range(0..size)));
+                start += size;
+            }
+            let reach = |counts: &Counts| counts.reach(asked, drawn.iter().copied());
+            counts.iter().map(reach).collect()
+        };
+        Self {
+            l2a: crossings.iter().map(|crossing| crossing.l2a.ln()).collect(),
+            reach: counts
+                .iter()
+                .map(|counts| counts.reach(asked, 0..counts.near.len()))
+                .collect(),
+            resampled: (0..RESAMPLES).into_par_iter().map(resample).collect(),
+        }
+    }
+
+    /// The curve through points (ratio, reach in m) that are known exactly, of ascending ratios.
+    pub fn through(points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let (l2a, reach) = points.map(|(l2a, reach)| (l2a.ln(), reach.ln())).unzip();
+        Self {
+            l2a,
+            reach,
+            resampled: Vec::new(),
+        }
+    }
+
+    /// The ratios, the reach at each in m and its 95 % interval.
+    pub fn points(&self) -> impl Iterator<Item = (f64, f64, [f64; 2])> {
+        (0..self.l2a.len()).map(|point| {
+            let mut as_well: Vec<f64> = self.resampled.iter().map(|row| row[point]).collect();
+            let reach = self.reach[point];
+            let reach_95 = percentiles(&mut as_well, 0.025).unwrap_or([reach; 2]);
+            (
+                self.l2a[point].exp(),
+                reach.exp(),
+                reach_95.map(|reach| reach.exp()),
+            )
+        })
+    }
+
+    /// The reach at any ratio, m, by straight lines between logarithms; beyond the ends that of the nearest end. None of no points.
+    pub fn reach_m(&self, l2a: f64) -> Option<f64> {
+        Some(between(&self.l2a, &self.reach, l2a.ln())?.exp())
+    }
+
+    /// What it says; none of fewer than three points.
+    pub fn judged(&self, choice: Choice) -> Option<Judged> {
+        let verdict = self.verdict(&self.reach, choice)?;
+        let as_well: Vec<Verdict> = self
+            .resampled
+            .iter()
+            .filter_map(|reach| self.verdict(reach, choice))
+            .collect();
+        let interval = |of: fn(&Verdict) -> f64| {
+            let mut values: Vec<f64> = as_well.iter().map(of).collect();
+            percentiles(&mut values, 0.025).unwrap_or([of(&verdict); 2])
+        };
+        Some(Judged {
+            verdict,
+            best_95: interval(|verdict| verdict.best),
+            reach_m_95: interval(|verdict| verdict.reach_m),
+            chosen_95: interval(|verdict| verdict.chosen),
+        })
+    }
+
+    fn verdict(&self, reach: &[f64], choice: Choice) -> Option<Verdict> {
+        let highest = (0..reach.len()).max_by(|&a, &b| reach[a].total_cmp(&reach[b]))?;
+        let near = self.near(reach, highest);
+        let points = near.map(|point| (self.l2a[point], reach[point], 1.0));
+        let parabola = Parabola::fit(points)?;
+        let ends = [*self.l2a.first()?, *self.l2a.last()?];
+        let best = parabola.top(ends);
+        // The highest point is one that chance favoured.
+        let top = parabola.at(best);
+        let enough = top + (1.0 - NOTHING).ln();
+        let loses_nothing = [
+            self.crossing(reach, enough, highest, (0..highest).rev()),
+            self.crossing(reach, enough, highest, highest + 1..reach.len()),
+        ];
+        let verdict = Verdict {
+            best: best.exp(),
+            reach_m: top.exp(),
+            loses_nothing: loses_nothing.map(f64::exp),
+            chosen: best.exp(),
+        };
+        let chosen = match choice {
+            Choice::Best => verdict.best,
+            Choice::LeastLight => verdict.loses_nothing[0],
+            Choice::Margin => (0.5 * (loses_nothing[0] + loses_nothing[1])).exp(),
+        };
+        Some(Verdict { chosen, ..verdict })
+    }
+
+    /// The points about the highest that are nearly as high, one more on either side at least, and never fewer than three.
+    fn near(&self, reach: &[f64], highest: usize) -> std::ops::Range<usize> {
+        let is_near = |point: &usize| reach[*point] > reach[highest] - NEAR;
+        let before = (0..highest).rev().take_while(is_near).count().max(1);
+        let after = (highest + 1..reach.len())
+            .take_while(is_near)
+            .count()
+            .max(1);
+        // No farther on one side than twice the other: a long slope would draw the top of a steep edge away.
+        let [before, after] = [before.min(2 * after), after.min(2 * before)];
+        let end = (highest + after + 1).max(3).min(reach.len());
+        highest.saturating_sub(before).min(end.saturating_sub(3))..end
+    }
+
+    /// Where the reach falls below a height, going from the highest point along others; the last of them if it does not.
+    fn crossing(
+        &self,
+        reach: &[f64],
+        height: f64,
+        highest: usize,
+        along: impl Iterator<Item = usize>,
+    ) -> f64 {
+        let mut last = highest;
+        for point in along {
+            if reach[point] < height {
+                let share = (reach[last] - height) / (reach[last] - reach[point]);
+                return self.l2a[last] + share * (self.l2a[point] - self.l2a[last]);
+            }
+            last = point;
+        }
+        self.l2a[last]
+    }
+}
+
+/// The value at `x` by straight lines between points of ascending `xs`.
+fn between(xs: &[f64], ys: &[f64], x: f64) -> Option<f64> {
+    let above = xs.partition_point(|&point| point < x);
+    let below = above.saturating_sub(1);
+    let (x0, y0) = (*xs.get(below)?, *ys.get(below)?);
+    let (Some(x1), Some(y1)) = (xs.get(above), ys.get(above)) else {
+        return Some(y0);
+    };
+    let share = if *x1 > x0 { (x - x0) / (x1 - x0) } else { 0.0 };
+    Some(y0 + share.clamp(0.0, 1.0) * (y1 - y0))
+}
+
+/// Wrong and right bits of a crossing's batches at its two distances.
+struct Counts {
+    /// Logarithms of the distances.
+    distance: [f64; 2],
+    /// Batches of each round.
+    sizes: Vec<usize>,
+    /// At the nearer distance, (wrong, right).
+    near: Vec<(u64, u64)>,
+    /// At the farther one, where LEDs can be told apart there.
+    far: Option<Vec<(u64, u64)>>,
+}
+
+impl Counts {
+    fn of(crossing: &Crossing) -> Self {
+        let count = |batch: &Evaluation| {
+            let errors = batch.of_one_symbol();
+            (errors.errors(), errors.bits() - errors.errors())
+        };
+        let counts = |sample: &Sample| sample.batches().flatten().map(count).collect();
+        Self {
+            distance: crossing.distance_m().map(f64::ln),
+            sizes: crossing.near.batches().map(<[_]>::len).collect(),
+            near: counts(&crossing.near),
+            far: crossing.far.as_ref().map(counts),
+        }
+    }
+
+    /// The logarithm of the reach by some of the batches.
+    fn reach(&self, asked: f64, chosen: impl Iterator<Item = usize> + Clone) -> f64 {
+        let odds = |batches: &[(u64, u64)]| {
+            let chosen = chosen.clone().map(|batch| batches[batch]);
+            let (wrong, right) = chosen.fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+            ((right as f64 + 0.5) / (wrong as f64 + 0.5)).ln()
+        };
+        let [from, to] = self.distance;
+        let Some(far) = &self.far else {
+            return from;
+        };
+        let [near, far] = [&self.near, far].map(|batches| odds(batches));
+        // Where the two are the wrong way round by chance, the crossing is between them all the same.
+        let share = if near > far {
+            ((near - asked) / (near - far)).clamp(-2.0, 3.0)
+        } else {
+            0.5
+        };
+        from + share * (to - from)
+    }
+}

@@ -1,0 +1,339 @@
+//! The best ratio by reach at many lights and intervals.
+
+use link::l2a_table::TableError;
+use serde::{Deserialize, Serialize};
+use sim::accuracy::Level;
+use sim::scene::{Panel, RangeError, Scene};
+
+use super::axes::check_axes;
+use super::condition::with_panel;
+use super::intensity::{Bounds, luminance_cd_m2, panel_cd};
+use super::outcome::{short, short_pair};
+use crate::reach::{
+    Choice, Crossing, Demand, DemandError, Reach, ReachError, ReachSearch, reach_from,
+};
+
+/// The lights and intervals that a search by reach is done at: every combination.
+///
+/// ```
+/// use sim::scene::Scene;
+/// use studies::reach::{Demand, ReachSearch};
+/// use studies::detectors::DetectorChoice;
+/// use studies::table::{Bounds, ReachSurvey};
+/// let search = ReachSearch { frames: 64, detector: DetectorChoice::KMeans, ..ReachSearch::default() };
+/// let survey = ReachSurvey {
+///     search,
+///     demand: Demand::default(),
+///     bounds: Bounds::default(),
+///     illuminance_lx: vec![50.0, 5000.0],
+///     interval: vec![0.5],
+/// };
+/// let scene = Scene::load("night", &[])?;
+/// survey.check(&scene)?;
+/// let (entry, points) = survey.entry(&scene, 50.0, 0.5, &[], |_| {})?;
+/// assert!(entry.loses_nothing[0] <= entry.l2a && entry.l2a <= entry.loses_nothing[1]);
+/// assert!(points.iter().all(|point| point.reach_m <= 1.01 * entry.best_reach_m));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReachSurvey {
+    /// What is searched for at each; its range is cut down to [`ReachSurvey::bounds`].
+    pub search: ReachSearch,
+    /// What is asked of the link, which [`ReachSearch::raw_error_rate`] comes from.
+    pub demand: Demand,
+    /// The light that the panel must and may give.
+    pub bounds: Bounds,
+    /// Ambient illuminances, lx.
+    pub illuminance_lx: Vec<f64>,
+    /// Normalised LED intervals.
+    pub interval: Vec<f64>,
+}
+
+/// Why a survey by reach cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum ReachSurveyError {
+    /// A value is not allowed.
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// The illuminances and intervals are no axes of a table.
+    #[error(transparent)]
+    Axes(#[from] TableError),
+    /// The demand cannot be met.
+    #[error(transparent)]
+    Demand(#[from] DemandError),
+    /// No ratio keeps the bounds.
+    #[error(
+        "at {illuminance_lx} lx and interval {interval} no ratio from {low} to {high} gives {wanted}: they give a mean of {least_cd:.3} to \
+         {most_cd:.3} cd; set other bounds, another --range, or leave this light out"
+    )]
+    Bounds {
+        /// Ambient illuminance, lx.
+        illuminance_lx: f64,
+        /// Normalised LED interval.
+        interval: f64,
+        /// The lowest ratio.
+        low: f64,
+        /// The highest ratio.
+        high: f64,
+        /// What is asked for, in words.
+        wanted: String,
+        /// The mean intensity at the lowest ratio, cd.
+        least_cd: f64,
+        /// The mean intensity at the highest ratio, cd.
+        most_cd: f64,
+    },
+    /// The reach at one setting cannot be found.
+    #[error("at {illuminance_lx} lx and interval {interval}: {source}")]
+    Reach {
+        /// Ambient illuminance, lx.
+        illuminance_lx: f64,
+        /// Normalised LED interval.
+        interval: f64,
+        /// Why not.
+        source: ReachError,
+    },
+}
+
+impl ReachSurveyError {
+    /// Whether the caller ended the work.
+    pub fn is_interruption(&self) -> bool {
+        let Self::Reach { source, .. } = self else {
+            return false;
+        };
+        matches!(source, ReachError::Interrupted)
+    }
+}
+
+/// What was found for one illuminance and interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReachEntry {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio that the transmitter carries.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub l2a_95: [f64; 2],
+    /// Its reach, m.
+    #[serde(serialize_with = "short")]
+    pub reach_m: f64,
+    /// The best ratio.
+    #[serde(serialize_with = "short")]
+    pub best_l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub best_l2a_95: [f64; 2],
+    /// Whether it is an end of the range, so that the true one may lie beyond.
+    pub at_border: bool,
+    /// Its reach, m.
+    #[serde(serialize_with = "short")]
+    pub best_reach_m: f64,
+    /// The 95 % interval of that.
+    #[serde(serialize_with = "short_pair")]
+    pub best_reach_m_95: [f64; 2],
+    /// The ratios about the best that lose no more than 1 % of its reach.
+    #[serde(serialize_with = "short_pair")]
+    pub loses_nothing: [f64; 2],
+    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
+    pub is_flat: bool,
+    /// The nearest distance before the reach at which too many bits are wrong, m, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost_at_m: Option<f64>,
+    /// The panel's mean luminous intensity straight ahead at [`ReachEntry::l2a`], cd.
+    #[serde(serialize_with = "short")]
+    pub mean_cd: f64,
+    /// That of all LEDs On, cd.
+    #[serde(serialize_with = "short")]
+    pub peak_cd: f64,
+    /// The luminance of an On LED, cd/m².
+    #[serde(serialize_with = "short")]
+    pub luminance_cd_m2: f64,
+    /// Frames at each ratio and distance.
+    pub frames: u64,
+}
+
+/// The reach at one ratio.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReachPoint {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// Its reach, m.
+    #[serde(serialize_with = "short")]
+    pub reach_m: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub reach_m_95: [f64; 2],
+}
+
+/// The settings of a search by reach that a table came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReachRecord {
+    /// The program's version.
+    pub version: String,
+    /// What was asked of the link.
+    pub demand: Demand,
+    /// The share of bits that may be wrong for that.
+    pub raw_error_rate: f64,
+    /// The light that the panel must and may give.
+    pub bounds: Bounds,
+    /// Which ratio was taken.
+    pub choice: Choice,
+    /// The seed.
+    pub seed: u64,
+    /// The most frames at one ratio and distance.
+    pub frames: u64,
+    /// The share of the ratio by which its 95 % interval was to be narrower than ±.
+    pub tolerance: f64,
+    /// The ratios looked among.
+    pub range: [f64; 2],
+    /// Whether reflectances were drawn.
+    pub random_reflectance: bool,
+    /// The detector.
+    pub detector: String,
+    /// How exactly frames were drawn.
+    pub level: Level,
+}
+
+impl ReachRecord {
+    /// The record of a survey.
+    pub fn of(survey: &ReachSurvey) -> Self {
+        let search = &survey.search;
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            demand: survey.demand,
+            raw_error_rate: search.raw_error_rate,
+            bounds: survey.bounds,
+            choice: search.choice,
+            seed: search.seed,
+            frames: search.frames,
+            tolerance: search.tolerance,
+            range: search.range,
+            random_reflectance: search.random_reflectance,
+            detector: search.detector.into(),
+            level: search.level,
+        }
+    }
+}
+
+impl ReachSurvey {
+    /// That all settings are valid ones of `scene`, and that each has ratios within the bounds.
+    ///
+    /// # Errors
+    /// Names the first value that is not.
+    pub fn check(&self, scene: &Scene) -> Result<(), ReachSurveyError> {
+        check_axes(&self.illuminance_lx, &self.interval)?;
+        for &illuminance_lx in &self.illuminance_lx {
+            for &interval in &self.interval {
+                with_panel(scene, illuminance_lx, interval).validate()?;
+                self.range(scene, illuminance_lx, interval)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many settings there are.
+    pub fn entries(&self) -> usize {
+        self.illuminance_lx.len() * self.interval.len()
+    }
+
+    /// The ratios within the bounds.
+    fn range(
+        &self,
+        scene: &Scene,
+        illuminance_lx: f64,
+        interval: f64,
+    ) -> Result<[f64; 2], ReachSurveyError> {
+        let [low, high] = self.search.range;
+        let Some(panel) = scene.panels.first() else {
+            return Ok([low, high]);
+        };
+        let within = self.bounds.ratios([low, high], panel, illuminance_lx);
+        let [least_cd, most_cd] = [low, high].map(|l2a| panel_cd(panel, illuminance_lx, l2a));
+        within.ok_or_else(|| ReachSurveyError::Bounds {
+            illuminance_lx,
+            interval,
+            low,
+            high,
+            wanted: self.bounds.to_string(),
+            least_cd,
+            most_cd,
+        })
+    }
+
+    /// The best ratio of one illuminance and interval, and the reach over the ratio; gone on from the crossings that an earlier run told of.
+    ///
+    /// # Errors
+    /// When a setting cannot be searched, or [`ReachSearch::stop`] ended the work.
+    pub fn entry(
+        &self,
+        scene: &Scene,
+        illuminance_lx: f64,
+        interval: f64,
+        known: &[Crossing],
+        tell: impl FnMut(&Crossing),
+    ) -> Result<(ReachEntry, Vec<ReachPoint>), ReachSurveyError> {
+        let search = ReachSearch {
+            range: self.range(scene, illuminance_lx, interval)?,
+            ..self.search
+        };
+        let scene = with_panel(scene, illuminance_lx, interval);
+        let found =
+            reach_from(&scene, &search, known, tell).map_err(|source| ReachSurveyError::Reach {
+                illuminance_lx,
+                interval,
+                source,
+            })?;
+        let points = found
+            .curve
+            .points()
+            .map(|(l2a, reach_m, reach_m_95)| ReachPoint {
+                illuminance_lx,
+                interval,
+                l2a,
+                reach_m,
+                reach_m_95,
+            });
+        Ok((entry(&scene, interval, &found), points.collect()))
+    }
+}
+
+fn entry(scene: &Scene, interval: f64, found: &Reach) -> ReachEntry {
+    let Reach { judged, curve, .. } = found;
+    let verdict = judged.verdict;
+    let illuminance_lx = scene.ambient.illuminance_lx;
+    let light = |of: fn(&Panel, f64, f64) -> f64| {
+        let panel = scene.panels.first();
+        panel.map_or(0.0, |panel| of(panel, illuminance_lx, verdict.chosen))
+    };
+    let mean_cd = light(panel_cd);
+    ReachEntry {
+        illuminance_lx,
+        interval,
+        l2a: verdict.chosen,
+        l2a_95: judged.chosen_95,
+        reach_m: curve.reach_m(verdict.chosen).unwrap_or(0.0),
+        best_l2a: verdict.best,
+        best_l2a_95: judged.best_95,
+        at_border: found.at_border,
+        best_reach_m: verdict.reach_m,
+        best_reach_m_95: judged.reach_m_95,
+        loses_nothing: verdict.loses_nothing,
+        is_flat: verdict.is_flat(),
+        lost_at_m: found.lost_at_m,
+        mean_cd,
+        peak_cd: 2.0 * mean_cd,
+        luminance_cd_m2: light(luminance_cd_m2),
+        frames: found.frames,
+    }
+}
