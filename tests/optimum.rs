@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use link::l2a_table::L2aTable;
 use sim::scene::Scene;
 use studies::optimum::{Optimum, Search, optimum};
-use studies::table::TableFile;
+use studies::reach::ReachSearch;
+use studies::table::{ReachSurvey, TableFile};
 
 /// Intervals of the matrix.
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -119,8 +120,7 @@ fn the_shipped_table_is_what_its_file_says() {
         file.ratios.table().expect("a finished table"),
         L2aTable::shipped()
     );
-    let rule = file.search.as_ref().expect("a search").rule;
-    for entry in &file.entries {
+    for entry in &file.reach_entries {
         let ratios = &file.ratios;
         let row = ratios
             .illuminance_lx
@@ -134,12 +134,61 @@ fn the_shipped_table_is_what_its_file_says() {
             .expect("a column");
         let carried = ratios.l2a[row][column];
         assert!(
-            (carried - entry.l2a(rule)).abs() <= 1e-3,
+            (carried - entry.l2a).abs() <= 1e-3,
             "{entry:?} but {carried}"
         );
     }
     assert_eq!(
-        file.entries.len(),
+        file.reach_entries.len(),
         file.ratios.illuminance_lx.len() * file.ratios.interval.len()
     );
+}
+
+#[test]
+fn the_shipped_table_knows_what_it_says() {
+    let file = shipped_file();
+    assert_eq!(file.unknown().count(), 0);
+    for entry in &file.reach_entries {
+        let [low, high] = entry.l2a_95;
+        assert!(high - low < 0.3 * entry.l2a || entry.is_flat, "{entry:?}");
+        assert_eq!(entry.lost_at_m, None, "{entry:?}");
+    }
+}
+
+/// One by night, one at dusk and one by day.
+#[test]
+fn three_entries_of_the_shipped_table_come_out_again() {
+    let file = shipped_file();
+    let (scene, record) = (file.scene.clone(), file.reach.clone());
+    let (scene, record) = (scene.expect("a scene"), record.expect("a search"));
+    let survey = ReachSurvey {
+        search: ReachSearch {
+            raw_error_rate: record.raw_error_rate,
+            range: record.range,
+            frames: record.frames,
+            tolerance: record.tolerance,
+            choice: record.choice,
+            seed: record.seed,
+            random_reflectance: record.random_reflectance,
+            detector: record.detector.parse().expect("a detector"),
+            level: record.level,
+            ..ReachSearch::default()
+        },
+        demand: record.demand,
+        bounds: record.bounds,
+        illuminance_lx: file.ratios.illuminance_lx.clone(),
+        interval: file.ratios.interval.clone(),
+    };
+    for (illuminance_lx, interval) in [(50.0, 0.5), (300.0, 1.0), (16_000.0, 2.0)] {
+        let shipped = file
+            .reach_entry(illuminance_lx, interval)
+            .expect("an entry");
+        let found = survey.entry(&scene, illuminance_lx, interval, &[], |_| {});
+        let (found, _) = found.expect("a reach");
+        let [low, high] = shipped.l2a_95;
+        assert!(
+            (low..=high).contains(&found.l2a),
+            "{found:?}, shipped: {shipped:?}"
+        );
+    }
 }
