@@ -60,6 +60,7 @@ pub mod baselines;
 pub mod checksum;
 pub mod detectors;
 pub mod flicker;
+mod interpolation;
 pub mod monte_carlo;
 pub mod optimum;
 pub mod photometry;

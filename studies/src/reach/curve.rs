@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use sim::random::{Purpose, stream};
 
 use super::crossing::{Crossing, log_odds};
+use crate::interpolation::interpolated;
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Parabola, Sample, percentiles};
 
@@ -132,7 +133,8 @@ impl Curve {
 
     /// The reach at any ratio, m, by straight lines between logarithms; beyond the ends that of the nearest end. None of no points.
     pub fn reach_m(&self, l2a: f64) -> Option<f64> {
-        Some(between(&self.l2a, &self.reach, l2a.ln())?.exp())
+        let reach = interpolated(&self.l2a, &self.reach, l2a.ln());
+        (!self.l2a.is_empty()).then(|| reach.exp())
     }
 
     /// What it says; none of fewer than three points.
@@ -215,18 +217,6 @@ impl Curve {
         }
         self.l2a[last]
     }
-}
-
-/// The value at `x` by straight lines between points of ascending `xs`.
-fn between(xs: &[f64], ys: &[f64], x: f64) -> Option<f64> {
-    let above = xs.partition_point(|&point| point < x);
-    let below = above.saturating_sub(1);
-    let (x0, y0) = (*xs.get(below)?, *ys.get(below)?);
-    let (Some(x1), Some(y1)) = (xs.get(above), ys.get(above)) else {
-        return Some(y0);
-    };
-    let share = if *x1 > x0 { (x - x0) / (x1 - x0) } else { 0.0 };
-    Some(y0 + share.clamp(0.0, 1.0) * (y1 - y0))
 }
 
 /// Wrong and right bits of a crossing's batches at its two distances.

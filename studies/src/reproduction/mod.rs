@@ -37,7 +37,6 @@ mod claims;
 mod errors;
 mod findings;
 mod frames;
-mod interpolation;
 mod interpretation;
 mod operating_point;
 mod optima;

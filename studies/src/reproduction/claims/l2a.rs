@@ -3,10 +3,10 @@
 use super::super::batches::Sums;
 use super::super::batches::estimate_of;
 use super::super::findings::Findings;
-use super::super::interpolation::{interpolated, reaches};
 use super::super::study::Study;
 use super::claim::{Claim, Test, Words};
 use super::trend::{bvar, curve, least_rise, percent, wvar};
+use crate::interpolation::{interpolated, reaches};
 use crate::statistics::Estimate;
 
 /// Where the paper sees Bvar level off.
