@@ -13,12 +13,15 @@
 //! A range much narrower than 0.2 to 4 makes the grids finer, and roughness of the curve, by rounded greys, then widens the interval.
 
 mod criterion;
+mod limits;
 mod parabola;
 mod peak;
 mod samples;
 mod search;
 
 pub use criterion::{CRITERIA, Criterion};
+pub use limits::SearchError;
+pub(crate) use limits::check_limits;
 pub(crate) use parabola::Parabola;
 pub(crate) use peak::percentiles;
 pub use peak::{Peak, Window};
@@ -98,26 +101,9 @@ impl Search {
 /// Why there is no optimum.
 #[derive(Debug, thiserror::Error)]
 pub enum OptimumError {
-    /// The range is none.
-    #[error("the range of L2A is {low} to {high}: it must ascend and lie within {} to {}", RANGE_MAX[0], RANGE_MAX[1])]
-    Range {
-        /// Its lower end.
-        low: f64,
-        /// Its upper end.
-        high: f64,
-    },
-    /// Too few frames.
-    #[error("{frames} frames are too few for an uncertainty: give at least {FRAMES_MIN}")]
-    Frames {
-        /// How many were asked for.
-        frames: u64,
-    },
-    /// The tolerance is none.
-    #[error("the tolerance of L2A is {tolerance}: it must be 0 (use all frames) or above")]
-    Tolerance {
-        /// The tolerance.
-        tolerance: f64,
-    },
+    /// It makes no sense.
+    #[error(transparent)]
+    Search(#[from] SearchError),
     /// A ratio cannot be evaluated.
     #[error("at L2A {l2a:.3}: {source}")]
     Evaluate {

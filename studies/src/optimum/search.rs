@@ -7,7 +7,7 @@ use crate::monte_carlo::{EvaluateError, Evaluation};
 use super::criterion::Criterion;
 use super::peak::{Peak, Window, index_of_highest};
 use super::samples::{Piece, Samples, rounds};
-use super::{FRAMES_MIN, GRID, Optimum, OptimumError, RANGE_MAX, Search};
+use super::{GRID, Optimum, OptimumError, Search, check_limits};
 
 /// Steps of the finer grid in one of the wide grid.
 const FINER: usize = 4;
@@ -44,7 +44,7 @@ pub fn optimum_from(
     known: &mut dyn Iterator<Item = Vec<Evaluation>>,
     tell: impl FnMut(&Piece),
 ) -> Result<Optimum, OptimumError> {
-    check(search)?;
+    check_limits(search.range, search.frames, search.tolerance)?;
     let mut lattice = Lattice {
         scene,
         search,
@@ -57,24 +57,6 @@ pub fn optimum_from(
         Criterion::Ber => lattice.wide()?,
     };
     Ok(lattice.finish(peak))
-}
-
-fn check(search: &Search) -> Result<(), OptimumError> {
-    let [low, high] = search.range;
-    let within = |ratio| (RANGE_MAX[0]..=RANGE_MAX[1]).contains(&ratio);
-    if !within(low) || !within(high) || low >= high {
-        return Err(OptimumError::Range { low, high });
-    }
-    if search.frames < FRAMES_MIN {
-        let frames = search.frames;
-        return Err(OptimumError::Frames { frames });
-    }
-    let tolerance = search.tolerance;
-    if tolerance >= 0.0 {
-        Ok(())
-    } else {
-        Err(OptimumError::Tolerance { tolerance })
-    }
 }
 
 /// Ratios at equal steps, and what was sampled at some of them.

@@ -50,7 +50,7 @@ use sim::scene::Scene;
 
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Settings};
-use crate::optimum::{FRAMES_MIN, RANGE, RANGE_MAX, rounds};
+use crate::optimum::{RANGE, SearchError, check_limits, rounds};
 use crate::stop::Stop;
 
 /// Ratios over the whole range, at equal factors: 22 % apart in the paper's range.
@@ -65,9 +65,9 @@ const WIDE_ORDER: [usize; 5] = [0, 2, 4, 1, 3];
 pub struct ReachSearch {
     /// The share of bits that may be wrong, more than 0 and less than 0.5: see [`Demand::raw_error_rate`].
     pub raw_error_rate: f64,
-    /// The ratios looked among, within [`RANGE_MAX`].
+    /// The ratios looked among, within [`crate::optimum::RANGE_MAX`].
     pub range: [f64; 2],
-    /// The most frames at one ratio and distance, at least [`FRAMES_MIN`].
+    /// The most frames at one ratio and distance, at least [`crate::optimum::FRAMES_MIN`].
     pub frames: u64,
     /// The search ends when the 95 % interval of the ratio taken is no wider than ± this share of it; 0: it uses all frames.
     pub tolerance: f64,
@@ -106,26 +106,9 @@ impl Default for ReachSearch {
 /// Why there is no best ratio.
 #[derive(Debug, thiserror::Error)]
 pub enum ReachError {
-    /// The range is none.
-    #[error("the range of L2A is {low:.3} to {high:.3}: it must ascend and lie within {} to {}", RANGE_MAX[0], RANGE_MAX[1])]
-    Range {
-        /// Its lower end.
-        low: f64,
-        /// Its upper end.
-        high: f64,
-    },
-    /// Too few frames.
-    #[error("{frames} frames are too few for an uncertainty: give at least {FRAMES_MIN}")]
-    Frames {
-        /// How many were asked for.
-        frames: u64,
-    },
-    /// The tolerance is none.
-    #[error("the tolerance is {tolerance} of the ratio: it must be 0 (use all frames) or above")]
-    Tolerance {
-        /// The tolerance.
-        tolerance: f64,
-    },
+    /// It makes no sense.
+    #[error(transparent)]
+    Search(#[from] SearchError),
     /// The error rate is none.
     #[error("a share of {rate} of the bits may be wrong: it must be more than 0 and less than 0.5")]
     RawErrorRate {
@@ -373,19 +356,7 @@ fn nearest([low, high]: [f64; 2], l2a: f64) -> usize {
 }
 
 fn check(search: &ReachSearch) -> Result<(), ReachError> {
-    let [low, high] = search.range;
-    let within = |ratio| (RANGE_MAX[0]..=RANGE_MAX[1]).contains(&ratio);
-    if !within(low) || !within(high) || low >= high {
-        return Err(ReachError::Range { low, high });
-    }
-    if search.frames < FRAMES_MIN {
-        let frames = search.frames;
-        return Err(ReachError::Frames { frames });
-    }
-    let tolerance = search.tolerance;
-    if tolerance.is_nan() || tolerance < 0.0 {
-        return Err(ReachError::Tolerance { tolerance });
-    }
+    check_limits(search.range, search.frames, search.tolerance)?;
     let rate = search.raw_error_rate;
     if rate > 0.0 && rate < 0.5 {
         Ok(())
