@@ -50,6 +50,12 @@ impl Sample {
         &mut self.rounds[0][batch]
     }
 
+    /// No frames at a ratio yet.
+    pub(crate) fn none(l2a: f64) -> Self {
+        let rounds = Vec::new();
+        Self { l2a, rounds }
+    }
+
     /// All of its frames.
     pub fn total(&self) -> Evaluation {
         merged(self.rounds.iter().flatten())
@@ -63,6 +69,59 @@ impl Sample {
     /// Rounds that are finished.
     pub fn rounds(&self) -> usize {
         self.rounds.len()
+    }
+
+    /// The first of its rounds.
+    pub(crate) fn first(&self, rounds: usize) -> Self {
+        Self {
+            l2a: self.l2a,
+            rounds: self.rounds.iter().take(rounds).cloned().collect(),
+        }
+    }
+
+    /// Adds rounds of so many frames in all until as many are there as asked for, with pieces of rounds that an earlier run has finished,
+    /// in its order; `tell` is shown each piece. What evaluates the ratio is made when it is needed.
+    ///
+    /// # Errors
+    /// When it cannot be made, or is told to stop.
+    pub(crate) fn extend(
+        &mut self,
+        frames: u64,
+        rounds_wanted: usize,
+        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
+        mut tell: impl FnMut(&Piece),
+        mut make: impl FnMut() -> Result<Evaluator, EvaluateError>,
+    ) -> Result<(), EvaluateError> {
+        let borders = rounds(frames);
+        let mut evaluator = None;
+        let have = self.rounds.len();
+        for border in borders.windows(2).take(rounds_wanted).skip(have) {
+            let round = Round {
+                first: border[0],
+                frames: border[1] - border[0],
+            };
+            let mut parts = Vec::new();
+            while (parts.len() as u64) < round.parts() {
+                let next = parts.len() as u64;
+                let (piece, is_known) = match known.next() {
+                    Some(piece) if round.has(next, &piece) => (piece, true),
+                    _ => {
+                        let evaluator = match &mut evaluator {
+                            Some(evaluator) => evaluator,
+                            none => none.insert(make()?),
+                        };
+                        (round.piece(next, evaluator)?, false)
+                    }
+                };
+                tell(&Piece {
+                    batches: &piece,
+                    is_known,
+                });
+                parts.extend(piece);
+            }
+            self.rounds.push(round.joined(&parts));
+        }
+        Ok(())
     }
 }
 
@@ -93,11 +152,6 @@ fn merged<'a>(parts: impl Iterator<Item = &'a Evaluation>) -> Evaluation {
 pub struct Samples(pub(super) Vec<Sample>);
 
 impl Samples {
-    /// What is known at one ratio.
-    pub(crate) fn of(sample: Sample) -> Self {
-        Self(vec![sample])
-    }
-
     /// The points, by ascending ratio.
     pub fn points(&self) -> &[Sample] {
         &self.0
@@ -128,71 +182,21 @@ impl Samples {
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
         tell: impl FnMut(&Piece),
     ) -> Result<(), EvaluateError> {
-        let evaluator = || Evaluator::new(&at_ratio(scene, l2a), settings);
-        self.extend_by(l2a, settings.frames, rounds_wanted, known, tell, evaluator)
-    }
-
-    /// The same by whatever evaluates that ratio, which is made when it is needed.
-    pub(crate) fn extend_by(
-        &mut self,
-        l2a: f64,
-        frames: u64,
-        rounds_wanted: usize,
-        known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        mut tell: impl FnMut(&Piece),
-        mut make: impl FnMut() -> Result<Evaluator, EvaluateError>,
-    ) -> Result<(), EvaluateError> {
         let place = match self.0.binary_search_by(|point| point.l2a.total_cmp(&l2a)) {
             Ok(place) => place,
             Err(place) => {
-                let rounds = Vec::new();
-                self.0.insert(place, Sample { l2a, rounds });
+                self.0.insert(place, Sample::none(l2a));
                 place
             }
         };
-        let have = self.0[place].rounds.len();
-        let borders = rounds(frames);
-        let mut evaluator = None;
-        for border in borders.windows(2).take(rounds_wanted).skip(have) {
-            let round = Round {
-                first: border[0],
-                frames: border[1] - border[0],
-            };
-            let mut parts = Vec::new();
-            while (parts.len() as u64) < round.parts() {
-                let next = parts.len() as u64;
-                let (piece, is_known) = match known.next() {
-                    Some(piece) if round.has(next, &piece) => (piece, true),
-                    _ => {
-                        let evaluator = match &mut evaluator {
-                            Some(evaluator) => evaluator,
-                            none => none.insert(make()?),
-                        };
-                        (round.piece(next, evaluator)?, false)
-                    }
-                };
-                tell(&Piece {
-                    batches: &piece,
-                    is_known,
-                });
-                parts.extend(piece);
-            }
-            self.0[place].rounds.push(round.joined(&parts));
-        }
-        Ok(())
+        let evaluator = || Evaluator::new(&at_ratio(scene, l2a), settings);
+        self.0[place].extend(settings.frames, rounds_wanted, known, tell, evaluator)
     }
 
     /// The points at some of the ratios, with their first rounds.
     pub fn picked(&self, l2a: &[f64], rounds: usize) -> Self {
         let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
-        Self(
-            wanted
-                .map(|point| Sample {
-                    l2a: point.l2a,
-                    rounds: point.rounds.iter().take(rounds).cloned().collect(),
-                })
-                .collect(),
-        )
+        Self(wanted.map(|point| point.first(rounds)).collect())
     }
 
     /// Rounds that all the points at some ratios have.

@@ -9,7 +9,7 @@ use sim::scene::Scene;
 
 use super::ReachError;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings};
-use crate::optimum::{Criterion, Sample, Samples, at_ratio};
+use crate::optimum::{Criterion, Sample, at_ratio};
 
 /// Steps of the distance in an octave, 4.4 % each: between two of them the log-odds of an error are straight enough to place it to 0.1 %.
 const STEPS_IN_OCTAVE: u32 = 16;
@@ -94,9 +94,9 @@ pub(super) struct Probe<'a> {
     /// What the receiver has learnt at the first distance looked at: it has followed the panel.
     experience: Option<Experience>,
     /// Few frames, by step.
-    scouts: BTreeMap<u32, Samples>,
+    scouts: BTreeMap<u32, Sample>,
     /// Many frames, by step.
-    samples: BTreeMap<u32, Samples>,
+    samples: BTreeMap<u32, Sample>,
 }
 
 impl<'a> Probe<'a> {
@@ -119,7 +119,7 @@ impl<'a> Probe<'a> {
     pub fn remember(&mut self, known: &Crossing) {
         let samples = [Some(&known.near), known.far.as_ref()];
         for (step, sample) in known.steps.into_iter().zip(samples.into_iter().flatten()) {
-            self.samples.insert(step, Samples::of(sample.clone()));
+            self.samples.insert(step, sample.clone());
         }
     }
 
@@ -217,7 +217,8 @@ impl<'a> Probe<'a> {
             Some(_) => (&mut self.samples, self.settings.frames),
             None => (&mut self.scouts, self.settings.frames.min(SCOUTS)),
         };
-        let (samples, rounds) = (all.entry(step).or_default(), rounds.unwrap_or(1));
+        let sample = all.entry(step).or_insert_with(|| Sample::none(self.l2a));
+        let rounds = rounds.unwrap_or(1);
         let settings = Settings {
             frames,
             ..self.settings
@@ -231,24 +232,16 @@ impl<'a> Probe<'a> {
             Ok(evaluator)
         };
         let nothing = &mut std::iter::empty();
-        let added = samples.extend_by(self.l2a, frames, rounds, nothing, |_| {}, evaluator);
-        match added {
-            Ok(()) => {}
-            Err(EvaluateError::Corners(CornersError::PitchTooSmall { .. })) => return Ok(None),
-            Err(EvaluateError::Stopped) => return Err(ReachError::Interrupted),
-            Err(source) => {
-                return Err(ReachError::Evaluate {
-                    l2a: self.l2a,
-                    distance_m: distance_m(step),
-                    source: Box::new(source),
-                });
-            }
+        match sample.extend(frames, rounds, nothing, |_| {}, evaluator) {
+            Ok(()) => Ok(Some(sample.first(rounds))),
+            Err(EvaluateError::Corners(CornersError::PitchTooSmall { .. })) => Ok(None),
+            Err(EvaluateError::Stopped) => Err(ReachError::Interrupted),
+            Err(source) => Err(ReachError::Evaluate {
+                l2a: self.l2a,
+                distance_m: distance_m(step),
+                source: Box::new(source),
+            }),
         }
-        Ok(samples
-            .picked(&[self.l2a], rounds)
-            .points()
-            .first()
-            .cloned())
     }
 }
 
