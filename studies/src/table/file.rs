@@ -7,6 +7,7 @@
 use std::cmp::Ordering;
 use std::path::Path;
 
+use link::l2a_table::L2aTable;
 use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
@@ -241,18 +242,10 @@ impl TableFile {
         self.entries.push(entry);
         self.cells.extend(cells);
         self.put(entry.illuminance_lx, entry.interval, entry.l2a(rule));
-        self.entries.sort_by(|a, b| {
-            in_order(
-                [a.illuminance_lx, a.interval],
-                [b.illuminance_lx, b.interval],
-            )
+        in_order(&mut self.entries, |entry| {
+            [entry.illuminance_lx, entry.interval]
         });
-        self.cells.sort_by(|a, b| {
-            in_order(
-                [a.illuminance_lx, a.interval],
-                [b.illuminance_lx, b.interval],
-            )
-        });
+        in_order(&mut self.cells, |cell| [cell.illuminance_lx, cell.interval]);
     }
 
     /// The same by reach.
@@ -260,17 +253,11 @@ impl TableFile {
         self.reach_entries.push(entry);
         self.reach_points.extend(points);
         self.put(entry.illuminance_lx, entry.interval, entry.l2a);
-        self.reach_entries.sort_by(|a, b| {
-            in_order(
-                [a.illuminance_lx, a.interval],
-                [b.illuminance_lx, b.interval],
-            )
+        in_order(&mut self.reach_entries, |entry| {
+            [entry.illuminance_lx, entry.interval]
         });
-        self.reach_points.sort_by(|a, b| {
-            in_order(
-                [a.illuminance_lx, a.interval],
-                [b.illuminance_lx, b.interval],
-            )
+        in_order(&mut self.reach_points, |point| {
+            [point.illuminance_lx, point.interval]
         });
     }
 
@@ -301,6 +288,18 @@ impl TableFile {
     /// Says what is wrong, where, and what to do: see [`Fault`].
     pub fn read(path: &Path) -> Result<Self, FileError> {
         read_with(path, Self::from_toml)
+    }
+
+    /// The same of a file that a transmitter can use, and the table as it carries it.
+    ///
+    /// # Errors
+    /// Also where there is no such table: see [`RatioFile::table`].
+    pub fn read_with_table(path: &Path) -> Result<(Self, L2aTable), FileError> {
+        read_with(path, |text| {
+            let file = Self::from_toml(text)?;
+            let table = file.ratios.table()?;
+            Ok((file, table))
+        })
     }
 
     /// The same of a text.
@@ -362,9 +361,9 @@ impl TableFile {
     }
 }
 
-/// In the order of the axes, whatever was finished first.
-fn in_order(a: [f64; 2], b: [f64; 2]) -> Ordering {
-    a.partial_cmp(&b).unwrap_or(Ordering::Equal)
+/// Puts findings in the order of the axes, whatever was finished first.
+fn in_order<Finding>(findings: &mut [Finding], place: impl Fn(&Finding) -> [f64; 2]) {
+    findings.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(Ordering::Equal));
 }
 
 /// A list of tables, one a line; nothing of an empty one.

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use serde::Serialize;
-use sim::l2a::read_table;
 use studies::table::TableFile;
 
 use crate::output::{Answer, json, line};
@@ -24,8 +23,9 @@ struct Difference {
 
 /// Compares them where either has an entry.
 pub fn run(old: &Path, new: &Path, as_json: bool) -> anyhow::Result<Answer> {
-    let tables = [read_table(old)?, read_table(new)?];
-    let files = [TableFile::read(old)?, TableFile::read(new)?];
+    let (old, old_table) = TableFile::read_with_table(old)?;
+    let (new, new_table) = TableFile::read_with_table(new)?;
+    let (files, tables) = ([old, new], [old_table, new_table]);
     let axis = |of: fn(&TableFile) -> &Vec<f64>| {
         let mut axis: Vec<f64> = files
             .iter()

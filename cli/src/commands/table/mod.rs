@@ -10,7 +10,6 @@ use clap::Subcommand;
 use link::l2a_table::L2aTable;
 use serde::Serialize;
 use sim::l2a::file::RatioFile;
-use sim::l2a::read_table;
 use studies::table::TableFile;
 
 use self::transfer::Transfer;
@@ -75,24 +74,25 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             ..
         } => {
             // A table that no transmitter takes is not shipped.
-            read_table(path)?;
-            line(source(&TableFile::read(path)?).trim_end())?;
+            let (file, _) = TableFile::read_with_table(path)?;
+            line(source(&file).trim_end())?;
         }
         Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
         Action::Diff { old, new } => return diff::run(old, new, shared.json),
         Action::Push(transfer) => return transfer.push(shared),
         Action::Pull(transfer) => return transfer.pull(shared),
         Action::Verify(transfer) => return transfer.verify(shared),
-        Action::Check { file } => {
-            let carried = Carried::of(&read_table(file)?);
-            if let Some(unknown) = TableFile::read(file)?.unknown().next() {
-                return Err(unknown).with_context(|| file.display().to_string());
+        Action::Check { file: path } => {
+            let (file, table) = TableFile::read_with_table(path)?;
+            if let Some(unknown) = file.unknown().next() {
+                return Err(unknown).with_context(|| path.display().to_string());
             }
+            let carried = Carried::of(&table);
             match shared.json {
                 true => json(&carried)?,
                 false => line(&format!(
                     "{}: a table of {} illuminances and {} intervals",
-                    file.display(),
+                    path.display(),
                     carried.illuminance_lx.len(),
                     carried.interval.len()
                 ))?,
@@ -104,26 +104,29 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 
 /// Prints a table, the one that the firmware ships with where there is no file, and draws it where that is asked for.
 fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Result<()> {
-    let (table, file) = match file {
-        Some(path) => (read_table(path)?, Some(TableFile::read(path)?)),
-        None => (L2aTable::shipped(), None),
+    let (carried, file) = match file {
+        Some(path) => {
+            let (file, table) = TableFile::read_with_table(path)?;
+            (Carried::of(&table), file)
+        }
+        None => {
+            let carried = Carried::of(&L2aTable::shipped());
+            let file = TableFile::plain(carried.ratios());
+            (carried, file)
+        }
     };
-    let carried = Carried::of(&table);
     if as_json {
         json(&carried)?;
     } else {
         carried.print()?;
-    }
-    let file = file.unwrap_or_else(|| TableFile::plain(carried.ratios()));
-    if !as_json {
         report::table::sketch(&file)
             .iter()
             .try_for_each(|sketch| line(sketch))?;
         if !file.reach_entries.is_empty() {
             line(report::table::REACH_HEAD)?;
         }
-        let entries = file.reach_entries.iter().map(report::table::reach_line);
-        entries.into_iter().try_for_each(|entry| line(&entry))?;
+        let mut entries = file.reach_entries.iter().map(report::table::reach_line);
+        entries.try_for_each(|entry| line(&entry))?;
     }
     let Some(path) = plot else { return Ok(()) };
     plot::save(&results::stem(path, "png"), &report::table::draw(&file)?)
