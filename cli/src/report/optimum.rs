@@ -114,11 +114,6 @@ impl Report {
             entry.least_ber_not_worse[1],
         ))
     }
-
-    /// Says how to go on.
-    pub fn interrupted(&self, out: Option<&Path>) {
-        interrupted(out);
-    }
 }
 
 /// Says how to go on with a table.

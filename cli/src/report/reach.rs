@@ -1,7 +1,5 @@
 //! What `vocc optimize --criterion reach` tells while it works.
 
-use std::path::Path;
-
 use studies::reach::RATIOS;
 use studies::table::{ReachEntry, ReachPoint, ReachSurvey, TableFile};
 
@@ -86,10 +84,5 @@ impl Report {
             return json(entry);
         }
         line(&table::reach_line(entry))
-    }
-
-    /// Says how to go on.
-    pub fn interrupted(&self, out: Option<&Path>) {
-        super::optimum::interrupted(out);
     }
 }

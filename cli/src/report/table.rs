@@ -135,16 +135,14 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     }
 }
 
-fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>) -> Vec<Series> {
+/// A line for each interval.
+pub fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>) -> Vec<Series> {
     let names: Vec<String> = intervals
         .iter()
         .map(|interval| format!("interval {interval}"))
         .collect();
-    let columns = intervals
-        .iter()
-        .enumerate()
-        .zip(&names)
-        .zip(colours(&names));
+    let columns = intervals.iter().enumerate();
+    let columns = columns.zip(&names).zip(colours(&names));
     columns
         .map(|(((column, &interval), name), colour)| Series {
             name: name.clone(),

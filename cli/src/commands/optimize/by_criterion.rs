@@ -5,15 +5,16 @@ use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::Evaluation;
 use studies::optimum::{Criterion, Search};
-use studies::table::{News, Rule, Survey, TableFile};
+use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
 
-use super::rounds::{About, Rounds};
-use super::{Arguments, as_toml, chart};
+use super::entries::{Finder, find_all};
+use super::rounds::Rounds;
+use super::{Arguments, chart};
 use crate::options::Shared;
 use crate::output::Answer;
+use crate::plot::Drawing;
 use crate::report::optimum::Report;
 use crate::stop::stop;
-use crate::{plot, results};
 
 /// Distances where none are given, m.
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
@@ -58,6 +59,59 @@ impl Arguments {
     }
 }
 
+/// A search, and what is told of it.
+struct ByCriterion<'a> {
+    survey: &'a Survey,
+    scene: &'a Scene,
+    report: Report,
+}
+
+impl Finder for ByCriterion<'_> {
+    type Piece = Vec<Evaluation>;
+    type Entry = (Entry, Vec<Cell>);
+
+    fn is_in(file: &TableFile, illuminance_lx: f64, interval: f64) -> bool {
+        file.entry(illuminance_lx, interval).is_some()
+    }
+
+    fn is_read(&self) -> bool {
+        self.report.is_read()
+    }
+
+    fn find(
+        &mut self,
+        illuminance_lx: f64,
+        interval: f64,
+        known: Vec<Self::Piece>,
+        rounds: &mut Rounds,
+    ) -> anyhow::Result<Option<Self::Entry>> {
+        let (survey, scene, report) = (self.survey, self.scene, &mut self.report);
+        let known = &mut known.into_iter();
+        let found = survey.entry_from(scene, illuminance_lx, interval, known, |news| {
+            if let News::Piece(piece) = &news
+                && !piece.is_known
+            {
+                rounds.add(&piece.batches);
+            }
+            report.heard(news);
+        });
+        match found {
+            Err(error) if error.is_interruption() => Ok(None),
+            found => Ok(Some(found?)),
+        }
+    }
+
+    fn add(&mut self, (entry, cells): Self::Entry, file: &mut TableFile) -> anyhow::Result<()> {
+        let told = self.report.entry(&entry, &cells);
+        file.add(self.survey.rule, entry, cells);
+        told
+    }
+
+    fn draw(&self, file: &TableFile) -> anyhow::Result<Drawing> {
+        chart::draw(file, self.survey)
+    }
+}
+
 /// Searches, prints and writes.
 pub fn run(
     arguments: &Arguments,
@@ -65,56 +119,13 @@ pub fn run(
     scene: &Scene,
     criterion: Criterion,
 ) -> anyhow::Result<Answer> {
-    let survey = arguments.survey(shared, scene, criterion)?;
-    let mut file = arguments.begun(TableFile::of(&survey, scene), scene)?;
-    let settings = as_toml(&TableFile::of(&survey, scene))?;
-    let mut report = Report::new(&survey, &file, shared.json)?;
-    for &illuminance_lx in &survey.illuminance_lx {
-        for &interval in &survey.interval {
-            if file.entry(illuminance_lx, interval).is_some() {
-                continue;
-            }
-            // What is kept may be read later.
-            if arguments.out.is_none() && !report.is_read() {
-                return Ok(Answer::Yes);
-            }
-            let about = About {
-                table: &settings,
-                illuminance_lx,
-                interval,
-            };
-            let begun = arguments
-                .out
-                .as_deref()
-                .map(|path| Rounds::begin::<Vec<Evaluation>>(path, &about));
-            let (mut rounds, known) = begun.transpose()?.unzip();
-            let known = &mut known.into_iter().flatten();
-            let searched = survey.entry_from(scene, illuminance_lx, interval, known, |news| {
-                if let (News::Piece(piece), Some(rounds)) = (&news, &mut rounds)
-                    && !piece.is_known
-                {
-                    rounds.add(&piece.batches);
-                }
-                report.heard(news);
-            });
-            match searched {
-                Ok((entry, cells)) => {
-                    let told = report.entry(&entry, &cells);
-                    file.add(survey.rule, entry, cells);
-                    arguments.keep(&file)?;
-                    rounds.map_or(Ok(()), Rounds::finish)?;
-                    told?;
-                }
-                Err(error) if error.is_interruption() => {
-                    report.interrupted(arguments.out.as_deref());
-                    return Ok(Answer::No);
-                }
-                Err(error) => return Err(error.into()),
-            }
-        }
-    }
-    if let Some(path) = &arguments.out {
-        plot::save(&results::stem(path, "toml"), &chart::draw(&file, &survey)?)?;
-    }
-    arguments.verdict(&file)
+    let survey = &arguments.survey(shared, scene, criterion)?;
+    find_all(arguments, scene, TableFile::of(survey, scene), |begun| {
+        let report = Report::new(survey, begun, shared.json)?;
+        Ok(ByCriterion {
+            survey,
+            scene,
+            report,
+        })
+    })
 }

@@ -3,16 +3,18 @@
 use anyhow::ensure;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::reach::{Choice, Demand, ReachSearch};
-use studies::table::{Bounds, ReachSurvey, TableFile};
+use studies::reach::{Choice, Crossing, Demand, ReachSearch};
+use studies::table::{Bounds, ReachEntry, ReachPoint, ReachSurvey, TableFile};
 
-use super::rounds::{About, Rounds};
-use super::{Arguments, as_toml};
+use super::Arguments;
+use super::entries::{Finder, find_all};
+use super::rounds::Rounds;
 use crate::options::Shared;
 use crate::output::Answer;
+use crate::plot::Drawing;
+use crate::report;
 use crate::report::reach::Report;
 use crate::stop::stop;
-use crate::{plot, report, results};
 
 /// The most frames at one ratio and distance, as they are and of a first look.
 const FRAMES: [u64; 2] = [4096, 512];
@@ -125,56 +127,68 @@ impl Arguments {
     }
 }
 
-/// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
-    let survey = arguments.by_reach(shared, scene)?;
-    let mut file = arguments.begun(TableFile::of_reach(&survey, scene), scene)?;
-    let settings = as_toml(&TableFile::of_reach(&survey, scene))?;
-    let mut report = Report::new(&survey, &file, shared.json)?;
-    for &illuminance_lx in &survey.illuminance_lx {
-        for &interval in &survey.interval {
-            if file.reach_entry(illuminance_lx, interval).is_some() {
-                continue;
-            }
-            // What is kept may be read later.
-            if arguments.out.is_none() && !report.is_read() {
-                return Ok(Answer::Yes);
-            }
-            let about = About {
-                table: &settings,
-                illuminance_lx,
-                interval,
-            };
-            let begun = arguments
-                .out
-                .as_deref()
-                .map(|path| Rounds::begin(path, &about));
-            let (mut kept, known) = begun.transpose()?.unzip();
-            let known = known.unwrap_or_default();
-            let searched = survey.entry(scene, illuminance_lx, interval, &known, |crossing| {
-                if let Some(kept) = &mut kept {
-                    kept.add(crossing);
-                }
-                report.heard();
-            });
-            match searched {
-                Ok((entry, points)) => {
-                    let told = report.entry(&entry, &points);
-                    file.add_reach(entry, points);
-                    arguments.keep(&file)?;
-                    kept.map_or(Ok(()), Rounds::finish)?;
-                    told?;
-                }
-                Err(error) if error.is_interruption() => {
-                    report.interrupted(arguments.out.as_deref());
-                    return Ok(Answer::No);
-                }
-                Err(error) => return Err(error.into()),
-            }
+/// A search, and what is told of it.
+struct ByReach<'a> {
+    survey: &'a ReachSurvey,
+    scene: &'a Scene,
+    report: Report,
+}
+
+impl Finder for ByReach<'_> {
+    type Piece = Crossing;
+    type Entry = (ReachEntry, Vec<ReachPoint>);
+
+    fn is_in(file: &TableFile, illuminance_lx: f64, interval: f64) -> bool {
+        file.reach_entry(illuminance_lx, interval).is_some()
+    }
+
+    fn is_read(&self) -> bool {
+        self.report.is_read()
+    }
+
+    fn find(
+        &mut self,
+        illuminance_lx: f64,
+        interval: f64,
+        known: Vec<Crossing>,
+        rounds: &mut Rounds,
+    ) -> anyhow::Result<Option<Self::Entry>> {
+        let (survey, scene, report) = (self.survey, self.scene, &mut self.report);
+        let found = survey.entry(scene, illuminance_lx, interval, &known, |crossing| {
+            rounds.add(crossing);
+            report.heard();
+        });
+        match found {
+            Err(error) if error.is_interruption() => Ok(None),
+            found => Ok(Some(found?)),
         }
     }
-    if let Some(path) = &arguments.out {
-        plot::save(&results::stem(path, "toml"), &report::table::draw(&file)?)?;
+
+    fn add(&mut self, (entry, points): Self::Entry, file: &mut TableFile) -> anyhow::Result<()> {
+        let told = self.report.entry(&entry, &points);
+        file.add_reach(entry, points);
+        told
     }
-    arguments.verdict(&file)
+
+    fn draw(&self, file: &TableFile) -> anyhow::Result<Drawing> {
+        report::table::draw(file)
+    }
+}
+
+/// Searches, prints and writes.
+pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
+    let survey = &arguments.by_reach(shared, scene)?;
+    find_all(
+        arguments,
+        scene,
+        TableFile::of_reach(survey, scene),
+        |begun| {
+            let report = Report::new(survey, begun, shared.json)?;
+            Ok(ByReach {
+                survey,
+                scene,
+                report,
+            })
+        },
+    )
 }

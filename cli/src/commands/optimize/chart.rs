@@ -32,7 +32,9 @@ fn over_distance(file: &TableFile, survey: &Survey) -> Chart {
         title: "Best at each distance".into(),
         x: Axis::around("distance (m)", distances),
         y: ratios(survey),
-        series: by_interval(survey, |interval| of_interval(interval).collect()),
+        series: table::by_interval(&survey.interval, |_, interval| {
+            of_interval(interval).collect()
+        }),
     }
 }
 
@@ -59,17 +61,6 @@ fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
 /// From 0 to somewhat above all ratios that were looked among.
 fn ratios(survey: &Survey) -> Axis {
     Axis::from_zero("best L2A (1/sr)", survey.search.range.into_iter())
-}
-
-fn by_interval(survey: &Survey, points: impl Fn(f64) -> Vec<Point>) -> Vec<Series> {
-    let intervals = survey.interval.iter();
-    let names: Vec<String> = intervals
-        .map(|interval| format!("interval {interval}"))
-        .collect();
-    let intervals = survey.interval.iter().zip(&names).zip(colours(&names));
-    intervals
-        .map(|((&interval, name), colour)| series(name, colour, points(interval)))
-        .collect()
 }
 
 fn series(name: &str, colour: RGBColor, points: Vec<Point>) -> Series {

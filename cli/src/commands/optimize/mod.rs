@@ -3,6 +3,7 @@
 mod by_criterion;
 mod by_reach;
 mod chart;
+mod entries;
 mod rounds;
 
 use std::path::PathBuf;

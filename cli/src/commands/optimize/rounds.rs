@@ -23,8 +23,9 @@ const SYNC_EVERY: Duration = Duration::from_secs(10);
 
 /// The pieces of one entry.
 pub struct Rounds {
-    path: PathBuf,
-    /// None where nothing can be kept.
+    /// None where nothing is kept.
+    path: Option<PathBuf>,
+    /// None where nothing is or can be kept.
     file: Option<File>,
     /// The checksum of the last line.
     sum: String,
@@ -43,11 +44,14 @@ pub struct About<'a> {
 }
 
 impl Rounds {
-    /// Those beside a table; with the pieces that an earlier run has finished.
+    /// Those beside a table, if there is to be one; with the pieces that an earlier run has finished.
     pub fn begin<Piece: DeserializeOwned>(
-        table: &Path,
+        table: Option<&Path>,
         about: &About,
     ) -> anyhow::Result<(Self, Vec<Piece>)> {
+        let Some(table) = table else {
+            return Ok((Self::of(None, None, String::new()), Vec::new()));
+        };
         let path = table.with_added_extension(EXTENSION);
         let head = serde_json::to_string(about)?;
         let found = input::read_text(&path, input::RESULTS_MAX).unwrap_or_default();
@@ -57,18 +61,24 @@ impl Rounds {
             .append(true)
             .open(&path)
             .with_context(|| format!("cannot write {}", path.display()))?;
-        let rounds = Self {
+        Ok((Self::of(Some(path), Some(file), sum), known))
+    }
+
+    fn of(path: Option<PathBuf>, file: Option<File>, sum: String) -> Self {
+        let synced = Instant::now();
+        Self {
             path,
-            file: Some(file),
+            file,
             sum,
-            synced: Instant::now(),
-        };
-        Ok((rounds, known))
+            synced,
+        }
     }
 
     /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
     pub fn add(&mut self, piece: &impl Serialize) {
-        let Some(file) = &mut self.file else { return };
+        let (Some(path), Some(file)) = (&self.path, &mut self.file) else {
+            return;
+        };
         let kept = append(file, piece, &self.sum).and_then(|sum| {
             self.sum = sum;
             if self.synced.elapsed() > SYNC_EVERY {
@@ -80,7 +90,7 @@ impl Rounds {
         if let Err(error) = kept {
             output::tell(format_args!(
                 "vocc: cannot write {}: {error}; going on",
-                self.path.display()
+                path.display()
             ));
             self.file = None;
         }
@@ -88,8 +98,8 @@ impl Rounds {
 
     /// They are in the table now.
     pub fn finish(self) -> anyhow::Result<()> {
-        std::fs::remove_file(&self.path)
-            .with_context(|| format!("cannot remove {}", self.path.display()))
+        let Some(path) = self.path else { return Ok(()) };
+        std::fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))
     }
 }
 
@@ -146,7 +156,7 @@ mod tests {
         };
         let round = vec![Evaluation::default(); 2];
         let (mut rounds, known) =
-            Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
+            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
         assert!(known.is_empty());
         rounds.add(&round);
         rounds.add(&round);
@@ -155,23 +165,25 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("rounds");
         std::fs::write(&path, &text[..text.len() - 5]).expect("room");
         let (mut rounds, known) =
-            Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
+            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
         assert_eq!(known, std::slice::from_ref(&round));
         rounds.add(&round);
         drop(rounds);
         assert_eq!(std::fs::read_to_string(&path).expect("rounds"), text);
         let damaged = text.replacen("\"on\"", "\"no\"", 1);
         std::fs::write(&path, damaged).expect("room");
-        let (_, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
+        let (_, known) = Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
         assert!(known.is_empty(), "it is damaged");
         let lines: Vec<&str> = text.split_inclusive('\n').collect();
         for moved in [vec![0, 1, 1], vec![0, 2, 1], vec![0, 2]] {
             let moved: Vec<&str> = moved.into_iter().map(|line| lines[line]).collect();
             std::fs::write(&path, moved.concat()).expect("room");
-            let (_, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(1.0)).expect("room");
+            let (_, known) =
+                Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
             assert_eq!(known.len(), usize::from(moved[1] == lines[1]));
         }
-        let (rounds, known) = Rounds::begin::<Vec<Evaluation>>(&table, &about(2.0)).expect("room");
+        let (rounds, known) =
+            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(2.0)).expect("room");
         assert!(known.is_empty(), "they are of another interval");
         rounds.finish().expect("removed");
         assert!(!path.exists());
