@@ -1,28 +1,35 @@
-//! `vocc merge`: the shards of an evaluation or a sweep, added up to what one run gives, byte for byte.
+//! `vocc merge`: the shards of an evaluation, a sweep or a table, put together to what one run gives, byte for byte.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use studies::sweep::Results;
+use studies::table::TableFile;
 
+use super::optimize;
 use super::sweep::{self, folder};
 use crate::options::Shared;
-use crate::output::{self, Answer};
-use crate::{report, results};
+use crate::output::{self, Answer, tell};
+use crate::{files, report, results};
 
 /// Arguments of `vocc merge`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Result files of `vocc evaluate --shard` or `vocc sweep --shard`, all shards of one run, or the folder that holds them.
+    /// Result files of `vocc evaluate --shard` or `vocc sweep --shard`, all shards of one run, or the folder that holds them; or tables
+    /// (.toml) of `vocc optimize --shard`.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Keep the sums in this file, and a table and a plot beside it.
-    #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
+    /// Keep the sums in this file, and a table and a plot beside it; of tables, the whole one.
+    #[arg(short, long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
 }
 
 /// Merges and prints; what is missing, doubled or of another run is refused.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+    let is_table = |path: &PathBuf| path.extension().is_some_and(|kind| kind == "toml");
+    if arguments.files.iter().all(is_table) {
+        return merge_tables(&arguments.files, arguments.out.as_deref());
+    }
     let mut files = Vec::new();
     for path in &arguments.files {
         if path.is_dir() {
@@ -57,4 +64,36 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         report::sweep::print(&results, shared.json)?;
     }
     Ok(Answer::Yes)
+}
+
+/// Puts the parts of a table together; what is missing is told.
+fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Answer> {
+    let out = out.context("name the table that they make with --out")?;
+    results::check(out, "toml", &[], parts.iter().cloned())?;
+    let mut whole: Option<TableFile> = None;
+    for path in parts {
+        let part = TableFile::read(path)?;
+        match &mut whole {
+            None => whole = Some(part),
+            Some(whole) => whole
+                .merge(part)
+                .with_context(|| path.display().to_string())?,
+        }
+    }
+    let whole = whole.context("there are no parts: give the tables of all shards")?;
+    ensure!(
+        !out.exists() || TableFile::read(out).is_ok_and(|there| there.is_of_same_survey(&whole)),
+        "{} exists and is no table of these parts: name another file",
+        out.display()
+    );
+    files::write(out, whole.to_toml()?)?;
+    for [illuminance_lx, interval] in whole.missing() {
+        tell(format_args!(
+            "vocc: the entry at {illuminance_lx} lx and interval {interval} is missing"
+        ));
+    }
+    optimize::verdict(&whole).map(|answer| match whole.missing().next() {
+        None => answer,
+        Some(_) => Answer::No,
+    })
 }

@@ -24,9 +24,14 @@ pub struct Report {
 }
 
 impl Report {
-    /// For what is left of a survey; what is there already is printed first.
-    pub fn new(survey: &Survey, begun: &TableFile, as_json: bool) -> anyhow::Result<Self> {
-        let cells = (survey.cells() - begun.cells.len().min(survey.cells())) as u64;
+    /// For a survey of which so many entries are missing; those that are there are printed first.
+    pub fn new(
+        survey: &Survey,
+        begun: &TableFile,
+        missing: usize,
+        as_json: bool,
+    ) -> anyhow::Result<Self> {
+        let cells = (missing * survey.cells_of_entry()) as u64;
         let frames = survey.search.frames;
         let at_most = cells * (GRID as u64 * frames.min(FIRST_ROUND) + FINE * frames);
         let mut report = Self {

@@ -21,10 +21,14 @@ pub struct Report {
 }
 
 impl Report {
-    /// For what is left of a survey; what is there already is printed first.
-    pub fn new(survey: &ReachSurvey, begun: &TableFile, as_json: bool) -> anyhow::Result<Self> {
-        let done = begun.reach_entries.len().min(survey.entries());
-        let entries = (survey.entries() - done) as u64;
+    /// For a survey of which so many entries are missing; those that are there are printed first.
+    pub fn new(
+        survey: &ReachSurvey,
+        begun: &TableFile,
+        missing: usize,
+        as_json: bool,
+    ) -> anyhow::Result<Self> {
+        let entries = missing as u64;
         let report = Self {
             progress: Progress::new(entries * (RATIOS as u64 + BETWEEN), "ratios"),
             as_json,

@@ -186,6 +186,16 @@ impl RatioFile {
         })
     }
 
+    /// Its places, row by row: illuminance and interval.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> + Clone {
+        let rows = self.illuminance_lx.iter();
+        rows.flat_map(|&illuminance_lx| {
+            self.interval
+                .iter()
+                .map(move |&interval| [illuminance_lx, interval])
+        })
+    }
+
     /// What a transmitter carries of it.
     ///
     /// # Errors

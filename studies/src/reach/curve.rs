@@ -18,6 +18,7 @@ pub const NOTHING: f64 = 0.01;
 pub const FLAT: f64 = 2.0;
 /// The share of the reach by which points may be below the highest to be fitted with it.
 const NEAR: f64 = 0.02;
+
 /// Which ratio to take among those that lose nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -44,6 +44,8 @@ pub use demand::{Demand, DemandError};
 
 use crossing::{Guess, Probe};
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 use sim::accuracy::Level;
 use sim::scene::Scene;
@@ -174,7 +176,7 @@ pub fn reach_from(
     scene: &Scene,
     search: &ReachSearch,
     known: &[Crossing],
-    mut tell: impl FnMut(&Crossing),
+    mut tell: impl FnMut(&Crossing) + Send,
 ) -> Result<Reach, ReachError> {
     check(search)?;
     let mut work = Work {
@@ -234,7 +236,7 @@ impl Work<'_> {
     fn after(
         &mut self,
         rounds: usize,
-        tell: &mut impl FnMut(&Crossing),
+        tell: &mut (impl FnMut(&Crossing) + Send),
     ) -> Result<Judged, ReachError> {
         // The first group has neighbours for all others on both sides.
         for first in WIDE_ORDER {
@@ -248,23 +250,29 @@ impl Work<'_> {
         self.judged(rounds)
     }
 
-    /// Finds the crossings of some ratios at once.
+    /// Finds the crossings of some ratios at once, and tells of those that were not known.
     fn cross(
         &mut self,
         numbers: &[usize],
         rounds: usize,
-        tell: &mut impl FnMut(&Crossing),
+        tell: &mut (impl FnMut(&Crossing) + Send),
     ) -> Result<(), ReachError> {
         let ratios = numbers
             .par_iter()
             .map(|&number| ratio(self.search.range, number));
-        let crossed: Vec<_> = ratios
-            .map(|l2a| self.crossing(l2a, rounds))
-            .collect::<Result<_, _>>()?;
-        for (crossing, is_known) in crossed.into_iter().flatten() {
-            if !is_known {
-                tell(&crossing);
+        let tell = Mutex::new(tell);
+        let cross = |l2a| {
+            let found = self.crossing(l2a, rounds)?;
+            if let Some((crossing, false)) = &found {
+                // Each as soon as it is known: with others it may take long.
+                let mut tell = tell.lock().unwrap_or_else(PoisonError::into_inner);
+                tell(crossing);
             }
+            Ok(found.map(|(crossing, _)| crossing))
+        };
+        let crossed: Vec<Option<Crossing>> =
+            ratios.map(cross).collect::<Result<_, ReachError>>()?;
+        for crossing in crossed.into_iter().flatten() {
             match self.place(crossing.l2a) {
                 Ok(place) => self.found[place] = crossing,
                 Err(place) => self.found.insert(place, crossing),

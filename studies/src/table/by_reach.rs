@@ -242,11 +242,6 @@ impl ReachSurvey {
         Ok(())
     }
 
-    /// How many settings there are.
-    pub fn entries(&self) -> usize {
-        self.illuminance_lx.len() * self.interval.len()
-    }
-
     /// The ratios within the bounds.
     fn range(
         &self,
@@ -281,7 +276,7 @@ impl ReachSurvey {
         illuminance_lx: f64,
         interval: f64,
         known: &[Crossing],
-        tell: impl FnMut(&Crossing),
+        tell: impl FnMut(&Crossing) + Send,
     ) -> Result<(ReachEntry, Vec<ReachPoint>), ReachSurveyError> {
         let search = ReachSearch {
             range: self.range(scene, illuminance_lx, interval)?,

@@ -126,6 +126,26 @@ impl Unknown {
     }
 }
 
+/// Why parts of a table are none of one.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PartError {
+    /// Another survey.
+    #[error(
+        "it is of another search than the first one: scene, axes and all settings must be the same"
+    )]
+    OtherSurvey,
+    /// An entry that is there already.
+    #[error(
+        "it has the entry at {illuminance_lx} lx and interval {interval} once more: give each part once"
+    )]
+    Doubled {
+        /// Ambient illuminance, lx.
+        illuminance_lx: f64,
+        /// Normalised LED interval.
+        interval: f64,
+    },
+}
+
 /// Ratios that differ by no more than this share are the same: files have five digits.
 const SAME: f64 = 1e-4;
 
@@ -211,6 +231,15 @@ impl TableFile {
         (points.len() > 1).then_some(curve)
     }
 
+    /// The reach of a ratio at an illuminance and an interval, m, where it was looked at.
+    pub fn reach_m(&self, illuminance_lx: f64, interval: f64, l2a: f64) -> Option<f64> {
+        let [low, high] = self.reach.as_ref()?.range;
+        let is_within = (low * (1.0 - SAME)..=high * (1.0 + SAME)).contains(&l2a);
+        self.curve(illuminance_lx, interval)
+            .filter(|_| is_within)?
+            .reach_m(l2a)
+    }
+
     /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.
     pub fn l2a_95(&self, illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
         let by_reach = self.reach_entry(illuminance_lx, interval);
@@ -242,10 +271,7 @@ impl TableFile {
         self.entries.push(entry);
         self.cells.extend(cells);
         self.put(entry.illuminance_lx, entry.interval, entry.l2a(rule));
-        in_order(&mut self.entries, |entry| {
-            [entry.illuminance_lx, entry.interval]
-        });
-        in_order(&mut self.cells, |cell| [cell.illuminance_lx, cell.interval]);
+        self.sort();
     }
 
     /// The same by reach.
@@ -253,6 +279,55 @@ impl TableFile {
         self.reach_entries.push(entry);
         self.reach_points.extend(points);
         self.put(entry.illuminance_lx, entry.interval, entry.l2a);
+        self.sort();
+    }
+
+    /// Adds the entries of another part of the same survey.
+    ///
+    /// # Errors
+    /// When it is none, or has one that is there already; nothing is added then.
+    pub fn merge(&mut self, part: Self) -> Result<(), PartError> {
+        if !self.is_of_same_survey(&part) {
+            return Err(PartError::OtherSurvey);
+        }
+        let is_in = |place: &[f64; 2]| self.is_found(*place) && part.is_found(*place);
+        if let Some([illuminance_lx, interval]) = self.ratios.places().find(is_in) {
+            return Err(PartError::Doubled {
+                illuminance_lx,
+                interval,
+            });
+        }
+        self.entries.extend(part.entries);
+        self.cells.extend(part.cells);
+        self.reach_entries.extend(part.reach_entries);
+        self.reach_points.extend(part.reach_points);
+        let own = self.ratios.l2a.iter_mut().flatten();
+        for (own, found) in own.zip(part.ratios.l2a.iter().flatten()) {
+            if own.is_nan() {
+                *own = *found;
+            }
+        }
+        self.sort();
+        Ok(())
+    }
+
+    /// Whether something was found at an illuminance and an interval.
+    fn is_found(&self, [illuminance_lx, interval]: [f64; 2]) -> bool {
+        self.entry(illuminance_lx, interval).is_some()
+            || self.reach_entry(illuminance_lx, interval).is_some()
+    }
+
+    /// The places at which nothing was found yet.
+    pub fn missing(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.ratios.places().filter(|place| !self.is_found(*place))
+    }
+
+    /// Puts all findings in the order of the axes, whatever was finished first.
+    fn sort(&mut self) {
+        in_order(&mut self.entries, |entry| {
+            [entry.illuminance_lx, entry.interval]
+        });
+        in_order(&mut self.cells, |cell| [cell.illuminance_lx, cell.interval]);
         in_order(&mut self.reach_entries, |entry| {
             [entry.illuminance_lx, entry.interval]
         });
@@ -361,7 +436,7 @@ impl TableFile {
     }
 }
 
-/// Puts findings in the order of the axes, whatever was finished first.
+/// Sorts findings by their places.
 fn in_order<Finding>(findings: &mut [Finding], place: impl Fn(&Finding) -> [f64; 2]) {
     findings.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(Ordering::Equal));
 }

@@ -18,7 +18,7 @@ mod survey;
 
 pub use by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey, ReachSurveyError};
 pub use condition::Condition;
-pub use file::{SearchRecord, TableFile, Unknown};
+pub use file::{PartError, SearchRecord, TableFile, Unknown};
 pub use intensity::{Bounds, LAMPS, luminance_cd_m2, panel_cd};
 pub use outcome::{Cell, Entry, Rule};
 pub use survey::{News, Survey, SurveyError};

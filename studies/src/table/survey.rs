@@ -141,9 +141,9 @@ impl Survey {
         Ok(check_axes(&self.illuminance_lx, &self.interval)?)
     }
 
-    /// How many settings there are.
-    pub fn cells(&self) -> usize {
-        self.illuminance_lx.len() * self.interval.len() * self.distance_m.len() * self.yaw_deg.len()
+    /// How many settings there are of each illuminance and interval.
+    pub fn cells_of_entry(&self) -> usize {
+        self.distance_m.len() * self.yaw_deg.len()
     }
 
     /// Searches all distances and yaws of one illuminance and interval.

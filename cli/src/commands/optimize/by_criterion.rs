@@ -70,7 +70,7 @@ impl Finder for ByCriterion<'_> {
     type Piece = Vec<Evaluation>;
     type Entry = (Entry, Vec<Cell>);
 
-    fn is_in(file: &TableFile, illuminance_lx: f64, interval: f64) -> bool {
+    fn is_in(file: &TableFile, [illuminance_lx, interval]: [f64; 2]) -> bool {
         file.entry(illuminance_lx, interval).is_some()
     }
 
@@ -120,12 +120,17 @@ pub fn run(
     criterion: Criterion,
 ) -> anyhow::Result<Answer> {
     let survey = &arguments.survey(shared, scene, criterion)?;
-    find_all(arguments, scene, TableFile::of(survey, scene), |begun| {
-        let report = Report::new(survey, begun, shared.json)?;
-        Ok(ByCriterion {
-            survey,
-            scene,
-            report,
-        })
-    })
+    find_all(
+        arguments,
+        scene,
+        TableFile::of(survey, scene),
+        |begun, missing| {
+            let report = Report::new(survey, begun, missing, shared.json)?;
+            Ok(ByCriterion {
+                survey,
+                scene,
+                report,
+            })
+        },
+    )
 }

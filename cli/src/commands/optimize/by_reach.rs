@@ -138,7 +138,7 @@ impl Finder for ByReach<'_> {
     type Piece = Crossing;
     type Entry = (ReachEntry, Vec<ReachPoint>);
 
-    fn is_in(file: &TableFile, illuminance_lx: f64, interval: f64) -> bool {
+    fn is_in(file: &TableFile, [illuminance_lx, interval]: [f64; 2]) -> bool {
         file.reach_entry(illuminance_lx, interval).is_some()
     }
 
@@ -182,8 +182,8 @@ pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Res
         arguments,
         scene,
         TableFile::of_reach(survey, scene),
-        |begun| {
-            let report = Report::new(survey, begun, shared.json)?;
+        |begun, missing| {
+            let report = Report::new(survey, begun, missing, shared.json)?;
             Ok(ByReach {
                 survey,
                 scene,

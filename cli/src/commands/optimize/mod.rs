@@ -13,6 +13,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Criterion, RANGE};
+use studies::sweep::Shard;
 use studies::table::{Rule, TableFile};
 
 use crate::commands::evaluate::single_precision;
@@ -20,15 +21,26 @@ use crate::options::Shared;
 use crate::output::{Answer, tell};
 use crate::{files, outputs, results};
 
-/// How long it takes.
+/// How long it takes, and how it is done in parts.
 const DURATION: &str = "\
 Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less where the best ratio is soon \
 known to --tolerance or --frames are few. By reach, an illuminance and an interval take a second with k-means, some minutes with the best \
-detector.";
+detector.
+
+In parts, on one computer or many:
+  vocc optimize … -o part-0.toml --shard 0/2
+  vocc optimize … -o part-1.toml --shard 1/2
+  vocc merge part-0.toml part-1.toml -o table.toml
+
+On a cluster with Slurm, from a folder that all nodes see:
+  job=$(sbatch --parsable --array=0-15 --wrap \
+    'vocc optimize … --resume -o part-$SLURM_ARRAY_TASK_ID.toml --shard $SLURM_ARRAY_TASK_ID/16')
+  sbatch --dependency=afterok:$job --wrap 'vocc merge part-*.toml -o table.toml'
+";
 
 /// Arguments of `vocc optimize`.
 #[derive(clap::Args)]
-#[command(after_help = format!("{DURATION} {}", crate::progress::HELP))]
+#[command(after_help = format!("{DURATION}\n{}", crate::progress::HELP))]
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
@@ -82,6 +94,9 @@ pub struct Arguments {
     /// Go on from what --out holds already.
     #[arg(long, requires = "out")]
     resume: bool,
+    /// Find only the i-th of every n entries, i from 0; `vocc merge` puts the parts together.
+    #[arg(long, value_name = "i/n", requires = "out")]
+    shard: Option<Shard>,
     #[command(flatten)]
     reach: by_reach::Options,
 }
@@ -165,16 +180,16 @@ impl Arguments {
         let Some(path) = &self.out else { return Ok(()) };
         files::write(path, as_toml(file)?)
     }
+}
 
-    /// Whether something is known of every ratio; what is not is told.
-    fn verdict(&self, file: &TableFile) -> anyhow::Result<Answer> {
-        let mut answer = Answer::Yes;
-        for unknown in file.unknown() {
-            tell(format_args!("vocc: {unknown}"));
-            answer = Answer::No;
-        }
-        Ok(answer)
+/// Whether something is known of every ratio found; what is not is told.
+pub fn verdict(file: &TableFile) -> anyhow::Result<Answer> {
+    let mut answer = Answer::Yes;
+    for unknown in file.unknown() {
+        tell(format_args!("vocc: {unknown}"));
+        answer = Answer::No;
     }
+    Ok(answer)
 }
 
 /// Searches, prints and writes.
