@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use common::{command, refused, text, vocc};
+use common::{command, refused, says, text, vocc};
 
 /// A folder of this test's own, empty.
 fn folder(name: &str) -> std::path::PathBuf {
@@ -237,6 +237,92 @@ const BY_REACH: [&str; 16] = [
     "0.2",
     "-o",
 ];
+
+#[test]
+fn parts_of_a_table_are_one_table_byte_for_byte() {
+    let folder = folder("parts");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    for (name, search) in [("mean", &QUICK[..]), ("reach", &BY_REACH)] {
+        let file = |part: &str| path(&format!("{name}-{part}.toml"));
+        let [whole, first, second, merged] = ["whole", "0", "1", "merged"].map(file);
+        lines(&vocc(&[search, &[&whole]].concat()));
+        for (part, shard) in [(&first, "0/2"), (&second, "1/2")] {
+            lines(&vocc(&[search, &[part, "--shard", shard]].concat()));
+        }
+        let half = vocc(&["merge", &first, "--out", &merged]);
+        says(&half, 1, &["is missing"]);
+        let done = vocc(&["merge", &second, &first, "--out", &merged]);
+        says(&done, 0, &[]);
+        let read = |path: &str| std::fs::read_to_string(path).expect("a table");
+        assert_eq!(read(&merged), read(&whole));
+        refused(
+            &["merge", &first, &first, "--out", &merged],
+            &["once more", "each part once"],
+        );
+        let other = file("other");
+        lines(&vocc(&[search, &[&other, "--seed", "2"]].concat()));
+        refused(
+            &["merge", &first, &other, "--out", &merged],
+            &["another search"],
+        );
+        refused(
+            &["merge", &first, &second, "--out", &other],
+            &["no table of these parts"],
+        );
+        refused(&["merge", &first, &second, "--out", &first], &["0.toml"]);
+        refused(&["merge", &first, &second], &["--out"]);
+        assert_eq!(read(&merged), read(&whole));
+    }
+    refused(&["optimize", "--shard", "0/2"], &["--out"]);
+    refused(
+        &["optimize", "--shard", "2/2", "-o", &path("none.toml")],
+        &["2/2"],
+    );
+}
+
+#[test]
+fn what_a_transmitter_does_not_know_has_its_price() {
+    let folder = folder("regret");
+    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let (table, brighter) = (path("table.toml"), path("brighter.toml"));
+    lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
+    let exposed = ["--set", "camera.exposure_bias_ev=1"];
+    lines(&vocc(&[&BY_REACH[..], &[&brighter], &exposed].concat()));
+    let losses = |arguments: &[&str]| -> Vec<f64> {
+        let found = lines(&vocc(
+            &[&["table", "regret", &table, "--json"], arguments].concat(),
+        ));
+        let loss = |line: &serde_json::Value| {
+            let reach_m = line["reach_m"].as_f64()?;
+            Some(1.0 - reach_m / line["best_reach_m"].as_f64()?)
+        };
+        found.iter().map(|line| loss(line).unwrap_or(1.0)).collect()
+    };
+    let [sure, half] = losses(&["--times", "1,0.5"])[..2] else {
+        panic!("two factors")
+    };
+    assert!(sure < 0.02 && half > sure + 0.02, "{sure} and {half}");
+    assert_eq!(losses(&["--times", "30"]), [1.0; 2], "nobody looked there");
+    let elsewhere = losses(&["--times", "1", "--in", &brighter]);
+    assert!(elsewhere[0] > -0.02 && elsewhere[0] < 0.5, "{elsewhere:?}");
+    let shown = vocc(&["table", "regret", &table, "--in", &brighter]);
+    assert!(
+        text(&shown.stdout).contains("x0.5"),
+        "{}",
+        text(&shown.stderr)
+    );
+    refused(
+        &["table", "regret", &table, "--times", "0"],
+        &["0.01 to 100"],
+    );
+    let plain = path("plain.toml");
+    let only = "format = 1\nilluminance_lx = [50]\ninterval = [1]\nl2a = [[2]]\n";
+    std::fs::write(&plain, only).expect("a file");
+    refused(
+        &["table", "regret", &plain],
+        &["nothing of the reach", "--criterion reach"],
+    );
+}
 
 #[test]
 fn a_table_by_reach_says_what_it_knows() {

@@ -153,6 +153,7 @@ pub const WORKS: &[Work] = &[
     work("table show", &["<table.toml"]),
     work("table check", &["<table.toml"]),
     work("table diff", &["<table.toml", "<table.toml"]),
+    work("table regret", &["<table.toml", "--in", "<table.toml"]),
     work(
         "table push",
         &["<table.toml", "--port", "%port", "--timeout", "0.05"],

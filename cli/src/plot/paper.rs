@@ -2,7 +2,8 @@
 //!
 //! Text is set in DejaVu Sans, which is part of the program: plots look the same where no fonts are installed.
 
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, Text};
@@ -122,8 +123,29 @@ pub fn width_px(words: &str, size_px: i32) -> i32 {
 /// # Errors
 /// When a file cannot be written.
 pub fn save(stem: &Path, drawing: &Drawing) -> anyhow::Result<()> {
-    files::write(&stem.with_added_extension("svg"), &drawing.svg)?;
-    files::write(&stem.with_added_extension("png"), &drawing.png)
+    let [svg, png] = files_of(stem);
+    files::write(&svg, &drawing.svg)?;
+    files::write(&png, &drawing.png)
+}
+
+/// The files of a drawing.
+pub fn files_of(stem: &Path) -> [PathBuf; 2] {
+    ["svg", "png"].map(|kind| stem.with_added_extension(kind))
+}
+
+/// A drawing's name as an option gives it, without the ending of one of its files.
+///
+/// # Errors
+/// When it ends as pictures of another kind do.
+pub fn stem(name: &str) -> Result<PathBuf, String> {
+    let name = Path::new(name);
+    match name.extension().and_then(OsStr::to_str) {
+        Some("svg" | "png") => Ok(name.with_extension("")),
+        Some("jpg" | "jpeg" | "pdf" | "gif" | "webp" | "eps") => {
+            Err("a plot is drawn as .svg and .png: give its name without an ending".into())
+        }
+        _ => Ok(name.into()),
+    }
 }
 
 #[cfg(test)]

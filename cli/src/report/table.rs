@@ -1,14 +1,15 @@
 //! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
 
 use studies::table::{ReachEntry, ReachPoint, TableFile};
+use tx_firmware::calibration::BENCH;
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 
 /// Pixels of a chart across and down.
 const SIZE_PX: (i32, i32) = (500, 460);
 
-/// What stands above [`reach_line`]s.
-pub const REACH_HEAD: &str = "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak";
+/// What stands above [`reach_line`]s. The duty is that of an On LED which fully lit is as bright as the bench's.
+pub const REACH_HEAD: &str = "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak     duty";
 
 /// An entry by reach.
 pub fn reach_line(entry: &ReachEntry) -> String {
@@ -22,8 +23,9 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     let lost = entry
         .lost_at_m
         .map_or(String::new(), |lost| format!(", lost at {lost} m"));
+    let full_cd_m2: f64 = BENCH.luminance_full_cd_m2.to_num();
     format!(
-        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd {:>7.3} cd{flat}{lost}",
+        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd {:>7.3} cd {:>5.1} %{flat}{lost}",
         entry.illuminance_lx,
         entry.interval,
         entry.l2a,
@@ -35,6 +37,7 @@ pub fn reach_line(entry: &ReachEntry) -> String {
         entry.best_l2a,
         entry.mean_cd,
         entry.peak_cd,
+        100.0 * entry.luminance_cd_m2 / full_cd_m2,
     )
 }
 

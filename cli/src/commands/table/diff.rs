@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use link::l2a_table::{Illuminance, Interval, L2aTable};
+use link::l2a_table::L2aTable;
 use serde::Serialize;
 use studies::table::TableFile;
 
@@ -65,12 +65,9 @@ impl Difference {
         illuminance_lx: f64,
         interval: f64,
     ) -> Self {
-        let [old_l2a, new_l2a] = tables.each_ref().map(|table| {
-            let light = Illuminance::saturating_from_num(illuminance_lx);
-            table
-                .l2a(light, Interval::saturating_from_num(interval))
-                .to_num::<f64>()
-        });
+        let [old_l2a, new_l2a] = tables
+            .each_ref()
+            .map(|table| super::carried(table, illuminance_lx, interval));
         // The newer one's curve, where both have one.
         let curve = files
             .iter()

@@ -1,21 +1,23 @@
 //! `vocc table`: what a table holds, whether a transmitter can use it, what another one would change, and the way there and back.
 
 mod diff;
+mod regret;
 mod transfer;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Subcommand;
-use link::l2a_table::L2aTable;
+use link::l2a_table::{Illuminance, Interval, L2aTable};
 use serde::Serialize;
 use sim::l2a::file::RatioFile;
 use studies::table::TableFile;
 
+use self::regret::Regret;
 use self::transfer::Transfer;
 use crate::options::Shared;
 use crate::output::{Answer, json, line};
-use crate::{plot, report, results};
+use crate::{outputs, plot, report};
 
 /// Arguments of `vocc table`.
 #[derive(clap::Args)]
@@ -33,8 +35,8 @@ enum Action {
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
-        /// Draw it: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the ratio; .svg and .png.
-        #[arg(long, value_name = "FILE.png", value_parser = plot_file, conflicts_with = "rust")]
+        /// Draw it, as NAME.svg and NAME.png: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the ratio.
+        #[arg(long, value_name = "NAME", value_parser = plot::stem, conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },
     /// What another table says otherwise, and what that costs in reach where one of them was made by reach; status 1 where they differ.
@@ -44,6 +46,8 @@ enum Action {
         /// The other one.
         new: PathBuf,
     },
+    /// What it costs in reach that a transmitter does not know its surroundings: a wrong light sensor, other LEDs, another camera.
+    Regret(Regret),
     /// Whether a file holds a table that a transmitter can use, and something is known of each of its ratios.
     Check {
         /// The table's TOML file.
@@ -79,6 +83,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
         Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
         Action::Diff { old, new } => return diff::run(old, new, shared.json),
+        Action::Regret(regret) => return regret.run(shared.json),
         Action::Push(transfer) => return transfer.push(shared),
         Action::Pull(transfer) => return transfer.pull(shared),
         Action::Verify(transfer) => return transfer.verify(shared),
@@ -104,6 +109,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 
 /// Prints a table, the one that the firmware ships with where there is no file, and draws it where that is asked for.
 fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Result<()> {
+    let plots = plot.map(plot::files_of).into_iter().flatten();
+    outputs::check(plots, file.map(Path::to_owned))?;
     let (carried, file) = match file {
         Some(path) => {
             let (file, table) = TableFile::read_with_table(path)?;
@@ -128,16 +135,9 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
         let mut entries = file.reach_entries.iter().map(report::table::reach_line);
         entries.try_for_each(|entry| line(&entry))?;
     }
-    let Some(path) = plot else { return Ok(()) };
-    plot::save(&results::stem(path, "png"), &report::table::draw(&file)?)
-}
-
-/// A picture's file.
-fn plot_file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.extension().is_some_and(|kind| kind == "png") {
-        true => Ok(path),
-        false => Err("give a file that ends in .png; the same goes beside it as .svg".into()),
+    match plot {
+        Some(stem) => plot::save(stem, &report::table::draw(&file)?),
+        None => Ok(()),
     }
 }
 
@@ -175,6 +175,14 @@ impl Carried {
         }
         Ok(())
     }
+}
+
+/// The ratio that a transmitter looks up.
+fn carried(table: &L2aTable, illuminance_lx: f64, interval: f64) -> f64 {
+    let light = Illuminance::saturating_from_num(illuminance_lx);
+    table
+        .l2a(light, Interval::saturating_from_num(interval))
+        .to_num()
 }
 
 /// The Rust source of a table: what `link` is built with.

@@ -14,6 +14,7 @@ const COLUMNS: usize = 3;
 const SHOWN_HZ: [f64; 2] = [0.5, 4000.0];
 /// The modulations that are shown, %.
 const SHOWN_PERCENT: [f64; 2] = [0.01, 130.0];
+
 /// The modulation of one LED and of the panel over the frequency, a chart for each symbol rate.
 pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
     let names = ["the worst LED", "all LEDs together"];

@@ -1,7 +1,7 @@
 //! `vocc transmit --flicker`: how much the panel flickers, what people see of it, and what would have to change.
 
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use link::symbol_rate::SymbolRate;
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub struct Options {
     )]
     symbol_rate: Vec<f64>,
     /// Draw the modulation over the frequency, a chart for each rate, as NAME.svg and NAME.png.
-    #[arg(long, value_name = "NAME", requires = "flicker")]
+    #[arg(long, value_name = "NAME", value_parser = plot::stem, requires = "flicker")]
     plot: Option<PathBuf>,
 }
 
@@ -99,19 +99,15 @@ pub fn run(
     file: Option<PathBuf>,
     shared: &Shared,
 ) -> anyhow::Result<Answer> {
-    let stem = options.plot.as_deref().map(stem);
-    let plots = stem.iter().flat_map(|stem| {
-        let ends = ["svg", "png"];
-        ends.map(|end| stem.with_added_extension(end))
-    });
-    outputs::check(plots, file)?;
+    let stem = options.plot.as_deref();
+    outputs::check(stem.map(plot::files_of).into_iter().flatten(), file)?;
     let panels = panels(message)?;
     let (plain, coded) = (Flicker::of(&panels), Flicker::of(&manchester(&panels)));
     let rates_hz = match options.symbol_rate.as_slice() {
         [] => &RATES_HZ,
         asked => asked,
     };
-    if let Some(stem) = &stem {
+    if let Some(stem) = stem {
         plot::save(stem, &chart::draw(&plain, rates_hz)?)?;
     }
     let report = Report {
@@ -131,14 +127,6 @@ pub fn run(
         print(&report)?;
     }
     Ok(Answer::Yes)
-}
-
-/// A plot's name without an ending of its own.
-fn stem(name: &Path) -> PathBuf {
-    match name.extension().and_then(|ending| ending.to_str()) {
-        Some("svg" | "png") => name.with_extension(""),
-        _ => name.into(),
-    }
 }
 
 impl Rate {

@@ -1,0 +1,119 @@
+//! `vocc table regret`: what it costs in reach that a transmitter does not know what is before it.
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use link::l2a_table::L2aTable;
+use serde::Serialize;
+use studies::table::{ReachEntry, TableFile};
+
+use crate::output::{Answer, json, line};
+
+/// Arguments of `vocc table regret`.
+#[derive(clap::Args)]
+pub struct Regret {
+    /// The table's TOML file.
+    table: PathBuf,
+    /// A table that `vocc optimize --criterion reach` made for another scene: what the first one costs there (repeatable). Without it: where
+    /// the table itself was made.
+    #[arg(long = "in", value_name = "FILE.toml")]
+    scenes: Vec<PathBuf>,
+    /// Factors on the table's ratios: what a light sensor shows over what is, or the reflectance that is taken over the LEDs' own.
+    #[arg(long, value_delimiter = ',', default_values_t = [0.5, 0.8, 1.0, 1.25, 2.0], value_parser = factor, allow_negative_numbers = true)]
+    times: Vec<f64>,
+}
+
+/// What a ratio costs at one light and interval.
+#[derive(Serialize)]
+struct Loss {
+    illuminance_lx: f64,
+    interval: f64,
+    /// The table's ratio times this.
+    times: f64,
+    l2a: f64,
+    /// Its reach, m; none where it is beyond the ratios looked among.
+    reach_m: Option<f64>,
+    best_reach_m: f64,
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if (0.01..=100.0).contains(&factor) => Ok(factor),
+        _ => Err("give a factor from 0.01 to 100".into()),
+    }
+}
+
+impl Regret {
+    /// Prints the reach lost at each light and interval, scene by scene.
+    pub fn run(&self, as_json: bool) -> anyhow::Result<Answer> {
+        let (_, table) = TableFile::read_with_table(&self.table)?;
+        let own = std::slice::from_ref(&self.table);
+        let scenes = if self.scenes.is_empty() {
+            own
+        } else {
+            &self.scenes
+        };
+        for path in scenes {
+            let scene = TableFile::read(path)?;
+            ensure!(
+                !scene.reach_entries.is_empty(),
+                "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
+                path.display()
+            );
+            if !as_json {
+                line(&format!("reach in {}:", path.display()))?;
+                let columns = self
+                    .times
+                    .iter()
+                    .map(|times| format!("{:>9}", format!("x{times}")));
+                line(&format!(
+                    "illuminance  interval     L2A    best{}",
+                    columns.collect::<String>()
+                ))?;
+            }
+            for entry in &scene.reach_entries {
+                let losses: Vec<Loss> = self
+                    .times
+                    .iter()
+                    .map(|&times| Loss::of(&table, &scene, entry, times))
+                    .collect();
+                match as_json {
+                    true => losses.iter().try_for_each(json)?,
+                    false => line(&row(&table, entry, &losses))?,
+                }
+            }
+        }
+        Ok(Answer::Yes)
+    }
+}
+
+impl Loss {
+    fn of(table: &L2aTable, scene: &TableFile, entry: &ReachEntry, times: f64) -> Self {
+        let (illuminance_lx, interval) = (entry.illuminance_lx, entry.interval);
+        let l2a = times * super::carried(table, illuminance_lx, interval);
+        Self {
+            illuminance_lx,
+            interval,
+            times,
+            l2a,
+            reach_m: scene.reach_m(illuminance_lx, interval, l2a),
+            best_reach_m: entry.best_reach_m,
+        }
+    }
+}
+
+/// An entry as people read it: what is lost of the best ratio's reach.
+fn row(table: &L2aTable, entry: &ReachEntry, losses: &[Loss]) -> String {
+    let lost = losses.iter().map(|loss| match loss.reach_m {
+        Some(reach_m) => format!("{:>+7.1} %", 100.0 * (reach_m / loss.best_reach_m - 1.0)),
+        None => format!("{:>9}", "?"),
+    });
+    format!(
+        "{:>8} lx  {:>8}  {:>6.3}  {:>6.3}{}",
+        entry.illuminance_lx,
+        entry.interval,
+        super::carried(table, entry.illuminance_lx, entry.interval),
+        entry.best_l2a,
+        lost.collect::<String>()
+    )
+}
