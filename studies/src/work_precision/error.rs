@@ -6,6 +6,7 @@ use sim::view::ViewError;
 
 use crate::monte_carlo::EvaluateError;
 use crate::random_scenes::RandomSceneError;
+use crate::reach::ReachError;
 
 /// Why something could not be measured.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +20,12 @@ pub enum PrecisionError {
     /// A frame cannot be measured.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// No best ratio is found.
+    #[error(transparent)]
+    Reach(#[from] ReachError),
+    /// No thread can be had.
+    #[error("cannot begin a thread: {0}")]
+    Thread(#[from] rayon::ThreadPoolBuildError),
     /// No camera is like that.
     #[error(transparent)]
     Camera(#[from] CameraError),

@@ -14,6 +14,7 @@
 //! # Ok::<(), studies::work_precision::PrecisionError>(())
 //! ```
 
+mod best_ratio;
 mod camera;
 mod counts;
 mod decoder;
@@ -54,7 +55,7 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 8] = [
+pub const PARTS: [Measurable; 9] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
@@ -69,6 +70,11 @@ pub const PARTS: [Measurable; 8] = [
         name: "monte-carlo",
         measure: monte_carlo::measure,
         why: monte_carlo::why,
+    },
+    Measurable {
+        name: "best-ratio",
+        measure: best_ratio::measure,
+        why: best_ratio::why,
     },
     Measurable {
         name: "detectors",

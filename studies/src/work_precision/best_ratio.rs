@@ -1,0 +1,267 @@
+//! How surely the best ratio by reach is found, against the time for it: the search, and a plain grid of ratios and distances.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, rounded, variant};
+use super::pareto;
+use super::quartiles::Quartiles;
+use super::scale::Scale;
+use super::steps::Steps;
+use crate::detectors::DetectorChoice;
+use crate::monte_carlo::{Evaluator, Settings};
+use crate::optimum::{RANGE, at_ratio};
+use crate::reach::{Choice, ReachError, ReachSearch, reach};
+use sim::scene::Scene;
+
+/// Where bits are lost on both sides of the best ratio: too dark, and too bright.
+const SETTINGS: [&str; 2] = ["ambient.illuminance_lx=50", "panel.interval=0.5"];
+/// The most frames of the search, at one ratio and distance.
+const FRAMES: [u64; 4] = [128, 512, 2048, DEFAULT_FRAMES];
+/// What `vocc optimize --criterion reach` has unless told otherwise.
+const DEFAULT_FRAMES: u64 = 4096;
+/// What it has for a first look.
+const QUICK: &str = "search, 512 frames";
+/// By how much the reference has more frames.
+const REFERENCE: u64 = 8;
+/// Searches of other seeds.
+const REPEATS: usize = 8;
+/// Ratios, distances and frames of plain grids.
+const GRIDS: [(usize, usize, u64); 4] = [(8, 8, 128), (16, 16, 512), (32, 32, 256), (32, 64, 512)];
+/// Between these distances the grids look, m: three times either way of the reach.
+const GRID_M: [f64; 2] = [20.0, 180.0];
+
+/// What one run says, and how long it took.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Found {
+    l2a: f64,
+    reach_m: f64,
+    ns: f64,
+}
+
+/// A way to find it.
+enum Way {
+    /// With at most so many frames.
+    Search(u64),
+    /// So many ratios and distances, with so many frames at each.
+    Grid(usize, usize, u64),
+}
+
+impl Way {
+    fn point(&self) -> Point {
+        match self {
+            Self::Search(frames) => {
+                Point::new(format!("search, {frames} frames"), 0.0).on("search")
+            }
+            Self::Grid(ratios, distances, frames) => {
+                let name = format!("grid of {ratios} × {distances}, {frames} frames");
+                Point::new(name, 0.0).on("grid")
+            }
+        }
+    }
+
+    fn find(&self, scene: &Scene, seed: u64) -> Result<Found, PrecisionError> {
+        match *self {
+            Self::Search(frames) => by_search(scene, frames, seed),
+            Self::Grid(ratios, distances, frames) => {
+                by_grid(scene, ratios, distances, frames, seed)
+            }
+        }
+    }
+}
+
+/// Measures it.
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+    let scene = Scene::load("night", &SETTINGS.map(String::from))?;
+    let most = scale.of(DEFAULT_FRAMES as usize, 128) as u64;
+    let fewer = FRAMES.into_iter().filter(|&frames| frames < most);
+    let grids = GRIDS.into_iter().map(|(ratios, distances, frames)| {
+        Way::Grid(ratios, distances, scale.of(frames as usize, 32) as u64)
+    });
+    let ways: Vec<Way> = fewer.chain([most]).map(Way::Search).chain(grids).collect();
+    let truth = steps.take("reference", |_| {
+        by_search(&scene, REFERENCE * most, scale.seed)
+    })?;
+    // By turns: all ways with one seed, then all with the next.
+    let mut turns: Vec<Vec<Found>> = Vec::new();
+    for number in 1..=scale.of(REPEATS, 2) as u64 {
+        let found = |way: &Way| way.find(&scene, 1000 * scale.seed + number);
+        turns.push(steps.take(format!("turn {number}"), |_| {
+            ways.iter().map(found).collect()
+        })?);
+    }
+    let default = Way::Search(most).point().variant;
+    let diagrams = vec![
+        diagram("best L2A", &default, &ways, &turns, |found| {
+            found.l2a / truth.l2a
+        }),
+        diagram("its reach", &default, &ways, &turns, |found| {
+            found.reach_m / truth.reach_m
+        }),
+    ];
+    Ok(Part {
+        name: "best-ratio".into(),
+        title: "The best ratio by reach".into(),
+        method: format!(
+            "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is the \
+             root mean square of the deviation from the reference, of searches of {REPEATS} seeds, and the time of one on one core. *search*: \
+             as `vocc optimize --criterion reach --tolerance 0` does it, with that many frames at each ratio and distance at most. *grid*: \
+             so many ratios and distances at equal factors, L2A {} to {} and {} to {} m; the reach of a ratio is its last distance before too \
+             many bits are wrong, the best ratio the middle one of those that reach farthest.",
+            RANGE[0], RANGE[1], GRID_M[0], GRID_M[1]
+        ),
+        reference: format!(
+            "A search of another seed with {REFERENCE} times as many frames as the longest that is compared: √{REFERENCE} times as exact."
+        ),
+        default: why(&diagrams),
+        diagrams,
+    })
+}
+
+/// Runs on one thread, and tells how long it took.
+fn timed<E: Send>(run: impl FnOnce() -> Result<[f64; 2], E> + Send) -> Result<Found, PrecisionError>
+where
+    PrecisionError: From<E>,
+{
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let start = Instant::now();
+    let [l2a, reach_m] = one.install(run)?;
+    let ns = start.elapsed().as_secs_f64() * 1e9;
+    Ok(Found { l2a, reach_m, ns })
+}
+
+fn by_search(scene: &Scene, frames: u64, seed: u64) -> Result<Found, PrecisionError> {
+    let search = ReachSearch {
+        frames,
+        seed,
+        tolerance: 0.0,
+        detector: DetectorChoice::KMeans,
+        choice: Choice::Best,
+        ..ReachSearch::default()
+    };
+    timed(|| -> Result<_, ReachError> {
+        let verdict = reach(scene, &search)?.judged.verdict;
+        Ok([verdict.best, verdict.reach_m])
+    })
+}
+
+fn by_grid(
+    scene: &Scene,
+    ratios: usize,
+    distances: usize,
+    frames: u64,
+    seed: u64,
+) -> Result<Found, PrecisionError> {
+    let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
+    let most_wrong = ReachSearch::default().raw_error_rate;
+    let is_read = |l2a, distance_m| -> Result<bool, PrecisionError> {
+        let mut scene = at_ratio(scene, l2a);
+        scene.pose.distance_m = distance_m;
+        let errors = Evaluator::new(&scene, settings)?
+            .run(|_| true)?
+            .of_one_symbol();
+        Ok(errors.rate() <= most_wrong)
+    };
+    timed(|| -> Result<_, PrecisionError> {
+        let mut best = (0.0, Vec::new());
+        for l2a in points(RANGE, ratios) {
+            let mut reach_m = 0.0;
+            for distance_m in points(GRID_M, distances) {
+                if !is_read(l2a, distance_m)? {
+                    break;
+                }
+                reach_m = distance_m;
+            }
+            if reach_m > best.0 {
+                best = (reach_m, Vec::new());
+            }
+            if reach_m == best.0 {
+                best.1.push(l2a);
+            }
+        }
+        let (reach_m, farthest) = best;
+        Ok([farthest[farthest.len() / 2], reach_m])
+    })
+}
+
+/// Points between two, ends included, at equal factors.
+fn points([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
+    let step = move |point: usize| point as f64 / (count - 1) as f64;
+    (0..count).map(move |point| low * (high / low).powf(step(point)))
+}
+
+/// The deviation of each way's runs from 1, and their time over the default's, turn by turn.
+fn diagram(
+    title: &str,
+    default: &str,
+    ways: &[Way],
+    turns: &[Vec<Found>],
+    over_truth: impl Fn(&Found) -> f64,
+) -> Diagram {
+    let yardstick = ways
+        .iter()
+        .position(|way| way.point().variant == default)
+        .unwrap_or(0);
+    let point = |(number, way): (usize, &Way)| {
+        let runs = turns.iter().map(|turn| turn[number]);
+        let squares = runs.clone().map(|run| (over_truth(&run) - 1.0).powi(2));
+        let is_default = number == yardstick;
+        Point {
+            error: (squares.sum::<f64>() / turns.len() as f64).sqrt(),
+            cost: Quartiles::of(runs.map(|run| run.ns)),
+            ratio: Quartiles::of(
+                turns
+                    .iter()
+                    .map(|turn| turn[number].ns / turn[yardstick].ns),
+            ),
+            is_default,
+            is_baseline: is_default,
+            ..way.point()
+        }
+    };
+    let mut points: Vec<Point> = ways.iter().enumerate().map(point).collect();
+    pareto::mark_front(&mut points);
+    Diagram {
+        title: title.into(),
+        error: "root mean square, over the reference".into(),
+        error_unit: String::new(),
+        cost: "one entry of a table".into(),
+        cost_unit: CostUnit::Ns,
+        points,
+    }
+}
+
+/// The default, and why.
+pub fn why(diagrams: &[Diagram]) -> String {
+    let errors = |of: fn(&Point) -> bool| {
+        let percent = move |diagram: &Diagram| {
+            let points = diagram.points.iter().filter(|point| of(point));
+            range(points.map(|point| 100.0 * point.error))
+        };
+        diagrams
+            .iter()
+            .map(percent)
+            .collect::<Vec<_>>()
+            .join(" and ")
+    };
+    let quick = diagrams.first().and_then(|diagram| variant(diagram, QUICK));
+    let quick = quick.map_or(String::new(), |quick| {
+        format!(
+            " 512 frames (`--quick`) take {} times less time and err by {} %.",
+            rounded(1.0 / quick.ratio.median),
+            errors(|point| point.variant == QUICK)
+        )
+    });
+    let grids = diagrams.iter().take(1).flat_map(|diagram| &diagram.points);
+    let grids = grids.filter(|point| point.curve == "grid");
+    format!(
+        "{DEFAULT_FRAMES} frames or as many as the tolerance asks for: the ratio and its reach err by {} %.{quick} Grids take {} times the time of the default, and err by {} %: most of their frames are spent where \
+         nothing is decided, and a reach in steps makes neighbours equal.",
+        errors(|point| point.is_default),
+        range(grids.map(|point| point.ratio.median)),
+        errors(|point| point.curve == "grid"),
+    )
+}
