@@ -296,7 +296,8 @@ fn what_a_transmitter_does_not_know_has_its_price() {
             let reach_m = line["reach_m"].as_f64()?;
             Some(1.0 - reach_m / line["best_reach_m"].as_f64()?)
         };
-        found.iter().map(|line| loss(line).unwrap_or(1.0)).collect()
+        let of_table = found.iter().filter(|line| line.get("times").is_some());
+        of_table.map(|line| loss(line).unwrap_or(1.0)).collect()
     };
     let [sure, half] = losses(&["--times", "1,0.5"])[..2] else {
         panic!("two factors")
@@ -305,6 +306,33 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     assert_eq!(losses(&["--times", "30"]), [1.0; 2], "nobody looked there");
     let elsewhere = losses(&["--times", "1", "--in", &brighter]);
     assert!(elsewhere[0] > -0.02 && elsewhere[0] < 0.5, "{elsewhere:?}");
+    // What loses least in both is in between, and can be carried.
+    let robust = path("robust.toml");
+    let found = vocc(&[
+        "table", "regret", &table, "--in", &table, "--in", &brighter, "-o", &robust,
+    ]);
+    says(&found, 0, &[]);
+    says(&vocc(&["table", "check", &robust]), 0, &[]);
+    let worst = |table: &str| -> Vec<f64> {
+        let arguments = [
+            "table", "regret", table, "--json", "--times", "1", "--in", &brighter,
+        ];
+        let found = lines(&vocc(&arguments));
+        let most = found.iter().filter(|line| line.get("reach_m").is_some());
+        let number = |line: &serde_json::Value, key: &str| line[key].as_f64().expect("a number");
+        most.map(|line| 1.0 - number(line, "reach_m") / number(line, "best_reach_m"))
+            .collect()
+    };
+    for (robust, usual) in worst(&robust).into_iter().zip(worst(&table)) {
+        assert!(robust <= usual + 1e-3, "{robust} against {usual}");
+    }
+    refused(&["table", "regret", &table, "-o", &robust], &["--in"]);
+    refused(
+        &[
+            "table", "regret", &table, "--in", &brighter, "-o", &brighter,
+        ],
+        &["brighter.toml"],
+    );
     let shown = vocc(&["table", "regret", &table, "--in", &brighter]);
     assert!(
         text(&shown.stdout).contains("x0.5"),

@@ -153,7 +153,16 @@ pub const WORKS: &[Work] = &[
     work("table show", &["<table.toml"]),
     work("table check", &["<table.toml"]),
     work("table diff", &["<table.toml", "<table.toml"]),
-    work("table regret", &["<table.toml", "--in", "<table.toml"]),
+    work(
+        "table regret",
+        &[
+            "<reach.toml",
+            "--in",
+            "<reach.toml",
+            "--out",
+            "@robust.toml",
+        ],
+    ),
     work(
         "table push",
         &["<table.toml", "--port", "%port", "--timeout", "0.05"],

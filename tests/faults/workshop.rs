@@ -35,6 +35,10 @@ impl Workshop {
         write("plan.toml", PLAN.as_bytes());
         write("message.txt", b"bend ahead");
         write("orders.txt", b"light 500\nrestart\n");
+        write(
+            "reach.toml",
+            include_bytes!("../../link/shipped_table.toml"),
+        );
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
             workshop.make(&[
                 "evaluate", "--frames", "1024", "--shard", shard, "--out", file,

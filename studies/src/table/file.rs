@@ -240,6 +240,13 @@ impl TableFile {
             .reach_m(l2a)
     }
 
+    /// The share of the best ratio's reach that another one loses at an illuminance and an interval, where it was looked at; below 0 by
+    /// chance.
+    pub fn loss(&self, illuminance_lx: f64, interval: f64, l2a: f64) -> Option<f64> {
+        let best_m = self.reach_entry(illuminance_lx, interval)?.best_reach_m;
+        Some(1.0 - self.reach_m(illuminance_lx, interval, l2a)? / best_m)
+    }
+
     /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.
     pub fn l2a_95(&self, illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
         let by_reach = self.reach_entry(illuminance_lx, interval);

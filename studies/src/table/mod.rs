@@ -14,6 +14,7 @@ mod condition;
 mod file;
 mod intensity;
 mod outcome;
+mod regret;
 mod survey;
 
 pub use by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey, ReachSurveyError};
@@ -21,4 +22,5 @@ pub use condition::Condition;
 pub use file::{PartError, SearchRecord, TableFile, Unknown};
 pub use intensity::{Bounds, LAMPS, luminance_cd_m2, panel_cd};
 pub use outcome::{Cell, Entry, Rule};
+pub use regret::LeastRegret;
 pub use survey::{News, Survey, SurveyError};

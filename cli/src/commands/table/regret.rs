@@ -1,13 +1,15 @@
 //! `vocc table regret`: what it costs in reach that a transmitter does not know what is before it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use link::l2a_table::L2aTable;
 use serde::Serialize;
-use studies::table::{ReachEntry, TableFile};
+use sim::l2a::file::RatioFile;
+use studies::table::{LeastRegret, ReachEntry, TableFile};
 
 use crate::output::{Answer, json, line};
+use crate::{files, outputs};
 
 /// Arguments of `vocc table regret`.
 #[derive(clap::Args)]
@@ -21,6 +23,9 @@ pub struct Regret {
     /// Factors on the table's ratios: what a light sensor shows over what is, or the reflectance that is taken over the LEDs' own.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 0.8, 1.0, 1.25, 2.0], value_parser = factor, allow_negative_numbers = true)]
     times: Vec<f64>,
+    /// Write the table that loses least in the scene where it loses most.
+    #[arg(short, long, value_name = "FILE.toml", requires = "scenes")]
+    out: Option<PathBuf>,
 }
 
 /// What a ratio costs at one light and interval.
@@ -44,22 +49,24 @@ fn factor(text: &str) -> Result<f64, String> {
 }
 
 impl Regret {
-    /// Prints the reach lost at each light and interval, scene by scene.
+    /// Prints the reach lost at each light and interval, scene by scene, and the ratios that lose least over all of them.
     pub fn run(&self, as_json: bool) -> anyhow::Result<Answer> {
+        outputs::check(
+            self.out.clone(),
+            self.scenes.iter().chain([&self.table]).cloned(),
+        )?;
         let (_, table) = TableFile::read_with_table(&self.table)?;
         let own = std::slice::from_ref(&self.table);
-        let scenes = if self.scenes.is_empty() {
+        let paths = if self.scenes.is_empty() {
             own
         } else {
             &self.scenes
         };
-        for path in scenes {
-            let scene = TableFile::read(path)?;
-            ensure!(
-                !scene.reach_entries.is_empty(),
-                "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
-                path.display()
-            );
+        let scenes: Vec<TableFile> = paths
+            .iter()
+            .map(|path| by_reach(path))
+            .collect::<Result<_, _>>()?;
+        for (path, scene) in paths.iter().zip(&scenes) {
             if !as_json {
                 line(&format!("reach in {}:", path.display()))?;
                 let columns = self
@@ -72,19 +79,75 @@ impl Regret {
                 ))?;
             }
             for entry in &scene.reach_entries {
-                let losses: Vec<Loss> = self
+                let losses = self
                     .times
                     .iter()
-                    .map(|&times| Loss::of(&table, &scene, entry, times))
-                    .collect();
+                    .map(|&times| Loss::of(&table, scene, entry, times));
+                let losses: Vec<Loss> = losses.collect();
                 match as_json {
                     true => losses.iter().try_for_each(json)?,
                     false => line(&row(&table, entry, &losses))?,
                 }
             }
         }
+        if !self.scenes.is_empty() {
+            let robust = least_regret(&scenes, as_json)?;
+            if let Some(path) = &self.out {
+                files::write(path, robust.to_toml())?;
+            }
+        }
         Ok(Answer::Yes)
     }
+}
+
+/// A table that says how far each ratio reaches.
+fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
+    let scene = TableFile::read(path)?;
+    ensure!(
+        !scene.reach_entries.is_empty(),
+        "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
+        path.display()
+    );
+    Ok(scene)
+}
+
+/// The ratios that lose least in the scene where they lose most, printed.
+fn least_regret(scenes: &[TableFile], as_json: bool) -> anyhow::Result<RatioFile> {
+    let axes = &scenes[0].ratios;
+    let mut robust = RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone());
+    if !as_json {
+        line("least lost in the scene where most is:")?;
+        line("illuminance  interval     L2A     lost")?;
+    }
+    let ratios = robust.l2a.iter_mut().flatten();
+    for ([illuminance_lx, interval], ratio) in axes.places().zip(ratios) {
+        let least = LeastRegret::over(scenes, illuminance_lx, interval).with_context(|| {
+            format!("at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes")
+        })?;
+        *ratio = (least.l2a * 1e3).round() / 1e3;
+        match as_json {
+            true => json(&Least {
+                illuminance_lx,
+                interval,
+                least_regret_l2a: *ratio,
+                most_lost: least.most_lost,
+            })?,
+            false => line(&format!(
+                "{illuminance_lx:>8} lx  {interval:>8}  {ratio:>6.3}  {:>+5.1} %",
+                -100.0 * least.most_lost
+            ))?,
+        }
+    }
+    Ok(robust)
+}
+
+/// The ratio that loses least at one light and interval.
+#[derive(Serialize)]
+struct Least {
+    illuminance_lx: f64,
+    interval: f64,
+    least_regret_l2a: f64,
+    most_lost: f64,
 }
 
 impl Loss {
