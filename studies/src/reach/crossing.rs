@@ -15,6 +15,8 @@ use crate::optimum::{Criterion, Sample, at_ratio};
 const STEPS_IN_OCTAVE: u32 = 16;
 /// Steps between the distances at which a ratio is looked at from near to far: half an octave.
 const STRIDE: usize = 8;
+/// Steps within which panels look alike: a fifth of the distance.
+const ALIKE: u32 = 4;
 /// Frames of a first look.
 const SCOUTS: u64 = 128;
 /// The nearest distance, m.
@@ -91,8 +93,8 @@ pub(super) struct Probe<'a> {
     l2a: f64,
     /// The first and the last step of the distance.
     ends: [u32; 2],
-    /// What the receiver has learnt at the first distance looked at: it has followed the panel.
-    experience: Option<Experience>,
+    /// What the receiver has learnt, and at which step: it has followed the panel.
+    experience: Option<(u32, Experience)>,
     /// Few frames, by step.
     scouts: BTreeMap<u32, Sample>,
     /// Many frames, by step.
@@ -227,8 +229,13 @@ impl<'a> Probe<'a> {
         let scene = at_ratio(&scene, self.l2a);
         let experience = &mut self.experience;
         let evaluator = || {
-            let evaluator = Evaluator::experienced(&scene, settings, *experience)?;
-            *experience = Some(evaluator.experience());
+            // What was learnt of a panel far nearer or farther is of another size of its spots.
+            let learnt = experience.filter(|(learnt_at, _)| learnt_at.abs_diff(step) <= ALIKE);
+            let learnt = learnt.map(|(_, learnt)| learnt);
+            let evaluator = Evaluator::experienced(&scene, settings, learnt)?;
+            if learnt.is_none() {
+                *experience = Some((step, evaluator.experience()));
+            }
             Ok(evaluator)
         };
         let nothing = &mut std::iter::empty();

@@ -120,17 +120,12 @@ pub fn run(
     criterion: Criterion,
 ) -> anyhow::Result<Answer> {
     let survey = &arguments.survey(shared, scene, criterion)?;
-    find_all(
-        arguments,
-        scene,
-        TableFile::of(survey, scene),
-        |begun, missing| {
-            let report = Report::new(survey, begun, missing, shared.json)?;
-            Ok(ByCriterion {
-                survey,
-                scene,
-                report,
-            })
-        },
-    )
+    find_all(arguments, TableFile::of(survey, scene), |begun, missing| {
+        let report = Report::new(survey, begun, missing, shared.json)?;
+        Ok(ByCriterion {
+            survey,
+            scene,
+            report,
+        })
+    })
 }

@@ -180,7 +180,6 @@ pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Res
     let survey = &arguments.by_reach(shared, scene)?;
     find_all(
         arguments,
-        scene,
         TableFile::of_reach(survey, scene),
         |begun, missing| {
             let report = Report::new(survey, begun, missing, shared.json)?;

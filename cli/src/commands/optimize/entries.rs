@@ -1,7 +1,6 @@
 //! Entry by entry through a table: what is there is skipped, what is found is kept at once.
 
 use serde::de::DeserializeOwned;
-use sim::scene::Scene;
 use studies::sweep::Shard;
 use studies::table::TableFile;
 
@@ -44,12 +43,11 @@ pub trait Finder {
 /// number of entries to find.
 pub fn find_all<F: Finder>(
     arguments: &Arguments,
-    scene: &Scene,
     empty: TableFile,
     finder: impl FnOnce(&TableFile, usize) -> anyhow::Result<F>,
 ) -> anyhow::Result<Answer> {
     let settings = as_toml(&empty)?;
-    let mut file = arguments.begun(empty, scene)?;
+    let mut file = arguments.begun(empty)?;
     let own = arguments.shard.unwrap_or(Shard::WHOLE);
     let of_shard = file.ratios.places().zip((0..own.count()).cycle());
     let missing: Vec<[f64; 2]> = of_shard

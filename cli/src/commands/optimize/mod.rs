@@ -143,18 +143,19 @@ impl Arguments {
         self.illuminances.clone().unwrap_or_else(own)
     }
 
+    /// Looks at what is to be written before work begins.
+    fn check_out(&self, scene: &Scene) -> anyhow::Result<()> {
+        let Some(path) = &self.out else { return Ok(()) };
+        let read = outputs::files_of(&self.scene, scene);
+        results::check(path, "toml", &["svg", "png"], read)
+    }
+
     /// The table to go on from: an empty one, or what an earlier run has left. It is kept at once: what cannot be written should not be
     /// searched first.
-    fn begun(&self, empty: TableFile, scene: &Scene) -> anyhow::Result<TableFile> {
+    fn begun(&self, empty: TableFile) -> anyhow::Result<TableFile> {
         let Some(path) = &self.out else {
             return Ok(empty);
         };
-        results::check(
-            path,
-            "toml",
-            &["svg", "png"],
-            outputs::files_of(&self.scene, scene),
-        )?;
         let begun = if path.exists() {
             ensure!(
                 self.resume,
@@ -195,6 +196,7 @@ pub fn verdict(file: &TableFile) -> anyhow::Result<Answer> {
 /// Searches, prints and writes.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene(&arguments.scene)?;
+    arguments.check_out(&scene)?;
     match arguments.criterion {
         Aim::Criterion(criterion) => by_criterion::run(arguments, shared, &scene, criterion),
         Aim::Reach => by_reach::run(arguments, shared, &scene),
