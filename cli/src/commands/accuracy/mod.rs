@@ -31,7 +31,7 @@ pub struct Arguments {
     /// The folder to write to: accuracy.md, and a folder accuracy with its plots and numbers.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// A first look, in some 60 s on two cores: fewer frames, fewer turns.
+    /// A first look, in some 90 s on two cores: fewer frames, fewer turns.
     #[arg(long)]
     quick: bool,
     /// Measure only this part (repeatable) and take the others from what the folder holds.

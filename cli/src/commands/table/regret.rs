@@ -90,7 +90,8 @@ impl Regret {
                 }
             }
         }
-        if !self.scenes.is_empty() {
+        // Of one scene that is what it says itself.
+        if scenes.len() > 1 || self.out.is_some() {
             let robust = least_regret(&scenes, as_json)?;
             if let Some(path) = &self.out {
                 files::write(path, robust.to_toml())?;
