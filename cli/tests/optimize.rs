@@ -327,6 +327,14 @@ fn what_a_transmitter_does_not_know_has_its_price() {
         assert!(robust <= usual + 1e-3, "{robust} against {usual}");
     }
     refused(&["table", "regret", &table, "-o", &robust], &["--in"]);
+    let searched = path("searched.toml");
+    std::fs::copy(&table, &searched).expect("room");
+    refused(
+        &[
+            "table", "regret", &table, "--in", &brighter, "-o", &searched,
+        ],
+        &["searched.toml", "more than ratios"],
+    );
     refused(
         &[
             "table", "regret", &table, "--in", &brighter, "-o", &brighter,

@@ -10,8 +10,9 @@
 //! ]
 //! ```
 //!
-//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` and its entries and points), which is no
-//! concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be used.
+//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` and its
+//! entries and points), which is no concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be
+//! used.
 
 use std::path::Path;
 

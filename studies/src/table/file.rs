@@ -180,6 +180,12 @@ impl TableFile {
         }
     }
 
+    /// Whether it has nothing but ratios.
+    pub fn is_plain(&self) -> bool {
+        let is_found = self.ratios.places().any(|place| self.is_found(place));
+        self.search.is_none() && self.reach.is_none() && !is_found
+    }
+
     /// The file of a survey of which nothing is done yet.
     pub fn of(survey: &Survey, scene: &Scene) -> Self {
         let ratios = RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone());

@@ -107,11 +107,15 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         title: "The best ratio by reach".into(),
         method: format!(
             "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is the \
-             root mean square of the deviation from the reference, of searches of {REPEATS} seeds, and the time of one on one core. *search*: \
+             root mean square of the deviation from the reference, of searches of {} seeds, and the time of one on one core. *search*: \
              as `vocc optimize --criterion reach --tolerance 0` does it, with that many frames at each ratio and distance at most. *grid*: \
              so many ratios and distances at equal factors, L2A {} to {} and {} to {} m; the reach of a ratio is its last distance before too \
              many bits are wrong, the best ratio the middle one of those that reach farthest.",
-            RANGE[0], RANGE[1], GRID_M[0], GRID_M[1]
+            turns.len(),
+            RANGE[0],
+            RANGE[1],
+            GRID_M[0],
+            GRID_M[1]
         ),
         reference: format!(
             "A search of another seed with {REFERENCE} times as many frames as the longest that is compared: √{REFERENCE} times as exact."
@@ -258,8 +262,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let grids = diagrams.iter().take(1).flat_map(|diagram| &diagram.points);
     let grids = grids.filter(|point| point.curve == "grid");
     format!(
-        "{DEFAULT_FRAMES} frames or as many as the tolerance asks for: the ratio and its reach err by {} %.{quick} Grids take {} times the time of the default, and err by {} %: most of their frames are spent where \
-         nothing is decided, and a reach in steps makes neighbours equal.",
+        "{DEFAULT_FRAMES} frames or as many as the tolerance asks for: the ratio and its reach err by {} %.{quick} \
+         Grids take {} times the time of the default, and err by {} %: most of their frames are spent where nothing \
+         is decided, and a reach in steps makes neighbours equal.",
         errors(|point| point.is_default),
         range(grids.map(|point| point.ratio.median)),
         errors(|point| point.curve == "grid"),

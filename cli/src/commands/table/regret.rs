@@ -55,6 +55,13 @@ impl Regret {
             self.out.clone(),
             self.scenes.iter().chain([&self.table]).cloned(),
         )?;
+        if let Some(path) = &self.out {
+            ensure!(
+                !path.exists() || TableFile::read(path).is_ok_and(|there| there.is_plain()),
+                "{} holds more than ratios, which would be lost: name another file",
+                path.display()
+            );
+        }
         let (_, table) = TableFile::read_with_table(&self.table)?;
         let own = std::slice::from_ref(&self.table);
         let paths = if self.scenes.is_empty() {
@@ -123,7 +130,9 @@ fn least_regret(scenes: &[TableFile], as_json: bool) -> anyhow::Result<RatioFile
     let ratios = robust.l2a.iter_mut().flatten();
     for ([illuminance_lx, interval], ratio) in axes.places().zip(ratios) {
         let least = LeastRegret::over(scenes, illuminance_lx, interval).with_context(|| {
-            format!("at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes")
+            format!(
+                "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes"
+            )
         })?;
         *ratio = (least.l2a * 1e3).round() / 1e3;
         match as_json {
