@@ -520,6 +520,14 @@ impl Scene {
             .and_then(|panel| panel.pose.as_ref())
             .unwrap_or(&self.pose)
     }
+
+    /// The same to be changed.
+    pub fn pose_of_mut(&mut self, index: usize) -> &mut Pose {
+        let own = self.panels.get_mut(index);
+        own.and_then(|panel| panel.pose.as_mut())
+            .unwrap_or(&mut self.pose)
+    }
+
     /// The lens's distortion k₁: 0 where the scene leaves it out.
     pub fn distortion_k1(&self) -> f64 {
         match self.effects.mode("distortion") {

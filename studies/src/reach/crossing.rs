@@ -262,10 +262,6 @@ fn pitch_px_at_one_metre(scene: &Scene) -> f64 {
 /// The scene with its first panel so far away.
 fn at_distance(scene: &Scene, distance_m: f64) -> Scene {
     let mut scene = scene.clone();
-    let own_pose = scene
-        .panels
-        .first_mut()
-        .and_then(|panel| panel.pose.as_mut());
-    own_pose.unwrap_or(&mut scene.pose).distance_m = distance_m;
+    scene.pose_of_mut(0).distance_m = distance_m;
     scene
 }

@@ -34,11 +34,7 @@ impl Condition {
     /// The scene with its first panel so.
     pub(super) fn of(self, scene: &Scene) -> Scene {
         let mut scene = with_panel(scene, self.illuminance_lx, self.interval);
-        let own_pose = scene
-            .panels
-            .first_mut()
-            .and_then(|panel| panel.pose.as_mut());
-        let pose = own_pose.unwrap_or(&mut scene.pose);
+        let pose = scene.pose_of_mut(0);
         (pose.distance_m, pose.yaw_deg) = (self.distance_m, self.yaw_deg);
         scene
     }
