@@ -26,7 +26,7 @@ pub(crate) use parabola::Parabola;
 pub(crate) use peak::percentiles;
 pub use peak::{Peak, Window};
 pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
-pub(crate) use samples::{PIECE, at_ratio, rounds};
+pub(crate) use samples::{PIECE, at_ratio, resamples, rounds};
 pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;
@@ -113,7 +113,10 @@ pub enum OptimumError {
         source: Box<EvaluateError>,
     },
     /// On and Off LEDs do not vary, or are not there.
-    #[error("{} is not defined somewhere in {low} to {high}: On or Off LEDs are missing or do not vary; give more frames or a narrower range", criterion.name())]
+    #[error(
+        "{} is not defined somewhere in {low} to {high}: On or Off LEDs are missing or do not vary; give more frames or a narrower range",
+        criterion.name()
+    )]
     Undefined {
         /// The criterion.
         criterion: Criterion,

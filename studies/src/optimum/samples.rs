@@ -245,25 +245,32 @@ impl Samples {
             Some(point) => point.rounds.iter().map(Vec::len).collect(),
             None => return Vec::new(),
         };
-        let resample = |number| {
-            let mut random = stream(seed, number, Purpose::Resampling);
-            let drawn: Vec<Vec<usize>> = sizes
-                .iter()
-                .map(|&size| (0..size).map(|_| random.random_range(0..size)).collect())
-                .collect();
+        let resample = |drawn: Vec<usize>| {
             let objective = |point: &Sample| {
-                let batches = point.rounds.iter().zip(&drawn);
-                let chosen =
-                    batches.flat_map(|(round, drawn)| drawn.iter().map(|&batch| &round[batch]));
+                let batches: Vec<&Evaluation> = point.rounds.iter().flatten().collect();
+                let chosen = drawn.iter().map(|&batch| batches[batch]);
                 criterion.objective(&merged(chosen))
             };
             self.0.iter().map(objective).collect()
         };
-        (0..RESAMPLES)
-            .into_par_iter()
-            .filter_map(resample)
-            .collect()
+        resamples(&sizes, seed).filter_map(resample).collect()
     }
+}
+
+/// The batches of each resample of rounds of so many batches, numbered through all rounds: those of a round are drawn from that round.
+pub(crate) fn resamples(
+    sizes: &[usize],
+    seed: u64,
+) -> impl IndexedParallelIterator<Item = Vec<usize>> {
+    (0..RESAMPLES as usize).into_par_iter().map(move |number| {
+        let mut random = stream(seed, number as u64, Purpose::Resampling);
+        let (mut drawn, mut start) = (Vec::new(), 0);
+        for &size in sizes {
+            drawn.extend((0..size).map(|_| start + random.random_range(0..size)));
+            start += size;
+        }
+        drawn
+    })
 }
 
 /// The scene with its panels driven to a ratio.

@@ -1,17 +1,13 @@
 //! The reach over the ratio, and what it says: the best ratio, and those that lose nothing.
 
-use rand::RngExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sim::random::{Purpose, stream};
 
 use super::crossing::{Crossing, log_odds};
 use crate::interpolation::interpolated;
 use crate::monte_carlo::Evaluation;
-use crate::optimum::{Parabola, Sample, percentiles};
+use crate::optimum::{Parabola, Sample, percentiles, resamples};
 
-/// Resamples of the bootstrap.
-const RESAMPLES: u64 = 1000;
 /// The share of the reach that counts as nothing.
 pub const NOTHING: f64 = 0.01;
 /// Where ratios as many times apart as this lose nothing, the ratio hardly matters.
@@ -85,16 +81,9 @@ impl Curve {
             .iter()
             .map(|crossing| Counts::of(crossing))
             .collect();
-        let resample = |number| {
-            let mut random = stream(seed, number, Purpose::Resampling);
-            let sizes = counts.first().map_or(&[][..], |first| &first.sizes);
-            // The same batches for all ratios, each round's from that round.
-            let mut drawn = Vec::new();
-            let mut start = 0;
-            for &size in sizes {
-                drawn.extend((0..size).map(|_| start + random.random_range(0..size)));
-                start += size;
-            }
+        // The same batches for all ratios.
+        let sizes = counts.first().map_or(&[][..], |first| &first.sizes);
+        let resample = |drawn: Vec<usize>| {
             let reach = |counts: &Counts| counts.reach(asked, drawn.iter().copied());
             counts.iter().map(reach).collect()
         };
@@ -104,7 +93,7 @@ impl Curve {
                 .iter()
                 .map(|counts| counts.reach(asked, 0..counts.near.len()))
                 .collect(),
-            resampled: (0..RESAMPLES).into_par_iter().map(resample).collect(),
+            resampled: resamples(sizes, seed).map(resample).collect(),
         }
     }
 

@@ -178,7 +178,8 @@ fn arrives(
     Ok(false)
 }
 
-/// A panel of which each bit is wrong at that rate. The numbers drawn do not depend on it: what is wrong at one rate is so at all higher ones.
+/// A panel of which each bit is wrong at that rate. The numbers drawn do not depend on it: what is wrong at one rate is so at all higher
+/// ones.
 fn misread(panel: PanelFrame, rate: f64, random: &mut impl Rng) -> SoftPanel {
     let wrong = (0..64).map(|led| u64::from(uniform(random) < rate) << led);
     let read = PanelFrame::from_bits(panel.bits() ^ wrong.sum::<u64>());

@@ -1,19 +1,19 @@
 //! The best LED-to-ambient ratio by reach: how far away messages can still be read.
 //!
 //! What a vehicle gains from the right ratio is distance. The **reach** of a ratio is the farthest distance at which a [`Demand`] (48 bytes
-//! within 1 s, 95 of 100 times) is met, nothing being lost nearer by. This criterion has something to say everywhere: by day, where no bit is
-//! wrong at 50 m over nearly all ratios, as well as at night.
+//! within 1 s, 95 of 100 times) is met, nothing being lost nearer by. This criterion has something to say everywhere: by day, where no bit
+//! is wrong at 50 m over nearly all ratios, as well as at night.
 //!
 //! 1. [`Demand::raw_error_rate`]: the share of bits that may be wrong, by the real framing and codes.
 //! 2. For each of [`RATIOS`] ratios, and some between them near the best: the distance at which too many bits begin to be wrong, first with
 //!    few frames, then with many at the two distances next to it, 4.4 % apart. Between these the log-odds of an error are interpolated.
 //!    That nothing is lost nearer by is looked at in half octaves from 5 m on, or from where the panel is 110 px wide.
-//! 3. The [`Curve`] of the reach over the ratio: a parabola through its top gives the best ratio, straight lines those that lose no more than
-//!    1 % of its reach ([`NOTHING`]). Of these a [`Choice`] takes one.
+//! 3. The [`Curve`] of the reach over the ratio: a parabola through its top gives the best ratio, straight lines those that lose no more
+//!    than 1 % of its reach ([`NOTHING`]). Of these a [`Choice`] takes one.
 //!
-//! All ratios and distances see the same frames, in rounds of doubling size as [`crate::optimum`] has them, so that neighbours differ by what
-//! they do and not by chance; intervals are those of the same steps on resampled batches. Errors at the reach are frequent (several in a
-//! hundred bits), so that nothing rare has to be counted.
+//! All ratios and distances see the same frames, in rounds of doubling size as [`crate::optimum`] has them, so that neighbours differ by
+//! what they do and not by chance; intervals are those of the same steps on resampled batches. Errors at the reach are frequent (several in
+//! a hundred bits), so that nothing rare has to be counted.
 //!
 //! LEDs closer than the receiver takes are not told apart: where bits are read well up to there, the reach is the last distance before,
 //! whatever the ratio.
