@@ -87,13 +87,12 @@ fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Answer>
         out.display()
     );
     files::write(out, whole.to_toml()?)?;
+    let mut answer = optimize::verdict(&whole);
     for [illuminance_lx, interval] in whole.missing() {
         tell(format_args!(
             "vocc: the entry at {illuminance_lx} lx and interval {interval} is missing"
         ));
+        answer = Answer::No;
     }
-    optimize::verdict(&whole).map(|answer| match whole.missing().next() {
-        None => answer,
-        Some(_) => Answer::No,
-    })
+    Ok(answer)
 }

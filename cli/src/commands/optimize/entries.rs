@@ -80,5 +80,5 @@ pub fn find_all<F: Finder>(
     if let Some(path) = out {
         plot::save(&results::stem(path, "toml"), &finder.draw(&file)?)?;
     }
-    verdict(&file)
+    Ok(verdict(&file))
 }

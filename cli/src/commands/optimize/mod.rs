@@ -68,8 +68,8 @@ pub struct Arguments {
     /// The most frames at one ratio (by reach: and distance), from 64 to 100 000 000; 100 000 without it, by reach 4096.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     frames: Option<u64>,
-    /// A search ends when the 95 % interval of the best ratio is no wider than ± this, 0.01 without it; by reach, ± this share of the ratio,
-    /// 0.05 without it. 0: with all frames.
+    /// A search ends when the 95 % interval of the best ratio is no wider than ± this, 0.01 without it; by reach, ± this share of the
+    /// ratio, 0.05 without it. 0: with all frames.
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// A first look: fewer frames and a wider interval where none are given.
@@ -184,13 +184,13 @@ impl Arguments {
 }
 
 /// Whether something is known of every ratio found; what is not is told.
-pub fn verdict(file: &TableFile) -> anyhow::Result<Answer> {
+pub fn verdict(file: &TableFile) -> Answer {
     let mut answer = Answer::Yes;
     for unknown in file.unknown() {
         tell(format_args!("vocc: {unknown}"));
         answer = Answer::No;
     }
-    Ok(answer)
+    answer
 }
 
 /// Searches, prints and writes.
