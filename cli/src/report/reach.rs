@@ -49,11 +49,8 @@ impl Report {
             line(table::REACH_HEAD)?;
         }
         for entry in &begun.reach_entries {
-            let is_of = |point: &&ReachPoint| {
-                (point.illuminance_lx, point.interval) == (entry.illuminance_lx, entry.interval)
-            };
-            let points: Vec<ReachPoint> =
-                begun.reach_points.iter().filter(is_of).copied().collect();
+            let points = begun.points(entry.illuminance_lx, entry.interval);
+            let points: Vec<ReachPoint> = points.copied().collect();
             report.print(entry, &points)?;
         }
         Ok(report)

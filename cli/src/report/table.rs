@@ -1,6 +1,6 @@
 //! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
 
-use studies::table::{ReachEntry, ReachPoint, TableFile};
+use studies::table::{ReachEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
@@ -9,7 +9,10 @@ use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 const SIZE_PX: (i32, i32) = (500, 460);
 
 /// What stands above [`reach_line`]s. The duty is that of an On LED which fully lit is as bright as the bench's.
-pub const REACH_HEAD: &str = "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak     duty";
+pub const REACH_HEAD: &str = concat!(
+    "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak",
+    "     duty"
+);
 
 /// An entry by reach.
 pub fn reach_line(entry: &ReachEntry) -> String {
@@ -25,7 +28,8 @@ pub fn reach_line(entry: &ReachEntry) -> String {
         .map_or(String::new(), |lost| format!(", lost at {lost} m"));
     let full_cd_m2: f64 = BENCH.luminance_full_cd_m2.to_num();
     format!(
-        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd {:>7.3} cd {:>5.1} %{flat}{lost}",
+        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd \
+         {:>7.3} cd {:>5.1} %{flat}{lost}",
         entry.illuminance_lx,
         entry.interval,
         entry.l2a,
@@ -112,13 +116,8 @@ pub fn over_light(file: &TableFile) -> Chart {
 
 /// The reach over the ratio in one light.
 fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
-    let of = |interval: f64| {
-        let is_of =
-            move |point: &&ReachPoint| (point.illuminance_lx, point.interval) == (light, interval);
-        file.reach_points.iter().filter(is_of)
-    };
     let of_column = |_, interval: f64| {
-        let points = of(interval).map(|point| Point {
+        let points = file.points(light, interval).map(|point| Point {
             x: point.l2a,
             y: point.reach_m,
             y_range: Some(point.reach_m_95),

@@ -266,7 +266,8 @@ impl ReachSurvey {
         })
     }
 
-    /// The best ratio of one illuminance and interval, and the reach over the ratio; gone on from the crossings that an earlier run told of.
+    /// The best ratio of one illuminance and interval, and the reach over the ratio; gone on from the crossings that an earlier run told
+    /// of.
     ///
     /// # Errors
     /// When a setting cannot be searched, or [`ReachSearch::stop`] ended the work.

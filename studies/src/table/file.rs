@@ -9,66 +9,14 @@ use std::path::Path;
 
 use link::l2a_table::L2aTable;
 use serde::{Deserialize, Serialize};
-use sim::accuracy::Level;
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
 
 use super::by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey};
 use super::outcome::{Cell, Entry, Rule};
-use super::survey::Survey;
-use crate::optimum::Criterion;
+use super::regret::{Regret, SAME};
+use super::survey::{SearchRecord, Survey};
 use crate::reach::Curve;
-
-/// The settings of the search that a table came from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SearchRecord {
-    /// The program's version.
-    pub version: String,
-    /// What was maximised.
-    pub criterion: Criterion,
-    /// How one ratio was made of those of the distances.
-    pub rule: Rule,
-    /// The seed.
-    pub seed: u64,
-    /// The most frames at one ratio.
-    pub frames: u64,
-    /// Half the width of the 95 % interval with which a search ended before that.
-    pub tolerance: f64,
-    /// The ratios looked among.
-    pub range: [f64; 2],
-    /// Whether reflectances were drawn.
-    pub random_reflectance: bool,
-    /// The detector.
-    pub detector: String,
-    /// How exactly frames were drawn.
-    pub level: Level,
-    /// The distances, m.
-    pub distance_m: Vec<f64>,
-    /// The turns about the vertical, degrees; the table is for the first.
-    pub yaw_deg: Vec<f64>,
-}
-
-impl SearchRecord {
-    /// The record of a survey.
-    pub fn of(survey: &Survey) -> Self {
-        let search = &survey.search;
-        Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            criterion: search.criterion,
-            rule: survey.rule,
-            seed: search.seed,
-            frames: search.frames,
-            tolerance: search.tolerance,
-            range: search.range,
-            random_reflectance: search.random_reflectance,
-            detector: search.detector.into(),
-            level: search.level,
-            distance_m: survey.distance_m.clone(),
-            yaw_deg: survey.yaw_deg.clone(),
-        }
-    }
-}
 
 /// A table as it is in a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,8 +42,8 @@ pub struct TableFile {
 /// A search that says nothing of a ratio.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is all \
-     it looked among: make this entry with `vocc optimize --criterion reach`, farther away, or with more frames"
+    "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is \
+     all it looked among: make this entry with `vocc optimize --criterion reach`, farther away, or with more frames"
 )]
 pub struct Unknown {
     /// Ambient illuminance, lx.
@@ -145,9 +93,6 @@ pub enum PartError {
         interval: f64,
     },
 }
-
-/// Ratios that differ by no more than this share are the same: files have five digits.
-const SAME: f64 = 1e-4;
 
 /// What a file says of where its ratios come from.
 #[derive(Deserialize)]
@@ -227,30 +172,27 @@ impl TableFile {
             .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
     }
 
+    /// The reach at each ratio that was tried at an illuminance and an interval.
+    pub fn points(&self, illuminance_lx: f64, interval: f64) -> impl Iterator<Item = &ReachPoint> {
+        self.reach_points.iter().filter(move |point| {
+            (point.illuminance_lx, point.interval) == (illuminance_lx, interval)
+        })
+    }
+
     /// The reach over the ratio at an illuminance and an interval, where it is known.
     pub fn curve(&self, illuminance_lx: f64, interval: f64) -> Option<Curve> {
-        let is_it = |point: &&ReachPoint| {
-            (point.illuminance_lx, point.interval) == (illuminance_lx, interval)
-        };
-        let points: Vec<&ReachPoint> = self.reach_points.iter().filter(is_it).collect();
-        let curve = Curve::through(points.iter().map(|point| (point.l2a, point.reach_m)));
-        (points.len() > 1).then_some(curve)
+        let points = || self.points(illuminance_lx, interval);
+        let curve = Curve::through(points().map(|point| (point.l2a, point.reach_m)));
+        (points().count() > 1).then_some(curve)
     }
 
-    /// The reach of a ratio at an illuminance and an interval, m, where it was looked at.
-    pub fn reach_m(&self, illuminance_lx: f64, interval: f64, l2a: f64) -> Option<f64> {
-        let [low, high] = self.reach.as_ref()?.range;
-        let is_within = (low * (1.0 - SAME)..=high * (1.0 + SAME)).contains(&l2a);
-        self.curve(illuminance_lx, interval)
-            .filter(|_| is_within)?
-            .reach_m(l2a)
-    }
-
-    /// The share of the best ratio's reach that another one loses at an illuminance and an interval, where it was looked at; below 0 by
-    /// chance.
-    pub fn loss(&self, illuminance_lx: f64, interval: f64, l2a: f64) -> Option<f64> {
-        let best_m = self.reach_entry(illuminance_lx, interval)?.best_reach_m;
-        Some(1.0 - self.reach_m(illuminance_lx, interval, l2a)? / best_m)
+    /// What is lost by other ratios than the best at an illuminance and an interval, where that is known.
+    pub fn regret(&self, illuminance_lx: f64, interval: f64) -> Option<Regret> {
+        Some(Regret {
+            curve: self.curve(illuminance_lx, interval)?,
+            range: self.reach.as_ref()?.range,
+            best_m: self.reach_entry(illuminance_lx, interval)?.best_reach_m,
+        })
     }
 
     /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.

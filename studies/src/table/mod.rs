@@ -19,8 +19,8 @@ mod survey;
 
 pub use by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey, ReachSurveyError};
 pub use condition::Condition;
-pub use file::{PartError, SearchRecord, TableFile, Unknown};
+pub use file::{PartError, TableFile, Unknown};
 pub use intensity::{Bounds, LAMPS, luminance_cd_m2, panel_cd};
 pub use outcome::{Cell, Entry, Rule};
-pub use regret::LeastRegret;
-pub use survey::{News, Survey, SurveyError};
+pub use regret::{LeastRegret, Regret};
+pub use survey::{News, SearchRecord, Survey, SurveyError};

@@ -1,9 +1,36 @@
-//! The ratio to carry where nobody knows which of several scenes it will be.
+//! What ratios lose that are not the best, and the one to carry where nobody knows which of several scenes it will be.
 
 use super::file::TableFile;
+use crate::reach::Curve;
 
+/// Ratios that differ by no more than this share are the same: files have five digits.
+pub(super) const SAME: f64 = 1e-4;
 /// Ratios that are tried, at equal factors: 1.5 % apart in the paper's range.
 const TRIED: usize = 201;
+
+/// What other ratios than the best lose at one illuminance and interval.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regret {
+    pub(super) curve: Curve,
+    /// The ratios looked among.
+    pub(super) range: [f64; 2],
+    /// The reach of the best one, m.
+    pub(super) best_m: f64,
+}
+
+impl Regret {
+    /// The reach of a ratio, m, where it was looked at.
+    pub fn reach_m(&self, l2a: f64) -> Option<f64> {
+        let [low, high] = self.range;
+        let is_within = (low * (1.0 - SAME)..=high * (1.0 + SAME)).contains(&l2a);
+        self.curve.reach_m(l2a).filter(|_| is_within)
+    }
+
+    /// The share of the best ratio's reach that another one loses, where it was looked at; below 0 by chance.
+    pub fn loss(&self, l2a: f64) -> Option<f64> {
+        Some(1.0 - self.reach_m(l2a)? / self.best_m)
+    }
+}
 
 /// A ratio, and the most that it costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,28 +69,23 @@ impl LeastRegret {
     /// let robust = LeastRegret::over(&scenes, 5000.0, 0.5).ok_or("an entry is missing")?;
     /// let usual = scenes[0].reach_entries[0].l2a;
     /// assert!(robust.l2a < usual);
-    /// assert!(robust.most_lost < scenes[1].loss(5000.0, 0.5, usual).ok_or("not looked at")?);
+    /// assert!(robust.most_lost < scenes[1].regret(5000.0, 0.5).and_then(|regret| regret.loss(usual)).ok_or("not looked at")?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn over(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<Self> {
-        let ranges = scenes
-            .iter()
-            .filter_map(|scene| Some(scene.reach.as_ref()?.range));
-        let [low, high] = ranges.reduce(|[low, high], [other_low, other_high]| {
-            [low.max(other_low), high.min(other_high)]
-        })?;
+        let regrets = scenes.iter();
+        let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
+        let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
+        let ranges = regrets.iter().map(|regret| regret.range);
+        let [low, high] =
+            ranges.reduce(|one, other| [one[0].max(other[0]), one[1].min(other[1])])?;
         let tried = (0..TRIED).map(|number| {
             let share = number as f64 / (TRIED - 1) as f64;
             low * (high / low).powf(share)
         });
         let candidates = tried.filter_map(|l2a| {
-            let losses = scenes
-                .iter()
-                .map(|scene| scene.loss(illuminance_lx, interval, l2a));
-            let most_lost = losses
-                .collect::<Option<Vec<f64>>>()?
-                .into_iter()
-                .reduce(f64::max)?;
+            let losses: Option<Vec<f64>> = regrets.iter().map(|regret| regret.loss(l2a)).collect();
+            let most_lost = losses?.into_iter().reduce(f64::max)?;
             Some(Self { l2a, most_lost })
         });
         candidates.min_by(|one, other| one.most_lost.total_cmp(&other.most_lost))

@@ -4,8 +4,12 @@ use super::axes::check_axes;
 use super::condition::Condition;
 use super::outcome::{Cell, Entry, Rule};
 use crate::monte_carlo::Evaluation;
-use crate::optimum::{Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from};
+use crate::optimum::{
+    Criterion, Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from,
+};
 use link::l2a_table::TableError;
+use serde::{Deserialize, Serialize};
+use sim::accuracy::Level;
 use sim::scene::{RangeError, Scene};
 
 /// The settings a search is done at: every combination of the values of four scene keys.
@@ -38,6 +42,57 @@ pub struct Survey {
     pub distance_m: Vec<f64>,
     /// Turns about the vertical, degrees. The first is that of the table; the others show what it costs there.
     pub yaw_deg: Vec<f64>,
+}
+
+/// The settings of the search that a table came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SearchRecord {
+    /// The program's version.
+    pub version: String,
+    /// What was maximised.
+    pub criterion: Criterion,
+    /// How one ratio was made of those of the distances.
+    pub rule: Rule,
+    /// The seed.
+    pub seed: u64,
+    /// The most frames at one ratio.
+    pub frames: u64,
+    /// Half the width of the 95 % interval with which a search ended before that.
+    pub tolerance: f64,
+    /// The ratios looked among.
+    pub range: [f64; 2],
+    /// Whether reflectances were drawn.
+    pub random_reflectance: bool,
+    /// The detector.
+    pub detector: String,
+    /// How exactly frames were drawn.
+    pub level: Level,
+    /// The distances, m.
+    pub distance_m: Vec<f64>,
+    /// The turns about the vertical, degrees; the table is for the first.
+    pub yaw_deg: Vec<f64>,
+}
+
+impl SearchRecord {
+    /// The record of a survey.
+    pub fn of(survey: &Survey) -> Self {
+        let search = &survey.search;
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            criterion: search.criterion,
+            rule: survey.rule,
+            seed: search.seed,
+            frames: search.frames,
+            tolerance: search.tolerance,
+            range: search.range,
+            random_reflectance: search.random_reflectance,
+            detector: search.detector.into(),
+            level: search.level,
+            distance_m: survey.distance_m.clone(),
+            yaw_deg: survey.yaw_deg.clone(),
+        }
+    }
 }
 
 /// What a survey tells while it works.

@@ -106,11 +106,11 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         name: "best-ratio".into(),
         title: "The best ratio by reach".into(),
         method: format!(
-            "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is the \
-             root mean square of the deviation from the reference, of searches of {} seeds, and the time of one on one core. *search*: \
+            "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is \
+             the root mean square of the deviation from the reference, of searches of {} seeds, and the time of one on one core. *search*: \
              as `vocc optimize --criterion reach --tolerance 0` does it, with that many frames at each ratio and distance at most. *grid*: \
-             so many ratios and distances at equal factors, L2A {} to {} and {} to {} m; the reach of a ratio is its last distance before too \
-             many bits are wrong, the best ratio the middle one of those that reach farthest.",
+             so many ratios and distances at equal factors, L2A {} to {} and {} to {} m; the reach of a ratio is its last distance before \
+             too many bits are wrong, the best ratio the middle one of those that reach farthest.",
             turns.len(),
             RANGE[0],
             RANGE[1],

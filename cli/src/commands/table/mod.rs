@@ -35,7 +35,8 @@ enum Action {
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
-        /// Draw it, as NAME.svg and NAME.png: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the ratio.
+        /// Draw it, as NAME.svg and NAME.png: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the
+        /// ratio.
         #[arg(long, value_name = "NAME", value_parser = plot::stem, conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },

@@ -16,8 +16,8 @@ use crate::{files, outputs};
 pub struct Regret {
     /// The table's TOML file.
     table: PathBuf,
-    /// A table that `vocc optimize --criterion reach` made for another scene: what the first one costs there (repeatable). Without it: where
-    /// the table itself was made.
+    /// A table that `vocc optimize --criterion reach` made for another scene: what the first one costs there (repeatable). Without it:
+    /// where the table itself was made.
     #[arg(long = "in", value_name = "FILE.toml")]
     scenes: Vec<PathBuf>,
     /// Factors on the table's ratios: what a light sensor shows over what is, or the reflectance that is taken over the LEDs' own.
@@ -86,14 +86,10 @@ impl Regret {
                 ))?;
             }
             for entry in &scene.reach_entries {
-                let losses = self
-                    .times
-                    .iter()
-                    .map(|&times| Loss::of(&table, scene, entry, times));
-                let losses: Vec<Loss> = losses.collect();
+                let losses = self.losses(&table, scene, entry);
                 match as_json {
                     true => losses.iter().try_for_each(json)?,
-                    false => line(&row(&table, entry, &losses))?,
+                    false => line(&row(entry, carried(&table, entry), &losses))?,
                 }
             }
         }
@@ -105,6 +101,24 @@ impl Regret {
             }
         }
         Ok(Answer::Yes)
+    }
+
+    /// What the table's ratio times each factor loses of an entry.
+    fn losses(&self, table: &L2aTable, scene: &TableFile, entry: &ReachEntry) -> Vec<Loss> {
+        let (illuminance_lx, interval) = (entry.illuminance_lx, entry.interval);
+        let regret = scene.regret(illuminance_lx, interval);
+        let carried = carried(table, entry);
+        let loss = |&times: &f64| Loss {
+            illuminance_lx,
+            interval,
+            times,
+            l2a: times * carried,
+            reach_m: regret
+                .as_ref()
+                .and_then(|regret| regret.reach_m(times * carried)),
+            best_reach_m: entry.best_reach_m,
+        };
+        self.times.iter().map(loss).collect()
     }
 }
 
@@ -160,23 +174,13 @@ struct Least {
     most_lost: f64,
 }
 
-impl Loss {
-    fn of(table: &L2aTable, scene: &TableFile, entry: &ReachEntry, times: f64) -> Self {
-        let (illuminance_lx, interval) = (entry.illuminance_lx, entry.interval);
-        let l2a = times * super::carried(table, illuminance_lx, interval);
-        Self {
-            illuminance_lx,
-            interval,
-            times,
-            l2a,
-            reach_m: scene.reach_m(illuminance_lx, interval, l2a),
-            best_reach_m: entry.best_reach_m,
-        }
-    }
+/// The ratio that a transmitter looks up at an entry's light and interval.
+fn carried(table: &L2aTable, entry: &ReachEntry) -> f64 {
+    super::carried(table, entry.illuminance_lx, entry.interval)
 }
 
 /// An entry as people read it: what is lost of the best ratio's reach.
-fn row(table: &L2aTable, entry: &ReachEntry, losses: &[Loss]) -> String {
+fn row(entry: &ReachEntry, carried: f64, losses: &[Loss]) -> String {
     let lost = losses.iter().map(|loss| match loss.reach_m {
         Some(reach_m) => format!("{:>+7.1} %", 100.0 * (reach_m / loss.best_reach_m - 1.0)),
         None => format!("{:>9}", "?"),
@@ -185,7 +189,7 @@ fn row(table: &L2aTable, entry: &ReachEntry, losses: &[Loss]) -> String {
         "{:>8} lx  {:>8}  {:>6.3}  {:>6.3}{}",
         entry.illuminance_lx,
         entry.interval,
-        super::carried(table, entry.illuminance_lx, entry.interval),
+        carried,
         entry.best_l2a,
         lost.collect::<String>()
     )
