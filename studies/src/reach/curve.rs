@@ -154,9 +154,9 @@ impl Curve {
         let parabola = Parabola::fit(points)?;
         let ends = [*self.l2a.first()?, *self.l2a.last()?];
         let best = parabola.top(ends);
-        // The highest point is one that chance favoured.
+        // The highest point is one that chance favoured; but a top between points that are far apart may be above it.
         let top = parabola.at(best);
-        let enough = top + (1.0 - NOTHING).ln();
+        let enough = (top + (1.0 - NOTHING).ln()).min(reach[highest]);
         let loses_nothing = [
             self.crossing(reach, enough, highest, (0..highest).rev()),
             self.crossing(reach, enough, highest, highest + 1..reach.len()),
@@ -189,7 +189,7 @@ impl Curve {
         highest.saturating_sub(before).min(end.saturating_sub(3))..end
     }
 
-    /// Where the reach falls below a height, going from the highest point along others; the last of them if it does not.
+    /// Where the reach falls below a height that the highest point has, going from there along others; the last of them if it does not.
     fn crossing(
         &self,
         reach: &[f64],

@@ -130,6 +130,30 @@ fn a_reach_that_hardly_changes_is_flat_and_takes_the_least_light() {
     );
 }
 
+/// Where LEDs can be told apart no farther, ratios reach equally far, and a parabola through steep sides rises above them all.
+#[test]
+fn a_plateau_loses_nothing() {
+    let points = [
+        (0.5, 80.0),
+        (1.0, 100.0),
+        (1.5, 100.0),
+        (2.0, 100.0),
+        (4.0, 80.0),
+    ];
+    let curve = Curve::through(points.into_iter());
+    for choice in [Choice::Margin, Choice::LeastLight, Choice::Best] {
+        let judged = curve.judged(choice).expect("a verdict");
+        let Verdict {
+            best,
+            chosen,
+            loses_nothing: [low, high],
+            ..
+        } = judged.verdict;
+        assert!(low <= 1.0 && high >= 2.0 && low > 0.9 && high < 2.2);
+        assert!((0.5..=4.0).contains(&best) && (low..=high).contains(&chosen));
+    }
+}
+
 fn search() -> ReachSearch {
     ReachSearch {
         frames: 64,
