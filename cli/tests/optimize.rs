@@ -308,17 +308,42 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     assert!(elsewhere[0] > -0.02 && elsewhere[0] < 0.5, "{elsewhere:?}");
     // What loses least in both is in between, and can be carried.
     let robust = path("robust.toml");
-    let found = vocc(&[
+    let make = [
         "table", "regret", &table, "--in", &table, "--in", &brighter, "-o", &robust,
-    ]);
-    says(&found, 0, &[]);
+    ];
+    says(&vocc(&make), 0, &[]);
     says(&vocc(&["table", "check", &robust]), 0, &[]);
+    let made = std::fs::read_to_string(&robust).expect("a table");
+    assert!(made.contains("most_lost") && made.contains("brighter.toml"));
+    // It is not what a search has found, and is made again in a second.
+    says(&vocc(&make), 0, &[]);
+    assert_eq!(std::fs::read_to_string(&robust).expect("a table"), made);
+    let entries = lines(&vocc(&[&make[..], &["--json"]].concat()));
+    let entries = entries.iter().filter(|line| line["most_lost"].is_number());
+    for entry in entries {
+        let ends = entry["no_worse"].as_array().expect("two ratios");
+        let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+        let ratios = [&ends[0], &entry["l2a"], &ends[1]].map(number);
+        assert!(ratios.is_sorted(), "{entry}");
+        assert_eq!(entry["reach_m"].as_array().map(Vec::len), Some(2));
+    }
+    let picture = path("robust.png");
+    let shown = vocc(&["table", "show", &robust, "--plot", &picture]);
+    says(&shown, 0, &[]);
+    assert!(text(&shown.stdout).contains("no worse"));
+    let other = vocc(&["table", "diff", &table, &robust, "--in", &brighter]);
+    says(&other, 1, &[]);
+    assert!(
+        text(&other.stdout).contains(" m ("),
+        "{}",
+        text(&other.stdout)
+    );
     let worst = |table: &str| -> Vec<f64> {
         let arguments = [
             "table", "regret", table, "--json", "--times", "1", "--in", &brighter,
         ];
         let found = lines(&vocc(&arguments));
-        let most = found.iter().filter(|line| line.get("reach_m").is_some());
+        let most = found.iter().filter(|line| line["reach_m"].is_number());
         let number = |line: &serde_json::Value, key: &str| line[key].as_f64().expect("a number");
         most.map(|line| 1.0 - number(line, "reach_m") / number(line, "best_reach_m"))
             .collect()
@@ -333,7 +358,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
         &[
             "table", "regret", &table, "--in", &brighter, "-o", &searched,
         ],
-        &["searched.toml", "more than ratios"],
+        &["searched.toml", "what a search has found"],
     );
     refused(
         &[
@@ -509,9 +534,9 @@ fn tables_are_compared() {
         "{}",
         text(&compared.stdout)
     );
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../link/shipped_table.toml");
-    let shipped = shipped.to_str().expect("a name");
-    let known = vocc(&["table", "diff", &old, shipped, "--json"]);
+    let by_reach = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/optimum/kmeans.toml");
+    let by_reach = by_reach.to_str().expect("a name");
+    let known = vocc(&["table", "diff", &old, by_reach, "--json"]);
     let known: Vec<serde_json::Value> = text(&known.stdout)
         .lines()
         .map(|line| serde_json::from_str(line).expect("JSON"))

@@ -37,7 +37,7 @@ impl Workshop {
         write("orders.txt", b"light 500\nrestart\n");
         write(
             "reach.toml",
-            include_bytes!("../../link/shipped_table.toml"),
+            include_bytes!("../../docs/optimum/kmeans.toml"),
         );
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
             workshop.make(&[

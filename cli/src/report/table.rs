@@ -1,6 +1,6 @@
 //! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
 
-use studies::table::{ReachEntry, TableFile};
+use studies::table::{ReachEntry, RegretEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
@@ -26,10 +26,8 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     let lost = entry
         .lost_at_m
         .map_or(String::new(), |lost| format!(", lost at {lost} m"));
-    let full_cd_m2: f64 = BENCH.luminance_full_cd_m2.to_num();
     format!(
-        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {:>7.3} cd \
-         {:>7.3} cd {:>5.1} %{flat}{lost}",
+        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {}{flat}{lost}",
         entry.illuminance_lx,
         entry.interval,
         entry.l2a,
@@ -39,10 +37,40 @@ pub fn reach_line(entry: &ReachEntry) -> String {
         entry.loses_nothing[0],
         entry.loses_nothing[1],
         entry.best_l2a,
-        entry.mean_cd,
-        entry.peak_cd,
-        100.0 * entry.luminance_cd_m2 / full_cd_m2,
+        light(entry.mean_cd, entry.peak_cd, entry.luminance_cd_m2),
     )
+}
+
+/// What stands above [`regret_line`]s.
+pub const REGRET_HEAD: &str = concat!(
+    "illuminance  interval     L2A   95 %            reach          lost   no worse          mean       peak",
+    "     duty"
+);
+
+/// An entry by least regret.
+pub fn regret_line(entry: &RegretEntry) -> String {
+    let reach = entry.reach_m.iter().copied();
+    let flat = if entry.is_flat { ", flat" } else { "" };
+    format!(
+        "{:>8} lx  {:>8}  {:>6.3}   {:.2} to {:.2}  {:>5.1} to {:>5.1} m  {:>4.1} %  {:.2} to {:.2}  {}{flat}",
+        entry.illuminance_lx,
+        entry.interval,
+        entry.l2a,
+        entry.l2a_95[0],
+        entry.l2a_95[1],
+        reach.clone().fold(f64::INFINITY, f64::min),
+        reach.fold(0.0, f64::max),
+        100.0 * entry.most_lost,
+        entry.no_worse[0],
+        entry.no_worse[1],
+        light(entry.mean_cd, entry.peak_cd, entry.luminance_cd_m2),
+    )
+}
+
+fn light(mean_cd: f64, peak_cd: f64, luminance_cd_m2: f64) -> String {
+    let full_cd_m2: f64 = BENCH.luminance_full_cd_m2.to_num();
+    let duty = 100.0 * luminance_cd_m2 / full_cd_m2;
+    format!("{mean_cd:>7.3} cd {peak_cd:>7.3} cd {duty:>5.1} %")
 }
 
 /// The ratio over the light, a line for each interval: as high as a block, from the lowest ratio to the highest of all.
@@ -68,15 +96,19 @@ pub fn sketch(file: &TableFile) -> Vec<String> {
         .collect()
 }
 
-/// The ratio over the light and, of a table by reach, the reach over the ratio in the least and the most light.
+/// The ratio over the light and, of a table by reach, the reach over the ratio in the least and the most light; of one of least regret
+/// what each ratio loses there.
 pub fn draw(file: &TableFile) -> anyhow::Result<Drawing> {
     let mut charts = vec![over_light(file)];
     let lights = &file.ratios.illuminance_lx;
+    let ends = [lights.first(), lights.last()];
+    let mut ends: Vec<f64> = ends.into_iter().flatten().copied().collect();
+    ends.dedup();
     if !file.reach_points.is_empty() {
-        let ends = [lights.first(), lights.last()];
-        let mut ends: Vec<f64> = ends.into_iter().flatten().copied().collect();
-        ends.dedup();
-        charts.extend(ends.into_iter().map(|light| reach_over_ratio(file, light)));
+        charts.extend(ends.iter().map(|&light| reach_over_ratio(file, light)));
+    }
+    if !file.regret_points.is_empty() {
+        charts.extend(ends.iter().map(|&light| loss_over_ratio(file, light)));
     }
     let columns = charts.len();
     Page::new(charts, columns, SIZE_PX).draw()
@@ -132,6 +164,30 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
         y: Axis::from_zero(
             "reach (m)",
             file.reach_points.iter().map(|point| point.reach_m),
+        ),
+        series: by_interval(&file.ratios.interval, of_column),
+    }
+}
+
+/// What each ratio loses at most in one light.
+fn loss_over_ratio(file: &TableFile, light: f64) -> Chart {
+    let of_column = |_, interval: f64| {
+        let here = file.regret_points.iter();
+        let here = here.filter(|point| (point.illuminance_lx, point.interval) == (light, interval));
+        let points = here.map(|point| Point {
+            x: point.l2a,
+            y: 100.0 * point.most_lost,
+            ..Point::default()
+        });
+        points.collect()
+    };
+    let points = || file.regret_points.iter();
+    Chart {
+        title: format!("Lost in the worst scene at {light} lx"),
+        x: Axis::around_logarithms("L2A (1/sr)", points().map(|point| point.l2a)),
+        y: Axis::from_zero(
+            "reach lost (%)",
+            points().map(|point| 100.0 * point.most_lost),
         ),
         series: by_interval(&file.ratios.interval, of_column),
     }

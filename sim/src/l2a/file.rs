@@ -10,8 +10,8 @@
 //! ]
 //! ```
 //!
-//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` and its
-//! entries and points), which is no concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be
+//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` or
+//! `regret` with their entries and points), which is no concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be
 //! used.
 
 use std::path::Path;
@@ -138,6 +138,12 @@ struct Keys {
     _reach_entries: Option<IgnoredAny>,
     #[serde(rename = "reach_points")]
     _reach_points: Option<IgnoredAny>,
+    #[serde(rename = "regret")]
+    _regret: Option<IgnoredAny>,
+    #[serde(rename = "regret_entries")]
+    _regret_entries: Option<IgnoredAny>,
+    #[serde(rename = "regret_points")]
+    _regret_points: Option<IgnoredAny>,
 }
 
 fn this_format() -> u32 {

@@ -19,7 +19,7 @@ const PART: u64 = 2 * PIECE;
 /// Frames of the first round; each further one doubles their number.
 pub const FIRST_ROUND: u64 = 2048;
 /// Resamples of the bootstrap.
-const RESAMPLES: u64 = 1000;
+pub(crate) const RESAMPLES: u64 = 1000;
 
 /// The first frame of each round of a number of frames, and their end.
 pub fn rounds(frames: u64) -> Vec<u64> {

@@ -3,11 +3,11 @@
 use link::l2a_table::TableError;
 use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
-use sim::scene::{Panel, RangeError, Scene};
+use sim::scene::{RangeError, Scene};
 
 use super::axes::check_axes;
 use super::condition::with_panel;
-use super::intensity::{Bounds, luminance_cd_m2, panel_cd};
+use super::intensity::{Bounds, Light, panel_cd};
 use super::outcome::{short, short_pair};
 use crate::reach::{
     Choice, Crossing, Demand, DemandError, Reach, ReachError, ReachSearch, reach_from,
@@ -307,14 +307,9 @@ impl ReachSurvey {
 fn entry(scene: &Scene, interval: f64, found: &Reach) -> ReachEntry {
     let Reach { judged, curve, .. } = found;
     let verdict = judged.verdict;
-    let illuminance_lx = scene.ambient.illuminance_lx;
-    let light = |of: fn(&Panel, f64, f64) -> f64| {
-        let panel = scene.panels.first();
-        panel.map_or(0.0, |panel| of(panel, illuminance_lx, verdict.chosen))
-    };
-    let mean_cd = light(panel_cd);
+    let light = Light::of(scene, verdict.chosen);
     ReachEntry {
-        illuminance_lx,
+        illuminance_lx: scene.ambient.illuminance_lx,
         interval,
         l2a: verdict.chosen,
         l2a_95: judged.chosen_95,
@@ -327,9 +322,9 @@ fn entry(scene: &Scene, interval: f64, found: &Reach) -> ReachEntry {
         loses_nothing: verdict.loses_nothing,
         is_flat: verdict.is_flat(),
         lost_at_m: found.lost_at_m,
-        mean_cd,
-        peak_cd: 2.0 * mean_cd,
-        luminance_cd_m2: light(luminance_cd_m2),
+        mean_cd: light.mean_cd,
+        peak_cd: light.peak_cd,
+        luminance_cd_m2: light.luminance_cd_m2,
         frames: found.frames,
     }
 }

@@ -2,17 +2,19 @@
 //!
 //! Beside the ratios it has the settings of the search (`search`), the scene, the outcome of each illuminance and interval
 //! (`entries`) and of each setting (`cells`). One made by reach has `reach`, `reach_entries` and, for each ratio tried, `reach_points`
-//! instead.
+//! instead; one of least regret over several of these `regret`, `regret_entries` and `regret_points`.
 
 use std::cmp::Ordering;
 use std::path::Path;
 
 use link::l2a_table::L2aTable;
+use rand::Rng;
 use serde::{Deserialize, Serialize};
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
 
 use super::by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey};
+use super::least_regret::{RegretEntry, RegretPoint, RegretRecord};
 use super::outcome::{Cell, Entry, Rule};
 use super::regret::{Regret, SAME};
 use super::survey::{SearchRecord, Survey};
@@ -37,6 +39,12 @@ pub struct TableFile {
     pub reach_entries: Vec<ReachEntry>,
     /// The reach at each ratio that it tried.
     pub reach_points: Vec<ReachPoint>,
+    /// Where they come from, if they are those of least regret.
+    pub regret: Option<RegretRecord>,
+    /// What that is for each illuminance and interval.
+    pub regret_entries: Vec<RegretEntry>,
+    /// What other ratios lose.
+    pub regret_points: Vec<RegretPoint>,
 }
 
 /// A search that says nothing of a ratio.
@@ -108,6 +116,11 @@ struct Origin {
     reach_entries: Vec<ReachEntry>,
     #[serde(default)]
     reach_points: Vec<ReachPoint>,
+    regret: Option<RegretRecord>,
+    #[serde(default)]
+    regret_entries: Vec<RegretEntry>,
+    #[serde(default)]
+    regret_points: Vec<RegretPoint>,
 }
 
 impl TableFile {
@@ -122,13 +135,16 @@ impl TableFile {
             reach: None,
             reach_entries: Vec::new(),
             reach_points: Vec::new(),
+            regret: None,
+            regret_entries: Vec::new(),
+            regret_points: Vec::new(),
         }
     }
 
-    /// Whether it has nothing but ratios.
-    pub fn is_plain(&self) -> bool {
-        let is_found = self.ratios.places().any(|place| self.is_found(place));
-        self.search.is_none() && self.reach.is_none() && !is_found
+    /// Whether a search has made it, or begun to.
+    pub fn is_searched(&self) -> bool {
+        let is_found = !self.entries.is_empty() || !self.reach_entries.is_empty();
+        self.search.is_some() || self.reach.is_some() || is_found
     }
 
     /// The file of a survey of which nothing is done yet.
@@ -172,6 +188,13 @@ impl TableFile {
             .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
     }
 
+    /// The entry of an illuminance and an interval by least regret, if it is there.
+    pub fn regret_entry(&self, illuminance_lx: f64, interval: f64) -> Option<&RegretEntry> {
+        self.regret_entries
+            .iter()
+            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
+    }
+
     /// The reach at each ratio that was tried at an illuminance and an interval.
     pub fn points(&self, illuminance_lx: f64, interval: f64) -> impl Iterator<Item = &ReachPoint> {
         self.reach_points.iter().filter(move |point| {
@@ -195,13 +218,29 @@ impl TableFile {
         })
     }
 
+    /// The same as it might have come out as well.
+    pub(super) fn resampled_regret(
+        &self,
+        illuminance_lx: f64,
+        interval: f64,
+        random: &mut impl Rng,
+    ) -> Option<Regret> {
+        let points = self.points(illuminance_lx, interval);
+        Regret::resampled(points, self.reach.as_ref()?.range, random)
+    }
+
     /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.
     pub fn l2a_95(&self, illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
-        let by_reach = self.reach_entry(illuminance_lx, interval);
-        by_reach.map(|entry| entry.l2a_95).or_else(|| {
+        let by_search = || {
             let rule = self.search.as_ref()?.rule;
             Some(self.entry(illuminance_lx, interval)?.l2a_95(rule))
-        })
+        };
+        let by_reach = self.reach_entry(illuminance_lx, interval);
+        let by_regret = self.regret_entry(illuminance_lx, interval);
+        by_reach
+            .map(|entry| entry.l2a_95)
+            .or(by_regret.map(|entry| entry.l2a_95))
+            .or_else(by_search)
     }
 
     /// The entries of which the search says nothing.
@@ -218,7 +257,13 @@ impl TableFile {
                 Unknown::of(entry.illuminance_lx, entry.interval, all, reach.range)
             })
         });
-        by_search.chain(by_reach)
+        let by_regret = self.regret.iter().flat_map(|regret| {
+            self.regret_entries.iter().filter_map(|entry| {
+                let all = entry.no_worse;
+                Unknown::of(entry.illuminance_lx, entry.interval, all, regret.range)
+            })
+        });
+        by_search.chain(by_reach).chain(by_regret)
     }
 
     /// Adds what was found for one illuminance and interval. A ratio of which the search says nothing stays missing.
@@ -235,6 +280,14 @@ impl TableFile {
         self.reach_points.extend(points);
         self.put(entry.illuminance_lx, entry.interval, entry.l2a);
         self.sort();
+    }
+
+    /// The same by least regret.
+    pub(super) fn add_regret(&mut self, entry: RegretEntry, points: Vec<RegretPoint>) {
+        let (illuminance_lx, interval, l2a) = (entry.illuminance_lx, entry.interval, entry.l2a);
+        self.regret_entries.push(entry);
+        self.regret_points.extend(points);
+        self.put(illuminance_lx, interval, l2a);
     }
 
     /// Adds the entries of another part of the same survey.
@@ -348,6 +401,9 @@ impl TableFile {
             reach: origin.reach,
             reach_entries: origin.reach_entries,
             reach_points: origin.reach_points,
+            regret: origin.regret,
+            regret_entries: origin.regret_entries,
+            regret_points: origin.regret_points,
         })
     }
 
@@ -373,6 +429,16 @@ impl TableFile {
             "The reach at each ratio",
             &self.reach_points,
         )?;
+        text += &lines(
+            "regret_entries",
+            "What the scenes together say of each",
+            &self.regret_entries,
+        )?;
+        text += &lines(
+            "regret_points",
+            "What each ratio loses of the best one's reach, where most is lost",
+            &self.regret_points,
+        )?;
         #[derive(Serialize)]
         struct Origin<'a> {
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -380,11 +446,14 @@ impl TableFile {
             #[serde(skip_serializing_if = "Option::is_none")]
             reach: &'a Option<ReachRecord>,
             #[serde(skip_serializing_if = "Option::is_none")]
+            regret: &'a Option<RegretRecord>,
+            #[serde(skip_serializing_if = "Option::is_none")]
             scene: &'a Option<Scene>,
         }
         let origin = Origin {
             search: &self.search,
             reach: &self.reach,
+            regret: &self.regret,
             scene: &self.scene,
         };
         Ok(format!("{text}\n{}", toml::to_string(&origin)?))

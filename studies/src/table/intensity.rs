@@ -2,7 +2,7 @@
 
 use link::intensity::mean_cd;
 use serde::{Deserialize, Serialize};
-use sim::scene::Panel;
+use sim::scene::{Panel, Scene};
 
 /// Lamps by name, and the luminous intensity in candela that each must and may have on its axis: UN Regulation No. 148, section 5 (rear
 /// position lamps R1 of steady and R2 of variable intensity, stop lamps S1 and S2, daytime running lamps).
@@ -68,6 +68,32 @@ impl std::fmt::Display for Bounds {
             (None, Some(most)) => write!(f, "a mean of {most} cd or less"),
             (None, None) => f.write_str("any light"),
         }
+    }
+}
+
+/// The light of a scene's first panel at a ratio; all 0 without a panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Light {
+    /// The mean luminous intensity straight ahead, cd.
+    pub mean_cd: f64,
+    /// That of all LEDs On, cd.
+    pub peak_cd: f64,
+    /// The luminance of an On LED, cd/m².
+    pub luminance_cd_m2: f64,
+}
+
+impl Light {
+    pub fn of(scene: &Scene, l2a: f64) -> Self {
+        let illuminance_lx = scene.ambient.illuminance_lx;
+        let of_panel = |panel| {
+            let mean_cd = panel_cd(panel, illuminance_lx, l2a);
+            Self {
+                mean_cd,
+                peak_cd: 2.0 * mean_cd,
+                luminance_cd_m2: luminance_cd_m2(panel, illuminance_lx, l2a),
+            }
+        };
+        scene.panels.first().map(of_panel).unwrap_or_default()
     }
 }
 

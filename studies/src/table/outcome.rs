@@ -136,6 +136,11 @@ pub(super) fn short_pair<S: Serializer>(
     values.map(five_digits).serialize(serializer)
 }
 
+/// The same of many.
+pub(super) fn short_list<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.iter().map(|&value| five_digits(value)))
+}
+
 fn five_digits(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }

@@ -1,12 +1,15 @@
-//! What ratios lose that are not the best, and the one to carry where nobody knows which of several scenes it will be.
+//! What ratios lose that are not the best.
 
-use super::file::TableFile;
-use crate::reach::Curve;
+use rand::Rng;
+use sim::random::normal;
+
+use super::by_reach::ReachPoint;
+use crate::reach::{Choice, Curve};
 
 /// Ratios that differ by no more than this share are the same: files have five digits.
 pub(super) const SAME: f64 = 1e-4;
-/// Ratios that are tried, at equal factors: 1.5 % apart in the paper's range.
-const TRIED: usize = 201;
+/// Half a 95 % interval is so many standard deviations.
+const HALF_OF_95: f64 = 1.96;
 
 /// What other ratios than the best lose at one illuminance and interval.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +22,29 @@ pub struct Regret {
 }
 
 impl Regret {
+    /// As it might have come out as well, by points whose logarithms err as normal numbers do, each by itself. None of fewer than three.
+    pub(super) fn resampled<'a>(
+        points: impl Iterator<Item = &'a ReachPoint>,
+        range: [f64; 2],
+        random: &mut impl Rng,
+    ) -> Option<Self> {
+        let mut drawn = |point: &ReachPoint| {
+            let [low, high] = point.reach_m_95;
+            let deviation = (high / low).ln() / (2.0 * HALF_OF_95);
+            (
+                point.l2a,
+                point.reach_m * (deviation * normal(random)).exp(),
+            )
+        };
+        let curve = Curve::through(points.map(&mut drawn));
+        let best_m = curve.judged(Choice::Best)?.verdict.reach_m;
+        Some(Self {
+            curve,
+            range,
+            best_m,
+        })
+    }
+
     /// The reach of a ratio, m, where it was looked at.
     pub fn reach_m(&self, l2a: f64) -> Option<f64> {
         let [low, high] = self.range;
@@ -29,65 +55,5 @@ impl Regret {
     /// The share of the best ratio's reach that another one loses, where it was looked at; below 0 by chance.
     pub fn loss(&self, l2a: f64) -> Option<f64> {
         Some(1.0 - self.reach_m(l2a)? / self.best_m)
-    }
-}
-
-/// A ratio, and the most that it costs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeastRegret {
-    /// The ratio.
-    pub l2a: f64,
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
-    pub most_lost: f64,
-}
-
-impl LeastRegret {
-    /// The ratio that loses least of the reach in the scene where it loses most (Savage 1951, minimax regret), by tables made by reach for
-    /// those scenes. None where one of them has no such entry, or they looked at no common ratio.
-    ///
-    /// ```
-    /// use sim::scene::Scene;
-    /// use studies::detectors::DetectorChoice;
-    /// use studies::reach::{Demand, ReachSearch};
-    /// use studies::table::{Bounds, LeastRegret, ReachSurvey, TableFile};
-    /// let survey = ReachSurvey {
-    ///     search: ReachSearch { frames: 64, detector: DetectorChoice::KMeans, ..ReachSearch::default() },
-    ///     demand: Demand::default(),
-    ///     bounds: Bounds::default(),
-    ///     illuminance_lx: vec![5000.0],
-    ///     interval: vec![0.5],
-    /// };
-    /// let made = |setting: &str| -> Result<TableFile, Box<dyn std::error::Error>> {
-    ///     let scene = Scene::load("night", &[setting.into()])?;
-    ///     let mut file = TableFile::of_reach(&survey, &scene);
-    ///     let (entry, points) = survey.entry(&scene, 5000.0, 0.5, &[], |_| {})?;
-    ///     file.add_reach(entry, points);
-    ///     Ok(file)
-    /// };
-    /// // A camera whose exposure nobody knows to a stop.
-    /// let scenes = [made("camera.exposure_bias_ev=0")?, made("camera.exposure_bias_ev=1")?];
-    /// let robust = LeastRegret::over(&scenes, 5000.0, 0.5).ok_or("an entry is missing")?;
-    /// let usual = scenes[0].reach_entries[0].l2a;
-    /// assert!(robust.l2a < usual);
-    /// assert!(robust.most_lost < scenes[1].regret(5000.0, 0.5).and_then(|regret| regret.loss(usual)).ok_or("not looked at")?);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn over(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<Self> {
-        let regrets = scenes.iter();
-        let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
-        let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
-        let ranges = regrets.iter().map(|regret| regret.range);
-        let [low, high] =
-            ranges.reduce(|one, other| [one[0].max(other[0]), one[1].min(other[1])])?;
-        let tried = (0..TRIED).map(|number| {
-            let share = number as f64 / (TRIED - 1) as f64;
-            low * (high / low).powf(share)
-        });
-        let candidates = tried.filter_map(|l2a| {
-            let losses: Option<Vec<f64>> = regrets.iter().map(|regret| regret.loss(l2a)).collect();
-            let most_lost = losses?.into_iter().reduce(f64::max)?;
-            Some(Self { l2a, most_lost })
-        });
-        candidates.min_by(|one, other| one.most_lost.total_cmp(&other.most_lost))
     }
 }

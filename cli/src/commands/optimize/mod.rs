@@ -204,7 +204,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 /// A table as its file says it; of an empty one, what its search depends on.
-fn as_toml(file: &TableFile) -> anyhow::Result<String> {
+pub fn as_toml(file: &TableFile) -> anyhow::Result<String> {
     file.to_toml()
         .context("the table cannot be written as TOML")
 }

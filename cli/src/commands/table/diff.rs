@@ -6,6 +6,7 @@ use link::l2a_table::L2aTable;
 use serde::Serialize;
 use studies::table::TableFile;
 
+use super::regret;
 use crate::output::{Answer, json, line};
 
 /// Two tables at one light and interval.
@@ -22,7 +23,8 @@ struct Difference {
 }
 
 /// Compares them where either has an entry.
-pub fn run(old: &Path, new: &Path, as_json: bool) -> anyhow::Result<Answer> {
+pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyhow::Result<Answer> {
+    let scene = scene.map(regret::by_reach).transpose()?;
     let (old, old_table) = TableFile::read_with_table(old)?;
     let (new, new_table) = TableFile::read_with_table(new)?;
     let (files, tables) = ([old, new], [old_table, new_table]);
@@ -39,13 +41,15 @@ pub fn run(old: &Path, new: &Path, as_json: bool) -> anyhow::Result<Answer> {
         axis(|file| &file.ratios.illuminance_lx),
         axis(|file| &file.ratios.interval),
     );
+    // The newer one's curve, where both have one.
+    let known: Vec<&TableFile> = scene.iter().chain(files.iter().rev()).collect();
     if !as_json {
         line("illuminance  interval     old      new   change       reach")?;
     }
     let mut answer = Answer::Yes;
     for &illuminance_lx in &lights {
         for &interval in &intervals {
-            let difference = Difference::at(&tables, &files, illuminance_lx, interval);
+            let difference = Difference::at(&tables, &known, illuminance_lx, interval);
             if difference.old_l2a != difference.new_l2a {
                 answer = Answer::No;
             }
@@ -61,17 +65,15 @@ pub fn run(old: &Path, new: &Path, as_json: bool) -> anyhow::Result<Answer> {
 impl Difference {
     fn at(
         tables: &[L2aTable; 2],
-        files: &[TableFile; 2],
+        known: &[&TableFile],
         illuminance_lx: f64,
         interval: f64,
     ) -> Self {
         let [old_l2a, new_l2a] = tables
             .each_ref()
             .map(|table| super::carried(table, illuminance_lx, interval));
-        // The newer one's curve, where both have one.
-        let curve = files
+        let curve = known
             .iter()
-            .rev()
             .find_map(|file| file.curve(illuminance_lx, interval));
         let reach = |l2a| curve.as_ref().and_then(|curve| curve.reach_m(l2a));
         Self {

@@ -36,16 +36,20 @@ enum Action {
         #[arg(long, requires = "file")]
         rust: bool,
         /// Draw it, as NAME.svg and NAME.png: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the
-        /// ratio.
+        /// ratio, of one of least regret what each ratio loses.
         #[arg(long, value_name = "NAME", value_parser = plot::stem, conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },
-    /// What another table says otherwise, and what that costs in reach where one of them was made by reach; status 1 where they differ.
+    /// What another table says otherwise, and what that costs in reach where one of them, or the one that is given by --in, was made by
+    /// reach; status 1 where they differ.
     Diff {
         /// The table's TOML file.
         old: PathBuf,
         /// The other one.
         new: PathBuf,
+        /// A table that was made by reach: what they reach in its scene.
+        #[arg(long = "in", value_name = "FILE.toml")]
+        scene: Option<PathBuf>,
     },
     /// What it costs in reach that a transmitter does not know its surroundings: a wrong light sensor, other LEDs, another camera.
     Regret(Regret),
@@ -83,7 +87,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             line(source(&file).trim_end())?;
         }
         Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
-        Action::Diff { old, new } => return diff::run(old, new, shared.json),
+        Action::Diff { old, new, scene } => {
+            return diff::run(old, new, scene.as_deref(), shared.json);
+        }
         Action::Regret(regret) => return regret.run(shared.json),
         Action::Push(transfer) => return transfer.push(shared),
         Action::Pull(transfer) => return transfer.pull(shared),
@@ -134,6 +140,11 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
             line(report::table::REACH_HEAD)?;
         }
         let mut entries = file.reach_entries.iter().map(report::table::reach_line);
+        entries.try_for_each(|entry| line(&entry))?;
+        if !file.regret_entries.is_empty() {
+            line(report::table::REGRET_HEAD)?;
+        }
+        let mut entries = file.regret_entries.iter().map(report::table::regret_line);
         entries.try_for_each(|entry| line(&entry))?;
     }
     match plot {

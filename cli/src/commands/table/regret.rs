@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use link::l2a_table::L2aTable;
 use serde::Serialize;
-use sim::l2a::file::RatioFile;
-use studies::table::{LeastRegret, ReachEntry, TableFile};
+use studies::table::{ReachEntry, TableFile};
 
+use crate::commands::optimize::{as_toml, verdict};
 use crate::output::{Answer, json, line};
-use crate::{files, outputs};
+use crate::{files, outputs, report};
 
 /// Arguments of `vocc table regret`.
 #[derive(clap::Args)]
@@ -57,8 +57,8 @@ impl Regret {
         )?;
         if let Some(path) = &self.out {
             ensure!(
-                !path.is_file() || TableFile::read(path).map_or(true, |there| there.is_plain()),
-                "{} holds more than ratios, which would be lost: name another file",
+                !path.is_file() || TableFile::read(path).map_or(true, |there| !there.is_searched()),
+                "{} holds what a search has found, which would be lost: name another file",
                 path.display()
             );
         }
@@ -95,10 +95,14 @@ impl Regret {
         }
         // Of one scene that is what it says itself.
         if scenes.len() > 1 || self.out.is_some() {
-            let robust = least_regret(&scenes, as_json)?;
+            let names = paths.iter().map(|path| path.display().to_string());
+            let named: Vec<(String, TableFile)> = names.zip(scenes).collect();
+            let robust = TableFile::of_least_regret(&named)?;
+            print(&robust, as_json)?;
             if let Some(path) = &self.out {
-                files::write(path, robust.to_toml())?;
+                files::write(path, as_toml(&robust)?)?;
             }
+            return Ok(verdict(&robust));
         }
         Ok(Answer::Yes)
     }
@@ -123,7 +127,7 @@ impl Regret {
 }
 
 /// A table that says how far each ratio reaches.
-fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
+pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     let scene = TableFile::read(path)?;
     ensure!(
         !scene.reach_entries.is_empty(),
@@ -133,45 +137,15 @@ fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     Ok(scene)
 }
 
-/// The ratios that lose least in the scene where they lose most, printed.
-fn least_regret(scenes: &[TableFile], as_json: bool) -> anyhow::Result<RatioFile> {
-    let axes = &scenes[0].ratios;
-    let mut robust = RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone());
-    if !as_json {
-        line("least lost in the scene where most is:")?;
-        line("illuminance  interval     L2A     lost")?;
+/// Prints the ratios that lose least in the scene where they lose most.
+fn print(robust: &TableFile, as_json: bool) -> anyhow::Result<()> {
+    if as_json {
+        return robust.regret_entries.iter().try_for_each(json);
     }
-    let ratios = robust.l2a.iter_mut().flatten();
-    for ([illuminance_lx, interval], ratio) in axes.places().zip(ratios) {
-        let least = LeastRegret::over(scenes, illuminance_lx, interval).with_context(|| {
-            format!(
-                "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes"
-            )
-        })?;
-        *ratio = (least.l2a * 1e3).round() / 1e3;
-        match as_json {
-            true => json(&Least {
-                illuminance_lx,
-                interval,
-                least_regret_l2a: *ratio,
-                most_lost: least.most_lost,
-            })?,
-            false => line(&format!(
-                "{illuminance_lx:>8} lx  {interval:>8}  {ratio:>6.3}  {:>+5.1} %",
-                -100.0 * least.most_lost
-            ))?,
-        }
-    }
-    Ok(robust)
-}
-
-/// The ratio that loses least at one light and interval.
-#[derive(Serialize)]
-struct Least {
-    illuminance_lx: f64,
-    interval: f64,
-    least_regret_l2a: f64,
-    most_lost: f64,
+    line("least lost in the scene where most is:")?;
+    line(report::table::REGRET_HEAD)?;
+    let mut entries = robust.regret_entries.iter();
+    entries.try_for_each(|entry| line(&report::table::regret_line(entry)))
 }
 
 /// The ratio that a transmitter looks up at an entry's light and interval.

@@ -1,0 +1,277 @@
+//! The table to carry where nobody knows which of several scenes it will be.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sim::l2a::file::RatioFile;
+use sim::random::{Purpose, stream};
+
+use super::condition::with_panel;
+use super::file::TableFile;
+use super::intensity::Light;
+use super::outcome::{short, short_list, short_pair};
+use super::regret::Regret;
+use crate::optimum::{RESAMPLES, percentiles};
+use crate::reach::{FLAT, NOTHING};
+
+/// Ratios that are tried, at equal factors: 0.75 % apart in the paper's range.
+const TRIED: usize = 401;
+/// Every so many of them is kept in a file.
+const KEPT: usize = 20;
+
+/// A ratio, and the most that it costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastRegret {
+    /// The ratio.
+    pub l2a: f64,
+    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    pub most_lost: f64,
+    /// The ratios about it that lose no more than 1 % more than any must.
+    pub no_worse: [f64; 2],
+}
+
+impl LeastRegret {
+    /// The ratio that loses least of the reach in the scene where it loses most (Savage 1951, minimax regret), by tables made by reach for
+    /// those scenes: the middle one, by factors, of those that lose no more than 1 % more. None where one of the tables has no such entry,
+    /// or they looked at no common ratio.
+    ///
+    /// ```
+    /// use sim::scene::Scene;
+    /// use studies::detectors::DetectorChoice;
+    /// use studies::reach::{Demand, ReachSearch};
+    /// use studies::table::{Bounds, LeastRegret, ReachSurvey, TableFile};
+    /// let survey = ReachSurvey {
+    ///     search: ReachSearch { frames: 64, detector: DetectorChoice::KMeans, ..ReachSearch::default() },
+    ///     demand: Demand::default(),
+    ///     bounds: Bounds::default(),
+    ///     illuminance_lx: vec![5000.0],
+    ///     interval: vec![0.5],
+    /// };
+    /// let made = |setting: &str| -> Result<TableFile, Box<dyn std::error::Error>> {
+    ///     let scene = Scene::load("night", &[setting.into()])?;
+    ///     let mut file = TableFile::of_reach(&survey, &scene);
+    ///     let (entry, points) = survey.entry(&scene, 5000.0, 0.5, &[], |_| {})?;
+    ///     file.add_reach(entry, points);
+    ///     Ok(file)
+    /// };
+    /// // A camera whose exposure nobody knows to a stop.
+    /// let scenes = [made("camera.exposure_bias_ev=0")?, made("camera.exposure_bias_ev=1")?];
+    /// let robust = LeastRegret::over(&scenes, 5000.0, 0.5).ok_or("an entry is missing")?;
+    /// let usual = scenes[0].reach_entries[0].l2a;
+    /// assert!(robust.l2a < usual);
+    /// assert!(robust.most_lost < scenes[1].regret(5000.0, 0.5).and_then(|regret| regret.loss(usual)).ok_or("not looked at")?);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn over(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<Self> {
+        let regrets = scenes.iter();
+        let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
+        Self::of(&regrets.collect::<Option<Vec<_>>>()?)
+    }
+
+    fn of(regrets: &[Regret]) -> Option<Self> {
+        let tried = tried(regrets)?;
+        let by_loss = |a: &usize, b: &usize| tried[*a].1.total_cmp(&tried[*b].1);
+        let least = (0..tried.len()).min_by(by_loss)?;
+        let is_no_worse = |place: &usize| tried[*place].1 <= tried[least].1 + NOTHING;
+        let low = (0..least).rev().take_while(is_no_worse).last();
+        let high = (least..tried.len()).take_while(is_no_worse).last();
+        let no_worse = [low.unwrap_or(least), high?].map(|place| tried[place].0);
+        let l2a = (no_worse[0] * no_worse[1]).sqrt();
+        Some(Self {
+            l2a,
+            most_lost: most_lost(regrets, l2a)?,
+            no_worse,
+        })
+    }
+
+    /// The 95 % interval of its ratio, from what the reach at each ratio is known to. Errors of neighbours are taken for independent, which
+    /// common random numbers make smaller: the interval is rather too wide.
+    fn l2a_95(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
+        let as_well = (0..RESAMPLES).into_par_iter().filter_map(|number| {
+            let random = &mut stream(0, number, Purpose::Resampling);
+            let regrets = scenes.iter();
+            let regrets =
+                regrets.map(|scene| scene.resampled_regret(illuminance_lx, interval, random));
+            Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
+        });
+        percentiles(&mut as_well.collect::<Vec<_>>(), 0.025)
+    }
+}
+
+/// The ratios that all scenes have looked at, and what each loses at most.
+fn tried(regrets: &[Regret]) -> Option<Vec<(f64, f64)>> {
+    let [low, high] = common(regrets.iter().map(|regret| regret.range))?;
+    let ratio = |number: usize| low * (high / low).powf(number as f64 / (TRIED - 1) as f64);
+    let lost = |l2a| Some((l2a, most_lost(regrets, l2a)?));
+    (0..TRIED).map(ratio).map(lost).collect()
+}
+
+fn most_lost(regrets: &[Regret], l2a: f64) -> Option<f64> {
+    let losses = regrets.iter().map(|regret| regret.loss(l2a));
+    losses
+        .collect::<Option<Vec<f64>>>()?
+        .into_iter()
+        .reduce(f64::max)
+}
+
+/// The range that all have in common; none where there is none.
+fn common(ranges: impl Iterator<Item = [f64; 2]>) -> Option<[f64; 2]> {
+    let range = ranges.reduce(|one, other| [one[0].max(other[0]), one[1].min(other[1])]);
+    range.filter(|[low, high]| low < high)
+}
+
+/// The tables that a table of least regret came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretRecord {
+    /// The program's version.
+    pub version: String,
+    /// Their files, as they were named.
+    pub tables: Vec<String>,
+    /// The ratios that all of them looked among.
+    pub range: [f64; 2],
+}
+
+/// What was found for one illuminance and interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretEntry {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio that the transmitter carries.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub l2a_95: [f64; 2],
+    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    #[serde(serialize_with = "short")]
+    pub most_lost: f64,
+    /// The ratios about it that lose no more than 1 % more than any must.
+    #[serde(serialize_with = "short_pair")]
+    pub no_worse: [f64; 2],
+    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
+    pub is_flat: bool,
+    /// Its reach in the scene of each table, m.
+    #[serde(serialize_with = "short_list")]
+    pub reach_m: Vec<f64>,
+    /// The panel's mean luminous intensity straight ahead, cd.
+    #[serde(serialize_with = "short")]
+    pub mean_cd: f64,
+    /// That of all LEDs On, cd.
+    #[serde(serialize_with = "short")]
+    pub peak_cd: f64,
+    /// The luminance of an On LED, cd/m².
+    #[serde(serialize_with = "short")]
+    pub luminance_cd_m2: f64,
+}
+
+/// What one ratio loses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretPoint {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    #[serde(serialize_with = "short")]
+    pub most_lost: f64,
+}
+
+/// Why no table of least regret can be made.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum RegretError {
+    /// No table is given.
+    #[error(
+        "no table to make it from: give at least one that `vocc optimize --criterion reach` made"
+    )]
+    NoTable,
+    /// A table has no such entry, or looked at other ratios.
+    #[error(
+        "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes and range"
+    )]
+    NothingCommon {
+        /// Ambient illuminance, lx.
+        illuminance_lx: f64,
+        /// Normalised LED interval.
+        interval: f64,
+    },
+}
+
+impl TableFile {
+    /// The table of the ratios that lose least in the scene where they lose most ([`LeastRegret::over`]), of tables made by reach, each with
+    /// its file's name; its axes, and the panel whose light is told, are those of the first.
+    ///
+    /// # Errors
+    /// When there is no table, or at an entry no ratio that all of them have looked at.
+    pub fn of_least_regret(tables: &[(String, Self)]) -> Result<Self, RegretError> {
+        let (names, scenes): (Vec<String>, Vec<Self>) = tables.iter().cloned().unzip();
+        let first = scenes.first().ok_or(RegretError::NoTable)?;
+        let axes = &first.ratios;
+        let mut made = Self::plain(RatioFile::empty(
+            axes.illuminance_lx.clone(),
+            axes.interval.clone(),
+        ));
+        let records = scenes.iter().filter_map(|scene| scene.reach.as_ref());
+        made.regret = Some(RegretRecord {
+            version: env!("CARGO_PKG_VERSION").into(),
+            tables: names,
+            range: common(records.map(|record| record.range)).ok_or(RegretError::NoTable)?,
+        });
+        for [illuminance_lx, interval] in first.ratios.places() {
+            let (entry, points) =
+                least_at(&scenes, illuminance_lx, interval).ok_or(RegretError::NothingCommon {
+                    illuminance_lx,
+                    interval,
+                })?;
+            made.add_regret(entry, points);
+        }
+        Ok(made)
+    }
+}
+
+/// The entry of an illuminance and an interval, and what other ratios lose there.
+fn least_at(
+    scenes: &[TableFile],
+    illuminance_lx: f64,
+    interval: f64,
+) -> Option<(RegretEntry, Vec<RegretPoint>)> {
+    let regrets = scenes.iter();
+    let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
+    let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
+    let LeastRegret {
+        l2a,
+        most_lost,
+        no_worse,
+    } = LeastRegret::of(&regrets)?;
+    let reach = regrets.iter().map(|regret| regret.reach_m(l2a));
+    let of_panel = |scene| Light::of(&with_panel(scene, illuminance_lx, interval), l2a);
+    let light = scenes.first()?.scene.as_ref().map(of_panel);
+    let light = light.unwrap_or_default();
+    let entry = RegretEntry {
+        illuminance_lx,
+        interval,
+        l2a,
+        l2a_95: LeastRegret::l2a_95(scenes, illuminance_lx, interval)?,
+        most_lost,
+        no_worse,
+        is_flat: no_worse[1] >= FLAT * no_worse[0],
+        reach_m: reach.collect::<Option<_>>()?,
+        mean_cd: light.mean_cd,
+        peak_cd: light.peak_cd,
+        luminance_cd_m2: light.luminance_cd_m2,
+    };
+    let points = tried(&regrets)?.into_iter().step_by(KEPT);
+    let point = |(l2a, most_lost)| RegretPoint {
+        illuminance_lx,
+        interval,
+        l2a,
+        most_lost,
+    };
+    Some((entry, points.map(point).collect()))
+}
