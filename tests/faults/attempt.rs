@@ -81,7 +81,9 @@ pub fn run(
         Some(Fault::SilentInput(_)) => Some((Signal::Interrupt, SILENCE)),
         _ => None,
     };
-    let (status, after_signal) = end(&mut child, begun, signal);
+    let Some((status, after_signal)) = end(&mut child, begun, signal) else {
+        panic!("{} with {fault:?} does not end", work.command);
+    };
     drop(surroundings.port);
     Outcome {
         status,
@@ -92,16 +94,16 @@ pub fn run(
     }
 }
 
-/// Waits for the end, and sends a signal before it.
+/// Waits for the end, and sends a signal before it; none where it does not come.
 fn end(
     child: &mut Child,
     begun: Instant,
     signal: Option<(Signal, Duration)>,
-) -> (ExitStatus, Option<Duration>) {
+) -> Option<(ExitStatus, Option<Duration>)> {
     let mut sent = None;
     loop {
         if let Some(status) = child.try_wait().expect("a child") {
-            return (status, sent.map(|sent: Instant| sent.elapsed()));
+            return Some((status, sent.map(|sent: Instant| sent.elapsed())));
         }
         match signal {
             Some((signal, after)) if sent.is_none() && begun.elapsed() >= after => {
@@ -113,7 +115,7 @@ fn end(
         if begun.elapsed() > FOR_EVER {
             let _ = child.kill();
             let _ = child.wait();
-            panic!("it does not end");
+            return None;
         }
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -106,11 +106,8 @@ fn tried(regrets: &[Regret]) -> Option<Vec<(f64, f64)>> {
 }
 
 fn most_lost(regrets: &[Regret], l2a: f64) -> Option<f64> {
-    let losses = regrets.iter().map(|regret| regret.loss(l2a));
-    losses
-        .collect::<Option<Vec<f64>>>()?
-        .into_iter()
-        .reduce(f64::max)
+    let mut losses = regrets.iter().map(|regret| regret.loss(l2a));
+    losses.try_fold(f64::NEG_INFINITY, |most, loss| Some(most.max(loss?)))
 }
 
 /// The range that all have in common; none where there is none.
