@@ -231,8 +231,8 @@ impl L2aTable {
         Ok(Self::of(illuminances, intervals, values))
     }
 
-    /// The table that the firmware ships with, of the camera of Do & Yoo 2020, Table 1, with noise: computed by
-    /// `vocc optimize --criterion reach` and checked in as `link/shipped_table.toml`, which says from what.
+    /// The table that the firmware ships with: the ratios that lose least of the reach for cameras of which neither the exposure nor the
+    /// detector is known, computed by `vocc table regret` and checked in as `link/shipped_table.toml`, which says from what.
     pub fn shipped() -> Self {
         Self::of(
             Vec::from_array(shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num)),

@@ -27,7 +27,8 @@ pub struct Film {
 }
 
 impl Film {
-    /// `count` frames of 1/100 s of a panel `distance_m` away that drives past, 90 symbols a second, by day, with noise.
+    /// `count` frames of 1/100 s of a panel `distance_m` away that drives past, 90 symbols a second, by day, with noise. Its ratio is the
+    /// paper's, so that what is counted does not go by the table that ships.
     pub fn draw(distance_m: f64, count: u64) -> Self {
         let speed_m_s = 1.0;
         let scene = Scene::load(
@@ -37,6 +38,7 @@ impl Film {
                 format!("camera.height_px={HEIGHT}"),
                 format!("pose.distance_m={distance_m}"),
                 format!("pose.velocity_m_s=[{speed_m_s}, 0.4, -5.0]"),
+                "link.l2a=2.08".into(),
                 "pose.x_m=-0.3".into(),
                 "pose.roll_deg=3".into(),
             ],
