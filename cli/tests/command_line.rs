@@ -481,6 +481,8 @@ fn every_preset_can_be_printed_and_planned() {
         "dusk",
         "night",
         "fog",
+        "phone",
+        "dashcam",
     ] {
         let printed = vocc(&["scene", preset]);
         let file = folder(&format!("preset-{preset}")).join("scene.toml");

@@ -12,7 +12,7 @@ pub struct Preset {
 }
 
 /// All presets, the default first.
-pub const PRESETS: [Preset; 7] = [
+pub const PRESETS: [Preset; 9] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
@@ -31,22 +31,32 @@ pub const PRESETS: [Preset; 7] = [
     Preset {
         name: "day",
         summary: "an overcast day: noise, free-running clocks, PWM dimming",
-        settings: &[DAY, ROAD],
+        settings: &[DAY, ROAD, USUAL_RATE],
     },
     Preset {
         name: "dusk",
         summary: "dusk at 500 lx: more noise, free-running clocks, PWM dimming",
-        settings: &[DUSK, ROAD],
+        settings: &[DUSK, ROAD, USUAL_RATE],
     },
     Preset {
         name: "night",
         summary: "a lit street at 50 lx: ISO 32 000, free-running clocks, PWM dimming",
-        settings: &[NIGHT, ROAD],
+        settings: &[NIGHT, ROAD, USUAL_RATE],
     },
     Preset {
         name: "fog",
         summary: "day in fog of 160 m visibility",
-        settings: &[FOG, ROAD],
+        settings: &[FOG, ROAD, USUAL_RATE],
+    },
+    Preset {
+        name: "phone",
+        summary: "day through a phone's camera: 30 frames a second, read out line by line, small pixels",
+        settings: &[PHONE, ROAD, PHONE_RATE],
+    },
+    Preset {
+        name: "dashcam",
+        summary: "day through a dash camera with a long lens: 60 frames a second, read out line by line",
+        settings: &[DASHCAM, ROAD, DASHCAM_RATE],
     },
 ];
 
@@ -231,14 +241,64 @@ transmission_at_70m = 0.27   # extinction 0.0187 per metre: 5 % contrast is left
 airlight = true
 "#;
 
+/// Sony's IMX219 in its mode of 1920 x 1080: pixels of 1.12 um, lines of 3448 cycles of 182.4 MHz (datasheet IMX219PQH5-C; imx219.c of
+/// Linux), behind the lens of Raspberry Pi's camera module 2. How many electrons such a pixel holds Sony does not say.
+const PHONE: &str = r#"
+[camera]
+focal_length_mm = 3.04       # f/2.0: Raspberry Pi's camera module 2
+pixel_pitch_um = 1.12        # Sony IMX219, 1920 x 1080 cut from its middle
+frame_rate_hz = 30
+exposure_max_s = 0.0333      # all of the frame: what a phone does by night
+f_number = 2
+iso_max = 1600
+encoding = "rec709"
+blur_sigma_px = 1
+full_well_e = 5000           # assumed: of the order of what 1.12 um hold
+readout_s = 0.0204           # 1079 lines of 18.9 us
+prnu_percent = 1
+sharpening = 0.5             # as phones do to films
+[ambient]
+illuminance_lx = 10000
+"#;
+
+const PHONE_RATE: &str = r#"[link]
+symbol_rate_hz = 27          # 0.9 of the frames
+"#;
+
+/// Sony's IMX290, a sensor of dash and street cameras: pixels of 2.9 um, 1125 lines in each of 60 frames (imx290.c of Linux).
+const DASHCAM: &str = r#"
+[camera]
+focal_length_mm = 8          # 40 degrees across; usual wide ones, of 3 to 4 mm, see half as far
+pixel_pitch_um = 2.9         # Sony IMX290
+frame_rate_hz = 60
+exposure_max_s = 0.0166
+f_number = 2
+iso_max = 6400
+encoding = "rec709"
+blur_sigma_px = 1
+full_well_e = 12000          # assumed: of the order of what 2.9 um hold
+readout_s = 0.016            # 1079 lines of 14.8 us
+prnu_percent = 1
+sharpening = 0.3
+[ambient]
+illuminance_lx = 10000
+"#;
+
+const DASHCAM_RATE: &str = r#"[link]
+symbol_rate_hz = 54          # 0.9 of the frames
+"#;
+
 /// What a road has and the paper has not: a table, PWM dimming, clocks that nobody synchronises.
 const ROAD: &str = r#"[[panel]]
 pwm_hz = 61803               # no multiple of the frame rate, so that its phase wanders
 [link]
 l2a = "table"
-symbol_rate_hz = 90
 phase = 0.3
 clock_ppm = 100
+"#;
+
+const USUAL_RATE: &str = r#"[link]
+symbol_rate_hz = 90
 "#;
 
 #[cfg(test)]
