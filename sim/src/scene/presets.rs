@@ -268,7 +268,7 @@ symbol_rate_hz = 27          # 0.9 of the frames
 /// Sony's IMX290, a sensor of dash and street cameras: pixels of 2.9 um, 1125 lines in each of 60 frames (imx290.c of Linux).
 const DASHCAM: &str = r#"
 [camera]
-focal_length_mm = 8          # 40 degrees across; usual wide ones, of 3 to 4 mm, see half as far
+focal_length_mm = 8          # 38 degrees across; usual wide ones, of 3 to 4 mm, see half as far
 pixel_pitch_um = 2.9         # Sony IMX290
 frame_rate_hz = 60
 exposure_max_s = 0.0166
