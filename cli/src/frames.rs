@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`files`] | the frames of a folder, and the numbers that their names give them |
 //! | [`film`] | the frames of a film, by ffmpeg |
+//! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
 //! | [`stream`] | grey of y4m or raw bytes |
 //! | [`colour`], [`mosaic`] | one channel of a colour picture, or of the mosaic before a sensor's colour filters |
@@ -15,6 +16,7 @@ pub mod files;
 pub mod film;
 mod mosaic;
 pub mod picture;
+pub mod stamps;
 pub mod stream;
 
 use colour::Channel;

@@ -232,6 +232,24 @@ impl<
             .map(PanelMemory::learnt)
     }
 
+    /// Says that the frames from now on were taken so many frame periods later than their numbers say: see
+    /// [`SymbolClock::set_late`](crate::symbols::SymbolClock::set_late).
+    ///
+    /// ```
+    /// use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory, ReceiverSettings};
+    /// let memory = Box::<ReceiverMemory<4096>>::default();
+    /// let mut receiver = Receiver::new(ReceiverSettings::default(), memory, NoSearch)?;
+    /// // A camera of 30 frames a second that took its 12th frame after 0.405 s.
+    /// receiver.set_late(0.405 * 30.0 - 12.0);
+    /// # Ok::<(), rx_pipeline::receiver::ReceiverError>(())
+    /// ```
+    #[cfg(feature = "time-stamps")]
+    pub fn set_late(&mut self, frames: f64) {
+        for panel in &mut self.panels {
+            panel.reader.set_late(frames);
+        }
+    }
+
     /// Goes on in regions of `size` that begin at `origin`.
     fn move_to(&mut self, origin: [u16; 2], size: (usize, usize)) {
         if self.window == (origin, size) {

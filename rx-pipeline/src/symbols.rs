@@ -21,6 +21,7 @@
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
+mod lateness;
 mod shared;
 
 use crate::detect::{Mixture, correlation};
@@ -28,6 +29,7 @@ use crate::parameters::symbols::{
     CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, EXPOSURE_USUAL, FRAMES_KEPT, OTHER_CORRELATION,
     REPEAT_CORRELATION, SURE_LLR,
 };
+use lateness::Lateness;
 use link::panel::{Llr, SoftPanel};
 
 /// One symbol, of all the frames that showed it.
@@ -77,6 +79,8 @@ pub struct SymbolClock {
     symbols_per_frame: f64,
     current: Option<Current>,
     next_index: u32,
+    /// By how many frame periods the frame at hand was taken later than its number says.
+    late: Lateness,
     /// Frames that were taken in of late, and how many of them caught two symbols.
     frames: u32,
     mixed: u32,
@@ -90,6 +94,8 @@ struct Current {
     reading: SoftPanel,
     /// Where within its symbol the last frame's exposure began, at least and at most: 0 the symbol's start, 1 its end.
     phase: (f64, f64),
+    /// By how many frame periods that frame was taken later than its number says.
+    late: Lateness,
     /// Whether no frame has shown the symbol alone yet, only the end of one that caught the symbol before it too.
     partial: bool,
 }
@@ -105,6 +111,7 @@ impl SymbolClock {
                 symbols_per_frame: symbols_per_frame.into(),
                 current: None,
                 next_index: 0,
+                late: Lateness::default(),
                 frames: 0,
                 mixed: 0,
                 is_long: false,
@@ -112,6 +119,26 @@ impl SymbolClock {
         } else {
             Err(SymbolRateError { symbols_per_frame })
         }
+    }
+
+    /// Says that the frames from now on were taken so many frame periods later than their numbers say, or earlier where that is negative:
+    /// cameras that do not keep their rate say so with each frame. What is no number is taken for 0, and what is beyond ±10⁹ for that.
+    ///
+    /// ```
+    /// use link::panel::{PanelFrame, SoftPanel};
+    /// use rx_pipeline::symbols::SymbolClock;
+    /// let shown = |bits| SoftPanel::certain(PanelFrame::from_bits(bits), 10);
+    /// let mut clock = SymbolClock::new(0.5)?;
+    /// for (frame, late, bits) in [(0, 0.0, 7 << 20), (1, 0.3, 7 << 20), (2, -0.2, 0x0123_4567_89ab_cdef)] {
+    ///     clock.set_late(late);
+    ///     clock.push(frame, &shown(bits));
+    /// }
+    /// assert_eq!(clock.flush().map(|symbol| symbol.index), Some(1));
+    /// # Ok::<(), rx_pipeline::symbols::SymbolRateError>(())
+    /// ```
+    #[cfg(feature = "time-stamps")]
+    pub fn set_late(&mut self, frames: f64) {
+        self.late = Lateness::new(frames);
     }
 
     /// Takes in the reading of frame `frame`; gives the symbol before it if it shows a new one.
@@ -127,7 +154,7 @@ impl SymbolClock {
             self.start(frame, reading, self.next_index, (-reach, 1.0));
             return None;
         };
-        let (elapsed, phase) = current.phase_at(frame, self.symbols_per_frame)?;
+        let (elapsed, phase) = current.phase_at(frame, self.late, self.symbols_per_frame)?;
         if phase.0 < 1.0
             && phase.1 + reach > 1.0
             && let Some(beginning) = shared::other(reading, &current.symbol.panel)
@@ -139,7 +166,8 @@ impl SymbolClock {
             };
             return self.change(frame, &mixture);
         }
-        if let Some((done, phase)) = current.ended_by(frame, reading, reach, self.symbols_per_frame)
+        if let Some((done, phase)) =
+            current.ended_by(frame, self.late, reading, reach, self.symbols_per_frame)
         {
             self.mixed += 1;
             let index = done.index.wrapping_add(1);
@@ -160,7 +188,7 @@ impl SymbolClock {
         // Too early for another symbol, unless frames were lost that are not counted.
         let is_another = alike < OTHER_CORRELATION && is_sure(&current.reading) && is_sure(reading);
         if may_repeat && (alike >= REPEAT_CORRELATION || must_repeat && !is_another) {
-            current.merge(frame, reading);
+            current.merge(frame, self.late, reading);
             current.phase = within(phase, (-reach, 1.0));
             return None;
         }
@@ -199,9 +227,9 @@ impl SymbolClock {
     fn change(&mut self, frame: u64, mixture: &Mixture) -> Option<Symbol> {
         let reach = self.exposure(self.is_long);
         let current = self.current.as_mut()?;
-        let (_, phase) = current.phase_at(frame, self.symbols_per_frame)?;
+        let (_, phase) = current.phase_at(frame, self.late, self.symbols_per_frame)?;
         let (advance, (earliest, latest)) = if phase.0 < 1.0 {
-            current.merge(frame, &mixture.ending);
+            current.merge(frame, self.late, &mixture.ending);
             (0.0, phase)
         } else {
             // The symbol that ends here was shown by no frame alone: nothing is known of it.
@@ -217,7 +245,7 @@ impl SymbolClock {
     /// What is known of the symbol that frame `frame` shows the end of, if it shows the end of one; nothing if it has passed.
     pub fn before(&self, frame: u64) -> SoftPanel {
         let current = self.current.as_ref().filter(|current| {
-            let phase = current.phase_at(frame, self.symbols_per_frame);
+            let phase = current.phase_at(frame, self.late, self.symbols_per_frame);
             phase.is_some_and(|(_, (earliest, _))| earliest < 1.0)
         });
         current.map_or(SoftPanel::ERASED, |current| current.symbol.panel)
@@ -283,6 +311,7 @@ impl SymbolClock {
             symbol,
             reading: *reading,
             phase,
+            late: self.late,
             partial: false,
         })
     }
@@ -291,11 +320,16 @@ impl SymbolClock {
 impl Current {
     /// Frames since the last one, and where its exposure began, counted from the start of the last one's symbol; none for a
     /// frame that is no later.
-    fn phase_at(&self, frame: u64, symbols_per_frame: f64) -> Option<(u64, (f64, f64))> {
+    fn phase_at(
+        &self,
+        frame: u64,
+        late: Lateness,
+        symbols_per_frame: f64,
+    ) -> Option<(u64, (f64, f64))> {
         let elapsed = frame
             .checked_sub(self.symbol.last_frame)
             .filter(|&elapsed| elapsed > 0)?;
-        let passed = elapsed as f64 * symbols_per_frame;
+        let passed = late.since(self.late, elapsed) * symbols_per_frame;
         let (earliest, latest) = self.phase;
         let phase = (
             earliest + passed * (1.0 - CLOCK_TOLERANCE),
@@ -309,6 +343,7 @@ impl Current {
     fn ended_by(
         &self,
         frame: u64,
+        late: Lateness,
         next: &SoftPanel,
         reach: f64,
         symbols_per_frame: f64,
@@ -321,7 +356,7 @@ impl Current {
             phase: within((1.0 - reach, 1.0), self.phase),
             ..*self
         };
-        let (_, (earliest, latest)) = shared.phase_at(frame, symbols_per_frame)?;
+        let (_, (earliest, latest)) = shared.phase_at(frame, late, symbols_per_frame)?;
         if earliest >= 2.0 {
             return None;
         }
@@ -333,11 +368,12 @@ impl Current {
         Some((done, (earliest - 1.0, latest - 1.0)))
     }
 
-    fn merge(&mut self, frame: u64, reading: &SoftPanel) {
+    fn merge(&mut self, frame: u64, late: Lateness, reading: &SoftPanel) {
         for (sum, &llr) in self.symbol.panel.0.iter_mut().zip(&reading.0) {
             *sum = sum.saturating_add(llr).max(-Llr::MAX);
         }
         self.symbol.last_frame = frame;
+        self.late = late;
         self.reading = *reading;
         self.partial = false;
     }
@@ -665,7 +701,32 @@ mod tests {
         assert!(clock.flush().is_some());
     }
 
+    /// Of frames that follow each other after so many frame periods each: which symbol each shows, and which it is counted as.
+    fn counted(symbols_per_frame: f64, start: f64, periods: &[f64]) -> Vec<(u64, u32)> {
+        let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
+        let mut time_frames = 0.0;
+        let counted = periods.iter().enumerate().map(|(frame, after)| {
+            time_frames += after;
+            let symbol = (start + time_frames * symbols_per_frame) as u64;
+            clock.set_late(time_frames - frame as f64);
+            clock.push(frame as u64, &panel(shown(symbol)));
+            (symbol, clock.current().unwrap())
+        });
+        counted.collect()
+    }
+
     proptest! {
+        #[test]
+        fn unsteady_frames_are_counted_by_their_times(
+            symbols_per_frame in 0.3f64..0.6, start in 0.0f64..1.0, periods in prop::collection::vec(0.4f64..1.6, 200),
+        ) {
+            let counted = counted(symbols_per_frame, start, &periods);
+            let first = counted[0].0;
+            for (symbol, index) in counted {
+                prop_assert_eq!(symbol - first, u64::from(index));
+            }
+        }
+
         #[test]
         fn each_symbol_comes_once_under_its_number(
             symbols_per_frame in 0.3f32..1.0, start in 0.0f64..1.0, lost in prop::collection::vec(prop::bool::weighted(0.1), 200),

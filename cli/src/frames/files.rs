@@ -5,15 +5,26 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 
 use super::film;
+use super::stamps::Stamps;
 
 /// How the names of pictures end.
 const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
 
-/// A frame's file, and when it was taken: in frames of the camera.
+/// A frame's file, and when it was taken: in frames of the camera, and by how many frame periods later than that says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
     pub path: PathBuf,
     pub number: u64,
+    pub late: f64,
+}
+
+/// Frames in the order in which they were taken.
+pub struct Frames {
+    pub files: Vec<FrameFile>,
+    /// Frames a second, as time stamps tell it.
+    pub rate: Option<f32>,
+    /// Frames that are left out because they are another time the frame before, as time stamps tell it.
+    pub doubled: usize,
 }
 
 /// The frames of folders, in the order of their names, and single files.
@@ -48,11 +59,31 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
         frames.extend(inside);
     }
     let numbers = numbers(&frames);
-    Ok(frames
-        .into_iter()
-        .zip(numbers)
-        .map(|(path, number)| FrameFile { path, number })
+    let files = frames.into_iter().zip(numbers);
+    Ok(files
+        .map(|(path, number)| FrameFile {
+            path,
+            number,
+            late: 0.0,
+        })
         .collect())
+}
+
+/// The same by the times at which the frames were taken, where a folder is all there is, and has [time stamps](super::stamps).
+pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
+    let files = of(sources)?;
+    let stamps = match sources {
+        [folder] => Stamps::in_folder(folder)?,
+        _ => None,
+    };
+    match stamps {
+        Some(stamps) => stamps.order(files.into_iter().map(|file| file.path).collect()),
+        None => Ok(Frames {
+            files,
+            rate: None,
+            doubled: 0,
+        }),
+    }
 }
 
 /// The pictures in a folder, in no order.
@@ -90,7 +121,7 @@ fn numbers(paths: &[PathBuf]) -> Vec<u64> {
 }
 
 /// The number that a name ends in.
-fn number(path: &Path) -> Option<u64> {
+pub fn number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     stem[stem.len() - digits..].parse().ok()

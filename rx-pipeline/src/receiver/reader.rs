@@ -82,6 +82,12 @@ impl Reader {
         })
     }
 
+    /// The frames from now on were taken so many frame periods later than their numbers say.
+    #[cfg(feature = "time-stamps")]
+    pub fn set_late(&mut self, frames: f64) {
+        self.clock.set_late(frames);
+    }
+
     pub fn is_following(&self) -> bool {
         self.track.is_some()
     }

@@ -16,7 +16,7 @@ use studies::detectors::DetectorChoice;
 
 use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
-use crate::frames::files::{self, FrameFile};
+use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film};
 use crate::frames::picture::PictureReader;
 use crate::frames::stream::{SIDE_MAX, Stream};
@@ -41,7 +41,8 @@ pub struct Arguments {
     /// Size of the raw frames on standard input.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
-    /// Frames a second of the camera; by default those that a film or a y4m stream tells, else 100.
+    /// Frames a second of the camera; by default those that a film or a y4m stream tells, else 100. A folder with a file timestamps.csv
+    /// (lines of a frame's name or number, a comma, and the seconds at which it was taken) is gone through by these times instead.
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
     /// Symbols a second that the transmitter shows. Where it is not told, 90 as the Pico shows, and what else is usual, is tried.
@@ -114,7 +115,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 enum Source<'a> {
     Input,
     Film(&'a Path),
-    Files(Vec<FrameFile>),
+    Files(Frames),
 }
 
 impl<'a> Source<'a> {
@@ -122,7 +123,7 @@ impl<'a> Source<'a> {
         Ok(match sources {
             [source] if source == Path::new("-") => Self::Input,
             [source] if film::is_one(source) && !source.is_dir() => Self::Film(source),
-            sources => Self::Files(files::of(sources)?),
+            sources => Self::Files(files::by_time(sources)?),
         })
     }
 
@@ -131,7 +132,7 @@ impl<'a> Source<'a> {
         match self {
             Self::Input => Vec::new(),
             Self::Film(film) => vec![film.to_path_buf()],
-            Self::Files(files) => files.iter().map(|file| file.path.clone()).collect(),
+            Self::Files(frames) => frames.files.iter().map(|file| file.path.clone()).collect(),
         }
     }
 
@@ -139,7 +140,7 @@ impl<'a> Source<'a> {
     fn frames(&self) -> Option<u64> {
         match self {
             Self::Input | Self::Film(_) => None,
-            Self::Files(files) => Some(files.len() as u64),
+            Self::Files(frames) => Some(frames.files.len() as u64),
         }
     }
 }
@@ -151,8 +152,8 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         std::fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    if let (Some(folder), Source::Files(files)) = (&arguments.show, &source) {
-        let mut folders = files.iter().filter_map(|file| file.path.parent());
+    if let (Some(folder), Source::Files(frames)) = (&arguments.show, &source) {
+        let mut folders = frames.files.iter().filter_map(|file| file.path.parent());
         ensure!(
             !folders.any(|other| outputs::is_same(other, folder)),
             "{} holds frames that are read, and pictures of them would be taken for more: name another folder",
@@ -184,7 +185,7 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
                 Err(error) => film.end().and(Err(error)),
             }
         }
-        Source::Files(files) => receive_files(reception, &files, told),
+        Source::Files(frames) => receive_files(reception, &frames, told),
     }
 }
 
@@ -217,13 +218,16 @@ fn receive_stream<const PANELS: usize>(
 /// Receives a file after the other.
 fn receive_files<const PANELS: usize>(
     mut reception: Reception<PANELS>,
-    files: &[FrameFile],
+    frames: &Frames,
     told: Told,
 ) -> anyhow::Result<Answer> {
     let stop = stop();
+    if let Some(rate) = frames.rate {
+        reception.by_stamps(rate, frames.doubled)?;
+    }
     let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut bad = 0;
-    for FrameFile { path, number } in files {
+    for FrameFile { path, number, late } in &frames.files {
         if stop.is_asked() {
             return reception.finish();
         }
@@ -243,13 +247,13 @@ fn receive_files<const PANELS: usize>(
             reception.is_deep();
         }
         let (width, height) = (image.width() as usize, image.height() as usize);
-        reception.take(*number, &Frame::new(image.as_raw(), width, height)?)?;
+        reception.take(*number, *late, &Frame::new(image.as_raw(), width, height)?)?;
     }
     let answer = reception.finish()?;
     ensure!(
         bad == 0,
         "{bad} of {} frames could not be used",
-        files.len()
+        frames.files.len()
     );
     Ok(answer)
 }

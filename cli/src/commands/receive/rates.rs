@@ -69,7 +69,8 @@ impl Trial {
         })
     }
 
-    fn take(&mut self, number: u64, detection: &Detection) -> Option<Made> {
+    fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
+        self.clock.set_late(late);
         let ended = match &detection.mixed {
             Some(mixture) => self.clock.push_mixed(number, &detection.soft, mixture),
             None => self.clock.push(number, &detection.soft),
@@ -143,11 +144,11 @@ impl Rates {
         Some(self.changes.per_frame()? * self.fps)
     }
 
-    /// Takes a reading; gives the message that becomes whole by it.
-    pub fn take(&mut self, number: u64, detection: &Detection) -> Option<Made> {
+    /// Takes the reading of a frame that was taken so many frame periods `late`; gives the message that becomes whole by it.
+    pub fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
         self.changes.take(number, detection);
         let trials = self.trials.iter_mut();
-        let made = trials.filter_map(|trial| trial.take(number, detection));
+        let made = trials.filter_map(|trial| trial.take(number, late, detection));
         let made = made.collect();
         self.choose(made)
     }

@@ -82,12 +82,27 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
 
     /// Goes by so many frames a second, unless others were told.
     pub fn by_default(&mut self, fps: f32) -> anyhow::Result<()> {
-        if self.arguments.fps.is_none() {
-            self.fps = fps;
-            self.settings.symbols_per_frame = self.arguments.rate_hz(fps) / fps;
-            receiver::<PANELS>(self.settings, (0, 0))?;
+        match self.arguments.fps {
+            None => self.go_by(fps),
+            Some(_) => Ok(()),
         }
+    }
+
+    fn go_by(&mut self, fps: f32) -> anyhow::Result<()> {
+        self.fps = fps;
+        self.settings.symbols_per_frame = self.arguments.rate_hz(fps) / fps;
+        receiver::<PANELS>(self.settings, (0, 0))?;
         Ok(())
+    }
+
+    /// Goes by the time stamps of frames, whose usual rate is `fps`, and of which so many were there twice.
+    pub fn by_stamps(&mut self, fps: f32, doubled: usize) -> anyhow::Result<()> {
+        if doubled > 0 {
+            self.report.say(&format!(
+                "{doubled} frames have the time of the frame before, and are left out"
+            ));
+        }
+        self.go_by(fps)
     }
 
     /// The frames to come have been brought to 8 bits from more.
@@ -112,11 +127,11 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
 
     /// Receives a frame that follows the one before.
     pub fn take_next(&mut self, frame: &Frame) -> anyhow::Result<()> {
-        self.take(self.next, frame)
+        self.take(self.next, 0.0, frame)
     }
 
-    /// Receives frame `number` of the camera.
-    pub fn take(&mut self, number: u64, frame: &Frame) -> anyhow::Result<()> {
+    /// Receives frame `number` of the camera, taken so many frame periods `late`.
+    pub fn take(&mut self, number: u64, late: f64, frame: &Frame) -> anyhow::Result<()> {
         self.next = number + 1;
         self.report.begin(number);
         if self.receiver.is_none() {
@@ -128,11 +143,12 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let (report, rates) = (&mut self.report, &mut self.rates);
         let (arguments, fps) = (self.arguments, self.fps);
         let mut told = Ok(());
+        receiver.set_late(late);
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
             let rates = rates[panel].get_or_insert_with(|| arguments.rates(fps));
             tell(report, panel, rates, &outcome.event, |rates| {
                 let Reading { detection, .. } = outcome.reading.as_ref().ok()?;
-                rates.take(number, detection)
+                rates.take(number, late, detection)
             });
             let symbol = rates.symbol().or(outcome.symbol);
             let done = report.frame(panel, frame, &outcome, symbol);

@@ -1,0 +1,284 @@
+//! When frames were taken: `timestamps.csv` in their folder, for cameras that do not keep their rate, drop frames or give one twice.
+//!
+//! Each line has a frame, by the name of its file or by the number that the name ends in, and the seconds at which it was taken, from
+//! whenever on; a first line of titles is passed over.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use csv::{ReaderBuilder, StringRecord, Trim};
+use sim::input;
+
+use super::files::{FrameFile, Frames, number};
+
+/// The name of the file.
+const NAME: &str = "timestamps.csv";
+/// The longest such file, in bytes: a million frames.
+const BYTES_MAX: u64 = 64 << 20;
+/// The latest that seconds may say: beyond, a number has no milliseconds left.
+const SECONDS_MAX: f64 = 1e12;
+
+/// Frames a second that time stamps may tell. Milliseconds taken for seconds are slower.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e5;
+
+/// The time stamps of a folder's frames.
+pub struct Stamps {
+    path: PathBuf,
+    /// By what stands for a frame.
+    seconds: HashMap<Key, f64>,
+}
+
+/// What stands for a frame: the name of its file, or the number that this ends in.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    Name(String),
+    Number(u64),
+}
+
+impl Key {
+    fn of(frame: &str) -> Self {
+        match frame.parse() {
+            Ok(number) => Self::Number(number),
+            Err(_) => Self::Name(frame.to_owned()),
+        }
+    }
+}
+
+impl std::fmt::Display for Key {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Name(name) => write!(f, "{name}"),
+            Self::Number(number) => write!(f, "frame {number}"),
+        }
+    }
+}
+
+impl Stamps {
+    /// Those of a folder; none where it has no such file.
+    pub fn in_folder(folder: &Path) -> anyhow::Result<Option<Self>> {
+        let path = folder.join(NAME);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let about = || format!("cannot read the time stamps {}", path.display());
+        let text = input::read_text(&path, BYTES_MAX).with_context(about)?;
+        let mut lines = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .trim(Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes());
+        let mut seconds = HashMap::new();
+        for (index, line) in lines.records().enumerate() {
+            let line = line.with_context(about)?;
+            let at = line.position().map_or(0, csv::Position::line);
+            match stamp(&line) {
+                Some((frame, time_s)) => {
+                    let twice = seconds.insert(Key::of(frame), time_s).is_some();
+                    ensure!(
+                        !twice,
+                        "{}, line {at}: {frame} has a time stamp already: take one of the two lines away",
+                        path.display()
+                    );
+                }
+                None if index == 0 => {}
+                None => bail!(
+                    "{}, line {at}: {:?} is no frame and the seconds at which it was taken, such as 00012.png,0.4004",
+                    path.display(),
+                    line.iter().collect::<Vec<_>>().join(",")
+                ),
+            }
+        }
+        Ok(Some(Self { path, seconds }))
+    }
+
+    /// The frames by their times. A frame of the same time as the one before is left out.
+    pub fn order(mut self, files: Vec<PathBuf>) -> anyhow::Result<Frames> {
+        let mut taken: Vec<(PathBuf, f64)> = Vec::new();
+        let count = files.len();
+        for path in files {
+            let time_s = self.take(&path).with_context(|| {
+                format!(
+                    "{} has no time stamp in {}: add a line for it, or take the frame away",
+                    path.display(),
+                    self.path.display()
+                )
+            })?;
+            match taken.last() {
+                Some((before, last_s)) if time_s < *last_s => bail!(
+                    "the time stamps in {} run backwards: {} was taken at {time_s} s, and {}, which comes before it, at {last_s} s; name \
+                     the frames in the order in which they were taken, or mend the stamps",
+                    self.path.display(),
+                    path.display(),
+                    before.display()
+                ),
+                Some((_, last_s)) if time_s == *last_s => {}
+                _ => taken.push((path, time_s)),
+            }
+        }
+        if let Some(frame) = self.seconds.keys().min_by_key(|frame| frame.to_string()) {
+            bail!(
+                "{} tells when {frame} was taken, and the folder has no such frame, or another line is of it too: add the frame, or take \
+                 the line away",
+                self.path.display()
+            );
+        }
+        let doubled = count - taken.len();
+        let times_s: Vec<f64> = taken.iter().map(|(_, time_s)| *time_s).collect();
+        let period_s = period_s(&times_s);
+        if let Some(rate_hz) = period_s.map(f64::recip) {
+            ensure!(
+                RATES_HZ.contains(&rate_hz),
+                "{}: {rate_hz:.3e} frames a second are not {} to {}: give the times in seconds",
+                self.path.display(),
+                RATES_HZ.start(),
+                RATES_HZ.end()
+            );
+        }
+        let places = places(&times_s, period_s.unwrap_or(1.0));
+        let files = taken.into_iter().zip(places);
+        Ok(Frames {
+            files: files
+                .map(|((path, _), (number, late))| FrameFile { path, number, late })
+                .collect(),
+            rate: period_s.map(|period_s| (1.0 / period_s) as f32),
+            doubled,
+        })
+    }
+
+    /// When a frame was taken: each is asked for once.
+    fn take(&mut self, path: &Path) -> Option<f64> {
+        let name = Key::of(path.file_name()?.to_str()?);
+        let number = || number(path).map(Key::Number);
+        let by_name = self.seconds.remove(&name);
+        by_name.or_else(|| self.seconds.remove(&number()?))
+    }
+}
+
+/// A frame's name and its seconds.
+fn stamp(line: &StringRecord) -> Option<(&str, f64)> {
+    let (frame, seconds) = (line.get(0)?, line.get(1)?);
+    let seconds = seconds.parse().ok()?;
+    (!frame.is_empty() && (-SECONDS_MAX..=SECONDS_MAX).contains(&seconds))
+        .then_some((frame, seconds))
+}
+
+/// The time from one frame to the next: that of most of them, refined by the length of all; none of fewer than two frames.
+fn period_s(times_s: &[f64]) -> Option<f64> {
+    let mut steps_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps_s.sort_by(f64::total_cmp);
+    let usual_s = *steps_s.get(steps_s.len() / 2)?;
+    let periods: f64 = steps_s
+        .iter()
+        .map(|step_s| (step_s / usual_s).round())
+        .sum();
+    let all_s: f64 = steps_s.iter().sum();
+    Some(all_s / periods.max(1.0))
+}
+
+/// Each frame's number, which rises, and by how many periods later than that it was taken.
+fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
+    let mut next = 0;
+    let from_s = times_s.first().copied().unwrap_or_default();
+    let place = |time_s: &f64| {
+        let periods = (time_s - from_s) / period_s;
+        // A cast of what is negative is 0.
+        let number = (periods.round() as u64).max(next);
+        next = number + 1;
+        (number, periods - number as f64)
+    };
+    times_s.iter().map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ordered(csv: &str, names: &[&str]) -> anyhow::Result<Frames> {
+        let folder = tempfile::tempdir()?;
+        std::fs::write(folder.path().join(NAME), csv)?;
+        let stamps = Stamps::in_folder(folder.path())?.context("there are some")?;
+        stamps.order(names.iter().map(|name| folder.path().join(name)).collect())
+    }
+
+    fn numbers(csv: &str, names: &[&str]) -> Vec<u64> {
+        let frames = ordered(csv, names).unwrap();
+        frames.files.iter().map(|file| file.number).collect()
+    }
+
+    #[test]
+    fn frames_are_named_or_numbered() {
+        let names = ["f08.png", "f09.png", "f10.png", "f13.png"];
+        let named =
+            "frame,seconds\nf08.png,5.0\nf09.png,5.1\nf10.png, 5.2\n# two were lost\nf13.png,5.5\n";
+        let numbered = "8,5.0\n9,5.1\n10,5.2\n13,5.5";
+        for csv in [named, numbered] {
+            assert_eq!(numbers(csv, &names), [0, 1, 2, 5]);
+            let rate = ordered(csv, &names).unwrap().rate.unwrap();
+            assert!((rate - 10.0).abs() < 1e-4, "{rate}");
+        }
+    }
+
+    #[test]
+    fn a_frame_of_the_same_time_is_there_twice() {
+        let frames = ordered(
+            "1,0\n2,0.04\n3,0.04\n4,0.08",
+            &["1.png", "2.png", "3.png", "4.png"],
+        );
+        let frames = frames.unwrap();
+        assert_eq!((frames.files.len(), frames.doubled), (3, 1));
+    }
+
+    #[test]
+    fn what_is_no_time_is_refused() {
+        for (csv, why) in [
+            ("1,0\n2,0.1\n3,0.05", "run backwards: "),
+            ("1,0\n2,0.1", "3.png has no time stamp"),
+            ("1,0\n2,soon\n3,0.2", "line 2: \"2,soon\" is no frame"),
+            ("1,0\n2,nan\n3,0.2", "is no frame and the seconds"),
+            ("1,0\n1,0.1\n2,0.2", "1 has a time stamp already"),
+            (
+                "1,0\n2,0.1\n3,0.2\n4,0.3",
+                "tells when frame 4 was taken, and the folder has no such frame",
+            ),
+            (
+                "1,0\n2,33.3\n3,66.7",
+                "frames a second are not 1 to 100000: give the times in seconds",
+            ),
+            ("1,0\n2,1e-300\n3,2e-300", "give the times in seconds"),
+            ("\u{0}\u{1}garbage\n\u{7}", "is no frame and the seconds"),
+        ] {
+            let error = ordered(csv, &["1.png", "2.png", "3.png"]).err().expect(csv);
+            assert!(format!("{error:#}").contains(why), "{error:#}");
+        }
+    }
+
+    #[test]
+    fn a_folder_without_them_has_none() {
+        assert!(
+            Stamps::in_folder(tempfile::tempdir().unwrap().path())
+                .unwrap()
+                .is_none()
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_rise_and_lateness_is_what_is_left(
+            steps in prop::collection::vec((1u64..4, -0.3f64..0.3), 2..100), period in 0.005f64..0.2, from in -1e6f64..1e6,
+        ) {
+            let mut number = 0;
+            let times: Vec<f64> = steps.iter().map(|(step, late)| {
+                number += step;
+                from + period * (number as f64 + late)
+            }).collect();
+            let found = places(&times, period);
+            prop_assert!(found.windows(2).all(|pair| pair[0].0 < pair[1].0));
+            for ((number, late), time) in found.iter().zip(&times) {
+                prop_assert!((*number as f64 + late - (time - times[0]) / period).abs() < 1e-6);
+            }
+        }
+    }
+}
