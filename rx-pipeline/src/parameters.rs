@@ -471,9 +471,9 @@ pub mod symbols {
     /// The correlation of two sure readings up to which they are of two symbols, however soon one follows the other: frames were lost that
     /// nobody counted. Higher: noise makes symbols; lower: one in a hundred such losses, and more, is not seen.
     pub const OTHER_CORRELATION: f32 = 0.3;
-    /// By how much the two clocks may disagree (share): two crystals of 100 ppm each. Higher: gaps are counted less
-    /// surely.
-    pub const CLOCK_TOLERANCE: f64 = 2e-4;
+    /// By how much the two clocks may disagree (share): rates that are off by 500 ppm are followed, and crystals of 100 ppm beside.
+    /// Higher: gaps are counted less surely; lower: symbols are counted twice where a film's rate is off by more.
+    pub const CLOCK_TOLERANCE: f64 = 6e-4;
     /// The longest exposure of usual cameras (share of the frame period). Higher: gaps are counted less surely, and chance is taken for two
     /// symbols more often; lower: more frames that catch two have to show that exposures are longer.
     pub const EXPOSURE_USUAL: f64 = 0.1;

@@ -701,6 +701,51 @@ mod tests {
         assert!(clock.flush().is_some());
     }
 
+    /// The first of 1500 frames of which the symbol is counted wrongly, where the rate is off by so many `ppm`. Frames that catch two
+    /// symbols show all LEDs that either has On, where LEDs are saturated; else they tell the next symbol, if it is known what ends.
+    fn miscounted(
+        symbols_per_frame: f64,
+        ppm: f64,
+        start: f64,
+        are_saturated: bool,
+    ) -> Option<u64> {
+        let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
+        let per_frame = symbols_per_frame * (1.0 + 1e-6 * ppm);
+        (0..1500).find(|&frame| {
+            let begin = start + frame as f64 * per_frame;
+            let [first, last] = [begin, begin + EXPOSURE_USUAL * per_frame].map(|at| at as u64);
+            let both = panel(shown(first) | shown(last));
+            if first == last || are_saturated {
+                clock.push(frame, &both);
+            } else if clock.before(frame).hard().bits() == shown(first) {
+                let mixture = Mixture {
+                    share: 0.5,
+                    ending: panel(shown(first)),
+                    beginning: panel(shown(last)),
+                };
+                clock.push_mixed(frame, &SoftPanel::ERASED, &mixture);
+            } else {
+                clock.push_mixed(frame, &SoftPanel::ERASED, &Mixture::INSEPARABLE);
+            }
+            first == last && clock.current().map(u64::from) != Some(first)
+        })
+    }
+
+    #[test]
+    fn rates_that_are_off_by_500_ppm_are_followed() {
+        for symbols_per_frame in [0.27, 0.35, 0.61, 0.9] {
+            for (ppm, start) in [(-500.0, 0.05), (500.0, 0.05), (-500.0, 0.35), (500.0, 0.35)] {
+                for are_saturated in [false, true] {
+                    assert_eq!(
+                        miscounted(symbols_per_frame, ppm, start, are_saturated),
+                        None,
+                        "{symbols_per_frame} {ppm} {start} {are_saturated}"
+                    );
+                }
+            }
+        }
+    }
+
     /// Of frames that follow each other after so many frame periods each: which symbol each shows, and which it is counted as.
     fn counted(symbols_per_frame: f64, start: f64, periods: &[f64]) -> Vec<(u64, u32)> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
