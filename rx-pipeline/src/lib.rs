@@ -56,6 +56,7 @@
 //! | [`features`] | a frame and the cells | AGR, GRI and NGR of each LED: for each frame |
 //! | [`detect`] | features | 64 bits, and how sure each is |
 //! | [`likelihood`] | a frame and a pose | the same, better: the bits that make the pixels likeliest |
+//! | [`pose`] | a frame, its corners and bits, and the camera's focal length | where the panel is in metres, and how sure that is |
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
@@ -106,6 +107,7 @@ mod lattice;
 pub mod likelihood;
 pub mod locate;
 pub mod parameters;
+pub mod pose;
 pub mod profile;
 pub mod receiver;
 mod spots;

@@ -13,6 +13,7 @@ mod least_squares;
 mod llr_ldpc;
 mod long_runs;
 mod nist;
+mod pose;
 mod statistics;
 mod sweeps;
 mod synthetic;

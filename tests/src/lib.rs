@@ -4,6 +4,7 @@ pub mod arguments;
 pub mod firmware;
 pub mod naive;
 pub mod offset;
+pub mod poses;
 pub mod programs;
 pub mod sightings;
 pub mod trials;

@@ -1,0 +1,389 @@
+//! Where the panel is before the camera, and how sure that is.
+//!
+//! A panel is read in pixels; with the camera's [focal length](Lens) and the [panel's size](PanelSize), they tell metres and angles.
+//! This is for those who drive by them: each number comes with the covariance that the pixels' noise gives it, and where there is no
+//! answer a [`PoseError`] says why.
+//!
+//! 1. **The image of the panel's plane**, eight numbers, is fitted to the pixels together with light, blur, noise and unequal LEDs, by
+//!    maximum likelihood, and their Fisher information with it (`pose/image_fit.rs`).
+//! 2. **The pose**, six numbers, and its two-fold ambiguity follow from the eight (`pose/planar.rs`).
+//! 3. **Its covariance** is that of all poses that explain the eight, each as likely as it is (`pose/posterior.rs`): a slope at one best
+//!    pose would say nothing of how a far panel leans.
+//!
+//! # Axes
+//!
+//! The camera's: x right, y down, z forward, in metres. The panel's: x along its rows, y down its columns, z into it; its middle is the
+//! origin. A panel that faces the camera upright has the rotation 1; others are turned by Rz(roll)·Ry(yaw)·Rx(pitch).
+//!
+//! # What it does not know
+//!
+//! The noise is that of pixels. Errors of the calibration, of the panel's size, a rolling shutter's slant and motion within the exposure
+//! are in none of the numbers; where they leave the image unlike any square lattice's, [`Pose::inflation`] says by how much it is unlike.
+
+mod cut;
+mod disc;
+mod image_fit;
+mod lens;
+mod pixels;
+mod planar;
+mod plane;
+mod posterior;
+
+pub use image_fit::PlaneFit;
+pub use lens::{Lens, LensError};
+pub use plane::PlaneImage;
+
+use link::camera::Camera;
+use link::panel::PanelFrame;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::corners::Corners;
+use crate::frame::Frame;
+use image_fit::ImageFit;
+use planar::rotation_by;
+use posterior::Posterior;
+
+/// How large a panel is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PanelSize {
+    led_diameter_m: f64,
+    pitch_m: f64,
+}
+
+/// No panel is of such a size.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PanelSizeError {
+    /// The LEDs.
+    #[error(
+        "an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure one; the usual panel's are 0.03 m wide"
+    )]
+    LedDiameter {
+        /// The diameter asked for, in metres.
+        led_diameter_m: f64,
+    },
+    /// What is between them.
+    #[error(
+        "an LED interval of {interval} is not 0 to 100: give the gap between two LEDs' edges over their diameter"
+    )]
+    Interval {
+        /// The interval asked for.
+        interval: f64,
+    },
+}
+
+impl PanelSize {
+    /// A panel of LEDs `led_diameter_m` wide (0.0001 to 10 m) with gaps of `interval` diameters between their edges (0 to 100).
+    ///
+    /// ```
+    /// use rx_pipeline::pose::PanelSize;
+    /// assert_eq!(PanelSize::new(0.03, 1.0)?.pitch_m(), 0.06);
+    /// assert!(PanelSize::new(-1.0, 1.0).is_err());
+    /// # Ok::<(), rx_pipeline::pose::PanelSizeError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PanelSizeError`] if one of them is out of its range.
+    pub fn new(led_diameter_m: f64, interval: f64) -> Result<Self, PanelSizeError> {
+        if !(1e-4..=10.0).contains(&led_diameter_m) {
+            return Err(PanelSizeError::LedDiameter { led_diameter_m });
+        }
+        if !(0.0..=100.0).contains(&interval) {
+            return Err(PanelSizeError::Interval { interval });
+        }
+        Ok(Self {
+            led_diameter_m,
+            pitch_m: (1.0 + interval) * led_diameter_m,
+        })
+    }
+
+    /// From the middle of one LED to that of the next, in metres.
+    pub fn pitch_m(&self) -> f64 {
+        self.pitch_m
+    }
+
+    /// From the panel's middle to its outer line of LEDs, in metres.
+    pub fn half_side_m(&self) -> f64 {
+        3.5 * self.pitch_m
+    }
+}
+
+/// Why a pose is not known.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PoseError {
+    /// The panel is not in the frame with enough pixels.
+    #[error("the panel is not whole in the frame: aim the camera, or use a larger region")]
+    OutsideFrame,
+    /// There is no memory for its pixels.
+    #[error(
+        "the panel's surroundings of {width} × {height} pixels are more than the {capacity} that there is memory for"
+    )]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// The estimator's `PIXELS`.
+        capacity: usize,
+    },
+    /// The lens's formula sees the panel from no direction.
+    #[error(
+        "by the camera's distortion no light falls where the panel is seen: check the calibration"
+    )]
+    NoRay,
+    /// The pixels do not tell all numbers.
+    #[error("the pixels do not tell it: too little contrast, or a panel too small or seen edge on")]
+    Singular,
+    /// The fit found no end.
+    #[error(
+        "the fit has not settled in {rounds} rounds: the pixels are not those of a panel there"
+    )]
+    NotSettled {
+        /// Rounds of the fit.
+        rounds: usize,
+    },
+    /// The fit went elsewhere.
+    #[error(
+        "the fit has moved {off_pitches:.1} LED pitches away: the pixels are not those of a panel there"
+    )]
+    Elsewhere {
+        /// How far, in pitches.
+        off_pitches: f64,
+    },
+    /// The blur is beyond what is fitted.
+    #[error(
+        "the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px"
+    )]
+    Blur,
+}
+
+/// Where a panel is, and how sure that is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The panel's middle before the camera, in metres: x right, y down, z forward.
+    pub translation_m: [f64; 3],
+    /// Rows of the matrix that takes the panel's axes to the camera's: the mean of all that are likely.
+    pub rotation: [[f64; 3]; 3],
+    /// Covariance of the translation (m) and of the rotation vector (rad): true = exp(vector)·`rotation`, about the camera's axes.
+    pub covariance: [[f64; 6]; 6],
+    /// The two solutions that the image of a plane allows, the likelier first.
+    pub solutions: [Solution; 2],
+    /// By how much covariances are larger than noise alone would make them, since the image is unlike a square lattice's: 1 if it is like.
+    pub inflation: f64,
+}
+
+/// One of two solutions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// Rows of the matrix that takes the panel's axes to the camera's.
+    pub rotation: [[f64; 3]; 3],
+    /// Its range in metres.
+    pub range_m: f64,
+    /// How probable it is: the two add up to 1.
+    pub probability: f64,
+}
+
+/// A number and its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+}
+
+/// A pose in the numbers that people speak of; angles in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseNumbers {
+    /// From the camera to the panel's middle, in metres.
+    pub range_m: Known,
+    /// To the right of the optical axis.
+    pub azimuth: Known,
+    /// Above it.
+    pub elevation: Known,
+    /// Turn about the axis z, clockwise as the camera sees it.
+    pub roll: Known,
+    /// Turn about the axis y: where it is positive, the panel's right side is the nearer one.
+    pub yaw: Known,
+    /// Turn about the axis x.
+    pub pitch: Known,
+}
+
+impl Pose {
+    /// The pose of a square of `half_side_m` metres whose image was measured.
+    ///
+    /// ```
+    /// use rx_pipeline::pose::{PlaneFit, PlaneImage, Pose, PoseMemory};
+    /// // A square of 0.42 m at 10 m, measured to a tenth of a milliradian.
+    /// let image = PlaneImage { centre: [0.0; 2], column: [0.021, 0.0], row: [0.0, 0.021], tilt: [0.0; 2] };
+    /// let information = core::array::from_fn(|i| core::array::from_fn(|j| if i == j { 1e8 } else { 0.0 }));
+    /// let pose = Pose::of_image(&PlaneFit { image, information }, 0.21, &mut Box::default())?;
+    /// assert!((pose.numbers().range_m.value - 10.0).abs() < 3.0 * pose.numbers().range_m.sigma);
+    /// # Ok::<(), rx_pipeline::pose::PoseError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PoseError::Singular`] if the information does not tell all numbers.
+    pub fn of_image(
+        fit: &PlaneFit,
+        half_side_m: f64,
+        memory: &mut PoseMemory,
+    ) -> Result<Self, PoseError> {
+        memory.0.pose(fit, half_side_m)
+    }
+
+    /// Range, bearing and angles with their standard deviations.
+    pub fn numbers(&self) -> PoseNumbers {
+        const STEP: f64 = 1e-6;
+        let translation = Vector3::from(self.translation_m);
+        let rotation = Matrix3::from_fn(|i, j| self.rotation[i][j]);
+        let covariance = SMatrix::<f64, 6, 6>::from_fn(|i, j| self.covariance[i][j]);
+        let moved = |number: usize, by: f64| {
+            let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+            if number < 3 {
+                shift[number] = by
+            } else {
+                turn[number - 3] = by
+            }
+            values(&(translation + shift), &(rotation_by(&turn) * rotation))
+        };
+        let slopes: [[f64; 6]; 6] = core::array::from_fn(|number| {
+            let (ahead, behind) = (moved(number, STEP), moved(number, -STEP));
+            core::array::from_fn(|i| (ahead[i] - behind[i]) / (2.0 * STEP))
+        });
+        let here = values(&translation, &rotation);
+        let [range_m, azimuth, elevation, roll, yaw, pitch] = core::array::from_fn(|i| {
+            let slope = SVector::<f64, 6>::from_fn(|number, _| slopes[number][i]);
+            let variance = (slope.transpose() * covariance * slope).x;
+            Known {
+                value: here[i],
+                sigma: libm::sqrt(variance.max(0.0)),
+            }
+        });
+        PoseNumbers {
+            range_m,
+            azimuth,
+            elevation,
+            roll,
+            yaw,
+            pitch,
+        }
+    }
+}
+
+impl Solution {
+    /// Roll, yaw and pitch in radians.
+    pub fn angles(&self) -> [f64; 3] {
+        let rotation = Matrix3::from_fn(|i, j| self.rotation[i][j]);
+        let [.., roll, yaw, pitch] = values(&Vector3::z(), &rotation);
+        [roll, yaw, pitch]
+    }
+}
+
+/// Range, azimuth, elevation, roll, yaw and pitch.
+fn values(translation: &Vector3<f64>, rotation: &Matrix3<f64>) -> [f64; 6] {
+    let [x, y, z] = translation.data.0[0];
+    [
+        translation.norm(),
+        libm::atan2(x, z),
+        libm::atan2(-y, libm::hypot(x, z)),
+        libm::atan2(rotation.m21, rotation.m11),
+        libm::atan2(-rotation.m31, libm::hypot(rotation.m11, rotation.m21)),
+        libm::atan2(rotation.m32, rotation.m33),
+    ]
+}
+
+/// Room for all poses that are weighed against each other, 0.5 MB.
+pub struct PoseMemory(Posterior);
+
+impl Default for PoseMemory {
+    fn default() -> Self {
+        Self(Posterior::EMPTY)
+    }
+}
+
+/// What a panel's pose is measured in: about 1.2 MB with `16384` pixels, which any panel fits in, as near ones are seen in larger ones.
+///
+/// ```
+/// use link::camera::Camera;
+/// use link::panel::PanelFrame;
+/// use rx_pipeline::{corners::Corners, frame::Frame};
+/// use rx_pipeline::pose::{Lens, PanelSize, PoseEstimator};
+/// // 96 × 96 pixels of a panel before grey, a spot of light where an LED is On.
+/// let bits = PanelFrame::from_bits(0x9a3c_5e71_0f96_c3a5);
+/// let corners = Corners::new([[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]])?;
+/// let mut light = vec![1.0; 96 * 96];
+/// for led in (0..64).filter(|&led| bits.led(led)) {
+///     let [x, y] = corners.homography().to_image([(led % 8) as f64, (led / 8) as f64]);
+///     for (i, light) in light.iter_mut().enumerate() {
+///         let square = ((i % 96) as f64 - x).powi(2) + ((i / 96) as f64 - y).powi(2);
+///         *light += 2.0 * (-square / 5.0).exp();
+///     }
+/// }
+/// let pixels: Vec<u8> = light.iter().map(|light: &f64| (118.0 * light.powf(1.0 / 2.2)).round() as u8).collect();
+/// let lens = Lens::pinhole(3636.0, [96, 96]);
+/// let mut estimator = Box::new(PoseEstimator::<16384>::new());
+/// let frame = Frame::new(&pixels, 96, 96)?;
+/// let pose = estimator.pose(&frame, &corners, bits, &Camera::default(), &lens, PanelSize::new(0.03, 1.0)?)?;
+/// // Pitches of 60 mm are seen 4.5 px apart.
+/// let range_m = pose.numbers().range_m;
+/// assert!((range_m.value - 3636.0 * 0.06 / 4.5).abs() < 4.0 * range_m.sigma && range_m.sigma < 0.2);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub struct PoseEstimator<const PIXELS: usize> {
+    fit: ImageFit<PIXELS>,
+    posterior: Posterior,
+}
+
+impl<const PIXELS: usize> Default for PoseEstimator<PIXELS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const PIXELS: usize> PoseEstimator<PIXELS> {
+    /// Its memory.
+    pub const fn new() -> Self {
+        Self {
+            fit: ImageFit::EMPTY,
+            posterior: Posterior::EMPTY,
+        }
+    }
+
+    /// The pose of the panel that was read in a frame at `corners`, to half a pitch, and shows `bits`. Wrong bits make it less sure, not
+    /// wrong.
+    ///
+    /// `camera` is what is known of the pixels' encoding and of the blur, where the fit begins, `lens` how directions become pixels.
+    ///
+    /// # Errors
+    /// [`PoseError`] says why a pose is not known.
+    pub fn pose(
+        &mut self,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        bits: PanelFrame,
+        camera: &Camera,
+        lens: &Lens,
+        panel: PanelSize,
+    ) -> Result<Pose, PoseError> {
+        let fit = self.image(frame, corners, bits, camera, lens, panel)?;
+        self.posterior.pose(&fit, panel.half_side_m())
+    }
+
+    /// What the frame tells of the image of the panel's plane, from which [`PoseEstimator::pose`] follows.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn image(
+        &mut self,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        bits: PanelFrame,
+        camera: &Camera,
+        lens: &Lens,
+        panel: PanelSize,
+    ) -> Result<PlaneFit, PoseError> {
+        self.fit.fit(frame, corners, bits, camera, lens, panel)
+    }
+}

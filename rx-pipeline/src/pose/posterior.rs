@@ -1,0 +1,305 @@
+//! All poses that the image of a plane allows, each as likely as it is: their mean and covariance.
+//!
+//! A panel that is far off, or nearly faces the camera, tells little of how it leans: its image changes by the cosine, and hardly at all
+//! between one lean and its opposite. A covariance by the slope at one best pose is wrong there by any factor. So what is likely of the
+//! lean is integrated over the sphere of directions, on a grid as fine as it is narrow; the other four numbers are linear to the precision
+//! of the measurement, and are integrated in closed form (Laplace). The covariance is that of the whole: where both leans are possible, it
+//! holds both. With a normal as likely in one direction as in another beforehand, mean errors are then what the covariance says (the
+//! posterior's own property), at any range.
+
+use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
+
+use super::planar::{EDGE_ON, Matrix4, View, rotation_by, rotation_vector};
+use super::plane::{Matrix8, Vector8};
+use super::{PlaneFit, Pose, PoseError, Solution};
+
+/// Places along one side of a grid.
+const SIDE: usize = 33;
+/// Places of both grids.
+const NODES: usize = 2 * SIDE * SIDE;
+/// By how much (of log-likelihood) a place is worse than the best that does not count.
+const NEGLIGIBLE: f64 = 18.0;
+/// The most that half the squared misfit of a square lattice to a plane's image is by chance: 1 of 1000 exceed it.
+const MISFIT: f64 = 6.9;
+
+/// A place of the grid.
+#[derive(Clone, Copy)]
+struct Node {
+    view: View,
+    /// Covariance of centre and size for this lean.
+    spread: Matrix4,
+    /// Logarithm of the weight.
+    weight: f64,
+}
+
+impl Node {
+    const NONE: Self = Self {
+        view: View {
+            centre: [0.0; 2],
+            size: [0.0; 2],
+            lean: [0.0; 2],
+        },
+        spread: Matrix4::from_array_storage(ArrayStorage([[0.0; 4]; 4])),
+        weight: 0.0,
+    };
+}
+
+/// Room for the poses that are looked at: 0.5 MB.
+pub(super) struct Posterior {
+    nodes: [Node; NODES],
+    count: usize,
+}
+
+/// A part of all leans: a parallelogram.
+struct Area {
+    middle: Vector2<f64>,
+    /// Half its sides.
+    sides: [Vector2<f64>; 2],
+    view: View,
+}
+
+impl Posterior {
+    pub const EMPTY: Self = Self {
+        nodes: [Node::NONE; NODES],
+        count: 0,
+    };
+
+    /// The pose of a square of `half_side_m`, whose image was measured with such information.
+    pub fn pose(&mut self, fit: &PlaneFit, half_side_m: f64) -> Result<Pose, PoseError> {
+        let seen = fit.image.vector();
+        let information = Matrix8::from_fn(|i, j| fit.information[i][j]);
+        let modes = View::both(&fit.image).map(|start| start.settled(&seen, &information));
+        let least = modes[0].1.min(modes[1].1);
+        if !least.is_finite() {
+            return Err(PoseError::Singular);
+        }
+        // A misfit beyond chance is of something else than noise, which is then taken to have as large a part in all.
+        let misfit = (least / MISFIT).max(1.0);
+        let inflation = if misfit > 1.0 { least } else { 1.0 };
+        let information = information / inflation;
+        self.count = 0;
+        let face_on = View {
+            lean: [0.0; 2],
+            ..modes[0].0
+        }
+        .for_lean(&seen, &information)
+        .0;
+        let apart = face_on.cost(&seen, &information) - least / inflation;
+        let look = Look {
+            seen: &seen,
+            information: &information,
+            least: least / inflation,
+        };
+        if apart < NEGLIGIBLE {
+            let area = look.around_both(&modes.map(|(view, ..)| view), face_on);
+            self.fill(&look, &area);
+        } else {
+            for (view, cost, spread) in &modes {
+                if (cost - least) / inflation < NEGLIGIBLE {
+                    let area = look.around(*view, spread * inflation);
+                    self.fill(&look, &area);
+                }
+            }
+        }
+        self.summary(half_side_m, modes.map(|(view, ..)| view), inflation)
+    }
+
+    fn fill(&mut self, look: &Look<'_>, area: &Area) {
+        let half = (SIDE / 2) as f64;
+        let cell =
+            (area.sides[0].perp(&area.sides[1]).abs() / (half * half)).max(f64::MIN_POSITIVE);
+        for place in 0..SIDE * SIDE {
+            let steps = [place % SIDE, place / SIDE].map(|i| (i as f64 - half) / half);
+            let lean = area.middle + area.sides[0] * steps[0] + area.sides[1] * steps[1];
+            if lean.norm() >= EDGE_ON {
+                continue;
+            }
+            let start = View {
+                lean: [lean.x, lean.y],
+                ..area.view
+            };
+            let (view, curvature) = start.for_lean(look.seen, look.information);
+            let worse = view.cost(look.seen, look.information) - look.least;
+            let Some(spread) = curvature.cholesky() else {
+                continue;
+            };
+            if worse.is_nan() || worse > 2.0 * NEGLIGIBLE || self.count == NODES {
+                continue;
+            }
+            let weight = libm::log(cell) - worse - 0.5 * libm::log(spread.determinant());
+            self.nodes[self.count] = Node {
+                view,
+                spread: spread.inverse(),
+                weight,
+            };
+            self.count += 1;
+        }
+    }
+
+    /// Mean and covariance of all, and the share of each of the two solutions.
+    fn summary(
+        &mut self,
+        half_side_m: f64,
+        modes: [View; 2],
+        inflation: f64,
+    ) -> Result<Pose, PoseError> {
+        let nodes = &mut self.nodes[..self.count];
+        let most = nodes
+            .iter()
+            .fold(f64::NEG_INFINITY, |most, node| most.max(node.weight));
+        if !most.is_finite() {
+            return Err(PoseError::Singular);
+        }
+        let (mut total, mut shares, mut mean) = (0.0, [0.0; 2], Vector3::zeros());
+        for node in nodes.iter_mut() {
+            node.weight = libm::exp(node.weight - most);
+            let off = modes.map(|mode| {
+                libm::hypot(
+                    node.view.lean[0] - mode.lean[0],
+                    node.view.lean[1] - mode.lean[1],
+                )
+            });
+            total += node.weight;
+            shares[usize::from(off[1] < off[0])] += node.weight;
+            mean += node.view.translation_m(half_side_m) * node.weight;
+        }
+        let translation = mean / total;
+        let best = usize::from(shares[1] > shares[0]);
+        let rotation = mean_rotation(nodes, modes[best].rotation(), total);
+        let mut covariance = SMatrix::<f64, 6, 6>::zeros();
+        for node in nodes.iter() {
+            let shift = node.view.translation_m(half_side_m) - translation;
+            let turn = rotation_vector(&(node.view.rotation() * rotation.transpose()));
+            let off = SVector::<f64, 6>::from([shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]);
+            let moves = node.view.moves(half_side_m);
+            let within = moves * node.spread * moves.transpose();
+            covariance += (off * off.transpose() + within) * (node.weight / total);
+        }
+        if covariance.iter().any(|c| !c.is_finite()) {
+            return Err(PoseError::Singular);
+        }
+        let solutions = [best, 1 - best].map(|i| Solution {
+            rotation: rows(&modes[i].rotation()),
+            range_m: half_side_m / modes[i].nearness(),
+            probability: shares[i] / total,
+        });
+        Ok(Pose {
+            translation_m: translation.data.0[0],
+            rotation: rows(&rotation),
+            covariance: covariance.transpose().data.0,
+            solutions,
+            inflation,
+        })
+    }
+}
+
+/// What poses are held against.
+struct Look<'a> {
+    seen: &'a Vector8,
+    information: &'a Matrix8,
+    /// Cost of the best.
+    least: f64,
+}
+
+impl Look<'_> {
+    fn worse(&self, near: &View, lean: Vector2<f64>) -> f64 {
+        let start = View {
+            lean: [lean.x, lean.y],
+            ..*near
+        };
+        let (view, _) = start.for_lean(self.seen, self.information);
+        let cost = view.cost(self.seen, self.information);
+        if cost.is_nan() {
+            f64::INFINITY
+        } else {
+            cost - self.least
+        }
+    }
+
+    /// How far along `side` poses still count, in its lengths, not beyond edge on.
+    fn reach(&self, near: &View, from: Vector2<f64>, side: Vector2<f64>) -> f64 {
+        const GROWTH: f64 = 1.25;
+        let mut reach = 1.0;
+        // A hundred steps lead from any place beyond edge on.
+        for _ in 0..100 {
+            let there = from + side * reach;
+            if there.norm() >= EDGE_ON || self.worse(near, there) > NEGLIGIBLE {
+                break;
+            }
+            reach *= GROWTH;
+        }
+        reach
+    }
+
+    /// Where leans near one solution count.
+    fn around(&self, view: View, spread: Matrix2<f64>) -> Area {
+        let from = Vector2::from(view.lean);
+        let own = spread.symmetric_eigen();
+        let mut middle = from;
+        let sides = [0, 1].map(|i| {
+            let deviation = libm::sqrt(own.eigenvalues[i].max(1e-30)).min(EDGE_ON);
+            let side = own.eigenvectors.column(i) * deviation;
+            let (ahead, behind) = (
+                self.reach(&view, from, side),
+                self.reach(&view, from, -side),
+            );
+            middle += side * ((ahead - behind) / 2.0);
+            side * ((ahead + behind) / 2.0)
+        });
+        Area {
+            middle,
+            sides,
+            view,
+        }
+    }
+
+    /// Where leans count that reach from one solution to its opposite.
+    fn around_both(&self, modes: &[View; 2], face_on: View) -> Area {
+        const SMALL: f64 = 1e-4;
+        let between = (Vector2::from(modes[0].lean) - Vector2::from(modes[1].lean)) / 2.0;
+        let along = if between.norm() > SMALL {
+            between.normalize()
+        } else {
+            Vector2::x()
+        };
+        let across = Vector2::new(-along.y, along.x);
+        let mut middle = Vector2::zeros();
+        let sides = [along, across].map(|direction| {
+            let side = direction * SMALL;
+            let ends = [1.0, -1.0].map(|sign| {
+                let starts = modes
+                    .iter()
+                    .chain([&face_on])
+                    .map(|view| Vector2::from(view.lean));
+                let end = |from: Vector2<f64>| {
+                    sign * from.dot(&direction) + SMALL * self.reach(&face_on, from, side * sign)
+                };
+                starts.map(end).fold(0.0, f64::max)
+            });
+            middle += direction * ((ends[0] - ends[1]) / 2.0);
+            direction * ((ends[0] + ends[1]) / 2.0)
+        });
+        Area {
+            middle,
+            sides,
+            view: face_on,
+        }
+    }
+}
+
+/// The rotation from which the others deviate by nothing on average.
+fn mean_rotation(nodes: &[Node], start: Matrix3<f64>, total: f64) -> Matrix3<f64> {
+    const ROUNDS: usize = 4;
+    let mut mean = start;
+    for _ in 0..ROUNDS {
+        let turns = nodes
+            .iter()
+            .map(|node| rotation_vector(&(node.view.rotation() * mean.transpose())) * node.weight);
+        mean = rotation_by(&(turns.sum::<Vector3<f64>>() / total)) * mean;
+    }
+    mean
+}
+
+fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    matrix.transpose().data.0
+}

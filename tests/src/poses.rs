@@ -1,0 +1,229 @@
+//! Panels in random poses: how far what is measured of them is from the truth, in metres and in standard deviations.
+
+use glam::{DMat3, DVec3};
+use link::panel::PanelFrame;
+use nalgebra::{Cholesky, Matrix6, SMatrix, SVector, Vector6};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::pose::{Lens, PanelSize, PlaneImage, Pose, PoseError, PoseEstimator, PoseMemory};
+use sim::accuracy::Level;
+use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
+use sim::road::camera_of;
+use sim::scene::Scene;
+
+/// The LEDs differ by this share of their light (standard deviation).
+const LED_SPREAD: f64 = 0.03;
+
+/// Which poses are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Range {
+    /// The scene's preset.
+    pub preset: &'static str,
+    /// Least and most distance.
+    pub distance_m: [f64; 2],
+    /// The most that a panel is turned about the upright and the level axis, to either side.
+    pub turned_deg: f64,
+}
+
+/// Where a panel is, and how it is turned.
+pub type Truth = (DVec3, DMat3);
+
+/// A panel's true pose and what was measured.
+pub struct Trial {
+    /// The true pose.
+    pub truth: Truth,
+    /// What was measured.
+    pub pose: Pose,
+    /// The least standard deviation that any unbiased estimate of the range from these pixels has (Cramér 1946; Rao 1945): at the true
+    /// pose, whichever it is.
+    pub range_bound_m: f64,
+}
+
+/// Pixels that a panel is measured in.
+type Estimator = PoseEstimator<16384>;
+
+/// What trials are made with.
+pub struct Trials {
+    range: Range,
+    estimator: Box<Estimator>,
+    memory: Box<PoseMemory>,
+}
+
+impl Trials {
+    /// For poses of a range.
+    pub fn new(range: Range) -> Self {
+        Self {
+            range,
+            estimator: Box::new(Estimator::new()),
+            memory: Box::default(),
+        }
+    }
+
+    /// Draws pose `seed`, films it and measures it, from corners that are up to 0.2 px off.
+    ///
+    /// # Panics
+    /// When no such panel can be seen: then the range is wrong.
+    pub fn draw(&mut self, seed: u64) -> Result<Trial, PoseError> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let Range {
+            preset,
+            distance_m: [near, far],
+            turned_deg,
+        } = self.range;
+        let distance_m = random.random_range(near..=far);
+        let mut turn = |most: f64| random.random_range(-most..=most);
+        let (yaw, pitch, roll) = (turn(turned_deg), turn(turned_deg), turn(15.0));
+        let focal_px = 25e-3 / 6.875e-6;
+        let (x, y) = (
+            turn(4.0) * distance_m / focal_px,
+            turn(4.0) * distance_m / focal_px,
+        );
+        let side = (2.0 * (0.48 * focal_px / distance_m / 2.0 + 16.0) * 1.3) as usize;
+        let scene = Scene::load(
+            preset,
+            &[
+                format!("camera.width_px={side}"),
+                format!("camera.height_px={side}"),
+                format!("pose.distance_m={distance_m}"),
+                format!("pose.x_m={x}"),
+                format!("pose.y_m={y}"),
+                format!("pose.yaw_deg={yaw}"),
+                format!("pose.pitch_deg={pitch}"),
+                format!("pose.roll_deg={roll}"),
+                format!("panel.led_spread={LED_SPREAD}"),
+                format!("panel.seed={seed}"),
+            ],
+        )
+        .expect("keys of a scene");
+        let renderer = Renderer::new(&scene, Level::Fine).expect("a panel in sight");
+        let mut canvas = Canvas::new(renderer.lit_region());
+        let mut pixels = vec![0; side * side];
+        let bits = PanelFrame::from_bits(random.next_u64());
+        let moment = renderer.moment(0);
+        renderer.frame(
+            seed,
+            &moment,
+            &[renderer.steady(0, bits)],
+            &mut canvas,
+            &mut pixels,
+        );
+        let corners = renderer
+            .corner_leds_px(0)
+            .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
+        let corners = Corners::new(corners).expect("a panel's corners");
+        let lens = Lens::pinhole(focal_px, [side; 2]);
+        let frame = Frame::new(&pixels, side, side).expect("a frame");
+        let panel = PanelSize::new(0.03, 1.0).expect("a panel's size");
+        let fit = self
+            .estimator
+            .image(&frame, &corners, bits, &camera_of(&scene), &lens, panel)?;
+        let pose = Pose::of_image(&fit, panel.half_side_m(), &mut self.memory)?;
+        let rotation = DMat3::from_rotation_z(roll.to_radians())
+            * DMat3::from_rotation_y(yaw.to_radians())
+            * DMat3::from_rotation_x(pitch.to_radians());
+        let truth = (DVec3::new(x, y, distance_m), rotation);
+        let range_bound_m = range_bound_m(truth, &fit.information, panel.half_side_m());
+        Ok(Trial {
+            truth,
+            pose,
+            range_bound_m,
+        })
+    }
+}
+
+impl Trial {
+    /// Error of the range, in metres.
+    pub fn range_error_m(&self) -> f64 {
+        self.pose.numbers().range_m.value - self.truth.0.length()
+    }
+
+    /// Errors of translation and rotation vector.
+    pub fn error(&self) -> [f64; 6] {
+        error(self.truth, &self.pose)
+    }
+
+    /// The error in standard deviations, squared.
+    pub fn nees(&self) -> f64 {
+        nees(self.truth, &self.pose)
+    }
+}
+
+/// Errors of a pose's translation and rotation vector.
+pub fn error((place, rotation): Truth, pose: &Pose) -> [f64; 6] {
+    let shift = place - DVec3::from_array(pose.translation_m);
+    let measured = DMat3::from_cols_array_2d(&pose.rotation).transpose();
+    let turn = glam::DQuat::from_mat3(&(rotation * measured.transpose())).to_scaled_axis();
+    let turn = if turn.length() > std::f64::consts::PI {
+        turn - turn.normalize() * std::f64::consts::TAU
+    } else {
+        turn
+    };
+    [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
+}
+
+/// The normalised estimation error squared: error by inverse covariance by error (Bar-Shalom, Li & Kirubarajan 2001, section 5.4). On
+/// average 6 where the covariance is that of the errors.
+///
+/// # Panics
+/// When the covariance is none.
+pub fn nees(truth: Truth, pose: &Pose) -> f64 {
+    let error = Vector6::from(error(truth, pose));
+    error.dot(&solved(Matrix6::from(pose.covariance), &error))
+}
+
+/// The bound of the range at a true pose, from the information of the image.
+fn range_bound_m(truth: Truth, information: &[[f64; 8]; 8], half_side_m: f64) -> f64 {
+    let (translation, rotation) = truth;
+    let steps: [f64; 6] = std::array::from_fn(|i| if i < 3 { 1e-6 * translation.z } else { 1e-6 });
+    let slopes = SMatrix::<f64, 8, 6>::from_columns(&std::array::from_fn::<_, 6, _>(|number| {
+        let moved = |by: f64| {
+            let mut step = [0.0; 6];
+            step[number] = by;
+            let turn = DMat3::from_rotation_x(step[3])
+                * DMat3::from_rotation_y(step[4])
+                * DMat3::from_rotation_z(step[5]);
+            let moved = (translation + DVec3::from_slice(&step[..3]), turn * rotation);
+            let PlaneImage {
+                centre: [a, b],
+                column: [c, d],
+                row: [e, f],
+                tilt: [g, h],
+            } = image_of(moved, half_side_m);
+            SVector::<f64, 8>::from([a, b, c, d, e, f, g, h])
+        };
+        (moved(steps[number]) - moved(-steps[number])) / (2.0 * steps[number])
+    }));
+    let normal = slopes.transpose() * SMatrix::<f64, 8, 8>::from(*information) * slopes;
+    let along = translation.normalize();
+    let direction = Vector6::new(along.x, along.y, along.z, 0.0, 0.0, 0.0);
+    direction.dot(&solved(normal, &direction)).sqrt()
+}
+
+/// The image of a square's plane, by its definition.
+pub fn image_of((translation, rotation): Truth, half_side_m: f64) -> PlaneImage {
+    let centre = translation.truncate() / translation.z;
+    let side = |axis: DVec3| {
+        let axis = axis * half_side_m / translation.z;
+        ((axis.truncate() - centre * axis.z).to_array(), axis.z)
+    };
+    let ((column, right), (row, down)) = (side(rotation.x_axis), side(rotation.y_axis));
+    PlaneImage {
+        centre: centre.to_array(),
+        column,
+        row,
+        tilt: [right, down],
+    }
+}
+
+/// Solves symmetric equations in units of the unknowns' own size, so that metres and radians are alike.
+fn solved(matrix: Matrix6<f64>, right: &Vector6<f64>) -> Vector6<f64> {
+    let size = matrix.diagonal().map(|c| c.sqrt().recip());
+    let scaled = matrix.component_mul(&(size * size.transpose()));
+    let solved = Cholesky::new(scaled)
+        .expect("a covariance")
+        .solve(&right.component_mul(&size));
+    solved.component_mul(&size)
+}
