@@ -9,6 +9,7 @@
 //! 2. **The pose**, six numbers, and its two-fold ambiguity follow from the eight (`pose/planar.rs`).
 //! 3. **Its covariance** is that of all poses that explain the eight, each as likely as it is (`pose/posterior.rs`): a slope at one best
 //!    pose would say nothing of how a far panel leans.
+//! 4. **How fast it comes nearer** follows from its poses in successive frames ([`Closing`]).
 //!
 //! # Axes
 //!
@@ -20,6 +21,7 @@
 //! The noise is that of pixels. Errors of the calibration, of the panel's size, a rolling shutter's slant and motion within the exposure
 //! are in none of the numbers; where they leave the image unlike any square lattice's, [`Pose::inflation`] says by how much it is unlike.
 
+mod closing;
 mod cut;
 mod disc;
 mod image_fit;
@@ -29,6 +31,7 @@ mod planar;
 mod plane;
 mod posterior;
 
+pub use closing::{Closing, WANDER_M_S};
 pub use image_fit::PlaneFit;
 pub use lens::{Lens, LensError};
 pub use plane::PlaneImage;
