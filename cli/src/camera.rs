@@ -11,7 +11,17 @@
 //! channel = "brightest"        # how pixels are to be taken: see `frames`
 //! bayer = "RGGB"
 //! depth = 12
+//! focal_px = 3636.4            # or [along x, along y], or focal_length_mm and pixel_pitch_um: for the panel's pose
+//! principal_px = [959.5, 539.5]   # the pixel on the optical axis; the middle of the frame where it is left out
+//! distortion = [-0.1, 0.0]     # k1, k2, p1, p2, k3, k4, k5, k6, or the first of them, as in OpenCV
 //! ```
+//!
+//! or is OpenCV's own calibration: see [`calibration`].
+
+mod calibration;
+
+pub use calibration::Calibration;
+use calibration::{Focal, Keys};
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -33,8 +43,8 @@ const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 /// Options that tell of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct CameraArguments {
-    /// What is known of the camera, as `vocc receive --save-camera` writes it; the options below overrule it. All are hints: the
-    /// receiver learns the rest.
+    /// What is known of the camera, as `vocc receive --save-camera` writes it, or OpenCV's or ROS's calibration in YAML; the options below
+    /// overrule it. All are hints, the receiver learns the rest; only focal_px, for the panel's pose, has to be told.
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
     /// The camera's encoding: linear, srgb, rec709, or gamma's number from 1 to 4. A hint, where learning begins.
@@ -60,6 +70,12 @@ struct File {
     channel: Option<Channel>,
     bayer: Option<Bayer>,
     depth: Option<u8>,
+    /// Focal length in pixels: one, or along x and along y.
+    focal_px: Option<Focal>,
+    focal_length_mm: Option<f64>,
+    pixel_pitch_um: Option<f64>,
+    principal_px: Option<[f64; 2]>,
+    distortion: Option<Vec<f64>>,
 }
 
 /// What has been told of a camera, checked.
@@ -71,6 +87,8 @@ pub struct Told {
     pub encoding: Option<Encoding>,
     /// How pixels are to be taken.
     pub pixels: PixelArguments,
+    /// What is known of the lens.
+    pub calibration: Calibration,
 }
 
 impl CameraArguments {
@@ -98,9 +116,9 @@ impl CameraArguments {
 
     /// Reads the file, if there is one, and checks all values.
     pub fn told(&self, pixels: PixelArguments) -> anyhow::Result<Told> {
-        let file = match &self.camera {
+        let (file, calibration) = match &self.camera {
             Some(path) => read(path)?,
-            None => File::default(),
+            None => Default::default(),
         };
         let usual = Camera::default();
         let encoding = self.encoding.or(file.encoding);
@@ -130,6 +148,7 @@ impl CameraArguments {
             camera,
             encoding,
             pixels,
+            calibration,
         })
     }
 }
@@ -173,6 +192,7 @@ impl Told {
         let camera = learnt.camera;
         let encoding = self.of_samples(camera.encoding, deep);
         let camera = Camera { encoding, ..camera }.clamped();
+        let geometry = self.calibration.keys();
         let file = File {
             encoding: Some(camera.encoding),
             black_grey: Some(camera.black_grey),
@@ -182,6 +202,10 @@ impl Told {
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
             depth: self.pixels.depth,
+            focal_px: geometry.focal_px,
+            principal_px: geometry.principal_px,
+            distortion: geometry.distortion,
+            ..File::default()
         };
         write(
             path,
@@ -190,9 +214,13 @@ impl Told {
     }
 }
 
-fn read(path: &Path) -> anyhow::Result<File> {
+/// A camera's file: ours, or OpenCV's.
+fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
     let about = || format!("cannot read the camera's file {}", path.display());
     let text = input::read_text(path, input::SCENE_MAX).with_context(about)?;
+    if let Some(calibration) = Calibration::of_opencv(&text).with_context(about)? {
+        return Ok((File::default(), calibration));
+    }
     let file: File = toml::from_str(&text).with_context(about)?;
     if let Some(depth) = file.depth {
         ensure!(
@@ -201,7 +229,15 @@ fn read(path: &Path) -> anyhow::Result<File> {
             path.display()
         );
     }
-    Ok(file)
+    let keys = Keys {
+        focal_px: file.focal_px,
+        focal_length_mm: file.focal_length_mm,
+        pixel_pitch_um: file.pixel_pitch_um,
+        principal_px: file.principal_px,
+        distortion: file.distortion.clone(),
+    };
+    let calibration = keys.calibration().with_context(about)?;
+    Ok((file, calibration))
 }
 
 /// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
@@ -312,12 +348,16 @@ mod tests {
             blur_aspect: 1.25,
             read_noise_e: 5.0,
         };
-        let before = told("bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12").unwrap();
+        let before = told(
+            "bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12\nfocal_px = 900\ndistortion = [0.1]",
+        )
+        .unwrap();
         let again = saved(&before, camera, false);
         assert_eq!(again.camera, camera);
         assert_eq!(again.pixels.bayer, before.pixels.bayer);
         assert_eq!(again.pixels.channel, Some(Channel::Red));
         assert_eq!(again.pixels.depth, Some(12));
+        assert_eq!(again.calibration, before.calibration);
     }
 
     #[test]
@@ -368,6 +408,11 @@ mod tests {
         assert!(gamma.pixels.bayer.is_some());
         for nonsense in [
             "blur = 2",
+            "focal_px = 0",
+            "focal_length_mm = 25",
+            "focal_px = [3000, nan]",
+            "distortion = [0, 0, 0]",
+            "principal_px = [1e9, 0]",
             "encoding = \"log\"",
             "encoding = { gamma = 9 }",
             "blur_sigma_px = nan",

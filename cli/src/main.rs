@@ -27,6 +27,7 @@ mod output;
 mod outputs;
 mod pictures;
 mod plot;
+mod pose;
 mod progress;
 mod report;
 mod results;

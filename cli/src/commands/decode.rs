@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use link::camera::Camera;
+use rx_pipeline::camera::Learnt;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detection, Method, check_white};
@@ -13,6 +14,7 @@ use rx_pipeline::receiver::{
     FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
 };
 use serde::Serialize;
+use serde_json::Value;
 use studies::detectors::DetectorChoice;
 
 use crate::camera::{CameraArguments, Told};
@@ -20,6 +22,7 @@ use crate::frames::PixelArguments;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
+use crate::pose::{self, Measured, PanelArguments, PoseMeter};
 
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 512 * 512;
@@ -45,6 +48,8 @@ pub struct Arguments {
     camera: CameraArguments,
     #[command(flatten)]
     pixels: PixelArguments,
+    #[command(flatten)]
+    panel: PanelArguments,
 }
 
 #[derive(Serialize)]
@@ -56,6 +61,14 @@ struct Report<'a> {
     pitch_px: Option<f32>,
     confidence: Option<f32>,
     why: Option<String>,
+    pose: Option<Value>,
+}
+
+/// What an image shows: the panel and its pose.
+struct Shown {
+    corners: Corners,
+    detection: Detection,
+    pose: Measured,
 }
 
 /// Decodes each image; a bad one does not keep the others from being decoded.
@@ -68,15 +81,16 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         map: Box::new(CellMap::empty()),
         likelihood: Box::new(MaximumLikelihood::new(told.camera)),
     };
+    let mut meter = PoseMeter::new(&arguments.panel, told.calibration)?;
     let mut answer = Answer::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decoder.decode(&mut pictures, path, arguments.corners) {
+        match decoder.decode(&mut pictures, path, arguments.corners, &mut meter) {
             Ok(read) => {
                 if read.is_err() {
                     answer = Answer::No;
                 }
-                report(path, read, shared)?;
+                report(path, read, meter.is_asked(), shared)?;
             }
             Err(error) => {
                 bad += 1;
@@ -112,6 +126,9 @@ pub fn corners(text: &str) -> Result<Corners, String> {
     Corners::new([[a, b], [c, d], [e, f], [g, h]]).map_err(|error| error.to_string())
 }
 
+/// A panel's place and bits, or why they cannot be read.
+type Read = Result<(Corners, Detection), String>;
+
 /// What single images are read with.
 struct Decoder {
     method: Method,
@@ -127,29 +144,35 @@ impl Decoder {
         pictures: &mut PictureReader,
         path: &Path,
         given: Option<Corners>,
-    ) -> anyhow::Result<Result<(Corners, Detection), String>> {
+        meter: &mut PoseMeter,
+    ) -> anyhow::Result<Result<Shown, String>> {
         let image = pictures.read(path)?;
         let (width, height) = (image.width() as usize, image.height() as usize);
         let camera = self.told.of_pixels(pictures.deep_white() > 0);
         let frame = Frame::new(image.as_raw(), width, height)?;
-        let Some(corners) = given else {
-            return self.search(camera, &frame);
+        let (read, learnt) = match given {
+            None => self.search(camera, &frame)?,
+            Some(corners) => {
+                // Each image stands for itself.
+                self.likelihood.prepare(camera);
+                self.map
+                    .build(&corners, width, height)
+                    .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+                let detection = self.detect(&frame, &corners);
+                let read = detection.map(|detection| (corners, detection));
+                (read, self.likelihood.learnt())
+            }
         };
-        // Each image stands for itself.
-        self.likelihood.prepare(camera);
-        self.map
-            .build(&corners, width, height)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-        let detection = self.detect(&frame, &corners);
-        Ok(detection.map(|detection| (corners, detection)))
+        let camera = learnt.map_or(camera, |learnt| learnt.camera);
+        Ok(read.map(|(corners, detection)| Shown {
+            pose: meter.pose(&frame, &corners, detection.bits, &camera),
+            corners,
+            detection,
+        }))
     }
 
-    /// What a receiver makes of a frame that it has seen none before.
-    fn search(
-        &self,
-        camera: Camera,
-        frame: &Frame,
-    ) -> anyhow::Result<Result<(Corners, Detection), String>> {
+    /// What a receiver makes of a frame that it has seen none before, and what it learns of the camera.
+    fn search(&self, camera: Camera, frame: &Frame) -> anyhow::Result<(Read, Option<Learnt>)> {
         let room = FrameSearch::<Box<SearchMemory>>::bytes(frame.width(), frame.height());
         let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; room]);
         let settings = ReceiverSettings {
@@ -160,9 +183,10 @@ impl Decoder {
         let memory = Box::<ReceiverMemory<SEARCH_PIXELS>>::default();
         let mut receiver = Receiver::new(settings, memory, search.thorough())?;
         let reading = receiver.frame(0, frame).reading;
-        Ok(reading
+        let read = reading
             .map(|Reading { corners, detection }| (corners, detection))
-            .map_err(|why| why.to_string()))
+            .map_err(|why| why.to_string());
+        Ok((read, receiver.learnt()))
     }
 
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
@@ -179,11 +203,33 @@ impl Decoder {
 
 fn report(
     path: &Path,
-    read: Result<(Corners, Detection), String>,
+    read: Result<Shown, String>,
+    with_pose: bool,
     shared: &Shared,
 ) -> anyhow::Result<()> {
-    let report = match read {
-        Ok((corners, detection)) => Report {
+    let shown = match read {
+        Ok(shown) => shown,
+        Err(why) if shared.json => {
+            return output::json(&Report {
+                file: path,
+                found: false,
+                bits: None,
+                centre_px: None,
+                pitch_px: None,
+                confidence: None,
+                why: Some(why),
+                pose: None,
+            });
+        }
+        Err(why) => return line(&format!("{}: no panel: {why}", path.display())),
+    };
+    let Shown {
+        corners,
+        detection,
+        pose,
+    } = shown;
+    if shared.json {
+        return output::json(&Report {
             file: path,
             found: true,
             bits: Some(detection.bits.to_string()),
@@ -191,31 +237,19 @@ fn report(
             pitch_px: Some(corners.pitch_px()),
             confidence: Some(detection.confidence),
             why: None,
-        },
-        Err(why) => Report {
-            file: path,
-            found: false,
-            bits: None,
-            centre_px: None,
-            pitch_px: None,
-            confidence: None,
-            why: Some(why),
-        },
-    };
-    if shared.json {
-        return output::json(&report);
+            pose: Some(pose::as_json(&pose)),
+        });
     }
-    match (&report.bits, &report.why, report.centre_px) {
-        (Some(bits), _, Some([x, y])) => line(&format!(
-            "{}: {bits}, panel at ({x:.2}, {y:.2}) px, LEDs {:.2} px apart, confidence {:.4}",
-            path.display(),
-            report.pitch_px.unwrap_or_default(),
-            report.confidence.unwrap_or_default()
-        )),
-        (_, why, _) => line(&format!(
-            "{}: no panel: {}",
-            path.display(),
-            why.as_deref().unwrap_or_default()
-        )),
+    let [x, y] = corners.centre_px();
+    line(&format!(
+        "{}: {}, panel at ({x:.2}, {y:.2}) px, LEDs {:.2} px apart, confidence {:.4}",
+        path.display(),
+        detection.bits,
+        corners.pitch_px(),
+        detection.confidence
+    ))?;
+    if with_pose {
+        line(&format!("{}: {}", path.display(), pose::as_text(&pose)))?;
     }
+    Ok(())
 }

@@ -23,6 +23,7 @@ use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::options::Shared;
 use crate::output::{self, Answer};
 use crate::outputs;
+use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
 
 use rates::Rates;
@@ -65,6 +66,8 @@ pub struct Arguments {
     camera: CameraArguments,
     #[command(flatten)]
     pixels: PixelArguments,
+    #[command(flatten)]
+    panel: PanelArguments,
     /// Write what was learnt of the camera into this file, for --camera.
     #[arg(long, value_name = "FILE")]
     save_camera: Option<PathBuf>,

@@ -2,6 +2,7 @@
 
 use anyhow::ensure;
 use link::framing::Event;
+use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{
     FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
@@ -15,6 +16,7 @@ use super::stage_times::StageTimes;
 use crate::camera::Told;
 use crate::options::{self, Shared};
 use crate::output::Answer;
+use crate::pose::{PoseMeter, Whereabouts};
 
 /// The most pixels of a panel's bounding box.
 const PANEL_PIXELS: usize = 160 * 160;
@@ -30,6 +32,11 @@ pub struct Reception<'a, const PANELS: usize> {
     fps: f32,
     /// By the number of the panel, from its first reading on.
     rates: [Option<Rates>; PANELS],
+    /// Where each panel is, and how it moves.
+    meter: PoseMeter,
+    whereabouts: [Whereabouts; PANELS],
+    /// What has been learnt of the camera by each panel before the frame at hand.
+    learnt: [Option<Learnt>; PANELS],
     report: Report<'a>,
     /// The next frame's number, if it follows the last one.
     next: u64,
@@ -65,6 +72,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         };
         // Settings are refused before the first frame, not with it.
         receiver::<PANELS>(settings, (0, 0))?;
+        let meter = PoseMeter::new(&arguments.panel, told.calibration)?;
+        let report = Report::new(arguments, shared.json, meter.is_asked(), total);
         Ok(Self {
             receiver: None,
             settings,
@@ -72,7 +81,10 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             arguments,
             fps,
             rates: [const { None }; PANELS],
-            report: Report::new(arguments, shared.json, total),
+            meter,
+            whereabouts: [const { Whereabouts::UNKNOWN }; PANELS],
+            learnt: [None; PANELS],
+            report,
             deep: false,
             next: 0,
             size: None,
@@ -142,6 +154,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         };
         let (report, rates) = (&mut self.report, &mut self.rates);
         let (arguments, fps) = (self.arguments, self.fps);
+        let (meter, whereabouts) = (&mut self.meter, &mut self.whereabouts);
+        let (learnt, settings) = (&self.learnt, &self.settings);
         let mut told = Ok(());
         receiver.set_late(late);
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
@@ -151,13 +165,23 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
                 rates.take(number, late, detection)
             });
             let symbol = rates.symbol().or(outcome.symbol);
-            let done = report.frame(panel, frame, &outcome, symbol);
+            let whereabouts = &mut whereabouts[panel];
+            match &outcome.reading {
+                Ok(Reading { corners, detection }) => {
+                    let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
+                    let pose = meter.pose(frame, corners, detection.bits, &camera);
+                    whereabouts.take((number as f64 + late) / f64::from(fps), pose);
+                }
+                Err(why) => whereabouts.lose(&why.to_string()),
+            }
+            let done = report.frame(panel, frame, &outcome, symbol, whereabouts);
             if told.is_ok() {
                 told = done;
             }
         });
         told?;
-        report.deliver(&receiver.learnt_each())?;
+        self.learnt = receiver.learnt_each();
+        report.deliver(&self.learnt, &self.whereabouts)?;
         self.report.done();
         Ok(())
     }
@@ -180,7 +204,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             });
             learnt = receiver.learnt_each();
         }
-        self.report.deliver(&learnt)?;
+        self.report.deliver(&learnt, &self.whereabouts)?;
         for (panel, learnt) in learnt.iter().enumerate() {
             if let Some(learnt) = learnt {
                 self.report.learnt(panel, learnt)?;

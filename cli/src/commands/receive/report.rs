@@ -11,6 +11,7 @@ use super::diagnosis::{Diagnosis, Gone};
 use super::places::Places;
 use crate::camera;
 use crate::output::{self, Answer, line};
+use crate::pose::Whereabouts;
 use crate::progress::Progress;
 use crate::show;
 
@@ -18,6 +19,8 @@ use crate::show;
 pub struct Report<'a> {
     arguments: &'a Arguments,
     as_json: bool,
+    /// Whether where panels are is printed for people.
+    with_pose: bool,
     messages: u64,
     /// A frame is told of by its place among all so far.
     places: Places,
@@ -30,7 +33,12 @@ pub struct Report<'a> {
 
 impl<'a> Report<'a> {
     /// For so many frames, if that is known.
-    pub fn new(arguments: &'a Arguments, as_json: bool, total: Option<u64>) -> Self {
+    pub fn new(
+        arguments: &'a Arguments,
+        as_json: bool,
+        with_pose: bool,
+        total: Option<u64>,
+    ) -> Self {
         let progress = total.map_or_else(
             || Progress::endless("frames"),
             |total| Progress::new(total, "frames"),
@@ -38,6 +46,7 @@ impl<'a> Report<'a> {
         Self {
             arguments,
             as_json,
+            with_pose,
             messages: 0,
             places: Places::default(),
             diagnosis: Diagnosis::default(),
@@ -131,6 +140,7 @@ impl<'a> Report<'a> {
         frame: &Frame,
         outcome: &Outcome,
         symbol: Option<u32>,
+        whereabouts: &Whereabouts,
     ) -> anyhow::Result<()> {
         let of_panel = if self.arguments.panels > 1 {
             format!(", panel {panel}")
@@ -155,7 +165,7 @@ impl<'a> Report<'a> {
             }
         }
         if self.arguments.bits {
-            self.bits(number, panel, &of_panel, reading, symbol)?;
+            self.bits(number, panel, &of_panel, reading, symbol, whereabouts)?;
         }
         Ok(())
     }
@@ -167,14 +177,19 @@ impl<'a> Report<'a> {
         of_panel: &str,
         reading: &Reading,
         symbol: Option<u32>,
+        whereabouts: &Whereabouts,
     ) -> anyhow::Result<()> {
         let bits = reading.detection.bits.to_string();
         let [x, y] = reading.corners.centre_px();
         self.print(
-            &format!("frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px"),
+            &format!(
+                "frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px{}",
+                whereabouts.as_text(self.with_pose)
+            ),
             &serde_json::json!({
                 "frame": number, "panel": panel, "bits": bits, "symbol": symbol, "centre_px": [x, y],
                 "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
+                "pose": whereabouts.as_json(),
             }),
         )
     }
@@ -212,17 +227,26 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Prints the messages that have become whole, with what is learnt of each panel's camera.
-    pub fn deliver(&mut self, learnt: &[Option<Learnt>]) -> anyhow::Result<()> {
+    /// Prints the messages that have become whole, with what is learnt of each panel's camera, and where the panel is.
+    pub fn deliver(
+        &mut self,
+        learnt: &[Option<Learnt>],
+        whereabouts: &[Whereabouts],
+    ) -> anyhow::Result<()> {
         for message in std::mem::take(&mut self.whole) {
             let panel = message.panel;
             let learnt = learnt.get(panel).and_then(Option::as_ref);
-            self.message(&message, learnt)?;
+            self.message(&message, learnt, &whereabouts[panel])?;
         }
         Ok(())
     }
 
-    fn message(&self, message: &Whole, learnt: Option<&Learnt>) -> anyhow::Result<()> {
+    fn message(
+        &self,
+        message: &Whole,
+        learnt: Option<&Learnt>,
+        whereabouts: &Whereabouts,
+    ) -> anyhow::Result<()> {
         let Whole {
             panel,
             text,
@@ -236,10 +260,13 @@ impl<'a> Report<'a> {
             String::new()
         };
         self.print(
-            &format!("{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected"),
+            &format!(
+                "{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected{}",
+                whereabouts.as_text(self.with_pose)
+            ),
             &serde_json::json!({
                 "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
-                "camera": learnt.map(camera::as_json),
+                "camera": learnt.map(camera::as_json), "pose": whereabouts.as_json(),
             }),
         )
     }
