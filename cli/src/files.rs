@@ -82,6 +82,67 @@ fn write_to(
     }
 }
 
+/// A file that is written while the program works, aside, and is put into its place by [`Growing::keep`], or is not there; a device or a
+/// pipe is written to as it is.
+pub struct Growing(Target);
+
+enum Target {
+    Through(Box<dyn Write>),
+    Aside(AtomicWriteFile),
+}
+
+impl Growing {
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn create(path: &Path) -> anyhow::Result<Self> {
+        let target = |place| -> anyhow::Result<Target> {
+            Ok(match place {
+                Place::Output => Target::Through(Box::new(std::io::stdout())),
+                Place::Device => {
+                    Target::Through(Box::new(File::options().append(true).open(path)?))
+                }
+                Place::File(file) => Target::Aside(AtomicWriteFile::open(file)?),
+            })
+        };
+        let target = place(path).and_then(target);
+        Ok(Self(target.with_context(|| {
+            format!("cannot write {}", path.display())
+        })?))
+    }
+
+    /// Puts it into its place.
+    ///
+    /// # Errors
+    /// When not every byte can be kept; what was there before is untouched.
+    pub fn keep(mut self) -> std::io::Result<()> {
+        self.0.writer().flush()?;
+        if let Target::Aside(file) = self.0 {
+            let _whole = stop::writing();
+            file.commit()?;
+        }
+        Ok(())
+    }
+}
+
+impl Target {
+    fn writer(&mut self) -> &mut dyn Write {
+        match self {
+            Self::Through(device) => device,
+            Self::Aside(file) => file,
+        }
+    }
+}
+
+impl Write for Growing {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.writer().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.writer().flush()
+    }
+}
+
 /// Writes all bytes, and not into a buffer that takes them and loses them later.
 fn write_through(
     target: &mut impl Write,

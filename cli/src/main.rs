@@ -29,6 +29,7 @@ mod pictures;
 mod plot;
 mod pose;
 mod progress;
+mod recording;
 mod report;
 mod results;
 mod show;

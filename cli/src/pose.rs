@@ -115,6 +115,11 @@ impl Whereabouts {
         self.pose = Err(why.to_owned());
     }
 
+    /// The pose, while it is known.
+    pub fn pose(&self) -> Option<&Pose> {
+        self.pose.as_ref().ok()
+    }
+
     /// For scripts: the pose, and how fast it comes nearer once that is known.
     pub fn as_json(&self) -> Value {
         let mut pose = as_json(&self.pose);

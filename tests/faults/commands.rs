@@ -191,6 +191,8 @@ pub const WORKS: &[Work] = &[
             "@shown/",
             "--save-camera",
             "@camera.toml",
+            "--mcap",
+            "@received.mcap",
         ],
     ),
     Work {

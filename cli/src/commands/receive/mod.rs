@@ -68,6 +68,9 @@ pub struct Arguments {
     pixels: PixelArguments,
     #[command(flatten)]
     panel: PanelArguments,
+    /// Write frames, outlines, poses and messages into this MCAP file, which Foxglove and the tools of ROS 2 open.
+    #[arg(long, value_name = "FILE.mcap")]
+    mcap: Option<PathBuf>,
     /// Write what was learnt of the camera into this file, for --camera.
     #[arg(long, value_name = "FILE")]
     save_camera: Option<PathBuf>,
@@ -167,7 +170,10 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
     }
     outputs::check(
-        arguments.save_camera.clone(),
+        [&arguments.save_camera, &arguments.mcap]
+            .into_iter()
+            .flatten()
+            .cloned(),
         read.into_iter().chain(arguments.camera.file()),
     )?;
     let told = arguments.camera.told(arguments.pixels)?;

@@ -73,7 +73,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         // Settings are refused before the first frame, not with it.
         receiver::<PANELS>(settings, (0, 0))?;
         let meter = PoseMeter::new(&arguments.panel, told.calibration)?;
-        let report = Report::new(arguments, shared.json, meter.is_asked(), total);
+        let report = Report::new(arguments, PANELS, shared.json, meter.is_asked(), total)?;
         Ok(Self {
             receiver: None,
             settings,
@@ -154,6 +154,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         };
         let (report, rates) = (&mut self.report, &mut self.rates);
         let (arguments, fps) = (self.arguments, self.fps);
+        let time_s = (number as f64 + late) / f64::from(fps);
+        report.record(|recording| recording.frame(time_s, frame));
         let (meter, whereabouts) = (&mut self.meter, &mut self.whereabouts);
         let (learnt, settings) = (&self.learnt, &self.settings);
         let mut told = Ok(());
@@ -170,7 +172,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
                 Ok(Reading { corners, detection }) => {
                     let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
                     let pose = meter.pose(frame, corners, detection.bits, &camera);
-                    whereabouts.take((number as f64 + late) / f64::from(fps), pose);
+                    whereabouts.take(time_s, pose);
                 }
                 Err(why) => whereabouts.lose(&why.to_string()),
             }

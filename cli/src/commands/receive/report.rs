@@ -1,5 +1,6 @@
 //! What is told of frames: messages and bits on standard output, losses and progress on standard error.
 
+use anyhow::Context;
 use link::framing::{Event, SegmentOutcome};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Outcome, Reading};
@@ -13,6 +14,7 @@ use crate::camera;
 use crate::output::{self, Answer, line};
 use crate::pose::Whereabouts;
 use crate::progress::Progress;
+use crate::recording::Recording;
 use crate::show;
 
 /// What has been told, and how it is to be.
@@ -27,23 +29,31 @@ pub struct Report<'a> {
     diagnosis: Diagnosis,
     whole: Vec<Whole>,
     progress: Progress,
-    /// Why there are no more pictures, if they are asked for.
+    /// Where it is kept, too, if that is asked for.
+    recording: Option<Recording>,
+    /// Why there are no more pictures, or no more is recorded.
     undrawn: Option<anyhow::Error>,
+    unrecorded: Option<anyhow::Error>,
 }
 
 impl<'a> Report<'a> {
-    /// For so many frames, if that is known.
+    /// Of so many panels, and frames, if that is known.
+    ///
+    /// # Errors
+    /// When nothing can be recorded.
     pub fn new(
         arguments: &'a Arguments,
+        panels: usize,
         as_json: bool,
         with_pose: bool,
         total: Option<u64>,
-    ) -> Self {
+    ) -> anyhow::Result<Self> {
         let progress = total.map_or_else(
             || Progress::endless("frames"),
             |total| Progress::new(total, "frames"),
         );
-        Self {
+        let recording = arguments.mcap.as_deref();
+        Ok(Self {
             arguments,
             as_json,
             with_pose,
@@ -52,7 +62,24 @@ impl<'a> Report<'a> {
             diagnosis: Diagnosis::default(),
             whole: Vec::new(),
             progress,
+            recording: recording
+                .map(|path| Recording::create(path, panels))
+                .transpose()?,
             undrawn: None,
+            unrecorded: None,
+        })
+    }
+
+    /// Records something of the frame at hand, if that is asked for.
+    pub fn record(&mut self, write: impl FnOnce(&mut Recording) -> anyhow::Result<()>) {
+        let Some(recording) = &mut self.recording else {
+            return;
+        };
+        if let Err(error) = write(recording).with_context(|| recording.about()) {
+            // Messages are worth more than what is kept of them.
+            self.say(&format!("vocc: {error:#}; going on without a recording"));
+            self.recording = None;
+            self.unrecorded = Some(error);
         }
     }
 
@@ -82,9 +109,13 @@ impl<'a> Report<'a> {
     /// Says why there was no message, if there was none: `rates` are those that were gone by, and that of the panel's changes.
     ///
     /// # Errors
-    /// When a picture could not be drawn.
-    pub fn end(self, rates: &Gone) -> anyhow::Result<Answer> {
-        if let Some(error) = self.undrawn {
+    /// When a picture could not be drawn, or something not be recorded.
+    pub fn end(mut self, rates: &Gone) -> anyhow::Result<Answer> {
+        if let Some(recording) = self.recording.take() {
+            let about = recording.about();
+            recording.finish().context(about)?;
+        }
+        if let Some(error) = self.undrawn.take().or(self.unrecorded.take()) {
             return Err(error);
         }
         if self.messages > 0 {
@@ -164,6 +195,7 @@ impl<'a> Report<'a> {
                 self.undrawn = Some(error);
             }
         }
+        self.record(|recording| recording.reading(panel, reading, whereabouts.pose()));
         if self.arguments.bits {
             self.bits(number, panel, &of_panel, reading, symbol, whereabouts)?;
         }
@@ -236,6 +268,7 @@ impl<'a> Report<'a> {
         for message in std::mem::take(&mut self.whole) {
             let panel = message.panel;
             let learnt = learnt.get(panel).and_then(Option::as_ref);
+            self.record(|recording| recording.message(panel, &message.text));
             self.message(&message, learnt, &whereabouts[panel])?;
         }
         Ok(())

@@ -1,0 +1,247 @@
+//! Messages of ROS 2: what is in each, in its order, and its definition in the words of ROS.
+
+use glam::{DMat3, DQuat};
+use rx_pipeline::corners::Corners;
+use rx_pipeline::pose::Pose as PanelPose;
+use serde::Serialize;
+
+/// A type of messages.
+pub trait Ros: Serialize {
+    /// Its name.
+    const NAME: &'static str;
+    /// Its definition, and those of all types in it.
+    const DEFINITION: &'static str;
+}
+
+#[derive(Clone, Copy, Serialize)]
+pub struct Time {
+    sec: i32,
+    nanosec: u32,
+}
+
+#[derive(Clone, Copy, Serialize)]
+pub struct Header {
+    pub stamp: Time,
+    frame_id: &'static str,
+}
+
+impl Header {
+    /// Of the camera, so many nanoseconds after the first frame.
+    pub fn at(time_ns: u64) -> Self {
+        const SECOND_NS: u64 = 1_000_000_000;
+        Self {
+            stamp: Time {
+                sec: i32::try_from(time_ns / SECOND_NS).unwrap_or(i32::MAX),
+                nanosec: (time_ns % SECOND_NS) as u32,
+            },
+            frame_id: "camera",
+        }
+    }
+}
+
+#[derive(Serialize)]
+pub struct CompressedImage {
+    pub header: Header,
+    pub format: &'static str,
+    pub data: Vec<u8>,
+}
+
+impl Ros for CompressedImage {
+    const NAME: &'static str = "sensor_msgs/msg/CompressedImage";
+    const DEFINITION: &'static str = "std_msgs/Header header
+string format
+uint8[] data
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+}
+
+#[derive(Serialize)]
+pub struct Text<'a> {
+    pub data: &'a str,
+}
+
+impl Ros for Text<'_> {
+    const NAME: &'static str = "std_msgs/msg/String";
+    const DEFINITION: &'static str = "string data\n";
+}
+
+#[derive(Serialize)]
+pub struct PoseWithCovarianceStamped {
+    header: Header,
+    /// x, y, z; then the quaternion's x, y, z, w.
+    position: [f64; 3],
+    orientation: [f64; 4],
+    covariance: [[f64; 6]; 6],
+}
+
+impl PoseWithCovarianceStamped {
+    pub fn of(header: Header, pose: &PanelPose) -> Self {
+        let rotation = DMat3::from_cols_array_2d(&pose.rotation).transpose();
+        Self {
+            header,
+            position: pose.translation_m,
+            orientation: DQuat::from_mat3(&rotation).normalize().to_array(),
+            covariance: pose.covariance,
+        }
+    }
+}
+
+impl Ros for PoseWithCovarianceStamped {
+    const NAME: &'static str = "geometry_msgs/msg/PoseWithCovarianceStamped";
+    const DEFINITION: &'static str = "std_msgs/Header header
+geometry_msgs/PoseWithCovariance pose
+================================================================================
+MSG: geometry_msgs/PoseWithCovariance
+geometry_msgs/Pose pose
+float64[36] covariance
+================================================================================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+}
+
+/// What is drawn on an image.
+#[derive(Serialize)]
+pub struct ImageAnnotations {
+    /// There are none, of whatever type.
+    circles: [u32; 1],
+    points: Vec<PointsAnnotation>,
+    texts: Vec<TextAnnotation>,
+}
+
+#[derive(Serialize)]
+struct PointsAnnotation {
+    timestamp: Time,
+    kind: u8,
+    points: Vec<[f64; 2]>,
+    outline_color: [f64; 4],
+    outline_colors: Vec<[f64; 4]>,
+    fill_color: [f64; 4],
+    thickness: f64,
+}
+
+#[derive(Serialize)]
+struct TextAnnotation {
+    timestamp: Time,
+    position: [f64; 2],
+    text: String,
+    font_size: f64,
+    text_color: [f64; 4],
+    background_color: [f64; 4],
+}
+
+/// A closed line.
+const LINE_LOOP: u8 = 2;
+const YELLOW: [f64; 4] = [1.0, 0.8, 0.0, 1.0];
+const NOTHING: [f64; 4] = [0.0; 4];
+
+impl ImageAnnotations {
+    /// A panel's outline, half a pitch around its corner LEDs, and its bits below.
+    pub fn outline(timestamp: Time, corners: &Corners, bits: String) -> Self {
+        let homography = corners.homography();
+        let (near, far) = (-0.5, 7.5);
+        let points = [[near, near], [far, near], [far, far], [near, far]]
+            .map(|corner| homography.to_image(corner));
+        let pitch_px = f64::from(corners.pitch_px());
+        let [x, y] = points[3];
+        Self {
+            circles: [0],
+            points: vec![PointsAnnotation {
+                timestamp,
+                kind: LINE_LOOP,
+                points: points.to_vec(),
+                outline_color: YELLOW,
+                outline_colors: Vec::new(),
+                fill_color: NOTHING,
+                thickness: 1.0,
+            }],
+            texts: vec![TextAnnotation {
+                timestamp,
+                position: [x, y + 2.0 * pitch_px],
+                text: bits,
+                font_size: 12.0,
+                text_color: YELLOW,
+                background_color: NOTHING,
+            }],
+        }
+    }
+}
+
+impl Ros for ImageAnnotations {
+    const NAME: &'static str = "foxglove_msgs/msg/ImageAnnotations";
+    const DEFINITION: &'static str = "foxglove_msgs/CircleAnnotation[] circles
+foxglove_msgs/PointsAnnotation[] points
+foxglove_msgs/TextAnnotation[] texts
+================================================================================
+MSG: foxglove_msgs/CircleAnnotation
+builtin_interfaces/Time timestamp
+foxglove_msgs/Point2 position
+float64 diameter
+float64 thickness
+foxglove_msgs/Color fill_color
+foxglove_msgs/Color outline_color
+================================================================================
+MSG: foxglove_msgs/PointsAnnotation
+builtin_interfaces/Time timestamp
+uint8 UNKNOWN=0
+uint8 POINTS=1
+uint8 LINE_LOOP=2
+uint8 LINE_STRIP=3
+uint8 LINE_LIST=4
+uint8 type
+foxglove_msgs/Point2[] points
+foxglove_msgs/Color outline_color
+foxglove_msgs/Color[] outline_colors
+foxglove_msgs/Color fill_color
+float64 thickness
+================================================================================
+MSG: foxglove_msgs/TextAnnotation
+builtin_interfaces/Time timestamp
+foxglove_msgs/Point2 position
+string text
+float64 font_size
+foxglove_msgs/Color text_color
+foxglove_msgs/Color background_color
+================================================================================
+MSG: foxglove_msgs/Point2
+float64 x
+float64 y
+================================================================================
+MSG: foxglove_msgs/Color
+float64 r
+float64 g
+float64 b
+float64 a
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+}
