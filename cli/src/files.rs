@@ -70,16 +70,11 @@ fn write_to(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    match place(path)? {
-        Place::Output => write_through(&mut std::io::stdout().lock(), write),
-        Place::Device => write_through(&mut File::options().append(true).open(path)?, write),
-        Place::File(file) => {
-            let _whole = stop::writing();
-            let mut aside = AtomicWriteFile::open(file)?;
-            write_through(&mut aside, write)?;
-            Ok(aside.commit()?)
-        }
-    }
+    let place = place(path)?;
+    let _whole = matches!(place, Place::File(_)).then(stop::writing);
+    let mut growing = Growing::open(place, path)?;
+    write_through(&mut growing, write)?;
+    Ok(growing.put()?)
 }
 
 /// A file that is written while the program works, aside, and is put into its place by [`Growing::keep`], or is not there; a device or a
@@ -95,51 +90,52 @@ impl Growing {
     /// # Errors
     /// When the file cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
-        let target = |place| -> anyhow::Result<Target> {
-            Ok(match place {
-                Place::Output => Target::Through(Box::new(std::io::stdout())),
-                Place::Device => {
-                    Target::Through(Box::new(File::options().append(true).open(path)?))
-                }
-                Place::File(file) => Target::Aside(AtomicWriteFile::open(file)?),
-            })
-        };
-        let target = place(path).and_then(target);
-        Ok(Self(target.with_context(|| {
-            format!("cannot write {}", path.display())
-        })?))
+        place(path)
+            .and_then(|place| Ok(Self::open(place, path)?))
+            .with_context(|| format!("cannot write {}", path.display()))
     }
 
     /// Puts it into its place.
     ///
     /// # Errors
     /// When not every byte can be kept; what was there before is untouched.
-    pub fn keep(mut self) -> std::io::Result<()> {
-        self.0.writer().flush()?;
-        if let Target::Aside(file) = self.0 {
-            let _whole = stop::writing();
-            file.commit()?;
-        }
-        Ok(())
+    pub fn keep(self) -> std::io::Result<()> {
+        let _whole = matches!(self.0, Target::Aside(_)).then(stop::writing);
+        self.put()
     }
-}
 
-impl Target {
+    fn open(place: Place, path: &Path) -> std::io::Result<Self> {
+        Ok(Self(match place {
+            Place::Output => Target::Through(Box::new(std::io::stdout())),
+            Place::Device => Target::Through(Box::new(File::options().append(true).open(path)?)),
+            Place::File(file) => Target::Aside(AtomicWriteFile::open(file)?),
+        }))
+    }
+
+    /// [`Growing::keep`] for whoever keeps the program from ending already.
+    fn put(mut self) -> std::io::Result<()> {
+        self.flush()?;
+        match self.0 {
+            Target::Through(_) => Ok(()),
+            Target::Aside(file) => file.commit(),
+        }
+    }
+
     fn writer(&mut self) -> &mut dyn Write {
-        match self {
-            Self::Through(device) => device,
-            Self::Aside(file) => file,
+        match &mut self.0 {
+            Target::Through(device) => device,
+            Target::Aside(file) => file,
         }
     }
 }
 
 impl Write for Growing {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.writer().write(bytes)
+        self.writer().write(bytes)
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.0.writer().flush()
+        self.writer().flush()
     }
 }
 

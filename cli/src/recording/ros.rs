@@ -13,6 +13,31 @@ pub trait Ros: Serialize {
     const DEFINITION: &'static str;
 }
 
+/// The definition of a time, as it ends those of all types that have one.
+macro_rules! time {
+    () => {
+        "================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"
+    };
+}
+
+/// That of a header, likewise.
+macro_rules! header {
+    () => {
+        concat!(
+            "================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+",
+            time!()
+        )
+    };
+}
+
 #[derive(Clone, Copy, Serialize)]
 pub struct Time {
     sec: i32,
@@ -48,18 +73,13 @@ pub struct CompressedImage {
 
 impl Ros for CompressedImage {
     const NAME: &'static str = "sensor_msgs/msg/CompressedImage";
-    const DEFINITION: &'static str = "std_msgs/Header header
+    const DEFINITION: &'static str = concat!(
+        "std_msgs/Header header
 string format
 uint8[] data
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+",
+        header!()
+    );
 }
 
 #[derive(Serialize)]
@@ -95,7 +115,8 @@ impl PoseWithCovarianceStamped {
 
 impl Ros for PoseWithCovarianceStamped {
     const NAME: &'static str = "geometry_msgs/msg/PoseWithCovarianceStamped";
-    const DEFINITION: &'static str = "std_msgs/Header header
+    const DEFINITION: &'static str = concat!(
+        "std_msgs/Header header
 geometry_msgs/PoseWithCovariance pose
 ================================================================================
 MSG: geometry_msgs/PoseWithCovariance
@@ -116,15 +137,9 @@ float64 x
 float64 y
 float64 z
 float64 w
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+",
+        header!()
+    );
 }
 
 /// What is drawn on an image.
@@ -196,7 +211,8 @@ impl ImageAnnotations {
 
 impl Ros for ImageAnnotations {
     const NAME: &'static str = "foxglove_msgs/msg/ImageAnnotations";
-    const DEFINITION: &'static str = "foxglove_msgs/CircleAnnotation[] circles
+    const DEFINITION: &'static str = concat!(
+        "foxglove_msgs/CircleAnnotation[] circles
 foxglove_msgs/PointsAnnotation[] points
 foxglove_msgs/TextAnnotation[] texts
 ================================================================================
@@ -239,9 +255,7 @@ float64 r
 float64 g
 float64 b
 float64 a
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+",
+        time!()
+    );
 }
