@@ -4,7 +4,7 @@ use link::camera::Camera;
 use link::panel::PanelFrame;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Closing, Known, PanelSize, Pose, PoseEstimator};
+use rx_pipeline::pose::{Closing, Known, PanelSize, Pose, PoseEstimator, Seen};
 use serde_json::{Value, json};
 
 use crate::camera::Calibration;
@@ -84,7 +84,14 @@ impl PoseMeter {
             .estimator
             .get_or_insert_with(|| Box::new(PoseEstimator::new()));
         estimator
-            .pose(frame, corners, bits, camera, &lens, size)
+            .pose(&Seen {
+                frame,
+                corners,
+                bits,
+                camera,
+                lens: &lens,
+                size,
+            })
             .map_err(|why| why.to_string())
     }
 }

@@ -111,6 +111,23 @@ impl PanelSize {
     }
 }
 
+/// A panel that was read in a frame, and what is known of it and of the camera.
+#[derive(Clone, Copy)]
+pub struct Seen<'a> {
+    /// The frame.
+    pub frame: &'a Frame<'a>,
+    /// Where the panel is in it, to half a pitch.
+    pub corners: &'a Corners,
+    /// What it shows: wrong bits make its pose less sure, not wrong.
+    pub bits: PanelFrame,
+    /// The pixels' encoding, and the blur where the fit begins.
+    pub camera: &'a Camera,
+    /// How directions become pixels.
+    pub lens: &'a Lens,
+    /// How large the panel is.
+    pub size: PanelSize,
+}
+
 /// Why a pose is not known.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -312,7 +329,7 @@ impl Default for PoseMemory {
 /// use link::camera::Camera;
 /// use link::panel::PanelFrame;
 /// use rx_pipeline::{corners::Corners, frame::Frame};
-/// use rx_pipeline::pose::{Lens, PanelSize, PoseEstimator};
+/// use rx_pipeline::pose::{Lens, PanelSize, PoseEstimator, Seen};
 /// // 96 × 96 pixels of a panel before grey, a spot of light where an LED is On.
 /// let bits = PanelFrame::from_bits(0x9a3c_5e71_0f96_c3a5);
 /// let corners = Corners::new([[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]])?;
@@ -328,7 +345,8 @@ impl Default for PoseMemory {
 /// let lens = Lens::pinhole(3636.0, [96, 96]);
 /// let mut estimator = Box::new(PoseEstimator::<16384>::new());
 /// let frame = Frame::new(&pixels, 96, 96)?;
-/// let pose = estimator.pose(&frame, &corners, bits, &Camera::default(), &lens, PanelSize::new(0.03, 1.0)?)?;
+/// let size = PanelSize::new(0.03, 1.0)?;
+/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size })?;
 /// // Pitches of 60 mm are seen 4.5 px apart.
 /// let range_m = pose.numbers().range_m;
 /// assert!((range_m.value - 3636.0 * 0.06 / 4.5).abs() < 4.0 * range_m.sigma && range_m.sigma < 0.2);
@@ -354,39 +372,20 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
         }
     }
 
-    /// The pose of the panel that was read in a frame at `corners`, to half a pitch, and shows `bits`. Wrong bits make it less sure, not
-    /// wrong.
-    ///
-    /// `camera` is what is known of the pixels' encoding and of the blur, where the fit begins, `lens` how directions become pixels.
+    /// The pose of a panel that was read.
     ///
     /// # Errors
     /// [`PoseError`] says why a pose is not known.
-    pub fn pose(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &Camera,
-        lens: &Lens,
-        panel: PanelSize,
-    ) -> Result<Pose, PoseError> {
-        let fit = self.image(frame, corners, bits, camera, lens, panel)?;
-        self.posterior.pose(&fit, panel.half_side_m())
+    pub fn pose(&mut self, seen: &Seen<'_>) -> Result<Pose, PoseError> {
+        let fit = self.image(seen)?;
+        self.posterior.pose(&fit, seen.size.half_side_m())
     }
 
     /// What the frame tells of the image of the panel's plane, from which [`PoseEstimator::pose`] follows.
     ///
     /// # Errors
     /// As there.
-    pub fn image(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &Camera,
-        lens: &Lens,
-        panel: PanelSize,
-    ) -> Result<PlaneFit, PoseError> {
-        self.fit.fit(frame, corners, bits, camera, lens, panel)
+    pub fn image(&mut self, seen: &Seen<'_>) -> Result<PlaneFit, PoseError> {
+        self.fit.fit(seen)
     }
 }

@@ -7,7 +7,9 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Lens, PanelSize, PlaneImage, Pose, PoseError, PoseEstimator, PoseMemory};
+use rx_pipeline::pose::{
+    Lens, PanelSize, PlaneImage, Pose, PoseError, PoseEstimator, PoseMemory, Seen,
+};
 use sim::accuracy::Level;
 use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
@@ -116,16 +118,21 @@ impl Trials {
         let corners = Corners::new(corners).expect("a panel's corners");
         let lens = Lens::pinhole(focal_px, [side; 2]);
         let frame = Frame::new(&pixels, side, side).expect("a frame");
-        let panel = PanelSize::new(0.03, 1.0).expect("a panel's size");
-        let fit = self
-            .estimator
-            .image(&frame, &corners, bits, &camera_of(&scene), &lens, panel)?;
-        let pose = Pose::of_image(&fit, panel.half_side_m(), &mut self.memory)?;
+        let size = PanelSize::new(0.03, 1.0).expect("a panel's size");
+        let fit = self.estimator.image(&Seen {
+            frame: &frame,
+            corners: &corners,
+            bits,
+            camera: &camera_of(&scene),
+            lens: &lens,
+            size,
+        })?;
+        let pose = Pose::of_image(&fit, size.half_side_m(), &mut self.memory)?;
         let rotation = DMat3::from_rotation_z(roll.to_radians())
             * DMat3::from_rotation_y(yaw.to_radians())
             * DMat3::from_rotation_x(pitch.to_radians());
         let truth = (DVec3::new(x, y, distance_m), rotation);
-        let range_bound_m = range_bound_m(truth, &fit.information, panel.half_side_m());
+        let range_bound_m = range_bound_m(truth, &fit.information, size.half_side_m());
         Ok(Trial {
             truth,
             pose,

@@ -123,6 +123,11 @@ impl Patch {
         }
     }
 
+    /// Whether it shines on a row at all.
+    pub fn has_row(&self, row: usize) -> bool {
+        usize::try_from(row as i32 - self.first[1]).is_ok_and(|y| y < self.size[1])
+    }
+
     /// Light and slopes at a pixel.
     pub fn at(&self, column: usize, row: usize) -> Option<[f64; 4]> {
         let x = usize::try_from(column as i32 - self.first[0]).ok()?;

@@ -15,7 +15,7 @@
 //! What the pixels tell of the plane is their Fisher information, with all others unknown (its Schur complement). Errors of the model are
 //! as wide as an LED: where LEDs are scattered about the plane's lattice by more than noise would do, the information is less by as much.
 
-use link::camera::Camera;
+use heapless::Vec;
 use link::panel::{LEDS, PanelFrame, SIDE};
 use nalgebra::{Cholesky, Matrix2, SMatrix, SVector, Vector2};
 
@@ -23,9 +23,8 @@ use super::cut::Cut;
 use super::disc::{Patch, Points};
 use super::pixels::{Pixels, rounding_variance};
 use super::plane::{PlaneImage, Vector8};
-use super::{Lens, PanelSize, PoseError};
+use super::{PoseError, Seen};
 use crate::corners::Corners;
-use crate::frame::Frame;
 
 /// Numbers of the plane.
 const PLANE: usize = 8;
@@ -35,8 +34,6 @@ const GROUND: usize = BLUR + 1;
 const LEVELS: usize = GROUND + 3;
 const OWN: usize = LEVELS + 2;
 const UNKNOWNS: usize = OWN + LEDS;
-/// The most LEDs that a pixel sees.
-const SEEN: usize = LEDS;
 
 type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 type Step = SVector<f64, UNKNOWNS>;
@@ -116,16 +113,6 @@ struct Sums {
     hold: [[f64; 2]; LEDS],
 }
 
-/// What is known of the camera and the panel.
-#[derive(Clone, Copy)]
-struct Setting<'a> {
-    camera: &'a Camera,
-    lens: &'a Lens,
-    /// An LED's radius in half sides of the panel.
-    radius: f64,
-    bits: PanelFrame,
-}
-
 /// Memory of a fit.
 pub(super) struct ImageFit<const N: usize> {
     pixels: Pixels<N>,
@@ -141,24 +128,18 @@ impl<const N: usize> ImageFit<N> {
         slopes: [[[0.0; PLANE]; 2]; LEDS],
     };
 
-    /// Fits the panel that is about at `corners` and shows `bits`.
-    pub fn fit(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &Camera,
-        lens: &Lens,
-        panel: PanelSize,
-    ) -> Result<PlaneFit, PoseError> {
-        self.pixels.take(frame, corners, camera)?;
-        let start = PlaneImage::through(corners, lens).ok_or(PoseError::NoRay)?;
-        let setting = Setting {
+    /// Fits the image of a panel that was read.
+    pub fn fit(&mut self, seen: &Seen<'_>) -> Result<PlaneFit, PoseError> {
+        let Seen {
+            frame,
+            corners,
+            bits,
             camera,
             lens,
-            radius: panel.led_diameter_m / 2.0 / panel.half_side_m(),
-            bits,
-        };
+            ..
+        } = *seen;
+        self.pixels.take(frame, corners, camera)?;
+        let start = PlaneImage::through(corners, lens).ok_or(PoseError::NoRay)?;
         let blur = f64::from(camera.blur_sigma_px) / self.pixels.side as f64;
         let mut now = Estimate {
             plane: start,
@@ -171,7 +152,7 @@ impl<const N: usize> ImageFit<N> {
             rim: 0.0,
         };
         for round in 0..MOST_ROUNDS {
-            let sums = self.sums(&now, &setting)?;
+            let sums = self.sums(&now, seen)?;
             if round == INNER_ROUNDS {
                 now.rim = self.rim(&now, &sums, corners);
                 continue;
@@ -232,9 +213,11 @@ impl<const N: usize> ImageFit<N> {
     }
 
     /// Draws the LEDs' images.
-    fn draw(&mut self, now: &Estimate, setting: &Setting<'_>) -> Result<(), PoseError> {
+    fn draw(&mut self, now: &Estimate, panel: &Seen<'_>) -> Result<(), PoseError> {
         const STEP: f64 = 1e-6;
-        let Setting { lens, radius, .. } = *setting;
+        let lens = panel.lens;
+        // In half sides of the panel.
+        let radius = panel.size.led_diameter_m / 2.0 / panel.size.half_side_m();
         let side = self.pixels.side as f64;
         let pixels = &self.pixels;
         for led in 0..LEDS {
@@ -291,8 +274,8 @@ impl<const N: usize> ImageFit<N> {
     }
 
     /// Holds an estimate against the pixels.
-    fn sums(&mut self, now: &Estimate, setting: &Setting<'_>) -> Result<Sums, PoseError> {
-        self.draw(now, setting)?;
+    fn sums(&mut self, now: &Estimate, panel: &Seen<'_>) -> Result<Sums, PoseError> {
+        self.draw(now, panel)?;
         let mut sums = Sums {
             normal: Normal::zeros(),
             gradient: Step::zeros(),
@@ -303,12 +286,14 @@ impl<const N: usize> ImageFit<N> {
             pull: [[0.0; 2]; LEDS],
             hold: [[0.0; 2]; LEDS],
         };
-        let amplitude: [f64; LEDS] = core::array::from_fn(|led| {
-            now.levels[usize::from(setting.bits.led(led))] + now.own[led]
-        });
+        let amplitude: [f64; LEDS] =
+            core::array::from_fn(|led| now.levels[usize::from(panel.bits.led(led))] + now.own[led]);
         let [width, height] = self.pixels.size;
         let frame_pixels = self.pixels.side * self.pixels.side;
         for row in 0..height {
+            let in_row: Vec<usize, LEDS> = (0..LEDS)
+                .filter(|&led| self.patches[led].has_row(row))
+                .collect();
             for column in 0..width {
                 let (light, full, outside) = self.pixels.at(column, row);
                 let is_counted = outside <= now.rim;
@@ -316,15 +301,10 @@ impl<const N: usize> ImageFit<N> {
                     continue;
                 }
                 // What of it each LED gives.
-                let mut leds = [(0, [0.0; 4]); SEEN];
-                let mut count = 0;
-                for (led, patch) in self.patches.iter().enumerate() {
-                    if let Some(here) = patch.at(column, row) {
-                        leds[count] = (led, here);
-                        count += 1;
-                    }
-                }
-                let leds = &leds[..count];
+                let leds: Vec<(usize, [f64; 4]), LEDS> = in_row
+                    .iter()
+                    .filter_map(|&led| Some((led, self.patches[led].at(column, row)?)))
+                    .collect();
                 let ground = self.ground(column, row);
                 let lit: f64 = leds
                     .iter()
@@ -332,7 +312,7 @@ impl<const N: usize> ImageFit<N> {
                     .sum();
                 let expected = (0..3).map(|i| now.ground[i] * ground[i]).sum::<f64>() + lit;
                 let expected = expected.max(0.0);
-                let rounding = rounding_variance(setting.camera, expected, frame_pixels);
+                let rounding = rounding_variance(panel.camera, expected, frame_pixels);
                 let variance = now.noise[0]
                     + now.noise[1] * expected
                     + rounding
@@ -350,13 +330,13 @@ impl<const N: usize> ImageFit<N> {
                     continue;
                 }
                 let mut slopes = [0.0; OWN];
-                for &(led, [disc, x, y, sigma]) in leds {
+                for &(led, [disc, x, y, sigma]) in &leds {
                     let (strong, along) = (amplitude[led], &self.slopes[led]);
                     for (i, slope) in slopes[..PLANE].iter_mut().enumerate() {
                         *slope += strong * (x * along[0][i] + y * along[1][i]);
                     }
                     slopes[BLUR] += strong * sigma;
-                    slopes[LEVELS + usize::from(setting.bits.led(led))] += disc;
+                    slopes[LEVELS + usize::from(panel.bits.led(led))] += disc;
                     for (axis, slope) in [x, y].into_iter().enumerate() {
                         let pull = strong * slope * cut.slope;
                         sums.pull[led][axis] += weight * pull * off;
@@ -364,7 +344,7 @@ impl<const N: usize> ImageFit<N> {
                     }
                 }
                 slopes[GROUND..LEVELS].copy_from_slice(&ground);
-                sums.add(&slopes, leds, cut.slope, weight, off);
+                sums.add(&slopes, &leds, cut.slope, weight, off);
                 if cut.slope > 0.999 {
                     let exact = weight * weight;
                     let squared = off * off - rounding;
@@ -379,7 +359,7 @@ impl<const N: usize> ImageFit<N> {
             }
         }
         for led in 0..LEDS {
-            let certainty = 1.0 / now.spread[usize::from(setting.bits.led(led))];
+            let certainty = 1.0 / now.spread[usize::from(panel.bits.led(led))];
             sums.normal[(OWN + led, OWN + led)] += certainty;
             sums.gradient[OWN + led] -= certainty * now.own[led];
         }
