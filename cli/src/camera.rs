@@ -32,9 +32,10 @@ use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
 use serde::{Deserialize, Serialize};
 use sim::input;
+use studies::reception::colour::Channel;
+use studies::reception::deep::encodes;
 
 use crate::files::write;
-use crate::frames::colour::Channel;
 use crate::frames::{Bayer, PixelArguments};
 
 /// A gamma that is learnt of samples in proportion to light.
@@ -183,7 +184,7 @@ impl Told {
 
     /// Whether pictures are encoded for the receiver.
     fn encodes(&self, deep: bool) -> bool {
-        deep && self.encoding.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
+        deep && encodes(self.encoding)
     }
 
     /// Writes what was learnt, and how pixels were told to be taken, as a file that `--camera` reads: whole or not at all. `deep`: whether

@@ -7,11 +7,10 @@
 //! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
 //! | [`stream`] | grey of y4m or raw bytes |
-//! | [`colour`], [`mosaic`] | one channel of a colour picture, or of the mosaic before a sensor's colour filters |
-//! | [`deep`] | 8 bits of 9 to 16 |
+//! | [`mosaic`] | one channel of the mosaic before a sensor's colour filters |
+//!
+//! What is the same for frames from elsewhere, one channel of colours and 8 bits of more, is in [`studies::reception`].
 
-pub mod colour;
-mod deep;
 pub mod files;
 pub mod film;
 mod mosaic;
@@ -19,14 +18,15 @@ pub mod picture;
 pub mod stamps;
 pub mod stream;
 
-use colour::Channel;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 pub use mosaic::Mosaic as Bayer;
+use studies::reception::colour::Channel;
 
 /// How the pixels of files are to be taken.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct PixelArguments {
     /// What to read of colours: the brightest channel of each pixel, or one of red, green, blue or grey.
-    #[arg(long, value_name = "CHANNEL")]
+    #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
     /// The sensor's colour filters, where frames are its raw mosaic: RGGB, BGGR, GRBG or GBRG, from the top-left pixel on.
     #[arg(long, value_name = "FILTERS")]
@@ -34,6 +34,15 @@ pub struct PixelArguments {
     /// Bits of a sample in pictures of more than 8, 9 to 16; as many as the first picture needs by default.
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(9..=16))]
     pub depth: Option<u8>,
+}
+
+/// A channel by its name.
+fn channel() -> impl TypedValueParser<Value = Channel> {
+    let names = Channel::NAMES.map(|(name, about, _)| match about {
+        "" => PossibleValue::new(name),
+        about => PossibleValue::new(name).help(about),
+    });
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Channel>())
 }
 
 impl PixelArguments {

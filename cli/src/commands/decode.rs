@@ -2,20 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use link::camera::Camera;
-use rx_pipeline::camera::Learnt;
-use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{Detection, Method, check_white};
-use rx_pipeline::features::Features;
+use rx_pipeline::detect::Detection;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::likelihood::MaximumLikelihood;
-use rx_pipeline::receiver::{
-    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
 use serde::Serialize;
 use serde_json::Value;
 use studies::detectors::DetectorChoice;
+use studies::reception::still::{StillDecoder, StillError};
 
 use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
@@ -23,14 +16,6 @@ use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
 use crate::pose::{self, Measured, PanelArguments, PoseMeter};
-
-/// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 512 * 512;
-/// The most pixels that the likelihood looks at; larger panels are binned.
-const LIKELIHOOD_PIXELS: usize = 128 * 128;
-/// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels. Boards end at
-/// edges that the largest pixels mix with LEDs, so there is room to find panels in smaller ones.
-const SEARCH_PIXELS: usize = 256 * 256;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -76,10 +61,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let told = arguments.camera.told(arguments.pixels)?;
     let mut pictures = PictureReader::new(told.pixels, told.encoding);
     let mut decoder = Decoder {
-        method: options::untrained(arguments.detector)?,
+        still: StillDecoder::new(options::untrained(arguments.detector)?),
         told,
-        map: Box::new(CellMap::empty()),
-        likelihood: Box::new(MaximumLikelihood::new(told.camera)),
     };
     let mut meter = PoseMeter::new(&arguments.panel, told.calibration)?;
     let mut answer = Answer::Yes;
@@ -126,15 +109,10 @@ pub fn corners(text: &str) -> Result<Corners, String> {
     Corners::new([[a, b], [c, d], [e, f], [g, h]]).map_err(|error| error.to_string())
 }
 
-/// A panel's place and bits, or why they cannot be read.
-type Read = Result<(Corners, Detection), String>;
-
 /// What single images are read with.
 struct Decoder {
-    method: Method,
+    still: StillDecoder,
     told: Told,
-    map: Box<CellMap<PANEL_PIXELS>>,
-    likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
 }
 
 impl Decoder {
@@ -150,54 +128,17 @@ impl Decoder {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let camera = self.told.of_pixels(pictures.deep_white() > 0);
         let frame = Frame::new(image.as_raw(), width, height)?;
-        let (read, learnt) = match given {
-            None => self.search(camera, &frame)?,
-            Some(corners) => {
-                // Each image stands for itself.
-                self.likelihood.prepare(camera);
-                self.map
-                    .build(&corners, width, height)
-                    .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-                let detection = self.detect(&frame, &corners);
-                let read = detection.map(|detection| (corners, detection));
-                (read, self.likelihood.learnt())
-            }
-        };
+        let decoded = self.still.decode(&frame, camera, given);
+        let (read, learnt) = decoded.map_err(|error| match error {
+            StillError::Cells(error) => anyhow::anyhow!("{}: {error}", path.display()),
+            error => error.into(),
+        })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
         Ok(read.map(|(corners, detection)| Shown {
             pose: meter.pose(&frame, &corners, detection.bits, &camera),
             corners,
             detection,
         }))
-    }
-
-    /// What a receiver makes of a frame that it has seen none before, and what it learns of the camera.
-    fn search(&self, camera: Camera, frame: &Frame) -> anyhow::Result<(Read, Option<Learnt>)> {
-        let room = FrameSearch::<Box<SearchMemory>>::bytes(frame.width(), frame.height());
-        let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; room]);
-        let settings = ReceiverSettings {
-            camera,
-            method: self.method,
-            ..ReceiverSettings::default()
-        };
-        let memory = Box::<ReceiverMemory<SEARCH_PIXELS>>::default();
-        let mut receiver = Receiver::new(settings, memory, search.thorough())?;
-        let reading = receiver.frame(0, frame).reading;
-        let read = reading
-            .map(|Reading { corners, detection }| (corners, detection))
-            .map_err(|why| why.to_string());
-        Ok((read, receiver.learnt()))
-    }
-
-    fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
-        let why = |error: &dyn std::error::Error| error.to_string();
-        let features = Features::measure(frame, &self.map).map_err(|error| why(&error))?;
-        check_white(&features).map_err(|error| why(&error))?;
-        match &self.method {
-            Method::Features(detector) => detector.detect(&features),
-            Method::MaximumLikelihood => self.likelihood.detect(frame, corners),
-        }
-        .map_err(|error| why(&error))
     }
 }
 

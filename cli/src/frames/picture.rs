@@ -6,9 +6,9 @@ use anyhow::{Context, bail};
 use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
 use sim::input;
+use studies::reception::deep::Compander;
 
 use super::PixelArguments;
-use super::deep::Compander;
 
 /// Reads the pictures of one camera.
 pub struct PictureReader {

@@ -7,7 +7,7 @@ use std::io::{BufRead, Read};
 
 use anyhow::{Context, bail, ensure};
 
-use super::colour::{Channel, Standard};
+use studies::reception::colour::{Channel, Standard};
 
 /// The most columns or rows of a frame.
 pub const SIDE_MAX: usize = 8192;

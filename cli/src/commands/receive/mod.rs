@@ -2,7 +2,6 @@
 
 mod diagnosis;
 mod places;
-mod rates;
 mod reception;
 mod report;
 mod stage_times;
@@ -13,6 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
+use studies::reception::rates::{self, Rates};
 
 use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
@@ -26,7 +26,6 @@ use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
 
-use rates::Rates;
 use reception::Reception;
 
 /// The most panels followed at once.

@@ -1,25 +1,20 @@
 //! The receiver at work on one frame after another.
 
 use anyhow::ensure;
-use link::framing::Event;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{
-    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{Reading, ReceiverSettings};
+use studies::reception::rates::{Heard, Rates};
+use studies::reception::{Receiving, USUAL_FPS, receiver};
 
 use super::Arguments;
 use super::diagnosis::Gone;
-use super::rates::{Made, Rates};
 use super::report::Report;
 use super::stage_times::StageTimes;
 use crate::camera::Told;
 use crate::options::{self, Shared};
 use crate::output::Answer;
 use crate::pose::{PoseMeter, Whereabouts};
-
-/// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 160 * 160;
 
 /// The receiver and what it has had to say.
 pub struct Reception<'a, const PANELS: usize> {
@@ -45,16 +40,6 @@ pub struct Reception<'a, const PANELS: usize> {
     size: Option<(usize, usize)>,
     times: StageTimes,
 }
-
-type Receiving<const PANELS: usize> = Receiver<
-    PANEL_PIXELS,
-    Box<ReceiverMemory<PANEL_PIXELS, PANELS>>,
-    FrameSearch<Box<SearchMemory>, Vec<u8>>,
-    PANELS,
->;
-
-/// Frames a second where nobody tells.
-const USUAL_FPS: f32 = 100.0;
 
 impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// For so many frames, if that is known.
@@ -162,9 +147,10 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         receiver.set_late(late);
         receiver.frame_each(number, frame, &mut self.times, |panel, outcome| {
             let rates = rates[panel].get_or_insert_with(|| arguments.rates(fps));
-            tell(report, panel, rates, &outcome.event, |rates| {
-                let Reading { detection, .. } = outcome.reading.as_ref().ok()?;
-                rates.take(number, late, detection)
+            let detection = outcome.reading.as_ref().ok();
+            let detection = detection.map(|reading| &reading.detection);
+            rates.hear(&outcome.event, number, late, detection, |heard| {
+                tell(report, panel, heard);
             });
             let symbol = rates.symbol().or(outcome.symbol);
             let whereabouts = &mut whereabouts[panel];
@@ -201,7 +187,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         if let Some(receiver) = &mut self.receiver {
             receiver.finish_each(|panel, event| {
                 if let Some(rates) = &mut self.rates[panel] {
-                    tell(&mut self.report, panel, rates, &event, Rates::finish);
+                    rates.hear_last(&event, |heard| tell(&mut self.report, panel, heard));
                 }
             });
             learnt = receiver.learnt_each();
@@ -234,34 +220,10 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     }
 }
 
-/// Tells what became of a panel's symbols: by the receiver's own rate, or by one that is `made` a message of where that one makes none.
-fn tell(
-    report: &mut Report,
-    panel: usize,
-    rates: &mut Rates,
-    event: &Event,
-    made: impl FnOnce(&mut Rates) -> Option<Made>,
-) {
-    let found_before = rates.found_hz();
-    if found_before.is_none() && matches!(event, Event::Delivered(_)) {
-        rates.end();
+/// Tells what became of a panel's symbols.
+fn tell(report: &mut Report, panel: usize, heard: Heard<'_>) {
+    match heard {
+        Heard::Event(event) => report.event(event, panel),
+        Heard::Rate(rate_hz) => report.found_rate(rate_hz),
     }
-    if let Some(made) = made(rates) {
-        report.event(&made.event(), panel);
-    }
-    if let (None, Some(rate_hz)) = (found_before, rates.found_hz()) {
-        report.found_rate(rate_hz);
-    }
-    if rates.found_hz().is_none() && !rates.repeats(event) {
-        report.event(event, panel);
-    }
-}
-
-fn receiver<const PANELS: usize>(
-    settings: ReceiverSettings,
-    (width, height): (usize, usize),
-) -> anyhow::Result<Receiving<PANELS>> {
-    let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
-    let search = FrameSearch::with_history(Box::default(), vec![0; room]);
-    Ok(Receiver::new(settings, Box::default(), search)?)
 }

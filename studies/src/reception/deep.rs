@@ -6,6 +6,12 @@
 
 use link::camera::Encoding;
 
+/// Whether samples of the encoding told are encoded for the receiver: those in proportion to light, as they are taken to be where nobody
+/// tells.
+pub fn encodes(told: Option<Encoding>) -> bool {
+    told.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
+}
+
 /// What becomes of each sample, up to the white of a depth.
 pub struct Compander {
     white: u16,

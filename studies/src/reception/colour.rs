@@ -1,24 +1,46 @@
 //! One channel of colours.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 /// What to read of a colour picture.
 ///
 /// A lamp of any colour is bright in the brightest channel; red alone tells a red lamp from a white wall.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Channel {
     /// The brightest of the three, pixel by pixel.
     #[default]
     Brightest,
+    /// Red alone.
     Red,
+    /// Green alone.
     Green,
+    /// Blue alone.
     Blue,
     /// Luma as in BT.709: 0.2126 red, 0.7152 green, 0.0722 blue.
     Grey,
 }
 
 impl Channel {
+    /// The names by which users know them, each with what has to be said of it.
+    pub const NAMES: [(&'static str, &'static str, Self); 5] = [
+        (
+            "brightest",
+            "The brightest of the three, pixel by pixel",
+            Self::Brightest,
+        ),
+        ("red", "", Self::Red),
+        ("green", "", Self::Green),
+        ("blue", "", Self::Blue),
+        (
+            "grey",
+            "Luma as in BT.709: 0.2126 red, 0.7152 green, 0.0722 blue",
+            Self::Grey,
+        ),
+    ];
+
     /// That channel of one pixel.
     pub fn of<T: Copy + Ord + Into<u32> + TryFrom<u32>>(self, [red, green, blue]: [T; 3]) -> T {
         match self {
@@ -60,11 +82,23 @@ impl Channel {
     }
 }
 
+impl FromStr for Channel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::NAMES.iter().find(|(name, ..)| *name == text);
+        known.map(|&(.., channel)| channel).ok_or_else(|| {
+            format!("no channel {text:?}: choose brightest, red, green, blue or grey")
+        })
+    }
+}
+
 /// Which standard a video's colours go by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standard {
     /// Up to 576 lines.
     Bt601,
+    /// Larger ones.
     Bt709,
 }
 

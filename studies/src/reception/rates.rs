@@ -43,10 +43,19 @@ struct Trial {
 }
 
 /// A message that one of them has made whole.
-pub struct Made {
+struct Made {
     message: Vec<u8>,
     /// All else that is told of it.
     delivery: Delivery<'static>,
+}
+
+/// What is told of a panel's symbols.
+#[derive(Clone, Copy, Debug)]
+pub enum Heard<'a> {
+    /// What a symbol meant for the message.
+    Event(&'a Event<'a>),
+    /// The panel shows so many symbols a second, which is another rate than was gone by.
+    Rate(f32),
 }
 
 /// The rates tried for one panel.
@@ -97,7 +106,7 @@ impl Trial {
 
 impl Made {
     /// What a receiver of that rate would have said.
-    pub fn event(&self) -> Event<'_> {
+    fn event(&self) -> Event<'_> {
         Event::Delivered(Delivery {
             message: &self.message,
             ..self.delivery
@@ -134,18 +143,54 @@ impl Rates {
         self.found_hz.and(self.trials.first()?.clock.current())
     }
 
-    /// No more are tried: the receiver's own is right.
-    pub fn end(&mut self) {
-        self.trials.clear();
-    }
-
     /// How often the panel changes a second, by the frames so far; none where they are too few.
     pub fn seen_hz(&self) -> Option<f32> {
         Some(self.changes.per_frame()? * self.fps)
     }
 
-    /// Takes the reading of a frame that was taken so many frame periods `late`; gives the message that becomes whole by it.
-    pub fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
+    /// Tells what became of a panel's symbols in a frame that was taken so many frame periods `late`: by the receiver's own rate, whose
+    /// `event` that is, or by one that makes a message whole of the frame's reading where that one makes none.
+    pub fn hear(
+        &mut self,
+        event: &Event<'_>,
+        number: u64,
+        late: f64,
+        detection: Option<&Detection>,
+        tell: impl FnMut(Heard<'_>),
+    ) {
+        let made = |rates: &mut Self| rates.take(number, late, detection?);
+        self.hear_or(event, made, tell);
+    }
+
+    /// The same of the symbol that the last frames showed.
+    pub fn hear_last(&mut self, event: &Event<'_>, tell: impl FnMut(Heard<'_>)) {
+        self.hear_or(event, Self::finish, tell);
+    }
+
+    fn hear_or(
+        &mut self,
+        event: &Event<'_>,
+        made: impl FnOnce(&mut Self) -> Option<Made>,
+        mut tell: impl FnMut(Heard<'_>),
+    ) {
+        let found_before = self.found_hz;
+        if found_before.is_none() && matches!(event, Event::Delivered(_)) {
+            // No more are tried: the receiver's own is right.
+            self.trials.clear();
+        }
+        if let Some(made) = made(self) {
+            tell(Heard::Event(&made.event()));
+        }
+        if let (None, Some(rate_hz)) = (found_before, self.found_hz) {
+            tell(Heard::Rate(rate_hz));
+        }
+        if self.found_hz.is_none() && !self.repeats(event) {
+            tell(Heard::Event(event));
+        }
+    }
+
+    /// Takes the reading of a frame; gives the message that becomes whole by it.
+    fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
         self.changes.take(number, detection);
         let trials = self.trials.iter_mut();
         let made = trials.filter_map(|trial| trial.take(number, late, detection));
@@ -154,7 +199,7 @@ impl Rates {
     }
 
     /// The message that becomes whole by the last symbol.
-    pub fn finish(&mut self) -> Option<Made> {
+    fn finish(&mut self) -> Option<Made> {
         let trials = self.trials.iter_mut();
         let made = trials.filter_map(|trial| {
             let symbol = trial.clock.flush()?;
@@ -192,7 +237,7 @@ impl Rates {
     }
 
     /// Whether the receiver's own rate now makes whole the message that another has made whole before.
-    pub fn repeats(&mut self, event: &Event) -> bool {
+    fn repeats(&mut self, event: &Event) -> bool {
         let Event::Delivered(delivery) = event else {
             return false;
         };
