@@ -59,6 +59,7 @@
 //! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter, and each
 //!   writes its part of the image formation. [`cost`]: what each takes, measured by [`timing`].
 //! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
+//! - [`keys`]: the names of a scene's keys, and the nearest to a name that is none.
 //! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to. [`input`]: files that are read.
 //!
 //! What is learnt with frames (error rates, the best ratio, what accuracy costs) is in the crate `studies`.
@@ -79,6 +80,7 @@ pub mod disc;
 pub mod effects;
 mod formation;
 pub mod input;
+pub mod keys;
 pub mod l2a;
 mod load;
 pub mod plan;

@@ -36,6 +36,14 @@ pub enum SceneError {
         /// What is wrong with it.
         why: String,
     },
+    /// A key that does not exist, or is named by half.
+    #[error("scene key {key:?}: {why}")]
+    Key {
+        /// The key as given.
+        key: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// A value out of its range.
     #[error(transparent)]
     Range(#[from] RangeError),

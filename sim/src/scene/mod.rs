@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use error::SceneError;
 pub(crate) use overrides::overrule;
 pub use overrides::parse_value;
+pub(crate) use presets::written_keys;
 pub use presets::{PRESETS, Preset, preset_toml};
 pub use validate::RangeError;
 

@@ -76,6 +76,12 @@ pub fn preset_toml(name: &str) -> Option<String> {
     ))
 }
 
+/// The keys that presets write, or show in comments, each with its table.
+pub(crate) fn written_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
+    in_tables(DEFAULTS)
+        .filter_map(|(table, line)| Some((table.trim_matches(['[', ']']), key(line)?)))
+}
+
 /// Settings among all keys there are, in their order; those that are not set are comments.
 fn filled(settings: &str) -> String {
     let mut own: Vec<(&str, &str)> = in_tables(settings)

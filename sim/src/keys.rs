@@ -1,0 +1,159 @@
+//! The names of a scene's keys, and the nearest one to a name that is none: for those who write a scene in another program.
+
+use toml::{Table, Value};
+
+use crate::effects;
+use crate::scene::{self, SceneError};
+
+/// The table that says which effects are simulated.
+const EFFECTS: &str = "effects";
+/// The table that a panel may have of its own.
+const POSE: &str = "pose";
+
+/// All keys, as `TABLE.KEY`; a panel's own pose has those of `pose`.
+pub fn all() -> Vec<String> {
+    let written = scene::written_keys().map(|(table, key)| format!("{table}.{key}"));
+    let effects = effects::names()
+        .into_iter()
+        .map(|effect| format!("{EFFECTS}.{effect}"));
+    // These have no default.
+    let others = ["link.table", "panel.pose"].map(str::to_owned);
+    written.chain(others).chain(effects).collect()
+}
+
+/// The whole name, `TABLE.KEY`, of a key that is called so or by its last part alone.
+///
+/// ```
+/// use sim::keys;
+/// assert_eq!(keys::whole_name("distance_m")?, "pose.distance_m");
+/// assert_eq!(keys::whole_name("panel.pose.yaw_deg")?, "panel.pose.yaw_deg");
+/// let fault = keys::whole_name("distance_cm").unwrap_err().to_string();
+/// assert!(fault.contains("the nearest is pose.distance_m"), "{fault}");
+/// # Ok::<(), sim::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// [`SceneError::Key`] of a name that no key has, with the nearest, and of one that several have.
+pub fn whole_name(name: &str) -> Result<String, SceneError> {
+    let keys = all();
+    let fault = |why: String| SceneError::Key {
+        key: name.into(),
+        why,
+    };
+    // The pose of one panel is written as that of all.
+    let (of_panel, looked_up) = match name.strip_prefix("panel.pose.") {
+        Some(key) => ("panel.", format!("{POSE}.{key}")),
+        None => ("", name.to_owned()),
+    };
+    if keys.contains(&looked_up) {
+        return Ok(format!("{of_panel}{looked_up}"));
+    }
+    let mut alike: Vec<&String> = keys.iter().filter(|key| last(key) == looked_up).collect();
+    // An effect that is called as what it is of is named in full.
+    if alike.len() > 1 {
+        alike.retain(|key| !key.starts_with(EFFECTS));
+    }
+    match alike[..] {
+        [only] => Ok(only.clone()),
+        [] => Err(fault(format!(
+            "there is none; the nearest is {of_panel}{}",
+            nearest(&looked_up, &keys)
+        ))),
+        _ => {
+            let names: Vec<&str> = alike.iter().map(|key| key.as_str()).collect();
+            Err(fault(format!("write {}", names.join(" or "))))
+        }
+    }
+}
+
+/// That a scene's table has no other keys than there are.
+///
+/// # Errors
+/// [`SceneError::Key`] of the first that is none.
+pub fn check(scene: &Table) -> Result<(), SceneError> {
+    scene.iter().try_for_each(|(table, value)| match value {
+        Value::Array(panels) => panels
+            .iter()
+            .filter_map(Value::as_table)
+            .try_for_each(|panel| check_table(table, panel)),
+        Value::Table(keys) => check_table(table, keys),
+        _ => Err(SceneError::Key {
+            key: table.clone(),
+            why: format!(
+                "a scene is made of tables, and keys stand in one of them; the nearest is {}",
+                nearest(table, &all())
+            ),
+        }),
+    })
+}
+
+fn check_table(name: &str, table: &Table) -> Result<(), SceneError> {
+    table.iter().try_for_each(|(key, value)| match value {
+        Value::Table(own) if name == "panel" && key == POSE => check_table("panel.pose", own),
+        _ => whole_name(&format!("{name}.{key}")).map(drop),
+    })
+}
+
+/// A key without its table.
+fn last(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+/// The key that is most like a name: with its table where the name has one. Units are what is forgotten first.
+fn nearest(name: &str, keys: &[String]) -> String {
+    let likeness = |key: &&String| {
+        let key = if name.contains('.') { key } else { last(key) };
+        let begun = f64::from(u8::from(key.starts_with(name)));
+        begun + strsim::normalized_damerau_levenshtein(name, key)
+    };
+    let best = keys
+        .iter()
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    best.cloned().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{PRESETS, preset_toml};
+
+    #[test]
+    fn every_preset_has_known_keys_alone() {
+        for preset in PRESETS {
+            let text = preset_toml(preset.name).unwrap();
+            check(&toml::from_str(&text).unwrap()).unwrap();
+        }
+        let own = "[[panel]]\npose = { yaw_deg = 3 }\n[link]\ntable = \"t.toml\"\n[effects]\nnoise = \"on\"";
+        check(&toml::from_str(own).unwrap()).unwrap();
+    }
+
+    #[test]
+    fn all_keys_that_a_scene_writes_are_known() {
+        let scene = crate::scene::Scene::load("night", &["panel.pose={}".into()]).unwrap();
+        check(&Table::try_from(&scene).unwrap()).unwrap();
+    }
+
+    #[test]
+    fn a_key_that_is_none_is_refused_with_the_nearest() {
+        let of_text = |text: &str| check(&toml::from_str(text).unwrap()).unwrap_err();
+        for (text, nearest) in [
+            ("[pose]\ndistance = 3", "pose.distance_m"),
+            ("[poses]\ndistance_m = 3", "pose.distance_m"),
+            ("[[panel]]\nintervall = 1", "panel.interval"),
+            ("[[panel]]\npose = { yaw = 1 }", "panel.pose.yaw_deg"),
+            ("[effects]\nblurr = \"on\"", "effects.blur"),
+            ("distance = 3", "pose.distance_m"),
+        ] {
+            let fault = of_text(text).to_string();
+            assert!(fault.contains(&format!("nearest is {nearest}")), "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_several_keys_have_is_to_be_written_in_full() {
+        let fault = whole_name("seed").unwrap_err().to_string();
+        assert!(fault.contains("camera.seed or panel.seed"), "{fault}");
+        assert_eq!(whole_name("vignetting").unwrap(), "camera.vignetting");
+        assert_eq!(whole_name("noise").unwrap(), "effects.noise");
+    }
+}
