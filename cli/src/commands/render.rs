@@ -3,10 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
-use rand::Rng;
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::random::{Purpose, stream};
 use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 
@@ -87,18 +85,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         outputs::files_of(&arguments.scene, &scene),
     )?;
     let renderer = Renderer::new(&scene, arguments.level)?;
-    let mut random = stream(shared.seed, arguments.frame, Purpose::Bits);
-    let shown: Vec<Shown> = (0..scene.panels.len())
-        .map(|panel| {
-            let drawn = random.next_u64();
-            let bits = if panel == 0 {
-                arguments.bits.unwrap_or(drawn)
-            } else {
-                drawn
-            };
-            renderer.steady(panel, PanelFrame::from_bits(bits))
-        })
-        .collect();
+    let bits = arguments.bits.map(PanelFrame::from_bits);
+    let shown = renderer.shown(shared.seed, arguments.frame, bits);
     let region = if arguments.crop || arguments.zoom.is_some() {
         renderer.surroundings(0)
     } else {

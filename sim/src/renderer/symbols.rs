@@ -1,11 +1,24 @@
 //! Which symbols an exposure sees of a panel.
 
 use link::panel::{LEDS, PanelFrame};
+use rand::Rng;
 
 use super::{Renderer, Shown};
 use crate::camera::clock::Moment;
+use crate::random::{Purpose, stream};
 
 impl Renderer {
+    /// What all panels show in frame `frame` of a seed: random bits, but for the first panel's where they are given.
+    pub fn shown(&self, seed: u64, frame: u64, bits: Option<PanelFrame>) -> Vec<Shown> {
+        let mut random = stream(seed, frame, Purpose::Bits);
+        let shown = |panel| {
+            let drawn = PanelFrame::from_bits(random.next_u64());
+            let given = bits.filter(|_| panel == 0);
+            self.steady(panel, given.unwrap_or(drawn))
+        };
+        (0..self.view.panels.len()).map(shown).collect()
+    }
+
     /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
     pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
         if self.formation.row_delay_s == 0.0 {

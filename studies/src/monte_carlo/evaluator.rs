@@ -137,7 +137,7 @@ pub struct Workspace {
 
 impl Workspace {
     /// The grey levels of the frame read last.
-    pub(crate) fn grey(&self) -> &[u8] {
+    pub fn grey(&self) -> &[u8] {
         &self.grey
     }
 }
@@ -384,6 +384,32 @@ impl Evaluator {
         workspace: &mut Workspace,
     ) -> Result<Observation, EvaluateError> {
         self.observe_of(self.settings.seed, frame, workspace)
+    }
+
+    /// Renders frame `frame`, which [`Evaluator::observe`] would measure; gives what the panel showed, and its corner LEDs in the
+    /// region that is drawn.
+    ///
+    /// # Errors
+    /// When the panel, where it was moved to, is none.
+    pub fn render(
+        &self,
+        frame: u64,
+        workspace: &mut Workspace,
+    ) -> Result<(PanelFrame, Corners), EvaluateError> {
+        let seed = self.settings.seed;
+        self.expose(seed, frame, workspace);
+        let Workspace {
+            canvas,
+            grey,
+            shown,
+            ..
+        } = workspace;
+        self.renderer.read_out(seed, frame, canvas, grey);
+        let [x, y] = shown[0].shift_px.map(|shift| shift as f32);
+        let bits = self
+            .renderer
+            .truth(0, &self.renderer.moment(frame), &shown[0]);
+        Ok((bits, self.corners.shifted(x, y)?))
     }
 
     /// The same of another seed.
