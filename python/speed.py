@@ -1,0 +1,183 @@
+"""How fast the package is: beside the program, in pictures a second, and beside GalSim and SciPy for the same picture at the same error.
+
+    python -m pip install ./python numpy scipy galsim
+    cargo build --release -p vocc
+    python python/speed.py --program target/release/vocc
+
+Times of two things that are compared are taken by turns, and each is the median of its rounds, so that what else the computer does meets
+both alike. Errors are the largest of any pixel in grey levels before rounding, against vocc's reference level.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy import ndimage
+
+import vocc
+
+Picture = np.ndarray
+# Without the air, of which the other programs know nothing.
+SCENE = vocc.Scene("paper", atmosphere="off")
+BITS = "8142a51824c34281"
+
+
+def grey(light: Picture) -> Picture:
+    """Grey levels before rounding: Do & Yoo 2020, Eq. 11."""
+    return 118 * np.maximum(light, 0) ** (1 / 2.2)
+
+
+def seconds(call: Callable[[], object], least_s: float = 0.3) -> float:
+    """How long a call takes: the median of some."""
+    times: list[float] = []
+    while sum(times) < least_s or len(times) < 5:
+        begun = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begun)
+    return statistics.median(times)
+
+
+def evaluations(program: str, rounds: int, frames: int) -> None:
+    """Frames a second of `vocc evaluate` and of vocc.evaluate, by turns."""
+    scene = vocc.Scene("paper", distance_m=70)
+    options = ["evaluate", "paper", "--set", "pose.distance_m=70", "--frames", str(frames), "--threads", "2", "--json"]
+    ratios, rates = [], []
+    for _ in range(rounds):
+        printed = subprocess.run([program, *options], capture_output=True, text=True, check=True).stdout
+        of_program = frames / json.loads(printed)["seconds"]
+        of_package = frames / vocc.evaluate(scene, frames=frames, threads=2).seconds
+        rates.append((of_program, of_package))
+        ratios.append(of_package / of_program)
+    by_program, by_package = (statistics.median(column) for column in zip(*rates, strict=True))
+    print(
+        f"evaluate, 70 m, 2 threads: program {by_program:.0f}, package {by_package:.0f} frames/s; package over program: "
+        f"{statistics.median(ratios):.3f} (median of {rounds} turns, {min(ratios):.3f} to {max(ratios):.3f})"
+    )
+
+
+def batches(frames: int) -> None:
+    """Pictures a second that come into NumPy in batches."""
+    for distance_m in (140, 70, 50):
+        scene = vocc.Scene("paper", distance_m=distance_m)
+        rates = []
+        for threads in (1, 2):
+            pictures = vocc.frames(scene, 6 * frames, batch=frames, threads=threads)
+            next(pictures)
+            rates.append(frames / seconds(lambda pictures=pictures: next(pictures), least_s=0))
+        height, width = pictures.shape
+        print(f"frames, {distance_m} m, {width} x {height}: {rates[0]:.0f} a second on 1 thread, {rates[1]:.0f} on 2")
+
+
+def lights() -> tuple[float, float, float]:
+    """The light of an On LED, of an Off one and of the background: of a panel so near that a pixel shows one of them alone."""
+    near = vocc.Renderer(SCENE.with_(distance_m=2, blur="off"), level="reference")
+    on, off = near.render(1, linear=True), near.render(0, linear=True)
+    x, y = np.rint(near.corners_px[0]).astype(int)
+    return float(on[y, x]), float(off[y, x]), float(off[0, 0])
+
+
+class Panel:
+    """What the others draw: discs on a lattice, in the region that vocc draws."""
+
+    def __init__(self, renderer: vocc.Renderer) -> None:
+        on, off, self.background = lights()
+        self.shape = renderer.shape
+        corners = renderer.corners_px
+        across, down = (corners[1] - corners[0]) / 7, (corners[3] - corners[0]) / 7
+        rows, columns = np.mgrid[:8, :8]
+        self.centres = corners[0] + columns[..., None] * across + rows[..., None] * down
+        self.radius_px = np.linalg.norm(across) / (1 + SCENE["interval"]) / 2
+        self.excess = np.where(vocc.as_bits(BITS), on, off) - self.background
+
+    def by_scipy(self, samples: int) -> Picture:
+        """Each pixel of `samples` x `samples` points, blurred by scipy.ndimage.gaussian_filter, averaged."""
+        height, width = self.shape
+        fine = np.full((height * samples, width * samples), self.background)
+        reach = int(np.ceil((self.radius_px + 1) * samples))
+        for (x, y), excess in zip(self.centres.reshape(-1, 2), self.excess.ravel(), strict=True):
+            # Places in fine pixels; the centre of pixel 0 is at 0.
+            column, row = (x + 0.5) * samples - 0.5, (y + 0.5) * samples - 0.5
+            left, top = int(column) - reach, int(row) - reach
+            part = fine[max(top, 0) : top + 2 * reach + 1, max(left, 0) : left + 2 * reach + 1]
+            ys, xs = np.mgrid[: part.shape[0], : part.shape[1]]
+            inside = (xs + max(left, 0) - column) ** 2 + (ys + max(top, 0) - row) ** 2 <= (self.radius_px * samples) ** 2
+            part[inside] += excess
+        blurred = ndimage.gaussian_filter(fine, SCENE["blur_sigma_px"] * samples, mode="nearest", truncate=6)
+        return blurred.reshape(height, samples, width, samples).mean((1, 3))
+
+    def by_galsim(self, accuracy: float) -> Picture:
+        """Discs convolved with the blur and the pixel, by GalSim's Fourier transforms."""
+        import galsim
+
+        height, width = self.shape
+        knobs = galsim.GSParams(
+            folding_threshold=accuracy, maxk_threshold=accuracy, kvalue_accuracy=accuracy / 100, maximum_fft_size=16384
+        )
+        middle = np.array([(width - 1) / 2, (height - 1) / 2])
+        disc = galsim.TopHat(self.radius_px, flux=np.pi * self.radius_px**2, gsparams=knobs)
+        discs = [
+            (disc * float(excess)).shift(*(centre - middle))
+            for centre, excess in zip(self.centres.reshape(-1, 2), self.excess.ravel(), strict=True)
+        ]
+        blurred = galsim.Convolve([galsim.Add(discs), galsim.Gaussian(sigma=SCENE["blur_sigma_px"])], gsparams=knobs)
+        picture = blurred.drawImage(nx=width, ny=height, scale=1, method="auto", dtype=float)
+        return picture.array + self.background
+
+
+def pictures() -> None:
+    """Time and error of one picture by each, as exact as each level of vocc at least."""
+    for level in ("fast", "fine"):
+        renderer = vocc.Renderer(SCENE, level=level, crop=True)
+        of_vocc = seconds(lambda renderer=renderer: renderer.render(BITS, linear=True))
+        expected = reference_of(renderer)
+        error = np.abs(grey(renderer.render(BITS, linear=True)) - grey(expected)).max()
+        bound = renderer.error_bound_grey
+        height, width = renderer.shape
+        print(f"one picture of {width} x {height} pixels, at most {bound} grey levels off:")
+        print(f"  vocc, {level}: {of_vocc * 1e6:.0f} us, {error:.4f} off")
+        panel = Panel(renderer)
+        tried: list[tuple[str, Callable[[float], Picture], list[float]]] = [
+            ("SciPy, samples a side", lambda samples: panel.by_scipy(int(samples)), [2, 4, 8, 16, 32, 64]),
+        ]
+        try:
+            import galsim  # noqa: F401
+
+            tried.append(("GalSim, accuracy", panel.by_galsim, [0.1, 5e-2, 1e-2, 1e-3, 1e-4]))
+        except ImportError:
+            print("  GalSim is not installed")
+        for name, draw, knobs in tried:
+            for knob in knobs:
+                error = np.abs(grey(draw(knob)) - grey(expected)).max()
+                if error <= bound:
+                    taken = seconds(lambda draw=draw, knob=knob: draw(knob))
+                    print(f"  {name} {knob:g}: {taken * 1e6:.0f} us, {error:.4f} off: {taken / of_vocc:.0f} times as long")
+                    break
+            else:
+                print(f"  {name} up to {knobs[-1]:g}: {error:.4f} off, more than that")
+
+
+def reference_of(renderer: vocc.Renderer) -> Picture:
+    """The same region at the reference level."""
+    whole = vocc.render(SCENE, bits=BITS, level="reference", linear=True)
+    (x, y), (height, width) = renderer.origin_px, renderer.shape
+    return whole[y : y + height, x : x + width]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", help="the program that evaluations are compared with")
+    parser.add_argument("--rounds", type=int, default=9, help="turns of program and package")
+    parser.add_argument("--frames", type=int, default=200_000, help="frames of an evaluation, and of all batches but the first")
+    arguments = parser.parse_args()
+    if arguments.program:
+        evaluations(arguments.program, arguments.rounds, arguments.frames)
+    batches(max(arguments.frames // 4, 1000))
+    pictures()
+
+
+if __name__ == "__main__":
+    main()

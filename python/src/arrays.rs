@@ -1,0 +1,219 @@
+//! NumPy arrays in and out: images, and the 64 bits of a panel.
+
+use std::borrow::Cow;
+
+use link::camera::Encoding;
+use link::panel::{LEDS, PanelFrame, SIDE};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{
+    IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyInt, PyString};
+use sim::input::SIDE_MAX;
+use studies::reception::colour::Channel;
+use studies::reception::deep::Compander;
+
+use crate::errors::refused;
+
+/// An image that Python holds.
+pub enum Image<'py> {
+    /// 8-bit grey.
+    Grey(PyReadonlyArray2<'py, u8>),
+    /// Blue, green and red of each pixel, as OpenCV has them.
+    Colour(PyReadonlyArray3<'py, u8>),
+    /// Up to 16 bits.
+    Deep(PyReadonlyArray2<'py, u16>),
+    /// Linear light, 1 at a grey card.
+    Light(PyReadonlyArray2<'py, f32>),
+}
+
+/// The pixels of an image, borrowed from Python.
+#[derive(Clone, Copy)]
+pub struct Pixels<'a> {
+    samples: Samples<'a>,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+#[derive(Clone, Copy)]
+enum Samples<'a> {
+    Grey(&'a [u8]),
+    Colour(&'a [u8]),
+    Deep(&'a [u16]),
+    Light(&'a [f32]),
+}
+
+/// What is said of images that are none.
+const WANTED: &str = "give a NumPy array of shape (height, width) and type uint8, uint16 or float32 (linear light), or (height, width, 3) \
+    and uint8 as OpenCV has colours";
+
+impl<'py> Image<'py> {
+    /// The image that `object` is; `name` is what the caller calls it.
+    pub fn of(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+        let Ok(array) = object.cast::<PyUntypedArray>() else {
+            let kind = object.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{name} is of type {kind}: {WANTED}"
+            )));
+        };
+        let shape = array.shape();
+        let told = format!("{name} is of shape {shape:?} and type {}", array.dtype());
+        let of_size = shape[..shape.len().min(2)]
+            .iter()
+            .all(|side| (1..=SIDE_MAX as usize).contains(side));
+        if !matches!(*shape, [_, _] | [_, _, 3]) || !of_size {
+            return Err(refused(format!(
+                "{told}, of 1 × 1 to {SIDE_MAX} × {SIDE_MAX} pixels it may be: {WANTED}"
+            )));
+        }
+        if !array.is_c_contiguous() {
+            return Err(refused(format!(
+                "{told}, but its pixels do not follow one another row by row in memory: give numpy.ascontiguousarray({name})"
+            )));
+        }
+        let taken = if shape.len() == 3 {
+            object.extract().map(Self::Colour).ok()
+        } else if let Ok(grey) = object.extract() {
+            Some(Self::Grey(grey))
+        } else if let Ok(deep) = object.extract() {
+            Some(Self::Deep(deep))
+        } else {
+            object.extract().map(Self::Light).ok()
+        };
+        taken.ok_or_else(|| PyTypeError::new_err(format!("{told}: {WANTED}")))
+    }
+
+    /// Its pixels.
+    pub fn pixels(&self) -> PyResult<Pixels<'_>> {
+        let (samples, shape) = match self {
+            Self::Grey(array) => (array.as_slice().map(Samples::Grey), array.shape()),
+            Self::Colour(array) => (array.as_slice().map(Samples::Colour), array.shape()),
+            Self::Deep(array) => (array.as_slice().map(Samples::Deep), array.shape()),
+            Self::Light(array) => (array.as_slice().map(Samples::Light), array.shape()),
+        };
+        Ok(Pixels {
+            samples: samples.map_err(refused)?,
+            width: shape[1],
+            height: shape[0],
+        })
+    }
+}
+
+impl<'a> Pixels<'a> {
+    /// Whether they have more than 8 bits, and are brought to 8.
+    pub fn are_deep(&self) -> bool {
+        matches!(self.samples, Samples::Deep(_) | Samples::Light(_))
+    }
+
+    /// 8-bit grey: of colours one channel, of deep samples what `deep` makes of them, of light what a camera of the usual curve would.
+    ///
+    /// # Errors
+    /// The first light that is not a number from 0 up.
+    pub fn grey(&self, channel: Channel, deep: &mut Compander) -> Result<Cow<'a, [u8]>, String> {
+        Ok(match self.samples {
+            Samples::Grey(grey) => Cow::Borrowed(grey),
+            Samples::Colour(colours) => {
+                let (pixels, _) = colours.as_chunks::<3>();
+                let grey = pixels
+                    .iter()
+                    .map(|&[blue, green, red]| channel.of([red, green, blue]));
+                Cow::Owned(grey.collect())
+            }
+            Samples::Deep(samples) => Cow::Owned(deep.grey(samples)),
+            Samples::Light(light) => Cow::Owned(encoded(light, self.width)?),
+        })
+    }
+}
+
+/// Grey levels of light.
+fn encoded(light: &[f32], width: usize) -> Result<Vec<u8>, String> {
+    let grey = light.iter().enumerate().map(|(place, &light)| {
+        if light >= 0.0 && light.is_finite() {
+            return Ok(Encoding::default().grey(light).round() as u8);
+        }
+        Err(format!(
+            "light of {light} in row {}, column {}: it is a number from 0 up, 1 at a grey card; leave such pixels out, or make them 0",
+            place / width,
+            place % width
+        ))
+    });
+    grey.collect()
+}
+
+/// The panel of an integer, of 16 hexadecimal digits, or of an array of shape (8, 8).
+pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
+    let wanted = "give an int from 0 to 2**64 - 1 (bit 8*row + column), 16 hexadecimal digits such as '8040201008040201', or a bool array \
+         of shape (8, 8)";
+    if object.is_instance_of::<PyInt>() && !object.is_instance_of::<PyBool>() {
+        let bits = object.extract::<u64>();
+        return bits
+            .map(PanelFrame::from_bits)
+            .map_err(|_| refused(format!("bits = {object}: {wanted}")));
+    }
+    if let Ok(text) = object.cast::<PyString>() {
+        let text = text.to_cow()?;
+        let bits = u64::from_str_radix(&text, 16);
+        return match (text.len(), bits) {
+            (16, Ok(bits)) if text.bytes().all(|c| c.is_ascii_hexdigit()) => {
+                Ok(PanelFrame::from_bits(bits))
+            }
+            _ => Err(refused(format!("bits = {text:?}: {wanted}"))),
+        };
+    }
+    let Ok(array) = object.extract::<PyReadonlyArray2<'_, bool>>() else {
+        let told = match object.cast::<PyUntypedArray>() {
+            Ok(array) => format!(
+                "an array of shape {:?} and type {}",
+                array.shape(),
+                array.dtype()
+            ),
+            Err(_) => format!("of type {}", object.get_type().name()?),
+        };
+        return Err(PyTypeError::new_err(format!("bits are {told}: {wanted}")));
+    };
+    if array.shape() != [SIDE, SIDE] {
+        return Err(refused(format!(
+            "bits are of shape {:?}: {wanted}",
+            array.shape()
+        )));
+    }
+    let on = array.as_array();
+    let bits = on.iter().enumerate();
+    Ok(PanelFrame::from_bits(
+        bits.fold(0, |bits, (led, &on)| bits | u64::from(on) << led),
+    ))
+}
+
+/// The LEDs of a panel, of shape (8, 8).
+pub fn leds(py: Python<'_>, panel: PanelFrame) -> Py<PyArray2<bool>> {
+    let leds = Array2::from_shape_fn((SIDE, SIDE), |(row, column)| panel.is_on(row, column));
+    leds.into_pyarray(py).unbind()
+}
+
+/// The LEDs of panels, of shape (n, 8, 8).
+pub fn all_leds(py: Python<'_>, panels: &[PanelFrame]) -> Py<PyArray3<bool>> {
+    let leds = Array3::from_shape_fn((panels.len(), SIDE, SIDE), |(n, row, column)| {
+        panels[n].is_on(row, column)
+    });
+    leds.into_pyarray(py).unbind()
+}
+
+/// A value for each LED, of shape (8, 8).
+pub fn of_leds(py: Python<'_>, values: [f32; LEDS]) -> Py<PyArray2<f32>> {
+    let values = Array2::from_shape_fn((SIDE, SIDE), |(row, column)| values[SIDE * row + column]);
+    values.into_pyarray(py).unbind()
+}
+
+/// Rows of numbers, of shape (N, M).
+pub fn rows<T: numpy::Element + Copy, const N: usize, const M: usize>(
+    py: Python<'_>,
+    rows: [[T; M]; N],
+) -> Py<PyArray2<T>> {
+    let rows = Array2::from_shape_fn((N, M), |(row, column)| rows[row][column]);
+    rows.into_pyarray(py).unbind()
+}

@@ -1,0 +1,280 @@
+//! What is known of a camera: told, or learnt from its frames.
+
+use link::camera::{self, Encoding};
+use link::panel::LEDS;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict};
+use rx_pipeline::camera::Learnt;
+use rx_pipeline::pose::Lens;
+use studies::reception::deep;
+
+use crate::errors::{check, refused};
+use crate::record::{self, record};
+
+/// What is known of a camera. All are hints, the receiver learns the rest; only `focal_px`, for the panel's pose, has to be told.
+///
+/// `encoding` is "linear", "srgb", "rec709" or gamma's number from 1 to 4. `focal_px` is the focal length in pixels, one number or along x
+/// and y; `principal_px` the pixel on the optical axis, the middle of the frame without it; `distortion` k1, k2, p1, p2, k3, k4, k5, k6 or
+/// the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them.
+///
+/// Raises VoccError of a value out of its range.
+///
+/// >>> import vocc
+/// >>> vocc.Camera(encoding=1.8, blur_sigma_px=0.8).blur_sigma_px
+/// 0.8
+/// >>> vocc.Camera(encoding=9)
+/// Traceback (most recent call last):
+///     ...
+/// vocc.VoccError: a gamma of 9 is not 1 to 4: give the camera's, 1 where it is linear; 2.2 is a start where it is not known
+#[pyclass(frozen, skip_from_py_object, module = "vocc")]
+#[derive(Clone, Copy, Default)]
+pub struct Camera {
+    camera: camera::Camera,
+    /// Whether the encoding was told.
+    encoding: Option<Encoding>,
+    focal_px: Option<[f64; 2]>,
+    principal_px: Option<[f64; 2]>,
+    distortion: [f64; 8],
+}
+
+/// The attributes of a camera.
+const NAMES: [&str; 8] = [
+    "encoding",
+    "black_grey",
+    "blur_sigma_px",
+    "blur_aspect",
+    "read_noise_e",
+    "focal_px",
+    "principal_px",
+    "distortion",
+];
+
+#[pymethods]
+impl Camera {
+    #[new]
+    #[pyo3(signature = (
+        encoding=None, *, black_grey=None, blur_sigma_px=None, blur_aspect=None, read_noise_e=None, focal_px=None, principal_px=None,
+        distortion=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn new(
+        encoding: Option<&Bound<'_, PyAny>>,
+        black_grey: Option<f32>,
+        blur_sigma_px: Option<f32>,
+        blur_aspect: Option<f32>,
+        read_noise_e: Option<f32>,
+        focal_px: Option<&Bound<'_, PyAny>>,
+        principal_px: Option<[f64; 2]>,
+        distortion: Option<Vec<f64>>,
+    ) -> PyResult<Self> {
+        let usual = camera::Camera::default();
+        let encoding = encoding.map(encoding_of).transpose()?;
+        let camera = camera::Camera {
+            encoding: encoding.unwrap_or(usual.encoding),
+            black_grey: black_grey.unwrap_or(usual.black_grey),
+            blur_sigma_px: blur_sigma_px.unwrap_or(usual.blur_sigma_px),
+            blur_aspect: blur_aspect.unwrap_or(usual.blur_aspect),
+            read_noise_e: read_noise_e.unwrap_or(usual.read_noise_e),
+        };
+        let focal_px = match focal_px {
+            None => None,
+            Some(focal) => Some(match focal.extract::<f64>() {
+                Ok(focal_px) => [focal_px; 2],
+                Err(_) => focal.extract()?,
+            }),
+        };
+        let told = distortion.unwrap_or_default();
+        if !matches!(told.len(), 0 | 1 | 2 | 4 | 5 | 8) {
+            return Err(refused(format!(
+                "{} distortion coefficients: give k1, k2, p1, p2, k3, k4, k5, k6, or the first 1, 2, 4 or 5 of them",
+                told.len()
+            )));
+        }
+        let mut distortion = [0.0; 8];
+        distortion[..told.len()].copy_from_slice(&told);
+        let lens = Lens {
+            focal_px: focal_px.unwrap_or([1.0; 2]),
+            principal_px: principal_px.unwrap_or_default(),
+            distortion,
+        };
+        check(lens.checked())?;
+        Ok(Self {
+            camera: check(camera.checked())?,
+            encoding,
+            focal_px,
+            principal_px,
+            distortion,
+        })
+    }
+
+    /// "srgb", "rec709", or gamma's number; 1 is linear.
+    #[getter]
+    fn encoding(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(match self.camera.encoding {
+            Encoding::Gamma(gamma) => short(gamma).into_pyobject(py)?.into_any().unbind(),
+            Encoding::Srgb => "srgb".into_pyobject(py)?.into_any().unbind(),
+            Encoding::Rec709 => "rec709".into_pyobject(py)?.into_any().unbind(),
+        })
+    }
+
+    /// The grey level of no light, 0 to 64.
+    #[getter]
+    fn black_grey(&self) -> f64 {
+        short(self.camera.black_grey)
+    }
+
+    /// Standard deviation of the lens blur in pixels, 0.3 to 4.
+    #[getter]
+    fn blur_sigma_px(&self) -> f64 {
+        short(self.camera.blur_sigma_px)
+    }
+
+    /// The blur along x over that along y, 0.5 to 2.
+    #[getter]
+    fn blur_aspect(&self) -> f64 {
+        short(self.camera.blur_aspect)
+    }
+
+    /// Read noise in electrons.
+    #[getter]
+    fn read_noise_e(&self) -> f64 {
+        short(self.camera.read_noise_e)
+    }
+
+    /// Focal length along x and y in pixels, if it was told.
+    #[getter]
+    fn focal_px(&self) -> Option<(f64, f64)> {
+        self.focal_px.map(|[x, y]| (x, y))
+    }
+
+    /// The pixel on the optical axis, if it was told.
+    #[getter]
+    fn principal_px(&self) -> Option<(f64, f64)> {
+        self.principal_px.map(|[x, y]| (x, y))
+    }
+
+    /// k1, k2, p1, p2, k3, k4, k5 and k6.
+    #[getter]
+    fn distortion(&self) -> Vec<f64> {
+        self.distortion.to_vec()
+    }
+
+    /// All attributes by their names: Camera takes them back as keywords.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        record::to_dict(slf.as_any(), &NAMES)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        record::repr(slf.as_any(), &NAMES)
+    }
+}
+
+record! {
+    /// What a panel's frames have told of the camera, and of its LEDs.
+    LearntCamera {
+        /// The camera: what the frames say of it, and what was told of the rest. The next receiver can begin with it.
+        camera: Py<Camera>,
+        /// The standard deviation of its blur_sigma_px, in pixels.
+        blur_deviation_px: f64,
+        /// The standard deviation of a pixel of middle grey, in grey levels.
+        noise_grey: f64,
+        /// LEDs that do not follow the message, 8*row + column.
+        broken_leds: Vec<usize>,
+        /// Frames that this was learnt from.
+        frames: u32,
+    }
+}
+
+impl Camera {
+    /// As a receiver of 8-bit frames is told it.
+    pub fn camera(&self) -> camera::Camera {
+        self.camera
+    }
+
+    /// The encoding, if it was told.
+    pub fn told_encoding(&self) -> Option<Encoding> {
+        self.encoding
+    }
+
+    /// As a receiver of the pixels is told it: deep ones in proportion to light are encoded for it.
+    pub fn of_pixels(&self, are_deep: bool) -> camera::Camera {
+        let mut camera = self.camera;
+        if are_deep && deep::encodes(self.encoding) {
+            camera.encoding = Encoding::default();
+        }
+        camera
+    }
+
+    /// The lens before frames of a width and height; why not, if it is not known.
+    pub fn lens(&self, size: [usize; 2]) -> Result<Lens, String> {
+        let Some(focal_px) = self.focal_px else {
+            return Err("no focal length: give camera=Camera(focal_px=…)".into());
+        };
+        let usual = Lens::pinhole(1.0, size);
+        Ok(Lens {
+            focal_px,
+            principal_px: self.principal_px.unwrap_or(usual.principal_px),
+            distortion: self.distortion,
+        })
+    }
+
+    /// What was learnt, beside what was told of the lens.
+    pub fn learnt(&self, py: Python<'_>, learnt: &Learnt) -> PyResult<LearntCamera> {
+        let camera = Self {
+            camera: learnt.camera.clamped(),
+            encoding: Some(learnt.camera.encoding),
+            ..*self
+        };
+        let broken = (0..LEDS).filter(|led| learnt.broken >> led & 1 == 1);
+        Ok(LearntCamera {
+            camera: Py::new(py, camera)?,
+            blur_deviation_px: short(learnt.blur_deviation_px),
+            noise_grey: short(learnt.noise_grey),
+            broken_leds: broken.collect(),
+            frames: learnt.frames,
+        })
+    }
+}
+
+/// The camera that an argument is: a Camera, what was learnt of one, or a dict of its attributes.
+pub fn camera_of(argument: &Bound<'_, PyAny>) -> PyResult<Camera> {
+    if let Ok(camera) = argument.cast::<Camera>() {
+        return Ok(*camera.get());
+    }
+    if let Ok(learnt) = argument.cast::<LearntCamera>() {
+        return Ok(*learnt.get().camera.get());
+    }
+    if let Ok(dict) = argument.cast::<PyDict>() {
+        let class = argument.py().get_type::<Camera>();
+        let camera = class.call((), Some(dict))?;
+        return Ok(*camera.cast::<Camera>()?.get());
+    }
+    let kind = argument.get_type().name()?;
+    Err(PyTypeError::new_err(format!(
+        "a camera is a Camera, a LearntCamera or a dict of a Camera's attributes; this is of type {kind}"
+    )))
+}
+
+/// The encoding that a name or a number is.
+fn encoding_of(argument: &Bound<'_, PyAny>) -> PyResult<Encoding> {
+    if let Ok(gamma) = argument.extract::<f32>()
+        && !argument.is_instance_of::<PyBool>()
+    {
+        return Ok(Encoding::Gamma(gamma));
+    }
+    match argument.extract::<String>() {
+        Ok(name) if name == "linear" => Ok(Encoding::LINEAR),
+        Ok(name) if name == "srgb" => Ok(Encoding::Srgb),
+        Ok(name) if name == "rec709" => Ok(Encoding::Rec709),
+        _ => Err(refused(format!(
+            "{} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4",
+            argument.repr()?
+        ))),
+    }
+}
+
+/// The shortest double that is this number.
+fn short(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(value.into())
+}

@@ -1,0 +1,335 @@
+//! Many random frames of a scene with the truth: data to train and to test detectors with.
+
+use std::sync::{Mutex, PoisonError};
+
+use link::panel::PanelFrame;
+use numpy::ndarray::{Array3, Array4};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+use rx_pipeline::features::Features;
+use studies::detectors::DetectorChoice;
+use studies::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
+use studies::stop::Stop;
+
+use crate::arrays;
+use crate::errors::{check, guarded, refused};
+use crate::evaluate::single_precision;
+use crate::record::record;
+use crate::scene::scene_of;
+use crate::work::Work;
+
+record! {
+    /// A frame and the truth about it.
+    Frame {
+        /// Its number: with the scene and the seed it says all of it.
+        frame: u64,
+        /// The panel's part of the picture, uint8 of shape (height, width).
+        image: Py<PyArray2<u8>>,
+        /// What the panel showed in the middle of the exposure, bool of shape (8, 8).
+        bits: Py<PyArray2<bool>>,
+        /// The centres of the corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the image, of shape
+        /// (4, 2).
+        corners_px: Py<PyArray2<f32>>,
+        /// Whether the exposure is shared between two symbols.
+        across: bool,
+        /// AGR, GRI and NGR of each LED's cell, of shape (8, 8, 3); None where they are not asked for.
+        features: Option<Py<PyArray3<f32>>>,
+    }
+}
+
+record! {
+    /// Many frames and the truth about them.
+    Batch {
+        /// The number of the first.
+        first: u64,
+        /// The panel's part of the pictures, uint8 of shape (n, height, width).
+        images: Py<PyArray3<u8>>,
+        /// What the panel showed, bool of shape (n, 8, 8).
+        bits: Py<PyArray3<bool>>,
+        /// The centres of the corner LEDs, of shape (n, 4, 2).
+        corners_px: Py<PyArray3<f32>>,
+        /// Whether exposures are shared between two symbols, bool of shape (n,).
+        across: Py<PyArray1<bool>>,
+        /// AGR, GRI and NGR of each LED's cell, of shape (n, 8, 8, 3); None where they are not asked for.
+        features: Option<Py<PyArray4<f32>>>,
+    }
+}
+
+/// An iterator over random frames of a scene: see frames.
+#[pyclass(module = "vocc")]
+pub struct Frames {
+    evaluator: Evaluator,
+    features: bool,
+    next: u64,
+    end: u64,
+    batch: Option<u64>,
+    work: Option<Work>,
+    /// Those that threads have used and do not use now.
+    rooms: Mutex<Vec<Workspace>>,
+}
+
+/// What is known of one frame.
+struct Truth {
+    bits: PanelFrame,
+    corners: [[f32; 2]; 4],
+    across: bool,
+    features: Option<Box<Features>>,
+}
+
+/// Frames that a thread draws at a time.
+const PIECE: usize = 128;
+/// The most pixels of a batch: 4 GB.
+const BATCH_PIXELS_MAX: u64 = 1 << 32;
+
+/// The same random frames as `evaluate` draws of a scene and a seed, with the truth: an iterator of Frame, or with `batch` of Batch, so
+/// many at a time.
+///
+/// Frames are numbered `first` to `first + n - 1`: frame k of a seed is the same in any run. They show the first panel's cells; the image
+/// is as large for all. `features`: measure each LED's cell as the paper's detectors do. `threads` draw batches (1 without it; frames
+/// one by one are drawn in the thread that asks).
+///
+/// Raises VoccError where the scene cannot be seen.
+///
+/// >>> import vocc
+/// >>> for frame in vocc.frames("night", 3, seed=7):
+/// ...     print(frame.frame, frame.image.shape, int(frame.bits.sum()))
+/// 0 (40, 40) 35
+/// 1 (40, 40) 30
+/// 2 (40, 40) 35
+/// >>> batch = next(vocc.frames("night", 1000, seed=7, batch=1000, features=True))
+/// >>> batch.images.shape, batch.bits.shape, batch.features.shape
+/// ((1000, 40, 40), (1000, 8, 8), (1000, 8, 8, 3))
+#[pyfunction]
+#[pyo3(signature = (
+    scene=None, n=1000, seed=1, *, first=0, batch=None, features=false, random_reflectance=false, level="fast", threads=1
+))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn frames(
+    py: Python<'_>,
+    scene: Option<&Bound<'_, PyAny>>,
+    n: u64,
+    seed: u64,
+    first: u64,
+    batch: Option<u64>,
+    features: bool,
+    random_reflectance: bool,
+    level: &str,
+    threads: Option<usize>,
+) -> PyResult<Frames> {
+    let scene = scene_of(scene)?;
+    let end = first.checked_add(n).ok_or_else(|| {
+        refused(format!(
+            "first = {first} and n = {n} add up to more than 2**64 - 1"
+        ))
+    })?;
+    let settings = Settings {
+        random_reflectance,
+        level: single_precision(level)?,
+        ..Settings::fast(n, seed, DetectorChoice::KMeans)
+    };
+    let evaluator = guarded(|| py.detach(|| check(Evaluator::new(&scene, settings))))?;
+    let region = evaluator.region();
+    let pixels = (region.width * region.height) as u64;
+    let most = BATCH_PIXELS_MAX / pixels;
+    if let Some(batch) = batch
+        && !(1..=most).contains(&batch)
+    {
+        return Err(refused(format!(
+            "batch = {batch}: give 1 to {most} frames of {} × {} pixels, or None for one by one",
+            region.width, region.height
+        )));
+    }
+    Ok(Frames {
+        evaluator,
+        features,
+        next: first,
+        end,
+        work: batch.map(|_| Work::on(threads)).transpose()?,
+        batch,
+        rooms: Mutex::default(),
+    })
+}
+
+#[pymethods]
+impl Frames {
+    fn __iter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// Frames, or batches, that are left.
+    fn __len__(&self) -> usize {
+        let left = self.end - self.next;
+        usize::try_from(left.div_ceil(self.batch.unwrap_or(1))).unwrap_or(usize::MAX)
+    }
+
+    fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.next >= self.end {
+            return Ok(None);
+        }
+        match self.batch {
+            None => self.one(py).map(Some),
+            Some(batch) => self.many(py, batch).map(Some),
+        }
+    }
+
+    /// Rows and columns of the images.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        let region = self.evaluator.region();
+        (region.height, region.width)
+    }
+
+    /// The sensor's column and row at which the images begin.
+    #[getter]
+    fn origin_px(&self) -> (usize, usize) {
+        let region = self.evaluator.region();
+        (region.x, region.y)
+    }
+}
+
+impl Frames {
+    fn one<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (frame, (height, width)) = (self.next, self.shape());
+        let mut grey = vec![0; height * width];
+        let drawn = guarded(|| py.detach(|| check(self.draw(frame, &mut grey))))?;
+        self.next += 1;
+        let image = check(numpy::ndarray::Array2::from_shape_vec(
+            (height, width),
+            grey,
+        ))?;
+        let features = drawn.features.map(|features| {
+            let values = Array3::from_shape_vec((8, 8, 3), triples(&features));
+            Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
+        });
+        let frame = Frame {
+            frame,
+            image: image.into_pyarray(py).unbind(),
+            bits: arrays::leds(py, drawn.bits),
+            corners_px: arrays::rows(py, drawn.corners),
+            across: drawn.across,
+            features: features.transpose()?,
+        };
+        Ok(Bound::new(py, frame)?.into_any())
+    }
+
+    fn many<'py>(&mut self, py: Python<'py>, batch: u64) -> PyResult<Bound<'py, PyAny>> {
+        let first = self.next;
+        let count = batch.min(self.end - first) as usize;
+        let (height, width) = self.shape();
+        let Some(work) = &self.work else {
+            return Err(refused("the frames come one by one: give batch="));
+        };
+        let (images, truths) = work.run(py, None, |ears| {
+            let mut images = vec![0; count * height * width];
+            let pieces = images.par_chunks_mut(PIECE * height * width).enumerate();
+            let truths = pieces.map(|(piece, images)| {
+                let from = first + (piece * PIECE) as u64;
+                self.piece(from, images, height * width, ears.stop)
+            });
+            let truths = truths.collect::<Result<Vec<_>, _>>()?;
+            let truths: Vec<Truth> = truths.into_iter().flatten().collect();
+            Ok::<_, EvaluateError>((images, truths))
+        })?;
+        self.next += count as u64;
+        let bits: Vec<PanelFrame> = truths.iter().map(|truth| truth.bits).collect();
+        let corners = truths.iter().flat_map(|truth| truth.corners).flatten();
+        let corners = Array3::from_shape_vec((count, 4, 2), corners.collect());
+        let across: Vec<bool> = truths.iter().map(|truth| truth.across).collect();
+        let features = self.features.then(|| {
+            let values = truths.iter().filter_map(|truth| truth.features.as_deref());
+            let values =
+                Array4::from_shape_vec((count, 8, 8, 3), values.flat_map(triples).collect());
+            Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
+        });
+        let batch = Batch {
+            first,
+            images: check(Array3::from_shape_vec((count, height, width), images))?
+                .into_pyarray(py)
+                .unbind(),
+            bits: arrays::all_leds(py, &bits),
+            corners_px: check(corners)?.into_pyarray(py).unbind(),
+            across: across.into_pyarray(py).unbind(),
+            features: features.transpose()?,
+        };
+        Ok(Bound::new(py, batch)?.into_any())
+    }
+
+    /// Draws frames one after another into `images`, each of so many `pixels`.
+    fn piece(
+        &self,
+        first: u64,
+        images: &mut [u8],
+        pixels: usize,
+        stop: Stop,
+    ) -> Result<Vec<Truth>, EvaluateError> {
+        let mut room = self.room();
+        let images = (first..).zip(images.chunks_exact_mut(pixels));
+        let truths = images.map(|(frame, image)| match stop.is_asked() {
+            true => Err(EvaluateError::Stopped),
+            false => self.draw_in(&mut room, frame, image),
+        });
+        let truths = truths.collect();
+        self.keep(room);
+        truths
+    }
+
+    fn draw(&self, frame: u64, image: &mut [u8]) -> Result<Truth, EvaluateError> {
+        let mut room = self.room();
+        let truth = self.draw_in(&mut room, frame, image);
+        self.keep(room);
+        truth
+    }
+
+    fn draw_in(
+        &self,
+        room: &mut Workspace,
+        frame: u64,
+        image: &mut [u8],
+    ) -> Result<Truth, EvaluateError> {
+        let (bits, corners, features) = match self.features {
+            true => {
+                let observed = self.evaluator.observe(frame, room)?;
+                let features = Some(Box::new(observed.features));
+                (observed.bits, observed.corners, features)
+            }
+            false => {
+                let (bits, corners) = self.evaluator.render(frame, room)?;
+                (bits, corners, None)
+            }
+        };
+        image.copy_from_slice(room.grey());
+        let renderer = self.evaluator.renderer();
+        Ok(Truth {
+            bits,
+            corners: corners.points(),
+            across: renderer.straddles(0, &renderer.moment(frame)),
+            features,
+        })
+    }
+
+    fn room(&self) -> Workspace {
+        let kept = self
+            .rooms
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .pop();
+        kept.unwrap_or_else(|| self.evaluator.workspace())
+    }
+
+    fn keep(&self, room: Workspace) {
+        self.rooms
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(room);
+    }
+}
+
+/// AGR, GRI and NGR of each LED, one LED after another.
+fn triples(features: &Features) -> Vec<f32> {
+    let ngr = features.ngr();
+    let of_leds = features.agr.iter().zip(&features.gri).zip(&ngr);
+    of_leds
+        .flat_map(|((&agr, &gri), &ngr)| [agr, gri, ngr])
+        .collect()
+}

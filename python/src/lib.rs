@@ -1,0 +1,60 @@
+//! `import vocc`: the simulator and the receiver for people who work in Python.
+//!
+//! A skin over the same libraries as the program: no physics and no signal processing in it. Classes and functions are documented in
+//! Python, where examples run as tests; a file bears the name of the command that does the same.
+//!
+//! Long calls leave Python's lock to others, hear Ctrl-C, and start no threads but those asked for: see `work`. Arrays are borrowed on
+//! their way in, and handed over on their way out, without being copied.
+
+mod arrays;
+mod camera;
+mod decode;
+mod errors;
+mod evaluate;
+mod frames;
+mod optimize;
+mod pose;
+mod receiver;
+mod record;
+mod render;
+mod scene;
+mod table;
+mod transmit;
+mod work;
+
+/// The native part of the package `vocc`.
+#[pyo3::pymodule(name = "_vocc")]
+mod native {
+    use pyo3::prelude::*;
+
+    /// The version of all that the package is made of.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
+    #[pymodule_export]
+    use crate::camera::{Camera, LearntCamera};
+    #[pymodule_export]
+    use crate::decode::{Decoded, decode};
+    #[pymodule_export]
+    use crate::errors::VoccError;
+    #[pymodule_export]
+    use crate::evaluate::{Evaluation, evaluate};
+    #[pymodule_export]
+    use crate::frames::{Batch, Frame, Frames, frames};
+    #[pymodule_export]
+    use crate::optimize::{Optimization, Optimum, TableEntry, optimize};
+    #[pymodule_export]
+    use crate::pose::Pose;
+    #[pymodule_export]
+    use crate::receiver::{Loss, Message, Reading, Received, Receiver};
+    #[pymodule_export]
+    use crate::render::{Renderer, render};
+    #[pymodule_export]
+    use crate::scene::{Decision, Scene};
+    #[pymodule_export]
+    use crate::table::Table;
+    #[pymodule_export]
+    use crate::transmit::{as_bits, as_hex, transmit};
+}

@@ -1,0 +1,160 @@
+//! Where a panel is, in metres and degrees.
+
+use link::camera;
+use link::panel::PanelFrame;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::pose::{self, Closing, Known, PanelSize, PoseEstimator, Seen};
+
+use crate::arrays;
+use crate::camera::Camera;
+use crate::errors::check;
+use crate::record::record;
+
+/// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
+const POSE_PIXELS: usize = 128 * 128;
+
+record! {
+    /// Where a panel is before the camera, and how sure that is: a sigma is a standard deviation.
+    Pose {
+        /// Distance of the panel's middle, in metres.
+        range_m: f64,
+        /// Its standard deviation.
+        range_sigma_m: f64,
+        /// To the right of the optical axis, in degrees.
+        azimuth_deg: f64,
+        /// Its standard deviation.
+        azimuth_sigma_deg: f64,
+        /// Above the optical axis or below it, in degrees.
+        elevation_deg: f64,
+        /// Its standard deviation.
+        elevation_sigma_deg: f64,
+        /// Turn about the optical axis, in degrees.
+        roll_deg: f64,
+        /// Its standard deviation.
+        roll_sigma_deg: f64,
+        /// Turn about the vertical, in degrees.
+        yaw_deg: f64,
+        /// Its standard deviation.
+        yaw_sigma_deg: f64,
+        /// Turn about the horizontal, in degrees.
+        pitch_deg: f64,
+        /// Its standard deviation.
+        pitch_sigma_deg: f64,
+        /// The panel's middle: x right, y down, z forward, in metres.
+        translation_m: (f64, f64, f64),
+        /// The matrix that takes the panel's axes to the camera's, of shape (3, 3).
+        rotation: Py<PyArray2<f64>>,
+        /// Covariance of translation (m) and rotation vector (rad), of shape (6, 6).
+        covariance: Py<PyArray2<f64>>,
+        /// How likely the other of the two solutions is that a plane's image allows.
+        other_probability: f64,
+        /// By how much covariances are larger than noise alone would make them.
+        inflation: f64,
+        /// How fast it comes nearer, in m/s, once some frames tell.
+        closing_speed_m_s: Option<f64>,
+        /// Its standard deviation.
+        closing_speed_sigma_m_s: Option<f64>,
+        /// When it is here, in seconds, if it comes nearer.
+        time_to_collision_s: Option<f64>,
+        /// Its standard deviation.
+        time_to_collision_sigma_s: Option<f64>,
+    }
+}
+
+/// What poses are measured with.
+pub struct PoseMeter {
+    size: Option<PanelSize>,
+    camera: Option<Camera>,
+    estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
+}
+
+/// A pose, or why there is none.
+pub type Measured = Result<pose::Pose, String>;
+
+impl PoseMeter {
+    /// By what was told of the panel and of the camera.
+    pub fn new(
+        interval: Option<f64>,
+        led_diameter_m: Option<f64>,
+        camera: Option<Camera>,
+    ) -> PyResult<Self> {
+        // What was told by half is checked, too.
+        let usual = PanelSize::new(led_diameter_m.unwrap_or(0.03), interval.unwrap_or(1.0));
+        let size = check(usual)?;
+        let told = led_diameter_m.is_some() && interval.is_some();
+        Ok(Self {
+            size: told.then_some(size),
+            camera,
+            estimator: None,
+        })
+    }
+
+    /// The pose of a panel that was read.
+    pub fn measure(
+        &mut self,
+        frame: &Frame,
+        corners: &Corners,
+        bits: PanelFrame,
+        camera: &camera::Camera,
+    ) -> Measured {
+        let Some(size) = self.size else {
+            return Err("no panel size: give interval= and led_diameter_m=".into());
+        };
+        let unknown = || Err("no focal length: give camera=Camera(focal_px=…)".into());
+        let lens = self
+            .camera
+            .map_or_else(unknown, |told| told.lens([frame.width(), frame.height()]))?;
+        let estimator = self
+            .estimator
+            .get_or_insert_with(|| Box::new(PoseEstimator::new()));
+        let pose = estimator.pose(&Seen {
+            frame,
+            corners,
+            bits,
+            camera,
+            lens: &lens,
+            size,
+        });
+        pose.map_err(|why| why.to_string())
+    }
+}
+
+/// A pose, and how fast it comes nearer.
+pub fn as_record(py: Python<'_>, pose: &pose::Pose, closing: Option<&Closing>) -> Pose {
+    let numbers = pose.numbers();
+    let degrees = |known: Known| (known.value.to_degrees(), known.sigma.to_degrees());
+    let (azimuth_deg, azimuth_sigma_deg) = degrees(numbers.azimuth);
+    let (elevation_deg, elevation_sigma_deg) = degrees(numbers.elevation);
+    let (roll_deg, roll_sigma_deg) = degrees(numbers.roll);
+    let (yaw_deg, yaw_sigma_deg) = degrees(numbers.yaw);
+    let (pitch_deg, pitch_sigma_deg) = degrees(numbers.pitch);
+    let speed = closing.and_then(Closing::speed_m_s);
+    let time = closing.and_then(Closing::time_to_collision_s);
+    let [x, y, z] = pose.translation_m;
+    Pose {
+        range_m: numbers.range_m.value,
+        range_sigma_m: numbers.range_m.sigma,
+        azimuth_deg,
+        azimuth_sigma_deg,
+        elevation_deg,
+        elevation_sigma_deg,
+        roll_deg,
+        roll_sigma_deg,
+        yaw_deg,
+        yaw_sigma_deg,
+        pitch_deg,
+        pitch_sigma_deg,
+        translation_m: (x, y, z),
+        rotation: arrays::rows(py, pose.rotation),
+        covariance: arrays::rows(py, pose.covariance),
+        other_probability: pose.solutions[1].probability,
+        inflation: pose.inflation,
+        closing_speed_m_s: speed.map(|known| known.value),
+        closing_speed_sigma_m_s: speed.map(|known| known.sigma),
+        time_to_collision_s: time.map(|known| known.value),
+        time_to_collision_sigma_s: time.map(|known| known.sigma),
+    }
+}

@@ -1,0 +1,185 @@
+//! Camera frames of a scene, one at a time.
+
+use link::panel::PanelFrame;
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+use sim::accuracy::Level;
+use sim::renderer;
+use sim::renderer::canvas::{Canvas, Region};
+
+use crate::arrays;
+use crate::errors::{check, guarded, refused};
+use crate::scene::{Decision, decisions, scene_of};
+
+/// Draws camera frames of one scene, at level "fine", "fast" or "reference": what all of its frames have in common is worked out once.
+///
+/// Raises VoccError where the scene cannot be seen.
+///
+/// >>> import vocc
+/// >>> renderer = vocc.Renderer("day", level="fast", crop=True)
+/// >>> image = renderer.render(bits="8142241818244281")
+/// >>> image.shape == renderer.shape, image.dtype
+/// (True, dtype('uint8'))
+#[pyclass(frozen, module = "vocc")]
+pub struct Renderer {
+    renderer: renderer::Renderer,
+    region: Region,
+}
+
+#[pymethods]
+impl Renderer {
+    #[new]
+    #[pyo3(signature = (scene=None, *, level="fine", crop=false))]
+    fn new(
+        py: Python<'_>,
+        scene: Option<&Bound<'_, PyAny>>,
+        level: &str,
+        crop: bool,
+    ) -> PyResult<Self> {
+        let scene = scene_of(scene)?;
+        let level: Level = check(level.parse())?;
+        let renderer = guarded(|| py.detach(|| check(renderer::Renderer::new(&scene, level))))?;
+        let region = match crop {
+            true => renderer.surroundings(0),
+            false => renderer.sensor(),
+        };
+        Ok(Self { renderer, region })
+    }
+
+    /// One frame, of shape (height, width): uint8 grey levels as the camera gives them, or with `linear` float32 light (float64 at level
+    /// "reference"), 1 at a grey card, without noise.
+    ///
+    /// `bits` are the first panel's: an int (bit 8*row + column), 16 hexadecimal digits or a bool array of shape (8, 8); random by `seed`
+    /// and `frame` without them. `frame` is the number of the frame: its time, and its random numbers.
+    #[pyo3(signature = (bits=None, *, frame=0, seed=1, linear=false))]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        bits: Option<&Bound<'py, PyAny>>,
+        frame: u64,
+        seed: u64,
+        linear: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let bits = bits.map(arrays::panel).transpose()?;
+        let drawn = guarded(|| Ok(py.detach(|| self.draw(bits, frame, seed, linear))))?;
+        let shape = (self.region.height, self.region.width);
+        Ok(match drawn {
+            Drawn::Grey(grey) => picture(py, shape, grey)?.into_any(),
+            Drawn::Light(light) => picture(py, shape, light)?.into_any(),
+            Drawn::Exact(light) => picture(py, shape, light)?.into_any(),
+        })
+    }
+
+    /// What the first panel shows in a frame whose bits are random: a bool array of shape (8, 8).
+    #[pyo3(signature = (*, frame=0, seed=1))]
+    fn bits(&self, py: Python<'_>, frame: u64, seed: u64) -> PyResult<Py<PyArray2<bool>>> {
+        let shown = self.renderer.shown(seed, frame, None);
+        let first = shown
+            .first()
+            .ok_or_else(|| refused("the scene has no panel: give one"))?;
+        Ok(arrays::leds(py, first.symbols[0]))
+    }
+
+    /// Rows and columns of the frames.
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        (self.region.height, self.region.width)
+    }
+
+    /// The sensor's column and row at which the frames begin.
+    #[getter]
+    fn origin_px(&self) -> (usize, usize) {
+        (self.region.x, self.region.y)
+    }
+
+    /// The centres of the first panel's corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the frame, of
+    /// shape (4, 2). (0, 0) is the centre of the top-left pixel.
+    #[getter]
+    fn corners_px(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
+        let corners = self.renderer.corner_leds_px(0);
+        let origin = [self.region.x as f64, self.region.y as f64];
+        arrays::rows(py, corners.map(|[x, y]| [x - origin[0], y - origin[1]]))
+    }
+
+    /// How far frames may be from the reference, in grey levels before rounding.
+    #[getter]
+    fn error_bound_grey(&self) -> f64 {
+        self.renderer.level().error_bound_grey()
+    }
+
+    /// Which effects are simulated, and why: as Scene.plan.
+    fn plan(&self) -> Vec<Decision> {
+        decisions(self.renderer.plan())
+    }
+}
+
+enum Drawn {
+    Grey(Vec<u8>),
+    Light(Vec<f32>),
+    Exact(Vec<f64>),
+}
+
+impl Renderer {
+    fn draw(&self, bits: Option<PanelFrame>, frame: u64, seed: u64, linear: bool) -> Drawn {
+        let (renderer, region) = (&self.renderer, self.region);
+        let shown = renderer.shown(seed, frame, bits);
+        let moment = renderer.moment(frame);
+        let mut grey = vec![0; region.width * region.height];
+        if renderer.level() == Level::Reference {
+            let mut canvas = Canvas::<f64>::new(region);
+            renderer.draw_exact(&moment, &shown, &mut canvas);
+            if linear {
+                return Drawn::Exact(canvas.values().to_vec());
+            }
+            renderer.read_out_exact(seed, frame, &canvas, &mut grey);
+        } else {
+            let mut canvas = Canvas::<f32>::new(region);
+            renderer.draw(&moment, &shown, &mut canvas);
+            if linear {
+                return Drawn::Light(canvas.values().to_vec());
+            }
+            renderer.read_out(seed, frame, &canvas, &mut grey);
+        }
+        Drawn::Grey(grey)
+    }
+}
+
+fn picture<'py, T: numpy::Element>(
+    py: Python<'py>,
+    shape: (usize, usize),
+    values: Vec<T>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    Ok(check(Array2::from_shape_vec(shape, values))?.into_pyarray(py))
+}
+
+/// One camera frame of a scene, of shape (height, width): as `vocc render` draws it, bit for bit. For many of one scene, Renderer or
+/// frames.
+///
+/// uint8 grey levels, or with `linear` float32 light (float64 at level "reference"), 1 at a grey card, without noise. `bits` are the first
+/// panel's: an int, 16 hexadecimal digits or a bool array of shape (8, 8); random by `seed` and `frame` without them. `crop`: the first
+/// panel's surroundings instead of the whole sensor.
+///
+/// Raises VoccError where the scene cannot be seen.
+///
+/// >>> import vocc
+/// >>> vocc.render("night", bits="8040201008040201", frame=3, level="fine").shape
+/// (1080, 1920)
+/// >>> light = vocc.render("paper", bits=1, linear=True, crop=True)
+/// >>> light.dtype, bool(light.max() > 3)
+/// (dtype('float32'), True)
+#[pyfunction]
+#[pyo3(signature = (scene=None, *, bits=None, frame=0, level="fine", linear=false, seed=1, crop=false))]
+#[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+pub fn render<'py>(
+    py: Python<'py>,
+    scene: Option<&Bound<'py, PyAny>>,
+    bits: Option<&Bound<'py, PyAny>>,
+    frame: u64,
+    level: &str,
+    linear: bool,
+    seed: u64,
+    crop: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    Renderer::new(py, scene, level, crop)?.render(py, bits, frame, seed, linear)
+}

@@ -1,0 +1,354 @@
+//! Scenes: presets, TOML and dictionaries, with keys overruled.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyType};
+use sim::input;
+use sim::keys;
+use sim::plan::Plan;
+use sim::scene::{self, PRESETS, SceneError, preset_toml};
+use sim::view::View;
+use toml::{Table, Value};
+
+use crate::errors::{check, guarded, refused};
+use crate::record::record;
+
+record! {
+    /// Whether an effect is simulated, and why.
+    Decision {
+        /// The effect's name.
+        effect: &'static str,
+        /// The most that leaving it out could change, in grey levels before rounding.
+        bound_grey: f64,
+        /// The scene's tolerance, in grey levels.
+        tolerance_grey: f64,
+        /// What the scene says of it: auto, on or off.
+        mode: String,
+        /// Whether it is simulated.
+        included: bool,
+        /// Why.
+        why: String,
+        /// The model and its source.
+        model: &'static str,
+        /// The scene keys it reads.
+        keys: Vec<&'static str>,
+        /// What including it takes, in words.
+        cost: &'static str,
+    }
+}
+
+/// A scene: camera, panels, light, air and link.
+///
+/// `source` is the name of a preset, the path of a TOML file, or a dict of tables. Keyword arguments overrule keys: by their names alone
+/// (`distance_m=70`), or in full where several tables have one of that name (`**{"camera.seed": 3}`). None takes a key out. `panel.KEY`
+/// means the first panel. Scenes do not change: `with_` makes others.
+///
+/// Raises VoccError where a key does not exist (with the nearest that does) or a value is out of its range.
+///
+/// >>> import vocc
+/// >>> night = vocc.Scene("night", distance_m=70)
+/// >>> night["pose.distance_m"], night["illuminance_lx"]
+/// (70.0, 50.0)
+/// >>> vocc.Scene("night", distance_cm=7000)
+/// Traceback (most recent call last):
+///     ...
+/// vocc.VoccError: scene key "distance_cm": there is none; the nearest is pose.distance_m
+#[pyclass(frozen, eq, skip_from_py_object, module = "vocc")]
+#[derive(Clone, PartialEq)]
+pub struct Scene(pub scene::Scene);
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (source=None, **overrides))]
+    fn new(
+        source: Option<&Bound<'_, PyAny>>,
+        overrides: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let Some(source) = source else {
+            return load("paper", overrides);
+        };
+        if let Ok(scene) = source.cast::<Self>() {
+            return scene.get().with_(overrides);
+        }
+        if let Ok(dict) = source.cast::<PyDict>() {
+            let Value::Table(table) = value(dict.as_any(), "source")? else {
+                return Err(PyTypeError::new_err("a scene is a dict of tables"));
+            };
+            return of_toml("dict", &table.to_string(), overrides);
+        }
+        load(&path(source)?, overrides)
+    }
+
+    /// The scene of a TOML text, as `vocc scene` prints them; `overrides` as for Scene.
+    ///
+    /// >>> import vocc
+    /// >>> vocc.Scene.from_toml("[pose]\ndistance_m = 60")["distance_m"]
+    /// 60.0
+    #[classmethod]
+    #[pyo3(signature = (text, **overrides))]
+    fn from_toml(
+        _class: &Bound<'_, PyType>,
+        text: &str,
+        overrides: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        of_toml("text", text, overrides)
+    }
+
+    /// The names of the presets, each with what it is.
+    ///
+    /// >>> import vocc
+    /// >>> vocc.Scene.presets()["dusk"]
+    /// 'dusk at 500 lx: more noise, free-running clocks, PWM dimming'
+    #[staticmethod]
+    fn presets(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let presets = PyDict::new(py);
+        for preset in PRESETS {
+            presets.set_item(preset.name, preset.summary)?;
+        }
+        Ok(presets)
+    }
+
+    /// All keys, as `table.key`.
+    ///
+    /// >>> import vocc
+    /// >>> "link.l2a" in vocc.Scene.keys()
+    /// True
+    #[staticmethod]
+    fn keys() -> Vec<String> {
+        keys::all()
+    }
+
+    /// The same scene with other values of some keys.
+    ///
+    /// >>> import vocc
+    /// >>> far = vocc.Scene("day").with_(distance_m=65, l2a=1.5)
+    /// >>> far["link.l2a"]
+    /// 1.5
+    #[pyo3(signature = (**overrides))]
+    fn with_(&self, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let (set, removed) = told(overrides)?;
+        without(check(self.0.with("scene", &set))?, &removed).map(Self)
+    }
+
+    /// Which effects the scene calls for, in the order in which light meets them, and why: a list of Decision.
+    ///
+    /// Raises VoccError where the scene cannot be seen: a panel behind the camera, for instance.
+    ///
+    /// >>> import vocc
+    /// >>> [decision.effect for decision in vocc.Scene("paper", distance_m=30).plan() if decision.included]
+    /// ['blur']
+    fn plan(&self, py: Python<'_>) -> PyResult<Vec<Decision>> {
+        let plan = guarded(|| {
+            py.detach(|| check(View::new(&self.0)))
+                .map(|view| Plan::of(&view))
+        })?;
+        Ok(decisions(&plan))
+    }
+
+    /// The scene as a dict of tables, which Scene takes back.
+    ///
+    /// >>> import vocc
+    /// >>> scene = vocc.Scene("fog")
+    /// >>> vocc.Scene(scene.to_dict()) == scene
+    /// True
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize::pythonize(py, &self.0)?)
+    }
+
+    /// The scene as a TOML text, which `Scene.from_toml` and the command line take.
+    fn to_toml(&self) -> PyResult<String> {
+        check(toml::to_string(&self.0))
+    }
+
+    /// The value of a key, by its name alone or in full; None where it has none.
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        let table = table_of(&self.0)?;
+        let key = check(keys::whole_name(key))?;
+        match lookup(&table, &key) {
+            Some(value) => Ok(pythonize::pythonize(py, value)?),
+            None => Ok(py.None().into_bound(py)),
+        }
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let (table, usual) = (table_of(&self.0)?, table_of(&load("paper", None)?.0)?);
+        let own = keys::all().into_iter().filter_map(|key| {
+            let own = lookup(&table, &key);
+            (own != lookup(&usual, &key)).then(|| match own {
+                Some(value) => format!("{key}={value}"),
+                None => format!("{key}=None"),
+            })
+        });
+        let own: Vec<String> = own.collect();
+        Ok(format!("Scene({})", own.join(", ")))
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
+        let dict = slf.get().to_dict(slf.py())?;
+        Ok((slf.get_type().into_any(), (dict,)))
+    }
+}
+
+/// The decisions of a plan.
+pub fn decisions(plan: &Plan) -> Vec<Decision> {
+    let decisions = plan.decisions.iter().map(|decision| Decision {
+        effect: decision.effect,
+        bound_grey: decision.bound_grey,
+        tolerance_grey: decision.tolerance_grey,
+        mode: format!("{:?}", decision.mode).to_lowercase(),
+        included: decision.included,
+        why: decision.why.clone(),
+        model: decision.model,
+        keys: decision.keys.to_vec(),
+        cost: decision.cost,
+    });
+    decisions.collect()
+}
+
+/// The scene that an argument is: a Scene, or whatever makes one.
+pub fn scene_of(argument: Option<&Bound<'_, PyAny>>) -> PyResult<scene::Scene> {
+    Scene::new(argument, None).map(|scene| scene.0)
+}
+
+/// The name or path of a scene.
+fn path(source: &Bound<'_, PyAny>) -> PyResult<String> {
+    let wanted = || {
+        let kind = source.get_type().name();
+        let kind = kind.map_or_else(|_| "?".to_owned(), |kind| kind.to_string());
+        PyTypeError::new_err(format!(
+            "a scene is the name of a preset, the path of a TOML file, a dict of tables or a Scene; this is of type {kind}"
+        ))
+    };
+    if let Ok(text) = source.extract::<String>() {
+        return Ok(text);
+    }
+    let path = source.call_method0("__fspath__").map_err(|_| wanted())?;
+    path.extract().map_err(|_| wanted())
+}
+
+fn load(name: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    let path = std::path::Path::new(name);
+    match preset_toml(name) {
+        Some(text) => of_toml(name, &text, overrides),
+        None if path.exists() => {
+            let text = input::read_text(path, input::SCENE_MAX);
+            let text = text.map_err(|source| SceneError::Read {
+                path: name.into(),
+                source,
+            });
+            of_toml(name, &check(text)?, overrides)
+        }
+        None => Err(refused(SceneError::NotFound { name: name.into() })),
+    }
+}
+
+fn of_toml(name: &str, text: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+    // A key that is none is told of with the nearest.
+    if let Ok(table) = toml::from_str::<Table>(text) {
+        check(keys::check(&table))?;
+    }
+    let (set, removed) = told(overrides)?;
+    let scene = check(scene::Scene::from_toml(name, text, &set))?;
+    without(scene, &removed).map(Scene)
+}
+
+/// Overrides as the command line has them, and the keys to be taken out.
+fn told(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<(Vec<String>, Vec<String>)> {
+    let (mut set, mut removed) = (Vec::new(), Vec::new());
+    for (key, told) in overrides.into_iter().flatten() {
+        let key = check(keys::whole_name(&key.extract::<String>()?))?;
+        match told.is_none() {
+            true => removed.push(key),
+            false => {
+                let value = value(&told, &key)?;
+                set.push(format!("{key}={value}"));
+            }
+        }
+    }
+    Ok((set, removed))
+}
+
+/// The scene without some keys: with their defaults.
+fn without(scene: scene::Scene, removed: &[String]) -> PyResult<scene::Scene> {
+    if removed.is_empty() {
+        return Ok(scene);
+    }
+    let mut table = table_of(&scene)?;
+    for key in removed {
+        let mut parts: Vec<&str> = key.split('.').collect();
+        let last = parts.pop().unwrap_or_default();
+        let mut place = Some(&mut table);
+        for part in parts {
+            place = place
+                .and_then(|place| place.get_mut(part))
+                .and_then(|value| match value {
+                    Value::Array(panels) => panels.first_mut().and_then(Value::as_table_mut),
+                    value => value.as_table_mut(),
+                });
+        }
+        if let Some(place) = place {
+            place.remove(last);
+        }
+    }
+    check(scene::Scene::from_toml("scene", &table.to_string(), &[]))
+}
+
+fn table_of(scene: &scene::Scene) -> PyResult<Table> {
+    check(Table::try_from(scene))
+}
+
+/// The value of a key in full.
+fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let (first, rest) = key.split_once('.')?;
+    rest.split('.')
+        .try_fold(table.get(first)?, |place, part| match place {
+            Value::Array(panels) => panels.first()?.get(part),
+            place => place.get(part),
+        })
+}
+
+/// A value of a scene; `name` is what it is of.
+fn value(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    if object.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(object.extract()?));
+    }
+    if object.is_instance_of::<PyInt>() {
+        return Ok(match object.extract::<i64>() {
+            Ok(number) if number.unsigned_abs() <= 1 << 53 => Value::Integer(number),
+            // None of a scene's numbers may be so large: it is told by its range.
+            _ => Value::Float(object.extract()?),
+        });
+    }
+    if object.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(object.extract()?));
+    }
+    if object.is_instance_of::<PyString>() {
+        return Ok(Value::String(object.extract()?));
+    }
+    if let Ok(dict) = object.cast::<PyDict>() {
+        let entries = dict.iter().filter(|(_, value)| !value.is_none());
+        let entries = entries.map(|(key, entry)| {
+            let key: String = key.extract()?;
+            let entry = value(&entry, &format!("{name}.{key}"))?;
+            Ok((key, entry))
+        });
+        return Ok(Value::Table(entries.collect::<PyResult<Table>>()?));
+    }
+    // Numbers and arrays of NumPy.
+    for plain in ["tolist", "__fspath__"] {
+        if object.hasattr(plain)? {
+            return value(&object.call_method0(plain)?, name);
+        }
+    }
+    let Ok(items) = object.try_iter() else {
+        let kind = object.get_type().name()?;
+        return Err(PyTypeError::new_err(format!(
+            "{name} is of type {kind}: a scene has numbers, strings, booleans, lists and dicts"
+        )));
+    };
+    let items = items.map(|item| value(&item?, name));
+    Ok(Value::Array(items.collect::<PyResult<_>>()?))
+}

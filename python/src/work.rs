@@ -1,0 +1,151 @@
+//! Long calls: without Python's lock, on threads of their own that end with the call, with an ear for Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+use studies::stop::Stop;
+
+use crate::errors::{guarded, refused};
+
+/// Between two looks at whether Ctrl-C was pressed.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// What frames are worked on with lies on a thread's stack for a moment.
+const STACK_BYTES: usize = 8 << 20;
+/// The most threads, as on the command line.
+const THREADS_MAX: usize = 1024;
+
+/// Flags that calls which are over have left to those to come: a [`Stop`] lasts for ever, and there are as many as there were calls at a
+/// time. They hold nothing between calls.
+static FLAGS: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
+
+/// A flag that is given back.
+struct Flag(&'static AtomicBool);
+
+impl Flag {
+    fn take() -> Self {
+        let left = FLAGS.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let flag = left.unwrap_or_else(|| Box::leak(Box::default()));
+        flag.store(false, Ordering::Relaxed);
+        Self(flag)
+    }
+}
+
+impl Drop for Flag {
+    fn drop(&mut self) {
+        FLAGS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(self.0);
+    }
+}
+
+/// How a call does long work.
+pub struct Work {
+    pool: rayon::ThreadPool,
+}
+
+/// What long work tells while it goes on, and what ends it.
+pub struct Ears {
+    done: Sender<u64>,
+    told: u64,
+    /// Whether the caller wants it to end.
+    pub stop: Stop,
+}
+
+impl Ears {
+    /// Tells how much is done in all.
+    pub fn done(&mut self, total: u64) {
+        if total > self.told {
+            // Nobody listens where the caller has had enough.
+            let _ = self.done.send(total - self.told);
+            self.told = total;
+        }
+    }
+}
+
+impl Work {
+    /// On so many threads; none: as many as there are processors.
+    pub fn on(threads: Option<usize>) -> PyResult<Self> {
+        if threads.is_some_and(|threads| !(1..=THREADS_MAX).contains(&threads)) {
+            let threads = threads.unwrap_or_default();
+            return Err(refused(format!(
+                "threads = {threads}: give 1 to {THREADS_MAX}, or None for all processors"
+            )));
+        }
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.unwrap_or_default())
+            .stack_size(STACK_BYTES)
+            .build();
+        let fault = |fault| {
+            refused(format!(
+                "cannot start threads: {fault}; ask for fewer with threads="
+            ))
+        };
+        Ok(Self {
+            pool: pool.map_err(fault)?,
+        })
+    }
+
+    /// Does it; `progress`, if there is one, is called with how much more is done, in the thread that called.
+    ///
+    /// # Errors
+    /// What the work ends with, what `progress` raises, and `KeyboardInterrupt`.
+    pub fn run<T: Send, E: Send + std::fmt::Display>(
+        &self,
+        py: Python<'_>,
+        progress: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(Ears) -> Result<T, E> + Send,
+    ) -> PyResult<T> {
+        let flag = Flag::take();
+        let (done, news) = channel();
+        let ears = Ears {
+            done,
+            told: 0,
+            stop: Stop::at(flag.0),
+        };
+        let progress = progress.map(|progress| progress.clone().unbind());
+        guarded(|| {
+            let progress = progress.as_ref();
+            let stop = flag.0;
+            let (outcome, heard) = py.detach(move || {
+                let mut outcome = None;
+                let slot = &mut outcome;
+                let heard = self.pool.in_place_scope(|scope| {
+                    scope.spawn(move |_| *slot = Some(work(ears)));
+                    let heard = listen(&news, progress);
+                    if heard.is_err() {
+                        stop.store(true, Ordering::Relaxed);
+                    }
+                    heard
+                });
+                (outcome, heard)
+            });
+            heard?;
+            match outcome {
+                Some(outcome) => outcome.map_err(refused),
+                None => Err(refused("the work was not begun: try again")),
+            }
+        })
+    }
+}
+
+/// Passes news on until there are no more.
+fn listen(news: &Receiver<u64>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
+    loop {
+        let more = match news.recv_timeout(LOOK_EVERY) {
+            Ok(more) => more,
+            Err(RecvTimeoutError::Timeout) => 0,
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        };
+        Python::attach(|py| {
+            py.check_signals()?;
+            match progress {
+                Some(progress) if more > 0 => progress.call1(py, (more,)).map(drop),
+                _ => Ok(()),
+            }
+        })?;
+    }
+}

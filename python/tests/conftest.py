@@ -1,0 +1,32 @@
+"""The program that the package is held against: $VOCC, or the one that `cargo test --workspace` has built."""
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="session")
+def program() -> Path:
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    path = Path(os.environ.get("VOCC", target / "debug" / "vocc"))
+    assert path.exists(), f"{path} is not there: build it with `cargo build -p vocc`, or name another one in VOCC"
+    return path
+
+
+@pytest.fixture(scope="session")
+def vocc_json(program: Path) -> Callable[..., list[dict[str, Any]]]:
+    """Runs the program; gives what it prints as JSON. The status 1, an answer of no, is an answer."""
+
+    def run(*arguments: object) -> list[dict[str, Any]]:
+        done = subprocess.run([program, *map(str, arguments), "--json"], capture_output=True, text=True, check=False)
+        assert done.returncode in (0, 1), done.stderr
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    return run

@@ -1,0 +1,199 @@
+"""Whatever comes in: an answer, or an exception that says what is wrong, the range and the way out; never a panic."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+
+import vocc
+
+# What Python users are told: PanicException, for one, is none of them.
+REFUSALS = (vocc.VoccError, TypeError, OverflowError)
+relaxed = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+
+
+@pytest.mark.parametrize(
+    ("image", "kind", "words"),
+    [
+        (None, TypeError, "of type NoneType: give a NumPy array of shape (height, width)"),
+        ([[1, 2], [3, 4]], TypeError, "of type list"),
+        (np.zeros(9, np.uint8), vocc.VoccError, "shape [9]"),
+        (np.zeros((4, 4, 4), np.uint8), vocc.VoccError, "shape [4, 4, 4]"),
+        (np.zeros((0, 4), np.uint8), vocc.VoccError, "shape [0, 4]"),
+        (np.zeros((1, 8193), np.uint8), vocc.VoccError, "8192"),
+        (np.zeros((8, 8), np.float64), TypeError, "type float64: give"),
+        (np.zeros((8, 8), np.int8), TypeError, "type int8"),
+        (np.zeros((8, 8), ">u2"), TypeError, "type >u2"),
+        (np.zeros((8, 8, 3), np.float32), TypeError, "type float32"),
+        (np.zeros((16, 16), np.uint8)[::2], vocc.VoccError, "give numpy.ascontiguousarray(image)"),
+        (np.zeros((16, 16), np.uint8)[:, :8], vocc.VoccError, "numpy.ascontiguousarray"),
+        (np.zeros((16, 8), np.uint8, order="F"), vocc.VoccError, "numpy.ascontiguousarray"),
+        (np.full((8, 8), np.nan, np.float32), vocc.VoccError, "light of NaN in row 0, column 0: it is a number from 0 up"),
+        (np.full((8, 8), -1, np.float32), vocc.VoccError, "light of -1 in row 0"),
+        (np.full((8, 8), np.inf, np.float32), vocc.VoccError, "light of inf"),
+    ],
+)
+def test_images_that_are_none_are_refused(image: Any, kind: type[Exception], words: str) -> None:
+    for look in (vocc.decode, vocc.Receiver().feed):
+        with pytest.raises(kind) as fault:
+            look(image)
+        assert words in str(fault.value)
+
+
+def test_a_refused_image_leaves_the_receiver_as_it_was() -> None:
+    receiver = vocc.Receiver()
+    receiver.feed(np.zeros((16, 16), np.uint8))
+    with pytest.raises(vocc.VoccError, match="it is 8 × 16 pixels, and the film 16 × 16"):
+        receiver.feed(np.zeros((16, 8), np.uint8))
+    assert receiver.next_frame == 1
+    receiver.feed(np.zeros((16, 16), np.uint8), frame=5)
+    with pytest.raises(vocc.VoccError, match="frame = 5 comes after frame 5: numbers rise"):
+        receiver.feed(np.zeros((16, 16), np.uint8), frame=5)
+    with pytest.raises(vocc.VoccError, match="late = NaN"):
+        receiver.feed(np.zeros((16, 16), np.uint8), late=float("nan"))
+
+
+def test_a_closed_receiver_says_so() -> None:
+    with vocc.Receiver() as receiver:
+        assert not receiver.closed
+    for closed in (receiver, ended := vocc.Receiver()):
+        if closed is ended:
+            assert closed.finish() == []
+        assert closed.closed
+        with pytest.raises(vocc.VoccError, match="the receiver is closed: make another one"):
+            closed.feed(np.zeros((16, 16), np.uint8))
+        with pytest.raises(vocc.VoccError, match="closed"):
+            closed.finish()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"fps": 0}, "fps = 0: give the camera's frames a second, above 0"),
+        ({"fps": float("nan")}, "fps = NaN"),
+        ({"symbol_rate": 1000}, "symbol"),
+        ({"panels": 5}, "panels = 5: give 1 to 4"),
+        ({"detector": "fisher"}, "choose ml, kmeans, kmeans-raw or otsu, or call evaluate"),
+        ({"channel": "violet"}, 'no channel "violet": choose brightest, red, green, blue or grey'),
+        ({"depth": 8}, "depth = 8: give 9 to 16 bits"),
+        ({"interval": -1}, "an LED interval of -1 is not 0 to 100"),
+        ({"camera": {"focal_px": 0}}, "focal"),
+        ({"camera": {"distortion": [1, 2, 3]}}, "3 distortion coefficients: give k1, k2"),
+        ({"camera": {"encoding": "log"}}, "'log' is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4"),
+    ],
+)
+def test_a_receiver_that_cannot_be_is_refused(settings: dict, words: str) -> None:
+    with pytest.raises(vocc.VoccError) as fault:
+        vocc.Receiver(**settings)
+    assert words in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("message", "kind", "words"),
+    [
+        ("", vocc.VoccError, "the message is empty: give 1 to 1024 bytes"),
+        ("x" * 1025, vocc.VoccError, "the message has 1025 bytes, the most is 1024"),
+        (None, TypeError, "a message is a str or bytes"),
+        (3, TypeError, "a message is a str or bytes"),
+    ],
+)
+def test_messages_that_cannot_be_sent_are_refused(message: Any, kind: type[Exception], words: str) -> None:
+    with pytest.raises(kind) as fault:
+        vocc.transmit(message)
+    assert words in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("bits", "kind"),
+    [
+        (-1, vocc.VoccError),
+        (2**64, vocc.VoccError),
+        ("123", vocc.VoccError),
+        ("+123456789abcdef", vocc.VoccError),
+        (np.zeros((8, 7), bool), vocc.VoccError),
+        (np.zeros((8, 8), np.uint8), TypeError),
+        (np.zeros((1, 8, 8), bool), TypeError),
+        (1.5, TypeError),
+        (True, TypeError),
+        (None, TypeError),
+    ],
+)
+def test_bits_that_are_none_are_refused(bits: Any, kind: type[Exception]) -> None:
+    with pytest.raises(kind, match="give an int from 0"):
+        vocc.as_hex(bits)
+
+
+def test_tables_that_no_transmitter_takes_are_refused(tmp_path) -> None:
+    for text, words in (("]", "TOML"), ("illuminance_lx = [1]\ninterval = [1]\nl2a = [[9]]", "it must be 0.2 to 4")):
+        with pytest.raises(vocc.VoccError, match=words):
+            vocc.Table.from_toml(text)
+    with pytest.raises(vocc.VoccError, match="cannot read it"):
+        vocc.Table(tmp_path / "none.toml")
+    for light, interval in ((-1, 1), (float("nan"), 1), (1, float("inf"))):
+        with pytest.raises(vocc.VoccError, match="give a number from 0 up"):
+            vocc.Table().l2a(light, interval)
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20) | st.binary(max_size=20),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=12), inner, max_size=4),
+    max_leaves=12,
+)
+any_array = arrays.arrays(
+    dtype=arrays.scalar_dtypes(),
+    shape=arrays.array_shapes(max_dims=4, max_side=40, min_side=0),
+)
+
+
+@relaxed
+@given(anything)
+def test_anything_may_be_given_for_a_scene(thing: Any) -> None:
+    for call in (vocc.Scene, lambda thing: vocc.Scene("paper", distance_m=thing), lambda thing: vocc.Scene("paper", panel_seed=thing)):
+        try:
+            call(thing)
+        except REFUSALS as fault:
+            assert str(fault)
+
+
+@relaxed
+@given(st.sampled_from(vocc.Scene.keys()), anything)
+def test_any_key_may_be_given_anything(key: str, thing: Any) -> None:
+    try:
+        scene = vocc.Scene("day", **{key: thing})
+        assert vocc.Scene(scene.to_dict()) == scene
+        scene.plan()
+    except REFUSALS as fault:
+        assert str(fault)
+
+
+@relaxed
+@given(any_array | anything)
+def test_anything_may_be_given_for_an_image(thing: Any) -> None:
+    for call in (vocc.decode, vocc.Receiver(detector="kmeans").feed):
+        try:
+            call(thing)
+        except REFUSALS as fault:
+            assert str(fault)
+
+
+@relaxed
+@given(arrays.arrays(np.uint8, (40, 40)), st.lists(st.floats(width=32), min_size=8, max_size=8))
+def test_any_corners_may_be_given(image: np.ndarray, corners: list[float]) -> None:
+    try:
+        decoded = vocc.decode(image, corners=np.array(corners).reshape(4, 2), detector="kmeans")
+        assert decoded.found or decoded.why
+    except REFUSALS as fault:
+        assert str(fault)
+
+
+@relaxed
+@given(anything | any_array)
+def test_anything_may_be_given_for_bits_cameras_and_messages(thing: Any) -> None:
+    for call in (vocc.as_hex, vocc.as_bits, vocc.transmit, lambda thing: vocc.Receiver(camera=thing), vocc.Camera, vocc.Table.from_toml):
+        try:
+            call(thing)
+        except REFUSALS as fault:
+            assert str(fault)
