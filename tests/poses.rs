@@ -9,6 +9,7 @@ fn trials(count: u64, distance_m: [f64; 2]) -> Vec<Trial> {
         preset: "day",
         distance_m,
         turned_deg: 30.0,
+        is_followed: false,
     });
     (0..count)
         .map(|seed| {

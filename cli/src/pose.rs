@@ -4,7 +4,8 @@ use link::camera::Camera;
 use link::panel::PanelFrame;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Closing, Known, PanelSize, Pose, PoseEstimator, Seen};
+use rx_pipeline::pose::{Appearance, Closing, Known, PanelSize, Pose, PoseEstimator, Seen};
+use rx_pipeline::receiver::Reading;
 use serde_json::{Value, json};
 
 use crate::camera::Calibration;
@@ -76,6 +77,19 @@ impl PoseMeter {
         bits: PanelFrame,
         camera: &Camera,
     ) -> Measured {
+        self.followed(frame, corners, bits, camera, &mut None)
+    }
+
+    /// The same of a panel that is followed, of which it is kept how it looks.
+    fn followed(
+        &mut self,
+        frame: &Frame,
+        corners: &Corners,
+        bits: PanelFrame,
+        camera: &Camera,
+        look: &mut Option<Appearance>,
+    ) -> Measured {
+        let before = look.take();
         let lens = self.calibration.lens([frame.width(), frame.height()])?;
         let Some(size) = self.size else {
             return Err("no panel size: give --interval and --led-diameter".into());
@@ -83,16 +97,17 @@ impl PoseMeter {
         let estimator = self
             .estimator
             .get_or_insert_with(|| Box::new(PoseEstimator::new()));
-        estimator
-            .pose(&Seen {
-                frame,
-                corners,
-                bits,
-                camera,
-                lens: &lens,
-                size,
-            })
-            .map_err(|why| why.to_string())
+        let pose = estimator.pose(&Seen {
+            frame,
+            corners,
+            bits,
+            camera,
+            lens: &lens,
+            size,
+            before,
+        });
+        *look = estimator.appearance();
+        pose.map_err(|why| why.to_string())
     }
 }
 
@@ -100,6 +115,7 @@ impl PoseMeter {
 pub struct Whereabouts {
     pose: Measured,
     closing: Closing,
+    look: Option<Appearance>,
 }
 
 impl Whereabouts {
@@ -107,14 +123,23 @@ impl Whereabouts {
     pub const UNKNOWN: Self = Self {
         pose: Err(String::new()),
         closing: Closing::new(),
+        look: None,
     };
 
-    /// Takes in what was measured at a time.
-    pub fn take(&mut self, time_s: f64, pose: Measured) {
-        if let Ok(pose) = &pose {
+    /// Measures it in a frame in which the panel was read.
+    pub fn measure(
+        &mut self,
+        meter: &mut PoseMeter,
+        time_s: f64,
+        frame: &Frame,
+        reading: &Reading,
+        camera: &Camera,
+    ) {
+        let Reading { corners, detection } = reading;
+        self.pose = meter.followed(frame, corners, detection.bits, camera, &mut self.look);
+        if let Ok(pose) = &self.pose {
             self.closing.take(time_s, pose);
         }
-        self.pose = pose;
     }
 
     /// Takes in why the panel was not read.

@@ -21,16 +21,21 @@
 //! The noise is that of pixels. Errors of the calibration, of the panel's size, a rolling shutter's slant and motion within the exposure
 //! are in none of the numbers; where they leave the image unlike any square lattice's, [`Pose::inflation`] says by how much it is unlike.
 
+mod appearance;
 mod closing;
 mod cut;
 mod disc;
+mod equations;
+mod gauss;
 mod image_fit;
+mod leds;
 mod lens;
 mod pixels;
 mod planar;
 mod plane;
 mod posterior;
 
+pub use appearance::Appearance;
 pub use closing::{Closing, WANDER_M_S};
 pub use image_fit::PlaneFit;
 pub use lens::{Lens, LensError};
@@ -126,6 +131,8 @@ pub struct Seen<'a> {
     pub lens: &'a Lens,
     /// How large the panel is.
     pub size: PanelSize,
+    /// How it looked in the frame before, if it is followed: a [start](PoseEstimator::appearance) from which fewer rounds lead to the same.
+    pub before: Option<Appearance>,
 }
 
 /// Why a pose is not known.
@@ -346,7 +353,7 @@ impl Default for PoseMemory {
 /// let mut estimator = Box::new(PoseEstimator::<16384>::new());
 /// let frame = Frame::new(&pixels, 96, 96)?;
 /// let size = PanelSize::new(0.03, 1.0)?;
-/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size })?;
+/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size, before: None })?;
 /// // Pitches of 60 mm are seen 4.5 px apart.
 /// let range_m = pose.numbers().range_m;
 /// assert!((range_m.value - 3636.0 * 0.06 / 4.5).abs() < 4.0 * range_m.sigma && range_m.sigma < 0.2);
@@ -364,12 +371,30 @@ impl<const PIXELS: usize> Default for PoseEstimator<PIXELS> {
 }
 
 impl<const PIXELS: usize> PoseEstimator<PIXELS> {
+    /// A fit is settled once it would move the image by less than this, in standard deviations.
+    pub const TOLERANCE: f64 = 0.1;
+
     /// Its memory.
     pub const fn new() -> Self {
+        Self::settling_to(Self::TOLERANCE)
+    }
+
+    /// One whose fits settle to another tolerance, in standard deviations of the image: less than 0.001 tells nothing more.
+    pub const fn settling_to(tolerance: f64) -> Self {
         Self {
-            fit: ImageFit::EMPTY,
+            fit: ImageFit::new(tolerance),
             posterior: Posterior::EMPTY,
         }
+    }
+
+    /// How the panel looked whose pose was measured last, for the frame that follows; none if it could not be.
+    pub fn appearance(&self) -> Option<Appearance> {
+        self.fit.look
+    }
+
+    /// Rounds that this has taken.
+    pub fn rounds(&self) -> usize {
+        self.fit.rounds
     }
 
     /// The pose of a panel that was read.

@@ -1,6 +1,6 @@
 //! How far measured poses are from the truth, and whether their covariances say so.
 //!
-//! `cargo run --release -p vocc-tests --example poses -- COUNT NEAREST_M FARTHEST_M [TURNED_DEG] [PRESET]`
+//! `cargo run --release -p vocc-tests --example poses -- COUNT NEAREST_M FARTHEST_M [TURNED_DEG] [PRESET] [followed]`
 
 use rayon::prelude::*;
 use vocc_tests::poses::{Range, Trial, Trials};
@@ -23,6 +23,7 @@ fn main() {
         preset,
         distance_m: [number(1, 50.0), number(2, 50.0)],
         turned_deg: number(3, 30.0),
+        is_followed: arguments.get(5).is_some_and(|text| text == "followed"),
     };
     let trials: Vec<Result<Trial, String>> = (0..count)
         .into_par_iter()
@@ -66,5 +67,17 @@ fn main() {
         root_mean_square(&|t| t.range_error_m() / t.range_bound_m),
         root_mean_square(&|t| t.range_bound_m),
         known.iter().filter(|t| t.pose.inflation > 1.0).count()
+    );
+    let worst = (0..)
+        .zip(&trials)
+        .filter_map(|(seed, trial): (u64, _)| Some((trial.as_ref().ok()?.nees(), seed)))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((nees, seed)) = worst {
+        println!("the worst NEES is {nees:.1}, of pose {seed}");
+    }
+    println!(
+        "{:.2} ms a pose, {:.2} rounds",
+        1e3 * mean(&|t| t.time_s),
+        mean(&|t| t.rounds as f64)
     );
 }

@@ -1,5 +1,7 @@
 //! Panels in random poses: how far what is measured of them is from the truth, in metres and in standard deviations.
 
+use std::time::Instant;
+
 use glam::{DMat3, DVec3};
 use link::panel::PanelFrame;
 use nalgebra::{Cholesky, Matrix6, SMatrix, SVector, Vector6};
@@ -28,6 +30,8 @@ pub struct Range {
     pub distance_m: [f64; 2],
     /// The most that a panel is turned about the upright and the level axis, to either side.
     pub turned_deg: f64,
+    /// Whether the panel is followed: then a frame goes before, which shows other bits.
+    pub is_followed: bool,
 }
 
 /// Where a panel is, and how it is turned.
@@ -42,6 +46,10 @@ pub struct Trial {
     /// The least standard deviation that any unbiased estimate of the range from these pixels has (Cramér 1946; Rao 1945): at the true
     /// pose, whichever it is.
     pub range_bound_m: f64,
+    /// How long that took, in seconds, and in how many rounds.
+    pub time_s: f64,
+    /// Rounds of the fit.
+    pub rounds: usize,
 }
 
 /// Pixels that a panel is measured in.
@@ -55,11 +63,16 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// For poses of a range.
+    /// For poses of a range, measured to the usual tolerance.
     pub fn new(range: Range) -> Self {
+        Self::settling_to(range, Estimator::TOLERANCE)
+    }
+
+    /// For fits that settle to a tolerance.
+    pub fn settling_to(range: Range, tolerance: f64) -> Self {
         Self {
             range,
-            estimator: Box::new(Estimator::new()),
+            estimator: Box::new(Estimator::settling_to(tolerance)),
             memory: Box::default(),
         }
     }
@@ -74,6 +87,7 @@ impl Trials {
             preset,
             distance_m: [near, far],
             turned_deg,
+            is_followed,
         } = self.range;
         let distance_m = random.random_range(near..=far);
         let mut turn = |most: f64| random.random_range(-most..=most);
@@ -83,6 +97,9 @@ impl Trials {
             turn(4.0) * distance_m / focal_px,
             turn(4.0) * distance_m / focal_px,
         );
+        let rotation = DMat3::from_rotation_z(roll.to_radians())
+            * DMat3::from_rotation_y(yaw.to_radians())
+            * DMat3::from_rotation_x(pitch.to_radians());
         let side = (2.0 * (0.48 * focal_px / distance_m / 2.0 + 16.0) * 1.3) as usize;
         let scene = Scene::load(
             preset,
@@ -103,41 +120,44 @@ impl Trials {
         let renderer = Renderer::new(&scene, Level::Fine).expect("a panel in sight");
         let mut canvas = Canvas::new(renderer.lit_region());
         let mut pixels = vec![0; side * side];
-        let bits = PanelFrame::from_bits(random.next_u64());
-        let moment = renderer.moment(0);
-        renderer.frame(
-            seed,
-            &moment,
-            &[renderer.steady(0, bits)],
-            &mut canvas,
-            &mut pixels,
-        );
-        let corners = renderer
-            .corner_leds_px(0)
-            .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
-        let corners = Corners::new(corners).expect("a panel's corners");
         let lens = Lens::pinhole(focal_px, [side; 2]);
-        let frame = Frame::new(&pixels, side, side).expect("a frame");
         let size = PanelSize::new(0.03, 1.0).expect("a panel's size");
-        let fit = self.estimator.image(&Seen {
-            frame: &frame,
-            corners: &corners,
-            bits,
-            camera: &camera_of(&scene),
-            lens: &lens,
-            size,
-        })?;
-        let pose = Pose::of_image(&fit, size.half_side_m(), &mut self.memory)?;
-        let rotation = DMat3::from_rotation_z(roll.to_radians())
-            * DMat3::from_rotation_y(yaw.to_radians())
-            * DMat3::from_rotation_x(pitch.to_radians());
-        let truth = (DVec3::new(x, y, distance_m), rotation);
-        let range_bound_m = range_bound_m(truth, &fit.information, size.half_side_m());
-        Ok(Trial {
-            truth,
-            pose,
-            range_bound_m,
-        })
+        let mut before = None;
+        let frames = 1 + u64::from(is_followed);
+        for left in (0..frames).rev() {
+            let bits = PanelFrame::from_bits(random.next_u64());
+            let moment = renderer.moment(left);
+            let seen = [renderer.steady(0, bits)];
+            renderer.frame(seed, &moment, &seen, &mut canvas, &mut pixels);
+            let corners = renderer
+                .corner_leds_px(0)
+                .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
+            let seen = Seen {
+                frame: &Frame::new(&pixels, side, side).expect("a frame"),
+                corners: &Corners::new(corners).expect("a panel's corners"),
+                bits,
+                camera: &camera_of(&scene),
+                lens: &lens,
+                size,
+                before,
+            };
+            let begun = Instant::now();
+            let fit = self.estimator.image(&seen)?;
+            let pose = Pose::of_image(&fit, size.half_side_m(), &mut self.memory)?;
+            let time_s = begun.elapsed().as_secs_f64();
+            before = self.estimator.appearance();
+            if left == 0 {
+                let truth = (DVec3::new(x, y, distance_m), rotation);
+                return Ok(Trial {
+                    truth,
+                    pose,
+                    range_bound_m: range_bound_m(truth, &fit.information, size.half_side_m()),
+                    time_s,
+                    rounds: self.estimator.rounds(),
+                });
+            }
+        }
+        Err(PoseError::OutsideFrame)
     }
 }
 

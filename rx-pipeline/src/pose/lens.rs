@@ -145,6 +145,17 @@ impl Lens {
         None
     }
 
+    /// What changes of a direction do to its pixel: the column's slopes along x and y, and the row's.
+    pub(super) fn slopes(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
+        const STEP: f64 = 1e-6;
+        let along = [[STEP, 0.0], [0.0, STEP]].map(|[dx, dy]| {
+            let ahead = self.pixel([x + dx, y + dy]);
+            let behind = self.pixel([x - dx, y - dy]);
+            [0, 1].map(|axis| (ahead[axis] - behind[axis]) / (2.0 * STEP))
+        });
+        [0, 1].map(|axis| [along[0][axis], along[1][axis]])
+    }
+
     fn distorted(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.distortion;
         let square = x * x + y * y;

@@ -19,6 +19,8 @@ const MIDDLE: f64 = 3.5;
 const HALF: f64 = 4.0;
 /// Grey level of a pixel that is full.
 const WHITE: u8 = u8::MAX;
+/// Steps of light, from none to white, for which the variance of rounding is worked out: between them it is nearly straight.
+const ROUNDINGS: usize = 128;
 
 /// Light of pixels, 1 at grey 118, each the mean of a square of the frame's.
 pub(super) struct Pixels<const N: usize> {
@@ -35,6 +37,8 @@ pub(super) struct Pixels<const N: usize> {
     pub side: usize,
     /// Light of the highest grey level.
     pub white: f64,
+    /// Variance that rounding to grey levels adds, by steps of light.
+    rounding: [f64; ROUNDINGS + 1],
 }
 
 impl<const N: usize> Pixels<N> {
@@ -46,6 +50,7 @@ impl<const N: usize> Pixels<N> {
         first: [0; 2],
         side: 1,
         white: 0.0,
+        rounding: [0.0; ROUNDINGS + 1],
     };
 
     /// Takes the pixels around a panel out of a frame.
@@ -99,6 +104,10 @@ impl<const N: usize> Pixels<N> {
             *light = camera.light(grey as f32);
         }
         self.white = f64::from(table[usize::from(WHITE)]);
+        for (step, variance) in self.rounding.iter_mut().enumerate() {
+            let light = self.white * step as f64 / ROUNDINGS as f64;
+            *variance = rounding_variance(camera, light) / (self.side * self.side) as f64;
+        }
         let share = 1.0 / (self.side * self.side) as f32;
         for row in 0..height {
             for column in 0..width {
@@ -134,6 +143,24 @@ impl<const N: usize> Pixels<N> {
         )
     }
 
+    /// The ground's plane at a pixel: its middle, and its slopes across the window.
+    pub fn ground(&self, column: usize, row: usize) -> [f64; 3] {
+        let [width, height] = self.size.map(|length| length as f64);
+        [
+            1.0,
+            2.0 * column as f64 / width - 1.0,
+            2.0 * row as f64 / height - 1.0,
+        ]
+    }
+
+    /// The variance that rounding to grey levels adds to a pixel of such light.
+    pub fn rounding_variance(&self, light: f64) -> f64 {
+        let place = light.clamp(0.0, self.white) / self.white * ROUNDINGS as f64;
+        let below = (place as usize).min(ROUNDINGS - 1);
+        let part = place - below as f64;
+        self.rounding[below] * (1.0 - part) + self.rounding[below + 1] * part
+    }
+
     /// A position of the frame in these pixels.
     pub fn seen_at(&self, position: [f64; 2]) -> [f64; 2] {
         let side = self.side as f64;
@@ -151,10 +178,10 @@ impl<const N: usize> Pixels<N> {
     }
 }
 
-/// The variance that rounding to grey levels adds to light, for a mean of `pixels` of the frame's.
-pub(super) fn rounding_variance(camera: &Camera, light: f64, pixels: usize) -> f64 {
+/// The variance that rounding to grey levels adds to light.
+fn rounding_variance(camera: &Camera, light: f64) -> f64 {
     let grey = camera.grey(light as f32);
     let step =
         f64::from(camera.light(grey + 0.5) - camera.light((grey - 0.5).max(camera.black_grey)));
-    step * step / 12.0 / pixels as f64
+    step * step / 12.0
 }

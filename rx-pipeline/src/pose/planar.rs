@@ -238,19 +238,28 @@ impl View {
     /// What small changes of centre and size do to translation and rotation vector, for a given lean.
     pub fn moves(&self, half_side_m: f64) -> SMatrix<f64, 6, 4> {
         const STEP: f64 = 1e-5;
-        let nearness = self.nearness();
-        let step = [STEP, STEP, STEP * nearness, STEP * nearness];
-        SMatrix::from_columns(&core::array::from_fn::<SVector<f64, 6>, 4, _>(|number| {
+        let [cos, sin] = self.size.map(|c| c / self.nearness());
+        let of_centre = |axis: usize| {
             let moved = |by: f64| {
-                let mut numbers = self.numbers();
-                numbers[number] += by;
-                Self::of_numbers(&numbers)
+                let mut view = *self;
+                view.centre[axis] += by;
+                (view.translation_m(half_side_m), sight(view.centre))
             };
-            let (ahead, behind) = (moved(step[number]), moved(-step[number]));
-            let shift = ahead.translation_m(half_side_m) - behind.translation_m(half_side_m);
-            let turn = rotation_vector(&(ahead.rotation() * behind.rotation().transpose()));
+            let ((ahead, to), (behind, from)) = (moved(STEP), moved(-STEP));
+            let turn = rotation_vector(&(to * from.transpose()));
+            ((ahead - behind) / (2.0 * STEP), turn / (2.0 * STEP))
+        };
+        // A larger one is nearer, and one that is spun turns about its own normal.
+        let translation = self.translation_m(half_side_m) / self.nearness();
+        let normal = (sight(self.centre) * leaning(self.lean)).column(2) / self.nearness();
+        let columns = [
+            of_centre(0),
+            of_centre(1),
+            (-translation * cos, -normal * sin),
+            (-translation * sin, normal * cos),
+        ];
+        SMatrix::from_columns(&columns.map(|(shift, turn)| {
             SVector::<f64, 6>::from([shift.x, shift.y, shift.z, turn.x, turn.y, turn.z])
-                / (2.0 * step[number])
         }))
     }
 }
@@ -353,6 +362,24 @@ mod tests {
             let point = view.rotation() * Vector3::new(u, v, 0.0) + view.translation_m(1.0);
             let seen = PlaneImage::of_vector(&view.image()).direction([u, v]);
             prop_assert!((point.x / point.z - seen[0]).abs() < 1e-12 && (point.y / point.z - seen[1]).abs() < 1e-12);
+        }
+
+        #[test]
+        fn moves_are_those_of_pose(view in views(), number in 0usize..4) {
+            const STEP: f64 = 1e-6;
+            let moved = |by: f64| {
+                let mut numbers = view.numbers();
+                numbers[number] += by * if number < 2 { 1.0 } else { view.nearness() };
+                View::of_numbers(&numbers)
+            };
+            let (ahead, behind) = (moved(STEP), moved(-STEP));
+            let step = 2.0 * STEP * if number < 2 { 1.0 } else { view.nearness() };
+            let shift = (ahead.translation_m(1.0) - behind.translation_m(1.0)) / step;
+            let turn = rotation_vector(&(ahead.rotation() * behind.rotation().transpose())) / step;
+            let moves = view.moves(1.0);
+            let off = (moves.fixed_view::<3, 1>(0, number) - shift).norm() / shift.norm()
+                + (moves.fixed_view::<3, 1>(3, number) - turn).norm() / turn.norm();
+            prop_assert!(off < 1e-6, "{off}");
         }
 
         #[test]

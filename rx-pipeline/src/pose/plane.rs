@@ -21,10 +21,12 @@ pub struct PlaneImage {
     pub tilt: [f64; 2],
 }
 
-/// Eight numbers of a [`PlaneImage`], in the order of its fields.
-pub(super) type Vector8 = SVector<f64, 8>;
+/// How many numbers a [`PlaneImage`] is.
+pub(super) const PLANE: usize = 8;
+/// These, in the order of its fields.
+pub(super) type Vector8 = SVector<f64, PLANE>;
 /// Their information.
-pub(super) type Matrix8 = SMatrix<f64, 8, 8>;
+pub(super) type Matrix8 = SMatrix<f64, PLANE, PLANE>;
 
 impl PlaneImage {
     /// The plane through four corner LEDs; `None` where the lens's formula says of no direction that it falls on one of them.
@@ -84,11 +86,11 @@ impl PlaneImage {
     }
 
     /// What a change of the eight numbers does to a place's direction: two rows.
-    pub(super) fn slopes(&self, [u, v]: [f64; 2]) -> [[f64; 8]; 2] {
+    pub(super) fn slopes(&self, [u, v]: [f64; 2]) -> [[f64; PLANE]; 2] {
         let nearness = 1.0 / self.depth([u, v]);
         [0, 1].map(|i| {
             let plane = (u * self.column[i] + v * self.row[i]) * nearness * nearness;
-            let mut slopes = [0.0; 8];
+            let mut slopes = [0.0; PLANE];
             slopes[i] = 1.0;
             slopes[2 + i] = u * nearness;
             slopes[4 + i] = v * nearness;
@@ -96,6 +98,12 @@ impl PlaneImage {
             slopes[7] = -v * plane;
             slopes
         })
+    }
+
+    /// What a step of 1 of each of its numbers is, for numbers that are alike.
+    pub(super) fn units(&self) -> [f64; PLANE] {
+        let scale = self.scale();
+        core::array::from_fn(|i| if i < 6 { scale } else { 1.0 })
     }
 
     /// Its size: the root of half the area that its quarter covers.

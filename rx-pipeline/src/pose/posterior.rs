@@ -13,12 +13,17 @@ use super::planar::{EDGE_ON, Matrix4, View, rotation_by, rotation_vector};
 use super::plane::{Matrix8, Vector8};
 use super::{PlaneFit, Pose, PoseError, Solution};
 
-/// Places along one side of a grid.
-const SIDE: usize = 33;
+/// The most places of a grid from its middle along one side, and of one side.
+const HALF: usize = 16;
+const SIDE: usize = 2 * HALF + 1;
+/// Places across a grid that reaches from one solution to its opposite, from its middle.
+const ACROSS: usize = 8;
+/// How far apart places are about one solution, in standard deviations: sums over a normal are exact to 10⁻⁸ up to 1.2.
+const APART: f64 = 0.8;
 /// Places of both grids.
 const NODES: usize = 2 * SIDE * SIDE;
-/// By how much (of log-likelihood) a place is worse than the best that does not count.
-const NEGLIGIBLE: f64 = 18.0;
+/// By how much (of log-likelihood) a place is worse than the best that does not count: beyond five standard deviations.
+const NEGLIGIBLE: f64 = 12.5;
 /// The most that half the squared misfit of a square lattice to a plane's image is by chance: 1 of 1000 exceed it.
 const MISFIT: f64 = 6.9;
 
@@ -53,8 +58,9 @@ pub(super) struct Posterior {
 /// A part of all leans: a parallelogram.
 struct Area {
     middle: Vector2<f64>,
-    /// Half its sides.
+    /// Half its sides, and places along them.
     sides: [Vector2<f64>; 2],
+    steps: [usize; 2],
     view: View,
 }
 
@@ -105,12 +111,15 @@ impl Posterior {
     }
 
     fn fill(&mut self, look: &Look<'_>, area: &Area) {
-        let half = (SIDE / 2) as f64;
-        let cell =
-            (area.sides[0].perp(&area.sides[1]).abs() / (half * half)).max(f64::MIN_POSITIVE);
-        for place in 0..SIDE * SIDE {
-            let steps = [place % SIDE, place / SIDE].map(|i| (i as f64 - half) / half);
-            let lean = area.middle + area.sides[0] * steps[0] + area.sides[1] * steps[1];
+        let half = area.steps.map(|count| count as f64);
+        let covered = area.sides[0].perp(&area.sides[1]).abs();
+        let cell = (covered / (half[0] * half[1])).max(f64::MIN_POSITIVE);
+        let columns = 2 * area.steps[0] + 1;
+        for place in 0..columns * (2 * area.steps[1] + 1) {
+            let [along, across] = [place % columns, place / columns].map(|i| i as f64);
+            let lean = area.middle
+                + area.sides[0] * (along / half[0] - 1.0)
+                + area.sides[1] * (across / half[1] - 1.0);
             if lean.norm() >= EDGE_ON {
                 continue;
             }
@@ -123,7 +132,7 @@ impl Posterior {
             let Some(spread) = curvature.cholesky() else {
                 continue;
             };
-            if worse.is_nan() || worse > 2.0 * NEGLIGIBLE || self.count == NODES {
+            if worse.is_nan() || worse > NEGLIGIBLE || self.count == NODES {
                 continue;
             }
             let weight = libm::log(cell) - worse - 0.5 * libm::log(spread.determinant());
@@ -235,7 +244,7 @@ impl Look<'_> {
     fn around(&self, view: View, spread: Matrix2<f64>) -> Area {
         let from = Vector2::from(view.lean);
         let own = spread.symmetric_eigen();
-        let mut middle = from;
+        let (mut middle, mut steps) = (from, [0; 2]);
         let sides = [0, 1].map(|i| {
             let deviation = libm::sqrt(own.eigenvalues[i].max(1e-30)).min(EDGE_ON);
             let side = own.eigenvectors.column(i) * deviation;
@@ -244,11 +253,14 @@ impl Look<'_> {
                 self.reach(&view, from, -side),
             );
             middle += side * ((ahead - behind) / 2.0);
-            side * ((ahead + behind) / 2.0)
+            let half = (ahead + behind) / 2.0;
+            steps[i] = (libm::ceil(half / APART) as usize).clamp(1, HALF);
+            side * half
         });
         Area {
             middle,
             sides,
+            steps,
             view,
         }
     }
@@ -282,6 +294,7 @@ impl Look<'_> {
         Area {
             middle,
             sides,
+            steps: [HALF, ACROSS],
             view: face_on,
         }
     }
@@ -290,12 +303,18 @@ impl Look<'_> {
 /// The rotation from which the others deviate by nothing on average.
 fn mean_rotation(nodes: &[Node], start: Matrix3<f64>, total: f64) -> Matrix3<f64> {
     const ROUNDS: usize = 4;
+    /// In radians.
+    const SETTLED: f64 = 1e-4;
     let mut mean = start;
     for _ in 0..ROUNDS {
         let turns = nodes
             .iter()
             .map(|node| rotation_vector(&(node.view.rotation() * mean.transpose())) * node.weight);
-        mean = rotation_by(&(turns.sum::<Vector3<f64>>() / total)) * mean;
+        let turn = turns.sum::<Vector3<f64>>() / total;
+        mean = rotation_by(&turn) * mean;
+        if turn.norm() < SETTLED {
+            break;
+        }
     }
     mean
 }

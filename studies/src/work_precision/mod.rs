@@ -27,6 +27,7 @@ mod monte_carlo;
 mod numbers;
 mod panels;
 mod pareto;
+mod pose;
 mod quartiles;
 mod renderer;
 mod scale;
@@ -55,7 +56,7 @@ pub struct Measurable {
 }
 
 /// All parts.
-pub const PARTS: [Measurable; 9] = [
+pub const PARTS: [Measurable; 10] = [
     Measurable {
         name: "renderer",
         measure: renderer::measure,
@@ -90,6 +91,11 @@ pub const PARTS: [Measurable; 9] = [
         name: "locator",
         measure: locator::measure,
         why: locator::why,
+    },
+    Measurable {
+        name: "pose",
+        measure: pose::measure,
+        why: pose::why,
     },
     Measurable {
         name: "transmitter",

@@ -10,7 +10,7 @@ use studies::reception::{Receiving, USUAL_FPS, receiver};
 use super::Arguments;
 use super::diagnosis::Gone;
 use super::report::Report;
-use super::stage_times::StageTimes;
+use super::stage_times::{Spent, StageTimes};
 use crate::camera::Told;
 use crate::options::{self, Shared};
 use crate::output::Answer;
@@ -39,6 +39,7 @@ pub struct Reception<'a, const PANELS: usize> {
     deep: bool,
     size: Option<(usize, usize)>,
     times: StageTimes,
+    pose_times: Spent,
 }
 
 impl<'a, const PANELS: usize> Reception<'a, PANELS> {
@@ -74,6 +75,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             next: 0,
             size: None,
             times: StageTimes::default(),
+            pose_times: Spent::default(),
         })
     }
 
@@ -142,6 +144,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let time_s = (number as f64 + late) / f64::from(fps);
         report.record(|recording| recording.frame(time_s, frame));
         let (meter, whereabouts) = (&mut self.meter, &mut self.whereabouts);
+        let poses = &mut self.pose_times;
         let (learnt, settings) = (&self.learnt, &self.settings);
         let mut told = Ok(());
         receiver.set_late(late);
@@ -155,10 +158,9 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             let symbol = rates.symbol().or(outcome.symbol);
             let whereabouts = &mut whereabouts[panel];
             match &outcome.reading {
-                Ok(Reading { corners, detection }) => {
+                Ok(reading) => {
                     let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
-                    let pose = meter.pose(frame, corners, detection.bits, &camera);
-                    whereabouts.take(time_s, pose);
+                    poses.on(|| whereabouts.measure(meter, time_s, frame, reading, &camera));
                 }
                 Err(why) => whereabouts.lose(&why.to_string()),
             }
@@ -209,7 +211,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             }
         }
         if self.arguments.profile {
-            self.times.print();
+            self.times.print(&self.pose_times);
         }
         let gone = Gone {
             symbols_hz: self.arguments.rate_hz(self.fps),

@@ -6,11 +6,44 @@ use rx_pipeline::profile::{Profile, STAGES, Stage};
 
 use crate::output::tell;
 
-/// How long each stage took in all, how often it ran, and how long at most.
+/// How long something took in all, how often it was done, and how long at most.
+#[derive(Clone, Copy, Default)]
+pub struct Spent {
+    total: Duration,
+    times: u32,
+    most: Duration,
+}
+
+impl Spent {
+    /// Does it once more.
+    pub fn on<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        let begun = Instant::now();
+        let result = work();
+        self.add(begun.elapsed());
+        result
+    }
+
+    fn add(&mut self, time: Duration) {
+        self.total += time;
+        self.times += 1;
+        self.most = self.most.max(time);
+    }
+
+    fn print(&self, what: &str) {
+        let mean = self.total.as_secs_f64() * 1e6 / f64::from(self.times.max(1));
+        tell(format_args!(
+            "{what:<9} {:>6} {mean:>10.1} {:>10.1}",
+            self.times,
+            self.most.as_secs_f64() * 1e6
+        ));
+    }
+}
+
+/// What was spent on each stage.
 #[derive(Default)]
 pub struct StageTimes {
     begun: Vec<Instant>,
-    spent: [(Duration, u32, Duration); STAGES.len()],
+    spent: [Spent; STAGES.len()],
 }
 
 impl Profile for StageTimes {
@@ -25,23 +58,20 @@ impl Profile for StageTimes {
             .map(|begun| begun.elapsed())
             .unwrap_or_default();
         if let Some(index) = STAGES.iter().position(|&other| other == stage) {
-            let (total, count, most) = &mut self.spent[index];
-            (*total, *count, *most) = (*total + spent, *count + 1, spent.max(*most));
+            self.spent[index].add(spent);
         }
     }
 }
 
 impl StageTimes {
-    /// Prints them on standard error.
-    pub fn print(&self) {
+    /// Prints them, and what was spent on poses, on standard error.
+    pub fn print(&self, poses: &Spent) {
         tell("stage      times  mean (us)  most (us)");
-        for (stage, (total, count, most)) in STAGES.iter().zip(self.spent) {
-            let mean = total.as_secs_f64() * 1e6 / f64::from(count.max(1));
-            tell(format_args!(
-                "{:<9} {count:>6} {mean:>10.1} {:>10.1}",
-                format!("{stage:?}"),
-                most.as_secs_f64() * 1e6
-            ));
+        for (stage, spent) in STAGES.iter().zip(self.spent) {
+            spent.print(&format!("{stage:?}"));
+        }
+        if poses.times > 0 {
+            poses.print("Pose");
         }
     }
 }

@@ -1,0 +1,248 @@
+//! How exactly a pose is settled, against the time that it takes: alone, and of a panel that is followed.
+
+use std::hint::black_box;
+
+use link::camera::Camera;
+use link::panel::PanelFrame;
+use rand::{Rng, RngExt};
+use rx_pipeline::corners::Corners;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::pose::{Appearance, Lens, PanelSize, PlaneFit, PlaneImage, PoseEstimator, Seen};
+use sim::accuracy::Level;
+use sim::random::{Purpose, stream};
+use sim::renderer::Renderer;
+use sim::renderer::canvas::Canvas;
+use sim::road::camera_of;
+use sim::scene::Scene;
+
+use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::error::PrecisionError;
+use super::numbers::{range, rounded, variant};
+use super::pareto;
+use super::scale::Scale;
+use super::steps::Steps;
+use super::timing::{Candidate, time_by_turns};
+
+type Estimator = PoseEstimator<16384>;
+
+/// How far off panels are.
+const DISTANCES_M: [f64; 3] = [30.0, 50.0, 100.0];
+/// Panels at each, and how many of them are timed.
+const PANELS: usize = 100;
+const TIMED: usize = 8;
+/// The last step, in standard deviations of the image.
+const TOLERANCES: [f64; 7] = [10.0, 3.0, 1.0, 0.3, Estimator::TOLERANCE, 0.03, 0.01];
+/// That of the reference.
+const EXHAUSTIVE: f64 = 1e-3;
+/// Corners are off by up to this (px).
+const OFF_PX: f64 = 0.2;
+
+/// Measures it.
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+    let mut diagrams = Vec::new();
+    for distance_m in DISTANCES_M {
+        diagrams.push(diagram(distance_m, scale, steps)?);
+    }
+    Ok(Part {
+        name: "pose".into(),
+        title: "Where the panel is".into(),
+        method: format!(
+            "{} panels by day at each distance, yaw and pitch to 30°, roll to 15°, LEDs 3 % unequal, corners off by up to {OFF_PX} px. Points \
+             of a curve are the tolerance: a fit is settled once its last step is less, in standard deviations of the panel's image, {} \
+             down to {}. *alone* knows nothing of the panel; *followed* begins with how it looked in a frame before, \
+             which showed other bits. The time is that of all of the pose, with its covariance.",
+            scale.of(PANELS, 4),
+            TOLERANCES[0],
+            TOLERANCES[TOLERANCES.len() - 1]
+        ),
+        reference: format!(
+            "The same fit settled to {EXHAUSTIVE} standard deviations, alone. The error is the distance of one image from the other by the \
+             pixels' Fisher information, as a share of what noise does to it: 1 is as much as the Cramér–Rao bound. It is the root mean \
+             square over the panels and the image's eight numbers."
+        ),
+        default: why(&diagrams),
+        diagrams,
+    })
+}
+
+/// The default, and why.
+pub fn why(diagrams: &[Diagram]) -> String {
+    let default = |name: &str, of: fn(&Point) -> f64| {
+        let points = diagrams
+            .iter()
+            .filter_map(|diagram| variant(diagram, &self::name(name, Estimator::TOLERANCE)));
+        range(points.map(of).collect::<Vec<_>>())
+    };
+    let saved = diagrams.iter().filter_map(|diagram| {
+        let least = TOLERANCES[TOLERANCES.len() - 1];
+        let [usual, least] = [Estimator::TOLERANCE, least]
+            .map(|tolerance| variant(diagram, &name(FOLLOWED, tolerance)));
+        Some(least?.ratio.median / usual?.ratio.median)
+    });
+    format!(
+        "A last step of {} standard deviations. What is left of the fit is then {} of the noise's part where a panel is followed and {} \
+         where it is seen alone; a tenth of that step takes {} times as long. Following takes {} of the time.",
+        rounded(Estimator::TOLERANCE),
+        default(FOLLOWED, |point| point.error),
+        default(ALONE, |point| point.error),
+        range(saved.collect::<Vec<_>>()),
+        default(FOLLOWED, |point| point.ratio.median),
+    )
+}
+
+const ALONE: &str = "alone";
+const FOLLOWED: &str = "followed";
+
+/// The name of a variant.
+fn name(curve: &str, tolerance: f64) -> String {
+    format!("{curve}, {tolerance}")
+}
+
+/// Error against time at one distance.
+fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> {
+    let count = scale.of(PANELS, 4) as u64;
+    let panels: Vec<Panel> = (0..count)
+        .map(|number| Panel::film(1000 * scale.seed + number, distance_m))
+        .collect::<Result<_, _>>()?;
+    let mut exhaustive = Box::new(Estimator::settling_to(EXHAUSTIVE));
+    // Panels that have no pose have none at any tolerance.
+    let references: Vec<(&Panel, PlaneFit)> = panels
+        .iter()
+        .filter_map(|panel| Some((panel, panel.fit(&mut exhaustive, false)?)))
+        .collect();
+    let mut candidates = Vec::new();
+    for (curve, is_followed) in [(ALONE, false), (FOLLOWED, true)] {
+        for tolerance in TOLERANCES {
+            let mut estimator = Box::new(Estimator::settling_to(tolerance));
+            let error = steps.take(
+                format!("{distance_m} m, {}", name(curve, tolerance)),
+                |_| {
+                    let squares = references.iter().map(|(panel, reference)| {
+                        let fit = panel.fit(&mut estimator, is_followed);
+                        fit.map_or(f64::INFINITY, |fit| squared(&fit.image, reference))
+                    });
+                    Ok((squares.sum::<f64>() / references.len() as f64 / 8.0).sqrt())
+                },
+            )?;
+            let is_usual = tolerance == Estimator::TOLERANCE;
+            let timed = &panels[..TIMED.min(panels.len())];
+            candidates.push(Candidate {
+                point: Point {
+                    is_default: is_usual,
+                    is_baseline: is_usual && !is_followed,
+                    ..Point::new(name(curve, tolerance), error).on(curve)
+                },
+                work: Box::new(move || {
+                    for panel in timed {
+                        let _ = black_box(panel.seen(is_followed, |seen| estimator.pose(seen)));
+                    }
+                }),
+                units: timed.len() as f64,
+            });
+        }
+    }
+    let mut points = time_by_turns(candidates, scale.turns);
+    pareto::mark_front(&mut points);
+    Ok(Diagram {
+        title: format!("{distance_m} m"),
+        error: "rms distance from the settled fit".into(),
+        error_unit: "standard deviations".into(),
+        cost: "one pose".into(),
+        cost_unit: CostUnit::Ns,
+        points,
+    })
+}
+
+/// A panel's frame, and what a frame before has told of it.
+struct Panel {
+    pixels: Vec<u8>,
+    side: usize,
+    corners: Option<Corners>,
+    bits: PanelFrame,
+    camera: Camera,
+    lens: Lens,
+    before: Option<Appearance>,
+}
+
+impl Panel {
+    fn film(seed: u64, distance_m: f64) -> Result<Self, PrecisionError> {
+        let mut random = stream(seed, 0, Purpose::Panel);
+        let mut turn = |most: f64| random.random_range(-most..=most);
+        let angles = [turn(30.0), turn(30.0), turn(15.0)];
+        let focal_px = 25e-3 / 6.875e-6;
+        let shift = [turn(4.0), turn(4.0)].map(|px| px * distance_m / focal_px);
+        let side = (1.3 * (0.48 * focal_px / distance_m + 32.0)) as usize;
+        let scene = Scene::load(
+            "day",
+            &[
+                format!("camera.width_px={side}"),
+                format!("camera.height_px={side}"),
+                format!("pose.distance_m={distance_m}"),
+                format!("pose.x_m={}", shift[0]),
+                format!("pose.y_m={}", shift[1]),
+                format!("pose.yaw_deg={}", angles[0]),
+                format!("pose.pitch_deg={}", angles[1]),
+                format!("pose.roll_deg={}", angles[2]),
+                "panel.led_spread=0.03".into(),
+                format!("panel.seed={seed}"),
+            ],
+        )?;
+        let renderer = Renderer::new(&scene, Level::Fine)?;
+        let mut canvas = Canvas::new(renderer.lit_region());
+        let mut panel = Self {
+            pixels: vec![0; side * side],
+            side,
+            corners: None,
+            bits: PanelFrame::from_bits(0),
+            camera: camera_of(&scene),
+            lens: Lens::pinhole(focal_px, [side; 2]),
+            before: None,
+        };
+        let mut estimator = Box::new(Estimator::new());
+        for frame in 0..2 {
+            panel.before = estimator.appearance();
+            panel.bits = PanelFrame::from_bits(random.next_u64());
+            let shown = [renderer.steady(0, panel.bits)];
+            let moment = renderer.moment(frame);
+            renderer.frame(seed, &moment, &shown, &mut canvas, &mut panel.pixels);
+            let corners = renderer
+                .corner_leds_px(0)
+                .map(|corner| corner.map(|at| (at + random.random_range(-OFF_PX..OFF_PX)) as f32));
+            panel.corners = Corners::new(corners).ok();
+            let _ = panel.fit(&mut estimator, false);
+        }
+        Ok(panel)
+    }
+
+    /// Does something with what is seen.
+    fn seen<T>(&self, is_followed: bool, of: impl FnOnce(&Seen) -> T) -> Option<T> {
+        Some(of(&Seen {
+            frame: &Frame::new(&self.pixels, self.side, self.side).ok()?,
+            corners: self.corners.as_ref()?,
+            bits: self.bits,
+            camera: &self.camera,
+            lens: &self.lens,
+            size: PanelSize::new(0.03, 1.0).ok()?,
+            before: self.before.filter(|_| is_followed),
+        }))
+    }
+
+    fn fit(&self, estimator: &mut Estimator, is_followed: bool) -> Option<PlaneFit> {
+        self.seen(is_followed, |seen| estimator.image(seen).ok())?
+    }
+}
+
+/// Squared distance of an image from a reference, by the information about that.
+fn squared(image: &PlaneImage, reference: &PlaneFit) -> f64 {
+    let numbers = |image: &PlaneImage| [image.centre, image.column, image.row, image.tilt];
+    let (image, wanted) = (numbers(image), numbers(&reference.image));
+    let off: [f64; 8] = std::array::from_fn(|i| image[i / 2][i % 2] - wanted[i / 2][i % 2]);
+    let rows = reference.information.iter().zip(off);
+    rows.map(|(row, off_i)| {
+        row.iter()
+            .zip(off)
+            .map(|(c, off_j)| off_i * c * off_j)
+            .sum::<f64>()
+    })
+    .sum()
+}
