@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{
-    Lens, PanelSize, PlaneImage, Pose, PoseError, PoseEstimator, PoseMemory, Seen,
+    Appearance, Lens, PanelSize, PlaneImage, Pose, PoseEstimator, PoseMemory, Seen,
 };
 use sim::accuracy::Level;
 use sim::renderer::Renderer;
@@ -28,8 +28,10 @@ pub struct Range {
     pub preset: &'static str,
     /// Least and most distance.
     pub distance_m: [f64; 2],
-    /// The most that a panel is turned about the upright and the level axis, to either side.
-    pub turned_deg: f64,
+    /// The least and the most that a panel is turned about the upright axis, to either side.
+    pub yaw_deg: [f64; 2],
+    /// The most that it is turned about the level axis, to either side.
+    pub pitch_deg: f64,
     /// Whether the panel is followed: then a frame goes before, which shows other bits.
     pub is_followed: bool,
 }
@@ -51,6 +53,9 @@ pub struct Trial {
     /// Rounds of the fit.
     pub rounds: usize,
 }
+
+/// Why no pose is known.
+pub type Unknown = Box<dyn std::error::Error + Send + Sync>;
 
 /// Pixels that a panel is measured in.
 type Estimator = PoseEstimator<16384>;
@@ -79,24 +84,87 @@ impl Trials {
 
     /// Draws pose `seed`, films it and measures it, from corners that are up to 0.2 px off.
     ///
+    /// # Errors
+    /// Why no pose is known; of panels that are too small or too much edge on, why they have no corners or are in no frame.
+    ///
     /// # Panics
-    /// When no such panel can be seen: then the range is wrong.
-    pub fn draw(&mut self, seed: u64) -> Result<Trial, PoseError> {
+    /// When there are no such scenes.
+    pub fn draw(&mut self, seed: u64) -> Result<Trial, Unknown> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let Range {
             preset,
             distance_m: [near, far],
-            turned_deg,
+            yaw_deg: [least, most],
+            pitch_deg,
             is_followed,
         } = self.range;
         let distance_m = random.random_range(near..=far);
         let mut turn = |most: f64| random.random_range(-most..=most);
-        let (yaw, pitch, roll) = (turn(turned_deg), turn(turned_deg), turn(15.0));
+        let aside = turn(1.0);
+        let yaw = (least + f64::abs(aside) * (most - least)).copysign(aside);
+        let angles_deg = [yaw, turn(pitch_deg), turn(15.0)];
+        let off_px = [turn(4.0), turn(4.0)];
+        let placed = Placed {
+            preset,
+            distance_m,
+            angles_deg,
+            off_px,
+        };
+        let before = if is_followed {
+            self.measure(&placed, seed, 1, &mut random, None)?;
+            self.estimator.appearance()
+        } else {
+            None
+        };
+        self.measure(&placed, seed, 0, &mut random, before)
+    }
+
+    /// A panel that comes nearer at so many m/s, as it is measured while it is followed, with the time of each frame in seconds.
+    ///
+    /// # Errors
+    /// As of [`Trials::draw`].
+    pub fn approach(
+        &mut self,
+        seed: u64,
+        speed_m_s: f64,
+        fps: f64,
+        frames: u64,
+    ) -> Result<Vec<(f64, Trial)>, Unknown> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut before = None;
+        let mut trials = Vec::new();
+        for frame in 0..frames {
+            let time_s = frame as f64 / fps;
+            let placed = Placed {
+                preset: self.range.preset,
+                distance_m: self.range.distance_m[1] - speed_m_s * time_s,
+                angles_deg: [10.0, 5.0, 3.0],
+                off_px: [0.4, -0.3],
+            };
+            let trial = self.measure(&placed, seed, frame, &mut random, before)?;
+            before = self.estimator.appearance();
+            trials.push((time_s, trial));
+        }
+        Ok(trials)
+    }
+
+    /// Films a panel and measures it.
+    fn measure(
+        &mut self,
+        placed: &Placed,
+        seed: u64,
+        frame: u64,
+        random: &mut ChaCha8Rng,
+        before: Option<Appearance>,
+    ) -> Result<Trial, Unknown> {
+        let Placed {
+            preset,
+            distance_m,
+            angles_deg: [yaw, pitch, roll],
+            off_px,
+        } = *placed;
         let focal_px = 25e-3 / 6.875e-6;
-        let (x, y) = (
-            turn(4.0) * distance_m / focal_px,
-            turn(4.0) * distance_m / focal_px,
-        );
+        let [x, y] = off_px.map(|off| off * distance_m / focal_px);
         let rotation = DMat3::from_rotation_z(roll.to_radians())
             * DMat3::from_rotation_y(yaw.to_radians())
             * DMat3::from_rotation_x(pitch.to_radians());
@@ -117,48 +185,49 @@ impl Trials {
             ],
         )
         .expect("keys of a scene");
-        let renderer = Renderer::new(&scene, Level::Fine).expect("a panel in sight");
+        let renderer = Renderer::new(&scene, Level::Fine)?;
         let mut canvas = Canvas::new(renderer.lit_region());
         let mut pixels = vec![0; side * side];
-        let lens = Lens::pinhole(focal_px, [side; 2]);
+        let bits = PanelFrame::from_bits(random.next_u64());
+        let shown = [renderer.steady(0, bits)];
+        let moment = renderer.moment(frame);
+        renderer.frame(seed, &moment, &shown, &mut canvas, &mut pixels);
+        let corners = renderer
+            .corner_leds_px(0)
+            .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
         let size = PanelSize::new(0.03, 1.0).expect("a panel's size");
-        let mut before = None;
-        let frames = 1 + u64::from(is_followed);
-        for left in (0..frames).rev() {
-            let bits = PanelFrame::from_bits(random.next_u64());
-            let moment = renderer.moment(left);
-            let seen = [renderer.steady(0, bits)];
-            renderer.frame(seed, &moment, &seen, &mut canvas, &mut pixels);
-            let corners = renderer
-                .corner_leds_px(0)
-                .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
-            let seen = Seen {
-                frame: &Frame::new(&pixels, side, side).expect("a frame"),
-                corners: &Corners::new(corners).expect("a panel's corners"),
-                bits,
-                camera: &camera_of(&scene),
-                lens: &lens,
-                size,
-                before,
-            };
-            let begun = Instant::now();
-            let fit = self.estimator.image(&seen)?;
-            let pose = Pose::of_image(&fit, size.half_side_m(), &mut self.memory)?;
-            let time_s = begun.elapsed().as_secs_f64();
-            before = self.estimator.appearance();
-            if left == 0 {
-                let truth = (DVec3::new(x, y, distance_m), rotation);
-                return Ok(Trial {
-                    truth,
-                    pose,
-                    range_bound_m: range_bound_m(truth, &fit.information, size.half_side_m()),
-                    time_s,
-                    rounds: self.estimator.rounds(),
-                });
-            }
-        }
-        Err(PoseError::OutsideFrame)
+        let seen = Seen {
+            frame: &Frame::new(&pixels, side, side).expect("a frame"),
+            corners: &Corners::new(corners)?,
+            bits,
+            camera: &camera_of(&scene),
+            lens: &Lens::pinhole(focal_px, [side; 2]),
+            size,
+            before,
+        };
+        let begun = Instant::now();
+        let fit = self.estimator.image(&seen)?;
+        let pose = Pose::of_image(&fit, size.half_side_m(), &mut self.memory)?;
+        let time_s = begun.elapsed().as_secs_f64();
+        let truth = (DVec3::new(x, y, distance_m), rotation);
+        Ok(Trial {
+            truth,
+            pose,
+            range_bound_m: range_bound_m(truth, &fit.information, size.half_side_m()),
+            time_s,
+            rounds: self.estimator.rounds(),
+        })
     }
+}
+
+/// A panel before the camera.
+struct Placed {
+    preset: &'static str,
+    distance_m: f64,
+    /// Yaw, pitch and roll.
+    angles_deg: [f64; 3],
+    /// How far from the frame's middle it is seen.
+    off_px: [f64; 2],
 }
 
 impl Trial {
