@@ -8,6 +8,7 @@
 //! blur_sigma_px = 1.5          # lens blur, standard deviation
 //! blur_aspect = 1.0            # the blur along x over that along y
 //! read_noise_e = 3.0
+//! line_delay_exposures = 0.02  # how much later each line is exposed than the one above; 0: all at once
 //! channel = "brightest"        # how pixels are to be taken: see `frames`
 //! bayer = "RGGB"
 //! depth = 12
@@ -30,6 +31,7 @@ use anyhow::{Context, ensure};
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
+use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
 use sim::input;
 use studies::reception::colour::Channel;
@@ -68,6 +70,7 @@ struct File {
     blur_sigma_px: Option<f32>,
     blur_aspect: Option<f32>,
     read_noise_e: Option<f32>,
+    line_delay_exposures: Option<f32>,
     channel: Option<Channel>,
     bayer: Option<Bayer>,
     depth: Option<u8>,
@@ -86,6 +89,8 @@ pub struct Told {
     pub camera: Camera,
     /// The encoding, if it was told.
     pub encoding: Option<Encoding>,
+    /// By how many exposures each line is later than the one above, if it was told.
+    pub line_delay: Option<f32>,
     /// How pixels are to be taken.
     pub pixels: PixelArguments,
     /// What is known of the lens.
@@ -148,6 +153,7 @@ impl CameraArguments {
         Ok(Told {
             camera,
             encoding,
+            line_delay: file.line_delay_exposures,
             pixels,
             calibration,
         })
@@ -200,6 +206,7 @@ impl Told {
             blur_sigma_px: Some(camera.blur_sigma_px),
             blur_aspect: Some(camera.blur_aspect),
             read_noise_e: Some(camera.read_noise_e),
+            line_delay_exposures: learnt.line_delay.or(self.line_delay),
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
             depth: self.pixels.depth,
@@ -238,6 +245,14 @@ fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
         distortion: file.distortion.clone(),
     };
     let calibration = keys.calibration().with_context(about)?;
+    if let Some(delay) = file.line_delay_exposures {
+        ensure!(
+            delay.abs() <= LINE_DELAY_MAX,
+            "{}: a line_delay_exposures of {delay} is not -{LINE_DELAY_MAX} to {LINE_DELAY_MAX}: give the time from one line to the next \
+             over that of an exposure",
+            path.display()
+        );
+    }
     Ok((file, calibration))
 }
 
@@ -247,13 +262,14 @@ pub fn as_json(learnt: &Learnt) -> serde_json::Value {
         camera,
         blur_deviation_px,
         noise_grey,
+        line_delay,
         broken,
         frames,
     } = learnt;
     serde_json::json!({
         "encoding": camera.encoding, "black_grey": camera.black_grey, "blur_sigma_px": camera.blur_sigma_px,
         "blur_aspect": camera.blur_aspect, "read_noise_e": camera.read_noise_e, "blur_deviation_px": blur_deviation_px,
-        "noise_grey": noise_grey, "broken_leds": leds(*broken), "frames": frames,
+        "noise_grey": noise_grey, "line_delay_exposures": line_delay, "broken_leds": leds(*broken), "frames": frames,
     })
 }
 
@@ -281,9 +297,14 @@ pub fn as_text(learnt: &Learnt) -> String {
             .collect();
         format!("; broken LEDs: {}", places.join(", "))
     };
+    let lines = match learnt.line_delay {
+        None => String::new(),
+        Some(0.0) => ", all lines exposed at once".to_owned(),
+        Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
+    };
     format!(
         "camera as learnt from {} frames: blur {blur_sigma_px:.2} ± {:.2} px, {blur_aspect:.2} times as wide as high, {encoding}, black at \
-         {black_grey:.0}, noise {:.1} grey levels{broken}",
+         {black_grey:.0}, noise {:.1} grey levels{lines}{broken}",
         learnt.frames, learnt.blur_deviation_px, learnt.noise_grey
     )
 }
@@ -326,6 +347,7 @@ mod tests {
             camera,
             blur_deviation_px: 0.01,
             noise_grey: 1.0,
+            line_delay: Some(0.02),
             broken: 1 << 9,
             frames: 20,
         };
@@ -359,6 +381,7 @@ mod tests {
         assert_eq!(again.pixels.channel, Some(Channel::Red));
         assert_eq!(again.pixels.depth, Some(12));
         assert_eq!(again.calibration, before.calibration);
+        assert_eq!((before.line_delay, again.line_delay), (None, Some(0.02)));
     }
 
     #[test]
@@ -421,6 +444,8 @@ mod tests {
             "black_grey = -1",
             "bayer = \"RGB\"",
             "depth = 8",
+            "line_delay_exposures = 3",
+            "line_delay_exposures = nan",
             "]",
         ] {
             assert!(told(nonsense).is_err(), "{nonsense}");

@@ -14,6 +14,11 @@ pub struct Learnt {
     /// The standard deviation of a pixel of middle grey from what is expected of it, in grey levels: the sensor's noise, and whatever the
     /// model leaves unexplained.
     pub noise_grey: f32,
+    /// By how much of an exposure each line is later than the one above it: negative where lines are read from below, 0 where all are
+    /// exposed at once; none before exposures that caught two symbols have told. The time of a line over that of the exposure, so that it
+    /// follows the exposure.
+    #[cfg(feature = "read-lines")]
+    pub line_delay: Option<f32>,
     /// LEDs that do not follow the message, bit 8·row + column each: dead, stuck, or far too dim. They are read as erased.
     pub broken: u64,
     /// Frames that this was learnt from; older ones are forgotten, so that it counts to

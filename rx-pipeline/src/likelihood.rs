@@ -58,7 +58,8 @@
 //! # Two symbols in one exposure
 //!
 //! An exposure across a change shows LEDs that were On for a part of it. [`MaximumLikelihood::detect_after`] takes what is known of
-//! the symbol before, and reads both: `likelihood/mixture.rs`.
+//! the symbol before, and reads both: `likelihood/mixture.rs`. Where the camera's lines are exposed one after another, each row of LEDs was
+//! caught at another moment; how much later each line is, is learnt from such exposures, and kept: `likelihood/lines.rs`.
 //!
 //! # Limits
 //!
@@ -81,6 +82,8 @@ mod least_squares;
 mod leds;
 mod level_prior;
 mod levels;
+#[cfg(feature = "read-lines")]
+mod lines;
 mod mixture;
 mod model;
 mod search;
@@ -96,11 +99,15 @@ use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
 use crate::parameters::likelihood::curve::CONFIDENCE_MIN;
 use crate::parameters::likelihood::leds::SATURATED_MAX;
 use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
+#[cfg(feature = "read-lines")]
+use crate::parameters::likelihood::lines::LINE_DELAY_MAX;
 use crate::parameters::likelihood::mixture::MIXED;
 use crop::{Crop, Sight};
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
 use level_prior::LevelPrior;
+#[cfg(feature = "read-lines")]
+use lines::LineDelay;
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
@@ -178,6 +185,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             camera: camera.clamped(),
             blur_deviation_px,
             noise_grey: self.model.noise_grey(levels.noise),
+            #[cfg(feature = "read-lines")]
+            line_delay: self.experience.line_delay.known(),
             broken: self.model.leds.broken(),
             frames: self.experience.levels.frames(),
         })
@@ -192,6 +201,15 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub fn set_experience(&mut self, experience: Experience) {
         self.experience = experience;
         self.model.see_by(experience.curve.encoding(self.told));
+    }
+
+    /// Goes by lines that are each later than the one above by `delay` exposures, until frames show otherwise: 0 where all are exposed at
+    /// once. A delay that is no number within ±2 is not taken.
+    #[cfg(feature = "read-lines")]
+    pub fn tell_line_delay(&mut self, delay: f32) {
+        if delay.abs() <= LINE_DELAY_MAX {
+            self.experience.line_delay = LineDelay::told(delay);
+        }
     }
 
     /// Reads the panel at `corners`, and learns from it.
@@ -240,8 +258,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             let two = self
                 .model
                 .two_symbols(frame, &crop, before, &self.experience.levels)?;
-            if let Some(two) =
-                two.filter(|two| two.explain(&self.experience.levels, before, best.levels.noise))
+            let noise = best.levels.noise;
+            #[cfg(feature = "read-lines")]
+            if let Some(detection) = self.explained(two, frame, &crop, before, noise)? {
+                return Ok(detection);
+            }
+            #[cfg(not(feature = "read-lines"))]
+            if let Some(two) = two.filter(|two| two.explain(&self.experience.levels, before, noise))
             {
                 return Ok(two.detection());
             }
@@ -275,6 +298,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr.map(|llr| llr * worth))
         };
+        #[cfg(feature = "read-lines")]
+        let detection = self.split(detection, &crop, before, best.levels.noise);
         if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
             let read = best;
             self.learn(&mut best);

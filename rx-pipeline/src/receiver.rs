@@ -250,6 +250,25 @@ impl<
         }
     }
 
+    /// Goes by lines of the camera that are each exposed later than the one above by `delay` exposures, until frames show otherwise:
+    /// negative where lines are read from below, 0 where all are exposed at once. A delay beyond
+    /// ±[`LINE_DELAY_MAX`](crate::parameters::likelihood::lines::LINE_DELAY_MAX) is not taken.
+    ///
+    /// ```
+    /// use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory, ReceiverSettings};
+    /// let memory = Box::<ReceiverMemory<4096>>::default();
+    /// let mut receiver = Receiver::new(ReceiverSettings::default(), memory, NoSearch)?;
+    /// // 20.4 ms from the first of 1080 lines to the last, exposed for 0.87 ms.
+    /// receiver.tell_line_delay(20.4 / 1079.0 / 0.87);
+    /// # Ok::<(), rx_pipeline::receiver::ReceiverError>(())
+    /// ```
+    #[cfg(feature = "read-lines")]
+    pub fn tell_line_delay(&mut self, delay: f32) {
+        for panel in &mut self.memory.borrow_mut().panels {
+            panel.tell_line_delay(delay);
+        }
+    }
+
     /// Goes on in regions of `size` that begin at `origin`.
     fn move_to(&mut self, origin: [u16; 2], size: (usize, usize)) {
         if self.window == (origin, size) {

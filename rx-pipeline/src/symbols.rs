@@ -559,9 +559,9 @@ mod tests {
     fn symbols_that_no_frame_shows_alone_are_read_from_those_that_share_them() {
         for (symbols_per_frame, start) in [(0.999, 0.02), (0.995, 0.1), (0.97, 0.3)] {
             let halves = |symbol: u64| Mixture {
-                share: 0.5,
                 ending: panel(shown(symbol)),
                 beginning: SoftPanel::certain(PanelFrame::from_bits(shown(symbol + 1)), 1),
+                ..Mixture::INSEPARABLE
             };
             let symbols = read(symbols_per_frame, start, 100, halves);
             assert_eq!(symbols, expected(symbols.len() as u32));
@@ -720,6 +720,7 @@ mod tests {
             } else if clock.before(frame).hard().bits() == shown(first) {
                 let mixture = Mixture {
                     share: 0.5,
+                    growth: [0.0; 2],
                     ending: panel(shown(first)),
                     beginning: panel(shown(last)),
                 };

@@ -11,6 +11,8 @@ pub(crate) struct Scene {
     pub bits: u64,
     /// The bits shown for the last part of the exposure, and that part.
     pub next: (u64, f32),
+    /// By how much that part grows from each line to the one below; it is that of the panel's middle, then.
+    pub growth: f32,
     pub width: usize,
     pub height: usize,
     pub centre: [f32; 2],
@@ -38,6 +40,7 @@ impl Scene {
     pub const PLAIN: Self = Self {
         bits: 0x9a3c_5e71_0f96_c3a5,
         next: (0, 0.0),
+        growth: 0.0,
         width: 96,
         height: 96,
         centre: [47.3, 48.6],
@@ -85,9 +88,15 @@ impl Scene {
             let on = off + (self.gain)(led) * (on - off);
             let surface = |bits: u64| if bits >> led & 1 == 1 { on } else { off };
             let (next, share) = self.next;
-            let surface = (1.0 - share) * surface(self.bits) + share * surface(next);
+            let (ended, begun) = (surface(self.bits), surface(next));
             for (i, light) in light.iter_mut().enumerate() {
                 let [x, y] = place(i);
+                let share = if self.growth == 0.0 {
+                    share
+                } else {
+                    (share + self.growth * (y - self.centre[1])).clamp(0.0, 1.0)
+                };
+                let surface = (1.0 - share) * ended + share * begun;
                 let (dx, dy) = (x - cx, y - cy);
                 let exponent = 0.5 * (dx * dx / variance[0] + dy * dy / variance[1]);
                 if exponent < 20.0 {

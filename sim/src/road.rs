@@ -231,6 +231,11 @@ impl Road {
         }
     }
 
+    /// Tells the receiver how much later each of the camera's lines is exposed than the one above: see [`Receiver::tell_line_delay`].
+    pub fn tell_line_delay(&mut self, exposures: f32) {
+        self.receiver.tell_line_delay(exposures);
+    }
+
     /// Puts moving panels where they are at frame `frame`.
     fn move_panels(&mut self, frame: u64) -> Result<(), RoadError> {
         let Some(scene) = moved(&self.scene, frame) else {

@@ -51,35 +51,42 @@ def draw(folder, args, vocc, seed):
 
 
 def receive(folder, args, vocc, camera):
-    """The frame in which the message was whole, or none."""
+    """The frame in which the message was whole, or none; and what was learnt of the lines, in exposures."""
     command = [vocc, "receive", "--json", "--fps", str(args["fps"]), "--symbol-rate", str(args["symbol_rate"]), str(folder)]
     command += ["--camera", camera] if camera else []
     ended = subprocess.run(command, capture_output=True, text=True)
     lines = [json.loads(line) for line in ended.stdout.splitlines() if line.startswith("{")]
     whole = [line["last_frame"] for line in lines if line.get("message") == MESSAGE]
-    return whole[0] if whole else None
+    delays = [line["camera"].get("line_delay_exposures") for line in lines if line.get("camera")]
+    return (whole[0] if whole else None), (delays[-1] if delays else None)
 
 
 def main():
     given = arguments()
     width, height = (int(side) for side in given.size.split("x"))
-    print("| pitch (px) | line (µs) | exposure (ms) | symbols/s | delivered | mean frames |")
-    print("|---|---|---|---|---|---|")
+    print("| pitch (px) | line (µs) | exposure (ms) | symbols/s | delivered | mean frames | line over exposure | as learnt |")
+    print("|---|---|---|---|---|---|---|---|")
     for pitch, line_us, exposure, rate in itertools.product(given.pitches, given.line_us, given.exposures, given.rates):
         args = {
             "size": (width, height), "pitch_px": pitch, "roll_deg": given.roll, "fps": given.fps, "frames": given.frames,
             "line_s": 1e-6 * line_us, "exposure_s": 1e-3 * exposure, "symbol_rate": rate,
         }
-        ends = []
+        ends, delays = [], []
         for seed in range(given.first_seed, given.first_seed + given.seeds):
             folder = given.out / f"{pitch:g}px-{line_us:g}us-{exposure:g}ms-{rate:g}hz-{seed}"
             draw(folder, args, given.vocc, seed)
-            end = receive(folder, args, given.vocc, given.camera)
+            end, delay = receive(folder, args, given.vocc, given.camera)
             ends += [end] if end is not None else []
+            delays += [delay] if delay is not None else []
             if not given.keep:
                 shutil.rmtree(folder)
         mean = f"{np.mean(ends) + 1:.0f}" if ends else "–"
-        print(f"| {pitch:g} | {line_us:g} | {exposure:g} | {rate:g} | {len(ends)} of {given.seeds} | {mean} |", flush=True)
+        learnt = f"{np.median(delays):.4f}" if delays else "–"
+        print(
+            f"| {pitch:g} | {line_us:g} | {exposure:g} | {rate:g} | {len(ends)} of {given.seeds} | {mean} "
+            f"| {line_us / exposure / 1e3:.4f} | {learnt} |",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

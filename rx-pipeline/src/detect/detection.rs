@@ -1,6 +1,8 @@
 //! What a detector says of a panel.
 
 use super::soft::soft_panel;
+#[cfg(feature = "read-lines")]
+use link::panel::SIDE;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 
 /// The bits of one panel, and how sure they are.
@@ -38,8 +40,13 @@ pub(crate) fn wrong_bits(llr: &[f32; LEDS]) -> f32 {
 /// What an exposure says that caught the end of one symbol and the beginning of the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// The part of the exposure that is the beginning symbol's, 0 to 1; a half where that is not known.
+    /// The part of the exposure that is the beginning symbol's, 0 to 1; a half where that is not known. Where lines are read out one after
+    /// another it is that of the panel's middle, and may be beyond.
     pub share: f32,
+    /// By how much that part grows from one column of LEDs to the next and from one row to the next, up to 1: 0 where all lines are exposed
+    /// at once.
+    #[cfg(feature = "read-lines")]
+    pub growth: [f32; 2],
     /// The log-likelihood ratios of the symbol that ended, by this exposure alone.
     pub ending: SoftPanel,
     /// Those of the symbol that began.
@@ -50,6 +57,8 @@ impl Mixture {
     /// Two symbols that cannot be told apart.
     pub const INSEPARABLE: Self = Self {
         share: 0.5,
+        #[cfg(feature = "read-lines")]
+        growth: [0.0; 2],
         ending: SoftPanel::ERASED,
         beginning: SoftPanel::ERASED,
     };
@@ -58,7 +67,25 @@ impl Mixture {
     pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
         let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
         (*self != Self::INSEPARABLE)
-            .then(|| core::array::from_fn(|led| lit(self.share, ended[led], begun[led])))
+            .then(|| core::array::from_fn(|led| lit(self.share_of(led), ended[led], begun[led])))
+    }
+
+    /// The part of LED `led`'s exposure that is the beginning symbol's.
+    #[cfg(feature = "read-lines")]
+    fn share_of(&self, led: usize) -> f32 {
+        let [column, row] = self.growth;
+        if self.growth == [0.0; 2] {
+            return self.share;
+        }
+        let middle = 0.5 * (SIDE as f32 - 1.0);
+        let [right, below] = [led % SIDE, led / SIDE].map(|at| at as f32 - middle);
+        (self.share + column * right + row * below).clamp(0.0, 1.0)
+    }
+
+    /// The same where all lines are taken to be exposed at once.
+    #[cfg(not(feature = "read-lines"))]
+    fn share_of(&self, _led: usize) -> f32 {
+        self.share
     }
 }
 

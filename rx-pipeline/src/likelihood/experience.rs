@@ -4,6 +4,8 @@ use super::crop::Scale;
 use super::curve::CurveEvidence;
 use super::leds::LedMoments;
 use super::level_prior::LevelPrior;
+#[cfg(feature = "read-lines")]
+use super::lines::LineDelay;
 use crate::parameters::likelihood::camera::BLUR_MIN;
 
 /// What a detector has learnt from a panel's frames. It can be taken out, kept and given back, to the same detector or to another.
@@ -18,6 +20,9 @@ pub struct Experience {
     /// Whether what stands around the panel is as plain as what is between its LEDs.
     pub(super) is_plain_around: bool,
     pub(super) curve: CurveEvidence,
+    /// By how much of an exposure each line is later than the one above it.
+    #[cfg(feature = "read-lines")]
+    pub(super) line_delay: LineDelay,
 }
 
 impl Experience {
@@ -52,5 +57,7 @@ impl Experience {
         light_noise: 0.0,
         is_plain_around: false,
         curve: CurveEvidence::NONE,
+        #[cfg(feature = "read-lines")]
+        line_delay: LineDelay::UNKNOWN,
     };
 }

@@ -3,6 +3,8 @@
 //! Whose share is which, only the symbol before can tell: without it, α and 1 − α are the same. The search is interference cancellation
 //! with four shares instead of two, refitting α and the levels in between. Light is added up over an exposure, so the levels are those
 //! of whole symbols.
+//!
+//! Where lines are read out one after another, α grows from row to row of LEDs: `lines.rs`. Both go through the same code, once for each.
 
 use super::ascent::Ascent;
 use super::crop::Crop;
@@ -15,17 +17,58 @@ use crate::frame::Frame;
 use crate::parameters::likelihood::mixture::*;
 use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
 
-/// Two symbols that share an exposure, and how well they explain it.
-pub(super) struct TwoSymbols {
-    /// Log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
-    ending: [f32; LEDS],
-    beginning: [f32; LEDS],
-    /// α, the part of the exposure that is the next symbol's.
-    share: f32,
-    noise: f32,
+/// α of each LED, the part of its exposure that is the next symbol's: one number where all lines are exposed at once.
+pub(super) trait Shares: Copy {
+    /// That of an LED.
+    fn of(&self, led: usize) -> f32;
+
+    /// The same, greater by `step`.
+    fn plus(&self, step: f32) -> Self;
+
+    /// The same within its range.
+    fn within_range(self) -> Self;
+
+    /// Whether the frame shows something of both symbols.
+    fn is_of_two(&self) -> bool;
+
+    /// What else is unknown is improved by what the image makes of it.
+    fn improve<const PIXELS: usize>(
+        _model: &mut Model<PIXELS>,
+        _estimate: &mut Estimate,
+        _guess: &mut Guess<Self>,
+    ) {
+    }
 }
 
-impl TwoSymbols {
+impl Shares for f32 {
+    fn of(&self, _led: usize) -> f32 {
+        *self
+    }
+
+    fn plus(&self, step: f32) -> Self {
+        self + step
+    }
+
+    fn within_range(self) -> Self {
+        within_range(self, 0.0)
+    }
+
+    fn is_of_two(&self) -> bool {
+        SHARE.contains(self)
+    }
+}
+
+/// Two symbols that share an exposure, and how well they explain it.
+pub(super) struct TwoSymbols<S = f32> {
+    /// Log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
+    pub ending: [f32; LEDS],
+    pub beginning: [f32; LEDS],
+    /// α.
+    pub share: S,
+    pub noise: f32,
+}
+
+impl<S: Shares> TwoSymbols<S> {
     /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
     /// `noise`; and the first is the symbol `before`.
     pub fn explain(&self, prior: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
@@ -34,11 +77,13 @@ impl TwoSymbols {
         } else {
             NEXT_TO_NOTHING
         };
-        SHARE.contains(&self.share)
+        self.share.is_of_two()
             && self.noise < left * noise
             && correlation(&soft_panel(&self.ending), before) >= SAME
     }
+}
 
+impl TwoSymbols {
     /// The reading: bits are those of the symbol that was shown for longer.
     pub fn detection(&self) -> Detection {
         let longer = if self.share < 0.5 {
@@ -51,6 +96,8 @@ impl TwoSymbols {
                 share: self.share,
                 ending: soft_panel(&self.ending),
                 beginning: soft_panel(&self.beginning),
+                #[cfg(feature = "read-lines")]
+                growth: [0.0; 2],
             }),
             ..Detection::new(bits_where(|led| longer[led] > 0.0), longer)
         }
@@ -58,16 +105,16 @@ impl TwoSymbols {
 }
 
 /// How likely each LED was On in either symbol, and α.
-struct Guess {
-    ended: [f32; LEDS],
-    begun: [f32; LEDS],
-    share: f32,
+pub(super) struct Guess<S> {
+    pub ended: [f32; LEDS],
+    pub begun: [f32; LEDS],
+    pub share: S,
 }
 
-impl Guess {
+impl<S: Shares> Guess<S> {
     /// The share of the exposure for which each LED is expected to have been On, were `share` the next symbol's.
-    fn lit(&self, share: f32) -> [f32; LEDS] {
-        core::array::from_fn(|led| lit(share, self.ended[led], self.begun[led]))
+    pub fn lit(&self, share: S) -> [f32; LEDS] {
+        core::array::from_fn(|led| lit(share.of(led), self.ended[led], self.begun[led]))
     }
 }
 
@@ -83,6 +130,21 @@ impl<const PIXELS: usize> Model<PIXELS> {
         before: &SoftPanel,
         prior: &LevelPrior,
     ) -> Result<Option<TwoSymbols>, DetectError> {
+        self.two_symbols_of(frame, crop, before, prior, |changed, _| {
+            let [_, share] = two_groups(*changed);
+            Some(share)
+        })
+    }
+
+    /// The same for any α, which are guessed first from by how much each LED's light has changed, and of which LEDs something is known.
+    pub(super) fn two_symbols_of<S: Shares>(
+        &mut self,
+        frame: &Frame<'_>,
+        crop: &Crop,
+        before: &SoftPanel,
+        prior: &LevelPrior,
+        first: impl FnOnce(&[f32; LEDS], u64) -> Option<S>,
+    ) -> Result<Option<TwoSymbols<S>>, DetectError> {
         let levels = match prior.mean_levels() {
             Some(levels) if *before != SoftPanel::ERASED => levels,
             _ => return Ok(None),
@@ -91,17 +153,19 @@ impl<const PIXELS: usize> Model<PIXELS> {
         let seen = self.leds.shares(&seen);
         let ended = before.hard().shares();
         let changed = core::array::from_fn(|led| (seen[led] - ended[led]).abs());
-        let [_, share] = two_groups(changed);
+        let Some(share) = first(&changed, before.seen()) else {
+            return Ok(None);
+        };
         let mut guess = Guess {
             ended,
             begun: core::array::from_fn(|led| {
-                if changed[led] > 0.5 * share {
+                if changed[led] > 0.5 * share.of(led) {
                     1.0 - ended[led]
                 } else {
                     ended[led]
                 }
             }),
-            share: within_range(share),
+            share: share.within_range(),
         };
         let mut estimate = Estimate {
             levels,
@@ -115,6 +179,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
                     .cancel_interference_of_two(before, &mut guess);
             }
             self.improve_share(&mut estimate, &mut guess);
+            S::improve(self, &mut estimate, &mut guess);
             self.fit(&mut estimate, prior);
         }
         let (ending, beginning) = self.ascent(&mut estimate).llrs_of_two(before, guess.share);
@@ -127,17 +192,21 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// Moves α to the lowest point of the parabola through the loss beside it.
-    fn improve_share(&mut self, estimate: &mut Estimate, guess: &mut Guess) {
-        let mut loss = |share: f32| {
+    fn improve_share<S: Shares>(&mut self, estimate: &mut Estimate, guess: &mut Guess<S>) {
+        let mut loss = |share: S| {
             estimate.share = guess.lit(share);
             self.expect(estimate);
             self.image.loss(estimate.levels.noise)
         };
-        let [left, here, right] = [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share + step));
+        let [left, here, right] =
+            [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share.plus(step)));
         let bend = left + right - 2.0 * here;
         if bend > 0.0 {
             let step = 0.5 * PARABOLA * (left - right) / bend;
-            guess.share = within_range(guess.share + step.clamp(-STEP_MAX, STEP_MAX));
+            guess.share = guess
+                .share
+                .plus(step.clamp(-STEP_MAX, STEP_MAX))
+                .within_range();
         }
         estimate.share = guess.lit(guess.share);
         self.expect_with_noise(estimate);
@@ -146,9 +215,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
 impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// Gives each LED the share that is to be expected of it, given those of the others and what is known of the symbol before.
-    fn cancel_interference_of_two(&mut self, before: &SoftPanel, guess: &mut Guess) {
+    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    #[inline(never)]
+    fn cancel_interference_of_two<S: Shares>(&mut self, before: &SoftPanel, guess: &mut Guess<S>) {
         for (led, &prior) in before.0.iter().enumerate() {
-            let [none, next, last, both] = self.gains_of_two(led, guess.share);
+            let [none, next, last, both] = self.gains_of_two(led, guess.share.of(led));
             let prior = nats(prior);
             let gains = [none, next, last + prior, both + prior];
             let most = gains.into_iter().fold(f32::NEG_INFINITY, f32::max);
@@ -156,15 +227,16 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
             let all = none + next + last + both;
             guess.ended[led] = (last + both) / all;
             guess.begun[led] = (next + both) / all;
-            self.set(led, lit(guess.share, guess.ended[led], guess.begun[led]));
+            let share = guess.share.of(led);
+            self.set(led, lit(share, guess.ended[led], guess.begun[led]));
         }
     }
 
     /// The log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
-    fn llrs_of_two(&self, before: &SoftPanel, share: f32) -> ([f32; LEDS], [f32; LEDS]) {
+    fn llrs_of_two<S: Shares>(&self, before: &SoftPanel, share: S) -> ([f32; LEDS], [f32; LEDS]) {
         let (mut ending, mut beginning) = ([0.0; LEDS], [0.0; LEDS]);
         for (led, &prior) in before.0.iter().enumerate() {
-            let [none, next, last, both] = self.gains_of_two(led, share);
+            let [none, next, last, both] = self.gains_of_two(led, share.of(led));
             let prior = nats(prior);
             ending[led] = log_sum(last, both) - log_sum(none, next);
             beginning[led] = log_sum(next, both + prior) - log_sum(none, last + prior);
@@ -178,9 +250,10 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     }
 }
 
-fn within_range(share: f32) -> f32 {
+/// α within its range, where it differs by up to `spread` from LED to LED.
+pub(super) fn within_range(share: f32, spread: f32) -> f32 {
     let (least, most) = (SHARE.start(), SHARE.end());
-    share.clamp(0.5 * least, 0.5 * (1.0 + most))
+    share.clamp(0.5 * least - spread, 0.5 * (1.0 + most) + spread)
 }
 
 fn nats(llr: Llr) -> f32 {

@@ -277,7 +277,7 @@ fn what_was_seen_before_tells_all_on_from_all_off() {
 }
 
 /// A detector that has read some panels in noise.
-fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
+pub(super) fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
     let mut detector = detector();
     for seed in 1..8u64 {
         let scene = Scene {
@@ -290,7 +290,7 @@ fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
     detector
 }
 
-const NEXT: u64 = 0x5555_3333_0f0f_00ff;
+pub(super) const NEXT: u64 = 0x5555_3333_0f0f_00ff;
 
 /// The soft values of both symbols where the next one has a share of the exposure.
 fn two_symbols(noise_grey: f32, share: f32, before: &SoftPanel) -> Option<Mixture> {

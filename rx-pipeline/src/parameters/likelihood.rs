@@ -222,6 +222,55 @@ pub mod mixture {
     pub const SAME: f32 = 0.5;
 }
 
+/// Lines that are read out one after another, so that α grows from line to line.
+pub mod lines {
+    /// The greatest time between two lines that is reckoned with (exposures).
+    pub const LINE_DELAY_MAX: f32 = 2.0;
+    /// By how much α may differ between a panel's middle and its ends, to begin with where nothing is known. More of them: slower.
+    pub const SPREADS: [f32; 5] = [0.15, 0.35, 0.8, 1.8, 4.0];
+    /// As many, read from above and from below.
+    pub const SLOPES: usize = 2 * SPREADS.len();
+    /// Values of α in the panel's middle that are tried with each (count).
+    pub const MIDDLES: usize = 32;
+    /// Half the width of the parabola by which the slope is improved (share of it).
+    pub const LINE_STEP: f32 = 0.05;
+    /// The most that one step changes the slope (share of it).
+    pub const SLOPE_STEP_MAX: f32 = 0.4;
+    /// How far what a person tells may be off (share of it, one standard deviation).
+    pub const TOLD_UNSURE: f32 = 0.3;
+    /// How far what a frame shows may be off beyond what noise explains (share of it, one standard deviation).
+    pub const SEEN_UNSURE: f32 = 0.1;
+    /// What earlier frames say of the slope is kept from one to the next (share): exposures change with the light. Higher: surer.
+    pub const KEEP: f32 = 0.9;
+    /// After so many changes that all lines saw at once, all lines are exposed at once (frames).
+    pub const AT_ONCE_FRAMES: u32 = 8;
+    /// As far as panels up to this height can show (multiple of that of the highest that showed one).
+    pub const HIGHER: f32 = 1.5;
+    /// A change crosses a panel within a row or two of LEDs where α would differ by so much between its middle and its ends.
+    pub const STEEP: f32 = 1.5;
+    /// By how much α differs so where nothing but a clean edge was seen.
+    pub const STEP_ROWS: f32 = 7.0;
+    /// A change that nearly has a clean edge may have caught LEDs that are so near to it (share of half the panel): a row.
+    pub const BESIDE: f32 = 0.25;
+    /// Places of an edge that are looked at, one less (count).
+    pub const EDGES: usize = 16;
+    /// How much likelier an LED that agrees is its symbol's than one by chance (nats): wrong in one of 50.
+    pub const SAME_NATS: f32 = 0.67;
+    /// How much less likely one that does not (nats).
+    pub const OTHER_NATS: f32 = 3.2;
+    /// What it takes to see two symbols in a clean reading (nats): where nothing is known of the lines, and where they are known to be
+    /// that slow. Lower: chance is taken for a part of the symbol before.
+    pub const SPLIT: f32 = 15.0;
+    /// How far the steepness of a clean edge may be off (share of it, one standard deviation).
+    pub const EDGE_UNSURE: f32 = 0.7;
+    /// See [`SPLIT`].
+    pub const SPLIT_KNOWN: f32 = 4.0;
+    /// How sure an LED must be read to tell whether it is the symbol's before (nats).
+    pub const TELLING_NATS: f32 = 4.0;
+    /// LEDs that differ from the symbol before in the rest of the reading, at least (count).
+    pub const DIFFER: u32 = 2;
+}
+
 /// What is learnt of single LEDs.
 pub mod leds {
     use core::ops::RangeInclusive;

@@ -38,6 +38,12 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         self.likelihood.learnt()
     }
 
+    /// Goes by lines that are each later than the one above by so many exposures.
+    #[cfg(feature = "read-lines")]
+    pub fn tell_line_delay(&mut self, delay: f32) {
+        self.likelihood.tell_line_delay(delay);
+    }
+
     /// What the panel is read with.
     pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>) -> Tools<'a, PIXELS> {
         Tools {

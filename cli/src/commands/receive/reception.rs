@@ -134,7 +134,11 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         self.next = number + 1;
         self.report.begin(number);
         if self.receiver.is_none() {
-            self.receiver = Some(receiver(self.settings, (frame.width(), frame.height()))?);
+            let mut receiver = receiver(self.settings, (frame.width(), frame.height()))?;
+            if let Some(delay) = self.told.line_delay {
+                receiver.tell_line_delay(delay);
+            }
+            self.receiver = Some(receiver);
         }
         let Some(receiver) = &mut self.receiver else {
             return Ok(());

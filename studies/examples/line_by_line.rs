@@ -1,0 +1,140 @@
+//! What cameras deliver that read their lines out one after another: in how many of its runs, by readout, exposure and symbol rate.
+//!
+//! `cargo run --release -p vocc-studies --example line_by_line -- SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES [RUNS [BYTES [SECONDS [at-once]]]]`
+//!
+//! For instance `phone 12,50 0,10,20 0.1,1,10 5,15,27 20 48 3`; `-` stands for what the scene has. Each run has another phase. Exposures
+//! are set by the aperture, as by a grey filter, and where it would be wider than f/1.4 by the ISO. With `at-once` the receiver is told that
+//! all lines are exposed at once, and does not look for a share by row.
+
+use link::fec::Code;
+use sim::accuracy::Level;
+use sim::camera::exposure::Exposure;
+use sim::road::{LinkSettings, Road};
+use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::monte_carlo::receiving_method;
+use studies::statistics::FrameErrors;
+
+/// The widest aperture by which an exposure is set.
+const WIDEST_F_NUMBER: f64 = 1.4;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [preset, distances, readouts, exposures, rates, ..] = &arguments[..] else {
+        return Err(
+            "give SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES, such as phone 50 0,20 1 27"
+                .into(),
+        );
+    };
+    let number =
+        |at: usize, default: usize| arguments.get(at).map_or(Ok(default), |given| given.parse());
+    let (runs, bytes, seconds) = (number(5, 20)?, number(6, 48)?, number(7, 3)?);
+    let at_once = arguments.get(8).is_some_and(|word| word == "at-once");
+    println!(
+        "| scene | m | readout (ms) | exposure (ms) | symbols/s | delivered | mean frames | raw BER |\n|---|---|---|---|---|---|---|---|"
+    );
+    for distance in distances.split(',') {
+        for readout in readouts.split(',') {
+            for exposure in exposures.split(',') {
+                for rate in rates.split(',') {
+                    let mut sum = Sum::default();
+                    let mut shown = None;
+                    for seed in 1..=runs as u64 {
+                        let scene = scene(preset, [distance, readout, exposure, rate], seed)?;
+                        sum.add(run(&scene, seed, bytes, seconds, at_once)?);
+                        shown = Some(scene);
+                    }
+                    let Some(scene) = shown else { continue };
+                    println!(
+                        "| {preset} | {:.0} | {:.1} | {:.2} | {:.0} | {} of {runs} | {:.0} | {:.1e} |",
+                        scene.pose.distance_m,
+                        1e3 * scene.camera.readout_s,
+                        1e3 * Exposure::of(&scene).time_s,
+                        scene.link.symbol_rate_hz,
+                        sum.delivered,
+                        sum.frames as f64 / f64::from(sum.delivered.max(1)),
+                        sum.errors as f64 / sum.bits.max(1) as f64
+                    );
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct Sum {
+    delivered: u32,
+    frames: u64,
+    errors: u64,
+    bits: u64,
+}
+
+impl Sum {
+    fn add(&mut self, (last_frame, errors): (Option<u64>, FrameErrors)) {
+        self.delivered += u32::from(last_frame.is_some());
+        self.frames += last_frame.map_or(0, |last| last + 1);
+        self.errors += errors.errors();
+        self.bits += errors.bits();
+    }
+}
+
+/// The preset with what is not `-`.
+fn scene(
+    preset: &str,
+    settings: [&str; 4],
+    seed: u64,
+) -> Result<Scene, Box<dyn std::error::Error>> {
+    let [distance, readout, exposure, rate] =
+        settings.map(|word| (word != "-").then(|| word.parse::<f64>()).transpose());
+    let mut overrides = vec![format!("link.phase={}", (0.37 * seed as f64) % 1.0)];
+    overrides.extend(distance?.map(|metres| format!("pose.distance_m={metres}")));
+    overrides.extend(readout?.map(|ms| format!("camera.readout_s={}", 1e-3 * ms)));
+    overrides.extend(rate?.map(|hz| format!("link.symbol_rate_hz={hz}")));
+    if let Some(ms) = exposure? {
+        let now = Scene::load(preset, &overrides)?;
+        let wanted_s = 1e-3 * ms;
+        let f_number = now.camera.f_number * (wanted_s / Exposure::of(&now).time_s).sqrt();
+        overrides.push(format!("camera.exposure_max_s={wanted_s}"));
+        overrides.push(format!("camera.f_number={}", f_number.max(WIDEST_F_NUMBER)));
+    }
+    Ok(Scene::load(preset, &overrides)?)
+}
+
+/// The frame in which the message was whole, and the bit errors until then.
+fn run(
+    scene: &Scene,
+    seed: u64,
+    bytes: usize,
+    seconds: usize,
+    at_once: bool,
+) -> Result<(Option<u64>, FrameErrors), Box<dyn std::error::Error>> {
+    let message: Vec<u8> = (0..bytes as u64)
+        .map(|i| link::scramble::split_mix64(seed << 32 | i) as u8)
+        .collect();
+    let settings = LinkSettings {
+        message: message.clone(),
+        method: receiving_method(scene, DetectorChoice::Best, seed, Level::Fast)?,
+        seed,
+        level: Level::Fast,
+        code: Some(Code::for_length(bytes)),
+        camera: link::camera::Camera::default(),
+        true_corners: false,
+    };
+    let (mut road, mut errors) = (Road::new(scene, &settings)?, FrameErrors::default());
+    if at_once {
+        road.tell_line_delay(0.0);
+    }
+    let frames = (seconds as f64 * scene.camera.frame_rate_hz).ceil() as u64;
+    for frame in 0..frames {
+        let report = road.frame(frame)?;
+        errors.push(report.bit_errors);
+        if report
+            .delivered
+            .is_some_and(|received| received.message == message)
+        {
+            return Ok((Some(frame), errors));
+        }
+    }
+    Ok((None, errors))
+}
