@@ -1,6 +1,7 @@
 //! Where a panel is, in metres and degrees, for people and for scripts.
 
 use link::camera::Camera;
+use link::geometry::Geometry;
 use link::panel::PanelFrame;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
@@ -77,22 +78,31 @@ impl PoseMeter {
         bits: PanelFrame,
         camera: &Camera,
     ) -> Measured {
-        self.followed(frame, corners, bits, camera, &mut None)
+        self.followed(frame, corners, bits, camera, None, &mut None)
     }
 
-    /// The same of a panel that is followed, of which it is kept how it looks.
+    /// The same of a panel that is followed, and that may have said how large it is; how it looks is kept.
     fn followed(
         &mut self,
         frame: &Frame,
         corners: &Corners,
         bits: PanelFrame,
         camera: &Camera,
+        said: Option<Geometry>,
         look: &mut Option<Appearance>,
     ) -> Measured {
         let before = look.take();
         let lens = self.calibration.lens([frame.width(), frame.height()])?;
-        let Some(size) = self.size else {
-            return Err("no panel size: give --interval and --led-diameter".into());
+        let size = match (self.size, said) {
+            (Some(told), _) => told,
+            (None, Some(said)) => PanelSize::new(said.led_diameter_m(), said.interval())
+                .map_err(|why| format!("the panel tells a size that cannot be: {why}"))?,
+            (None, None) => {
+                return Err(
+                    "no panel size: give --interval and --led-diameter; the panel has not told it"
+                        .into(),
+                );
+            }
         };
         let estimator = self
             .estimator
@@ -116,6 +126,8 @@ pub struct Whereabouts {
     pose: Measured,
     closing: Closing,
     look: Option<Appearance>,
+    /// What the panel has said of its size.
+    said: Option<Geometry>,
 }
 
 impl Whereabouts {
@@ -124,7 +136,13 @@ impl Whereabouts {
         pose: Err(String::new()),
         closing: Closing::new(),
         look: None,
+        said: None,
     };
+
+    /// Takes in what the panel says of its size; whether that is news.
+    pub fn hear(&mut self, said: Geometry) -> bool {
+        self.said.replace(said) != Some(said)
+    }
 
     /// Measures it in a frame in which the panel was read.
     pub fn measure(
@@ -136,7 +154,8 @@ impl Whereabouts {
         camera: &Camera,
     ) {
         let Reading { corners, detection } = reading;
-        self.pose = meter.followed(frame, corners, detection.bits, camera, &mut self.look);
+        let bits = detection.bits;
+        self.pose = meter.followed(frame, corners, bits, camera, self.said, &mut self.look);
         if let Ok(pose) = &self.pose {
             self.closing.take(time_s, pose);
         }

@@ -360,7 +360,7 @@ fn a_calibration_may_limit_the_intensity() {
     ends(&written, 0, &["max_cd = 2.0", "led_diameter_m = 0.03"]);
     for (wrong, words) in [
         ("max_cd = 2.0\n", &["max_cd", "led_diameter_m", "both"][..]),
-        ("led_diameter_m = 0.03\n", &["max_cd", "both"]),
+        ("led_diameter_m = 0.0\n", &["diameter", "0.0001 to 1 m"]),
         (
             "max_cd = 0.0\nled_diameter_m = 0.03\n",
             &["0 cd", "0.001 to 1000000"],
@@ -391,6 +391,8 @@ fn a_file_without_a_limit_takes_it_back() {
     let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
     for text in [
         format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
+        // No limit: the panel only says how large it is.
+        format!("{plain}led_diameter_m = 0.025\n"),
         plain,
     ] {
         let path = file("limit-and-none.toml", &text);

@@ -247,3 +247,56 @@ fn a_panel_that_comes_nearer_says_when_it_is_here() {
         "{time_s} ± {sigma_s}"
     );
 }
+
+#[test]
+fn a_panel_that_says_how_large_it_is_need_not_be_told() {
+    let folder = folder("pose-said");
+    let path = |file: &str| name(&folder.join(file)).to_owned();
+    let (film, camera) = (path("film"), path("camera.toml"));
+    let mut link = vec!["link", "day", "--message", "ice", "--save", &film];
+    // 5 panels of the message, then 3 of the size, at 90 a second.
+    link.extend(["--frames", "20", "--set", "link.tells_size=true"]);
+    link.extend(SIZE);
+    link.extend(["--set", "panel.interval=1.5", "--set", "pose.distance_m=30"]);
+    says(&vocc(&link), 0, &[]);
+    std::fs::write(&camera, OPENCV.replace("-0.5", "0.")).unwrap();
+    let told = ["receive", &film, "--bits", "--json", "--camera", &camera];
+    let output = vocc(&told);
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("LEDs of 0.03 m, at an interval of 1.5"),
+        "{said}"
+    );
+    let printed = text(&output.stdout);
+    let frames: Vec<Value> = printed
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap())
+        .filter(|line| line["bits"].is_string())
+        .collect();
+    let (first, last) = (&frames[0]["pose"], &frames[frames.len() - 1]["pose"]);
+    assert_eq!(first["known"], false);
+    assert!(first["why"].as_str().unwrap().contains("has not told it"));
+    assert_is(last, "range_m", 30.0);
+}
+
+#[test]
+fn a_size_that_no_panel_has_is_not_transmitted() {
+    let transmit = |diameter: &str, interval: &str| {
+        let told = [diameter, interval].map(|told| format!("--{told}"));
+        vocc(&["transmit", "--message", "ice", &told[0], &told[1]])
+    };
+    let (diameter, interval) = ("led-diameter=0.03", "interval=1");
+    says(&transmit(diameter, interval), 0, &[]);
+    for wrong in ["0", "-1", "NaN", "1.1", "inf"] {
+        let told = transmit(&format!("led-diameter={wrong}"), interval);
+        says(&told, 2, &["wide", "0.0001 to 1 m", wrong]);
+    }
+    for wrong in ["-1", "NaN", "16", "inf"] {
+        let told = transmit(diameter, &format!("interval={wrong}"));
+        says(&told, 2, &["interval", "0 to 16", wrong]);
+    }
+    refused(
+        &["transmit", "--message", "ice", "--led-diameter=1"],
+        &["--interval"],
+    );
+}

@@ -13,7 +13,8 @@ fn main() -> Result<(), std::num::ParseIntError> {
         .map_or(Ok(10_000_000), |given| given.parse())?;
     let seed: u64 = arguments.next().map_or(Ok(1), |given| given.parse())?;
     let mut deframer = Deframer::new();
-    let (mut syncs, mut versions, mut headers, mut beacons, mut messages) = (0, 0, 0, 0, 0);
+    let (mut syncs, mut versions, mut headers, mut beacons, mut sizes, mut messages) =
+        (0, 0, 0, 0, 0, 0);
     for index in 0..panels {
         let bits = split_mix64(split_mix64(seed).wrapping_add(index.into()));
         match deframer.push(
@@ -26,12 +27,13 @@ fn main() -> Result<(), std::num::ParseIntError> {
             Event::UnsupportedVersion(_) => versions += 1,
             Event::Header { .. } => headers += 1,
             Event::Beacon { .. } => beacons += 1,
+            Event::Geometry(_) => sizes += 1,
             Event::Delivered(_) => messages += 1,
         }
     }
     println!(
         "{panels} random panels: {syncs} rejected (sync panels without header), {versions} headers of other versions, \
-         {headers} headers, {beacons} beacons, {messages} messages"
+         {headers} headers, {beacons} beacons, {sizes} sizes, {messages} messages"
     );
     Ok(())
 }

@@ -5,6 +5,8 @@ mod channel;
 use channel::{Channel, Noise};
 use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, Header, Rejection, SYNC, SegmentOutcome};
+use link::geometry::Geometry;
+use link::l2a_table::Interval;
 use link::panel::{PanelFrame, SoftPanel};
 use link::scramble;
 use proptest::prelude::*;
@@ -30,6 +32,7 @@ struct Listener {
     headers: u32,
     expected_headers: u32,
     beacons: u32,
+    sizes: Vec<Geometry>,
     failed_segments: u32,
     corrupt: u32,
     bits: (u32, u32),
@@ -45,6 +48,7 @@ impl Listener {
             headers: 0,
             expected_headers: 0,
             beacons: 0,
+            sizes: Vec::new(),
             failed_segments: 0,
             corrupt: 0,
             bits: (0, 0),
@@ -68,6 +72,7 @@ impl Listener {
                 self.expected_headers += u32::from(expected);
             }
             Event::Beacon { .. } => self.beacons += 1,
+            Event::Geometry(geometry) => self.sizes.push(geometry),
             Event::Segment {
                 outcome: SegmentOutcome::Failed(_),
                 ..
@@ -287,6 +292,24 @@ fn the_same_text_is_a_new_message_when_fresh_toggles_or_a_beacon_came_between() 
     listener.hear_repeats(&mut Framer::beacon(), 1);
     listener.hear_repeats(&mut Framer::new(message, Code::Tc256, true).unwrap(), 2);
     assert_eq!(listener.messages.len(), 3);
+}
+
+#[test]
+fn a_panel_that_says_how_large_it_is_is_heard_in_either_polarity_and_its_message_delivered_once() {
+    let geometry = Geometry::new(30_000, Interval::lit("0.75")).unwrap();
+    for mut framer in [
+        Framer::new(b"a message of two segments", Code::Tc128, false).unwrap(),
+        Framer::beacon(),
+    ] {
+        let mut listener = Listener::new();
+        while framer.repeats() < 40 {
+            listener.hear_clean(framer.next_panel_of(Some(geometry)));
+        }
+        assert_eq!(listener.sizes, [geometry; 3]);
+        let delivered_once = usize::from(listener.beacons == 0);
+        assert_eq!(listener.messages.len(), delivered_once);
+        assert_eq!(listener.failed_segments + listener.corrupt, 0);
+    }
 }
 
 #[test]

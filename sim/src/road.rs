@@ -6,6 +6,7 @@ use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, FramingError};
+use link::intensity::IntensityLimit;
 use link::l2a_table::Interval;
 use link::panel::PanelFrame;
 use rand::Rng;
@@ -365,7 +366,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
     } else {
         20_000.0
     };
-    Calibration::new(Measured {
+    let calibration = Calibration::new(Measured {
         luminance_full_cd_m2: U32F32::saturating_from_num(full),
         shortest_pulse_ns: (panel.luminance_min_cd_m2.unwrap_or(0.0) / full * period_ns).round()
             as u32,
@@ -374,7 +375,16 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
         interval: Interval::saturating_from_num(panel.interval),
         sensor_gain: U12F20::ONE,
         low_current_share: U1F31::ONE,
-    })
+    })?;
+    if !scene.link.tells_size {
+        return Ok(calibration);
+    }
+    // A limit beyond all lamps tells the LEDs' width alone.
+    let limit = IntensityLimit::from_cd(
+        f64::from(*IntensityLimit::MOST_MCD.end()) / 1e3,
+        panel.led_diameter_m,
+    );
+    Ok(calibration.limited_to(limit.ok()))
 }
 
 /// The panel that another vehicle shows.

@@ -3,6 +3,7 @@
 use core::ops::RangeInclusive;
 
 use fixed::types::{U1F31, U12F20, U32F32};
+use link::geometry::Geometry;
 use link::intensity::IntensityLimit;
 use link::l2a_table::Interval;
 pub use link::serial::Measured;
@@ -210,6 +211,22 @@ impl Calibration {
     /// The limit of the luminous intensity, if there is one.
     pub fn limit(&self) -> Option<IntensityLimit> {
         self.limit
+    }
+
+    /// How large the panel is; none where there is no limit, which alone tells how wide an LED is.
+    ///
+    /// ```
+    /// use link::intensity::IntensityLimit;
+    /// use tx_firmware::calibration::{BENCH, Calibration};
+    ///
+    /// let calibration = Calibration::new(BENCH)?;
+    /// assert_eq!(calibration.geometry(), None);
+    /// let limited = calibration.limited_to(Some(IntensityLimit::from_cd(100.0, 0.03)?));
+    /// assert_eq!(limited.geometry().map(|size| size.led_diameter_m()), Some(0.03));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn geometry(&self) -> Option<Geometry> {
+        Geometry::new(self.limit?.led_diameter_um(), self.measured.interval).ok()
     }
 
     /// The brightest luminance that an On LED is given, cd/m²: full luminance, or what its limit leaves. No step of its dimming takes the

@@ -13,6 +13,7 @@
 use link::{
     fec::Code,
     framing::{Framer, FramingError},
+    geometry::Geometry,
     panel::PanelFrame,
 };
 
@@ -91,10 +92,15 @@ impl Schedule {
 
     /// The panel of the next symbol.
     pub fn next_panel(&mut self) -> PanelFrame {
+        self.next_panel_of(None)
+    }
+
+    /// The same of a panel that says how large it is, if that is known: see [`Framer::next_panel_of`].
+    pub fn next_panel_of(&mut self, geometry: Option<Geometry>) -> PanelFrame {
         if self.repeats.is_some() && !self.is_sending() {
             self.stop();
         }
-        self.framer.next_panel()
+        self.framer.next_panel_of(geometry)
     }
 
     /// Whether the next panel is one of a message.

@@ -117,7 +117,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// # Errors
     /// Of the matrix; the symbol is then lost, and the next call goes on with the one after it.
     pub fn tick(&mut self) -> Result<PanelFrame, M::Error> {
-        let panel = self.schedule.next_panel();
+        let panel = self.schedule.next_panel_of(self.calibration.geometry());
         let shown = self.matrix.show(panel);
         self.faults.set(Faults::LEDS, shown.is_err());
         count(if shown.is_ok() {

@@ -8,6 +8,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use link::fec::Code;
 use link::framing::Framer;
+use link::geometry::Geometry;
+use link::l2a_table::Interval;
 use link::panel::PanelFrame;
 use link::raw;
 
@@ -30,8 +32,29 @@ pub struct Arguments {
     /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
     #[arg(long)]
     raw: bool,
+    /// Width of the panel's LEDs in metres: with --interval the panels say, after the first of every 16 repeats, how large the panel is.
+    #[arg(long, value_name = "M", requires = "interval", conflicts_with_all = ["raw", "flicker"])]
+    led_diameter: Option<f64>,
+    /// The gap between the edges of two LEDs over their diameter.
+    #[arg(long, value_name = "I", requires = "led_diameter")]
+    interval: Option<f64>,
     #[command(flatten)]
     flickering: flicker::Options,
+}
+
+impl Arguments {
+    /// What the panels say of their size.
+    fn geometry(&self) -> anyhow::Result<Option<Geometry>> {
+        let Some((led_diameter_m, interval)) = self.led_diameter.zip(self.interval) else {
+            return Ok(None);
+        };
+        let interval = Interval::checked_from_num(interval).with_context(|| {
+            format!("an interval of {interval} is outside 0 to 16: give the gap between LEDs over their diameter")
+        })?;
+        let geometry = Geometry::new((led_diameter_m * 1e6).round() as u32, interval);
+        let geometry = geometry.with_context(|| format!("--led-diameter {led_diameter_m}"))?;
+        Ok(Some(geometry))
+    }
 }
 
 /// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker.
@@ -81,5 +104,8 @@ fn panels(
     let count = arguments
         .count
         .unwrap_or_else(|| framer.panels_per_repeat());
-    Ok(Box::new((0..count).map(move |_| framer.next_panel())))
+    let geometry = arguments.geometry()?;
+    Ok(Box::new(
+        (0..count).map(move |_| framer.next_panel_of(geometry)),
+    ))
 }

@@ -3,8 +3,9 @@
 use super::{Layout, MESSAGE_MAX};
 use crate::checksum::crc32c;
 use crate::fec::{Block, Code};
+use crate::geometry::{Geometry, GeometryError};
 use crate::panel::PanelFrame;
-use crc::{CRC_8_AUTOSAR, Crc};
+use crc::{CRC_8_AUTOSAR, Crc, NoTable};
 
 /// The version of the format that this crate speaks.
 pub const VERSION: u8 = 1;
@@ -15,8 +16,11 @@ pub const HEADER_BLOCK: Block = Block::new(Code::Tc128, HEADER_BYTES);
 
 /// The value that stands in the code's place in a beacon.
 const BEACON: u8 = 7;
+/// The value that stands there where the panel says how large it is.
+const GEOMETRY: u8 = 6;
 
-const CRC_8: Crc<u8> = Crc::<u8>::new(&CRC_8_AUTOSAR);
+// Seven bytes a segment are not worth the 256 bytes of a table.
+const CRC_8: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_8_AUTOSAR);
 
 /// Which segment of which message a segment is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +66,8 @@ pub enum Announcement {
     Segment(Header),
     /// The transmitter is idle; nothing follows.
     Beacon,
+    /// The transmitter's panel is of this size; nothing follows.
+    Geometry(Geometry),
 }
 
 /// Why 64 decoded bits are no header.
@@ -84,7 +90,7 @@ pub enum HeaderError {
     Version(u8),
     /// A code that this version does not define.
     #[error(
-        "the header names code {0}, of 0 to 4 (or 7, a beacon): it was read wrongly, or the transmitter is newer"
+        "the header names code {0}, of 0 to 4 (or 6, a size, or 7, a beacon): it was read wrongly, or the transmitter is newer"
     )]
     Code(u8),
     /// A segment beyond the message's end.
@@ -100,6 +106,12 @@ pub enum HeaderError {
         "the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer"
     )]
     Beacon,
+    /// A size that no panel can have.
+    #[error("the header tells a size that cannot be: {0}")]
+    Geometry(GeometryError),
+    /// A size with fields after it that are not all zero.
+    #[error("the header tells a size and more: it was read wrongly, or the transmitter is newer")]
+    MoreThanGeometry,
 }
 
 /// The CRC-32C of the message's bytes followed by its length (2 bytes, little-endian).
@@ -115,6 +127,9 @@ impl Announcement {
     pub fn to_bytes(self) -> [u8; HEADER_BYTES] {
         let fields = match self {
             Self::Beacon => u64::from(VERSION) | u64::from(BEACON) << 3,
+            Self::Geometry(geometry) => {
+                u64::from(VERSION) | u64::from(GEOMETRY) << 3 | geometry.to_bits() << 6
+            }
             Self::Segment(header) => {
                 u64::from(VERSION)
                     | (header.code as u64) << 3
@@ -153,6 +168,13 @@ impl Announcement {
                 Err(HeaderError::Beacon)
             };
         }
+        if code_value == GEOMETRY {
+            if field(42, 14) != 0 {
+                return Err(HeaderError::MoreThanGeometry);
+            }
+            let geometry = Geometry::from_bits(field(6, 36)).map_err(HeaderError::Geometry)?;
+            return Ok(Self::Geometry(geometry));
+        }
         let header = Header {
             code: Code::from_value(code_value).ok_or(HeaderError::Code(code_value))?,
             length: field(6, 10) as u16 + 1,
@@ -180,6 +202,7 @@ impl Announcement {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::l2a_table::Interval;
     use proptest::prelude::*;
 
     /// A header's bytes with other `fields` in bits 0 to 55 and the CRC-8 that belongs to them.
@@ -225,6 +248,28 @@ mod tests {
             Announcement::from_bytes(with_fields(0x39 | 1 << 30)),
             Err(HeaderError::Beacon)
         );
+    }
+
+    proptest! {
+        #[test]
+        fn a_size_comes_back(diameter_um in Geometry::LED_DIAMETER_UM, interval: u16) {
+            let geometry = Geometry::new(diameter_um, Interval::from_bits(interval)).expect("a size");
+            let told = Announcement::Geometry(geometry);
+            prop_assert_eq!(Announcement::from_bytes(told.to_bytes()), Ok(told));
+        }
+    }
+
+    #[test]
+    fn a_size_that_cannot_be_is_refused() {
+        for diameter_um in [0, 99, 1_000_001, 0xf_ffff] {
+            let refused = Announcement::from_bytes(with_fields(1 | 6 << 3 | diameter_um << 6));
+            assert!(
+                matches!(refused, Err(HeaderError::Geometry(_))),
+                "{refused:?}"
+            );
+        }
+        let more = Announcement::from_bytes(with_fields(1 | 6 << 3 | 30_000 << 6 | 1 << 42));
+        assert_eq!(more, Err(HeaderError::MoreThanGeometry));
     }
 
     #[test]

@@ -34,7 +34,10 @@
 //!
 //! * *version*: 1. The places of version and CRC-8 hold for every version to come.
 //! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and
-//!   header alone, which an idle transmitter shows, with all fields after it zero. 5 and 6 are reserved.
+//!   header alone, which an idle transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a
+//!   transmitter that was told its panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in
+//!   µm, 16 bits (26 to 41) of the interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in
+//!   complement. It costs 3 panels in 16 repeats; those of a transmitter that was told nothing are as they were. 5 is reserved.
 //! * *length* of the message in bytes, *segment* number from 0.
 //! * *fresh* toggles with each new message: the same text sent anew is told from a repeat.
 //! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: what

@@ -4,6 +4,7 @@ use super::assembly::{Added, Assembly, Payload};
 use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError};
 use super::{Layout, OVERHEAD_PANELS, SYNC};
 use crate::fec::{CODEWORD_PANELS_MAX, Decoder, Undecodable};
+use crate::geometry::Geometry;
 use crate::panel::{PanelFrame, SoftPanel};
 use crate::scramble;
 
@@ -99,6 +100,8 @@ pub enum Event<'a> {
         /// Whether it is shown in complement.
         inverted: bool,
     },
+    /// The panel says how large it is. What is known of a message is kept.
+    Geometry(Geometry),
     /// A whole message, checked.
     Delivered(Delivery<'a>),
 }
@@ -247,7 +250,7 @@ impl Outcome {
             Self::Told(Event::UnsupportedVersion(_)) => 2,
             Self::Told(Event::Header { .. }) => 3,
             Self::Told(Event::Segment { .. }) => 4,
-            Self::Told(Event::Beacon { .. }) => 5,
+            Self::Told(Event::Beacon { .. } | Event::Geometry(_)) => 5,
             Self::Told(Event::Delivered(_)) | Self::Delivered => 6,
         }
     }
@@ -376,6 +379,11 @@ impl Deframer {
                 self.rival = None;
                 self.assembly.clear();
                 Outcome::Told(Event::Beacon { inverted })
+            }
+            Announcement::Geometry(geometry) => {
+                // The next segment is later by these panels than was to be expected.
+                self.track = None;
+                Outcome::Told(Event::Geometry(geometry))
             }
             Announcement::Segment(header) => self.begin_segment(header, inverted, false),
         }

@@ -3,10 +3,14 @@
 use super::header::{Announcement, Header, message_crc};
 use super::{FramingError, Layout, MESSAGE_MAX, OVERHEAD_PANELS, SYNC};
 use crate::fec::{CODEWORD_PANELS_MAX, Code};
+use crate::geometry::Geometry;
 use crate::panel::PanelFrame;
 use crate::scramble;
 
 const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
+
+/// A panel that says how large it is does so after the first of every so many repeats.
+const GEOMETRY_REPEATS: u32 = 16;
 
 /// The panels of one message, or of a beacon, repeated without end.
 ///
@@ -26,6 +30,8 @@ const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
 pub struct Framer {
     message: [u8; MESSAGE_MAX],
     content: Announcement,
+    /// Whether the current segment is not of the content, but says how large the panel is.
+    tells_geometry: bool,
     segment: u8,
     repeats: u32,
     /// The panels of the current segment as they are shown.
@@ -71,6 +77,7 @@ impl Framer {
         Self {
             message,
             content,
+            tells_geometry: false,
             segment: 0,
             repeats: 0,
             shown: heapless::Vec::new(),
@@ -80,8 +87,29 @@ impl Framer {
 
     /// The panel to show next; there is always one.
     pub fn next_panel(&mut self) -> PanelFrame {
+        self.next_panel_of(None)
+    }
+
+    /// The same of a panel of known size, which after the first of every 16 repeats says in three panels more how large it is; they belong
+    /// to no repeat.
+    ///
+    /// ```
+    /// use link::framing::{Deframer, Event, Framer};
+    /// use link::geometry::Geometry;
+    /// use link::{l2a_table::Interval, panel::SoftPanel};
+    ///
+    /// let geometry = Geometry::new(30_000, Interval::ONE)?;
+    /// let (mut framer, mut deframer) = (Framer::beacon(), Deframer::new());
+    /// let told = (0..6).any(|index| {
+    ///     let seen = SoftPanel::certain(framer.next_panel_of(Some(geometry)), 12);
+    ///     matches!(deframer.push(index, 0, &seen), Event::Geometry(read) if read == geometry)
+    /// });
+    /// assert!(told);
+    /// # Ok::<(), link::geometry::GeometryError>(())
+    /// ```
+    pub fn next_panel_of(&mut self, geometry: Option<Geometry>) -> PanelFrame {
         if self.given == 0 {
-            self.code_segment();
+            self.code_segment(geometry);
         }
         let panel = self.shown.get(self.given).copied().unwrap_or(SYNC);
         self.given += 1;
@@ -96,7 +124,7 @@ impl Framer {
     pub fn panels_per_repeat(&self) -> u32 {
         match self.content {
             Announcement::Segment(header) => header.layout().panels() as u32,
-            Announcement::Beacon => OVERHEAD_PANELS as u32,
+            Announcement::Beacon | Announcement::Geometry(_) => OVERHEAD_PANELS as u32,
         }
     }
 
@@ -105,15 +133,27 @@ impl Framer {
         self.repeats
     }
 
-    fn code_segment(&mut self) {
-        let (content, payload) = match self.content {
-            Announcement::Beacon => (Announcement::Beacon, None),
-            Announcement::Segment(header) => {
-                let header = header.of_segment(self.segment);
-                (Announcement::Segment(header), Some(self.payload(header)))
+    fn code_segment(&mut self, geometry: Option<Geometry>) {
+        let is_due = self.segment == 0 && self.repeats % GEOMETRY_REPEATS == 1;
+        let told = geometry.filter(|_| is_due && !self.tells_geometry);
+        self.tells_geometry = told.is_some();
+        let (content, payload, number) = match (told, self.content) {
+            (Some(geometry), _) => {
+                let number = self.repeats / GEOMETRY_REPEATS;
+                (Announcement::Geometry(geometry), None, number)
             }
+            (None, Announcement::Segment(header)) => {
+                let header = header.of_segment(self.segment);
+                let number = u32::from(self.segment) ^ self.repeats;
+                (
+                    Announcement::Segment(header),
+                    Some(self.payload(header)),
+                    number,
+                )
+            }
+            (None, content) => (content, None, self.repeats),
         };
-        let polarity = polarity_mask(u32::from(self.segment) ^ self.repeats);
+        let polarity = polarity_mask(number);
         let coded = core::iter::once(SYNC)
             .chain(content.to_panels())
             .chain(payload.into_iter().flatten());
@@ -133,6 +173,9 @@ impl Framer {
     }
 
     fn pass_to_next_segment(&mut self) {
+        if self.tells_geometry {
+            return;
+        }
         self.segment += 1;
         if usize::from(self.segment) >= self.segments() {
             self.segment = 0;
@@ -143,7 +186,7 @@ impl Framer {
     fn segments(&self) -> usize {
         match self.content {
             Announcement::Segment(header) => Layout::segments(header.layout()),
-            Announcement::Beacon => 1,
+            Announcement::Beacon | Announcement::Geometry(_) => 1,
         }
     }
 }
@@ -156,6 +199,7 @@ fn polarity_mask(number: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::l2a_table::Interval;
     use proptest::prelude::*;
 
     fn framer(code: u8, message: &[u8]) -> Framer {
@@ -199,6 +243,28 @@ mod tests {
             for pair in panels.windows(2) {
                 prop_assert!(pair[0].distance(pair[1]) >= 8, "{} then {}", pair[0], pair[1]);
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_tells_the_size_lights_leds_half_of_the_time_and_leaves_the_message_as_it_is(
+            message in prop::collection::vec(any::<u8>(), 1..=64), diameter_um in Geometry::LED_DIAMETER_UM, interval: u16,
+        ) {
+            let geometry = Geometry::new(diameter_um, Interval::from_bits(interval)).unwrap();
+            let plain = framer(2, &message);
+            let mut telling = plain.clone();
+            let repeat = plain.panels_per_repeat() as usize;
+            let half = GEOMETRY_REPEATS as usize * repeat + 3;
+            let with_size: Vec<_> = (0..2 * half).map(|_| telling.next_panel_of(Some(geometry))).collect();
+            let tells = |number: usize| (repeat..repeat + 3).contains(&(number % half));
+            for led in 0..64 {
+                let on = with_size.iter().enumerate().filter(|(number, panel)| tells(*number) && panel.led(led)).count();
+                prop_assert_eq!(on, 3);
+            }
+            let message_alone = with_size.iter().enumerate().filter(|(number, _)| !tells(*number)).map(|(_, &panel)| panel);
+            prop_assert!(message_alone.eq(shown(plain, 2 * GEOMETRY_REPEATS)));
+            prop_assert_eq!(telling.repeats(), 2 * GEOMETRY_REPEATS);
         }
     }
 

@@ -453,6 +453,8 @@ pub struct Link {
     pub phase: f64,
     /// How much faster the transmitter's clock runs than the camera's, −10 000 to 10 000 ppm.
     pub clock_ppm: f64,
+    /// Whether the transmitter says how large its panel is: see [`link::geometry`].
+    pub tells_size: bool,
 }
 
 impl Link {
@@ -469,6 +471,7 @@ impl Default for Link {
             symbol_rate_hz: 100.0,
             phase: 0.5,
             clock_ppm: 0.0,
+            tells_size: false,
         }
     }
 }

@@ -201,6 +201,7 @@ contrast = "exposure"        # 1 + pi*r; "eq10": 1 + r
 symbol_rate_hz = 100
 phase = 0.5
 clock_ppm = 0
+tells_size = false           # true: the panel says how large it is
 
 [effects]
 tolerance_grey = 0.5         # for each effect: NAME = "auto", "on" or "off"

@@ -2,6 +2,7 @@
 //! message whole is right, as messages bear checksums.
 
 use link::framing::{Deframer, Delivery, Event};
+use link::geometry::Geometry;
 use link::panel::PanelFrame;
 use link::symbol_rate::SymbolRate;
 use rx_pipeline::detect::Detection;
@@ -40,6 +41,8 @@ struct Trial {
     deframer: Box<Deframer>,
     /// Whether it has made a message whole.
     has_made: bool,
+    /// What the panel has said of its size.
+    geometry: Option<Geometry>,
 }
 
 /// A message that one of them has made whole.
@@ -75,6 +78,7 @@ impl Trial {
             clock: SymbolClock::new(rate_hz / fps).ok()?,
             deframer: Box::default(),
             has_made: false,
+            geometry: None,
         })
     }
 
@@ -89,9 +93,13 @@ impl Trial {
 
     fn deframe(&mut self, symbol: Symbol) -> Option<Made> {
         let stamp = symbol.first_frame;
-        let Event::Delivered(delivery) = self.deframer.push(symbol.index, stamp, &symbol.panel)
-        else {
-            return None;
+        let delivery = match self.deframer.push(symbol.index, stamp, &symbol.panel) {
+            Event::Delivered(delivery) => delivery,
+            Event::Geometry(geometry) => {
+                self.geometry = Some(geometry);
+                return None;
+            }
+            _ => return None,
         };
         self.has_made = true;
         Some(Made {
@@ -141,6 +149,13 @@ impl Rates {
     /// The number of the symbol that the last reading shows, by the rate that was found.
     pub fn symbol(&self) -> Option<u32> {
         self.found_hz.and(self.trials.first()?.clock.current())
+    }
+
+    /// What the panel has said of its size at one of the rates since this was last asked.
+    pub fn take_geometry(&mut self) -> Option<Geometry> {
+        self.trials
+            .iter_mut()
+            .find_map(|trial| trial.geometry.take())
     }
 
     /// How often the panel changes a second, by the frames so far; none where they are too few.

@@ -19,6 +19,9 @@ use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
 
+/// The most intensity that a transmitter can be limited to, cd, beyond all lamps: it stands for no limit.
+const UNLIMITED_CD: f64 = *IntensityLimit::MOST_MCD.end() as f64 / 1e3;
+
 /// The values in numbers that people read; `tx_firmware::calibration` knows their ranges.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -30,9 +33,10 @@ struct Values {
     interval: f64,
     sensor_gain: f64,
     low_current_share: f64,
-    /// The most luminous intensity of the panel, cd; with the diameter of an LED, or neither.
+    /// The most luminous intensity of the panel, cd; only with the diameter of an LED.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_cd: Option<f64>,
+    /// The diameter of an LED, m; without a limit the panel only says how large it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     led_diameter_m: Option<f64>,
 }
@@ -124,10 +128,12 @@ sensor_gain = {sensor_gain:?}
 # Light of an On LED at the low current over that at the full one: {} to {}; 1 where the current is not switched.
 low_current_share = {low_current_share:?}
 
-# A limit, if there is to be one: the most mean luminous intensity of the panel, straight ahead, in cd, 0.001 to 1000000, and the width
-# of one LED's shining disc in m, 0.0001 to 1. No light and no table takes the panel above it.
-# max_cd = 100.0
+# The width of one LED's shining disc in m, 0.0001 to 1: the panel then tells receivers how large it is, so that they know how far away.
 # led_diameter_m = 0.03
+
+# A limit, if there is to be one, with the width above: the most mean luminous intensity of the panel, straight ahead, in cd, 0.001 to
+# 1000000. No light and no table takes the panel above it.
+# max_cd = 100.0
 ",
         LUMINANCE_CD_M2.start(),
         LUMINANCE_CD_M2.end(),
@@ -177,7 +183,9 @@ impl Values {
 
     fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
         Self {
-            max_cd: limit.map(|limit| f64::from(limit.most_mcd()) / 1e3),
+            max_cd: limit
+                .map(|limit| f64::from(limit.most_mcd()) / 1e3)
+                .filter(|&most_cd| most_cd < UNLIMITED_CD),
             led_diameter_m: limit.map(|limit| f64::from(limit.led_diameter_um()) / 1e6),
             ..self
         }
@@ -186,10 +194,13 @@ impl Values {
     fn limit(&self) -> anyhow::Result<Option<IntensityLimit>> {
         match (self.max_cd, self.led_diameter_m) {
             (None, None) => Ok(None),
-            (Some(most_cd), Some(led_diameter_m)) => {
+            (most_cd, Some(led_diameter_m)) => {
+                let most_cd = most_cd.unwrap_or(UNLIMITED_CD);
                 Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?))
             }
-            _ => bail!("max_cd and led_diameter_m make a limit together: give both, or neither"),
+            (Some(_), None) => bail!(
+                "max_cd needs led_diameter_m, the width of one LED's shining disc in m: give both"
+            ),
         }
     }
 

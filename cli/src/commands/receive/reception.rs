@@ -1,9 +1,10 @@
 //! The receiver at work on one frame after another.
 
 use anyhow::ensure;
+use link::framing::Event;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Reading, ReceiverSettings};
+use rx_pipeline::receiver::{Loss, ReceiverSettings};
 use studies::reception::rates::{Heard, Rates};
 use studies::reception::{Receiving, USUAL_FPS, receiver};
 
@@ -161,12 +162,25 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             });
             let symbol = rates.symbol().or(outcome.symbol);
             let whereabouts = &mut whereabouts[panel];
+            let said = match outcome.event {
+                Event::Geometry(said) => Some(said),
+                _ => rates.take_geometry(),
+            };
+            if let Some(said) = said.filter(|&said| whereabouts.hear(said)) {
+                report.geometry(panel, said);
+            }
             match &outcome.reading {
                 Ok(reading) => {
                     let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
                     poses.on(|| whereabouts.measure(meter, time_s, frame, reading, &camera));
                 }
-                Err(why) => whereabouts.lose(&why.to_string()),
+                Err(why) => {
+                    if matches!(why, Loss::Lost(_)) {
+                        // What is found next may be another panel.
+                        *whereabouts = Whereabouts::UNKNOWN;
+                    }
+                    whereabouts.lose(&why.to_string());
+                }
             }
             let done = report.frame(panel, frame, &outcome, symbol, whereabouts);
             if told.is_ok() {

@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use link::framing::{Event, SegmentOutcome};
+use link::geometry::Geometry;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Outcome, Reading};
 
@@ -103,6 +104,15 @@ impl<'a> Report<'a> {
     pub fn found_rate(&self, rate_hz: f32) {
         self.say(&format!(
             "read at {rate_hz} symbols a second; --symbol-rate {rate_hz} reads it best, from the first frame on"
+        ));
+    }
+
+    /// Says what a panel has told of its size.
+    pub fn geometry(&self, panel: usize, geometry: Geometry) {
+        self.say(&format!(
+            "panel {panel} says how large it is: LEDs of {} m, at an interval of {:.3}",
+            geometry.led_diameter_m(),
+            geometry.interval()
         ));
     }
 
