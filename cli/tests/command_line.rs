@@ -106,6 +106,56 @@ fn bad_scenes_are_refused() {
     );
 }
 
+/// A camera of 30 frames a second, tried with short messages.
+const ADVICE: [&str; 10] = [
+    "plan",
+    "--camera",
+    "phone",
+    "--bytes",
+    "4",
+    "--runs",
+    "1",
+    "--set",
+    "camera.width_px=160",
+    "--set=camera.height_px=120",
+];
+
+#[test]
+fn a_camera_is_told_what_to_be_shown() {
+    let advised = vocc(&[&ADVICE[..], &["--set=panel.pwm_hz=50", "--json"]].concat());
+    let lines: Vec<serde_json::Value> = text(&advised.stdout)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    let (last, tried) = lines.split_last().expect("lines");
+    let net = |row: &serde_json::Value| row["net_bit_s"].as_f64().expect("a net rate");
+    let most = tried.iter().map(net).fold(0.0, f64::max);
+    assert_eq!(net(&last["best"]), most);
+    assert!(tried.len() >= 8 && most > 0.0, "{lines:?}");
+    // Short exposures see hardly a part of such slow pulses.
+    assert_eq!(last["dimming"][0]["beats"], true);
+    assert_eq!(last["dimming"][0]["beat_hz"], 10.0);
+    let said = text(&vocc(&ADVICE).stdout);
+    assert!(
+        said.contains("device rate") && said.contains("symbols/s"),
+        "{said}"
+    );
+}
+
+#[test]
+fn advice_for_no_camera_is_refused() {
+    refused(&["plan", "--camera", "fone"], &["--camera", "phone"]);
+    refused(&["plan", "--bytes", "48"], &["--camera"]);
+    let with = |option: &'static str| [&ADVICE[..3], &[option]].concat();
+    refused(&with("--bytes=0"), &["1..=1024"]);
+    refused(&with("--runs=0"), &["1..=10000"]);
+    refused(
+        &with("--set=camera.frame_rate_hz=8"),
+        &["8 frames a second", "9 to 300"],
+    );
+    refused(&with("--set=camera.readout_s=-1"), &["readout_s"]);
+}
+
 #[test]
 fn bad_messages_are_refused() {
     refused(&["link", "--message", ""], &["1", "1024"]);

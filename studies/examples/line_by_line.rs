@@ -13,10 +13,8 @@ use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::receiving_method;
+use studies::signalling::exposed_for;
 use studies::statistics::FrameErrors;
-
-/// The widest aperture by which an exposure is set.
-const WIDEST_F_NUMBER: f64 = 1.4;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -91,14 +89,11 @@ fn scene(
     overrides.extend(distance?.map(|metres| format!("pose.distance_m={metres}")));
     overrides.extend(readout?.map(|ms| format!("camera.readout_s={}", 1e-3 * ms)));
     overrides.extend(rate?.map(|hz| format!("link.symbol_rate_hz={hz}")));
-    if let Some(ms) = exposure? {
-        let now = Scene::load(preset, &overrides)?;
-        let wanted_s = 1e-3 * ms;
-        let f_number = now.camera.f_number * (wanted_s / Exposure::of(&now).time_s).sqrt();
-        overrides.push(format!("camera.exposure_max_s={wanted_s}"));
-        overrides.push(format!("camera.f_number={}", f_number.max(WIDEST_F_NUMBER)));
-    }
-    Ok(Scene::load(preset, &overrides)?)
+    let scene = Scene::load(preset, &overrides)?;
+    Ok(match exposure? {
+        Some(ms) => exposed_for(&scene, 1e-3 * ms)?,
+        None => scene,
+    })
 }
 
 /// The frame in which the message was whole, and the bit errors until then.

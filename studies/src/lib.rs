@@ -39,6 +39,7 @@
 //! random_cameras                     what a receiver makes of cameras that it is told nothing of
 //! reception                          what a computer does around the receiver: pixels of any kind, single frames, symbol rates
 //! photometry                         a panel's calibration from pictures beside a grey card
+//! signalling                         the symbol rate and the code that bring most through a camera
 //! flicker                            how much a panel's light goes up and down, and what people see of it
 //! ```
 //!
@@ -52,6 +53,7 @@
 //! | the ratio that tells On from Off best | [`optimum::optimum`] |
 //! | what a transmitter carries of it | [`table::Survey`] |
 //! | the paper's figures and claims, point by point | [`reproduction::Study`] |
+//! | what to show a camera: symbol rate, code, net rate | [`signalling::Search`] |
 //! | how much a panel flickers, against IEEE Std 1789 | [`flicker::Flicker`] |
 //! | error against time of all that has more than one way to be done | [`work_precision::PARTS`] |
 //!
@@ -70,6 +72,7 @@ pub mod random_scenes;
 pub mod reach;
 pub mod reception;
 pub mod reproduction;
+pub mod signalling;
 pub mod splitting;
 pub mod statistics;
 pub mod stop;

@@ -91,6 +91,24 @@ pub const WORKS: &[Work] = &[
     ),
     work("render", &["--out", "@whole.png"]),
     work("plan", &["<scene.toml"]),
+    Work {
+        turns: 1,
+        ..work(
+            "plan",
+            &[
+                "--camera",
+                "<scene.toml",
+                "--runs",
+                "1",
+                "--bytes",
+                "4",
+                "--set",
+                "camera.width_px=320",
+                "--set",
+                "camera.height_px=240",
+            ],
+        )
+    },
     long("evaluate", &["--frames", "4096", "--out", "@e.json"]),
     Work {
         turns: 1,

@@ -38,6 +38,8 @@ mod sharpening;
 mod symbol_change;
 mod vignetting;
 
+pub use pwm::Pulses;
+
 use crate::formation::Formation;
 use crate::scene::{EffectSettings, RangeError};
 use crate::view::{LinearRange, View};

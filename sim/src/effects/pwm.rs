@@ -6,7 +6,7 @@ use super::Effect;
 use crate::camera::clock::Moment;
 use crate::formation::Formation;
 use crate::l2a;
-use crate::scene::Scene;
+use crate::scene::{Panel, Scene};
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
@@ -70,8 +70,8 @@ fn duty(scene: &Scene, panel: &PanelView) -> f64 {
 }
 
 /// Pulses of a frequency and a duty, the first beginning at time 0.
-#[derive(Clone, Copy)]
-pub(super) struct Pulses {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulses {
     /// Pulses a second; 0: steady light.
     pub hz: f64,
     /// The part of a period that is lit, over 0.
@@ -79,6 +79,38 @@ pub(super) struct Pulses {
 }
 
 impl Pulses {
+    /// Those of a panel's LEDs, which are dimmed by pulses or lit row by row; none where their light is steady.
+    pub fn of(view: &View, panel: &PanelView) -> Option<Self> {
+        let Panel {
+            pwm_hz, scan_rows, ..
+        } = panel.panel;
+        (pwm_hz > 0.0).then(|| Self {
+            hz: pwm_hz,
+            duty: match scan_rows {
+                0 | 1 => duty(&view.scene, panel),
+                rows => 1.0 / f64::from(rows),
+            },
+        })
+    }
+
+    /// How far the light of an exposure strays from its mean by where in a period it begins, at most, as a part of it: 0 where it holds a
+    /// whole number of periods.
+    ///
+    /// ```
+    /// use sim::effects::Pulses;
+    /// let pulses = Pulses { hz: 200.0, duty: 0.5 };
+    /// assert_eq!(pulses.stray(0.01), 0.0);
+    /// // One pulse and a half: between one and two of them.
+    /// assert!((pulses.stray(0.0075) - 1.0 / 3.0).abs() < 1e-9);
+    /// ```
+    pub fn stray(&self, exposure_s: f64) -> f64 {
+        let periods = self.hz * exposure_s;
+        let rest = periods.fract();
+        let (least, most) = ((rest + self.duty - 1.0).max(0.0), rest.min(self.duty));
+        let mean = rest * self.duty;
+        (most - mean).max(mean - least) / (periods * self.duty)
+    }
+
     /// The light of an exposure begun `delay_s` after `moment` over the long-term mean, for pulses that begin `late` of a
     /// period late. The pulses follow the transmitter's clock.
     pub fn during(&self, moment: &Moment, delay_s: f64, late: f64) -> f64 {
@@ -126,6 +158,24 @@ impl crate::formation::LedStage for Drive {
 #[cfg(test)]
 mod tests {
     use super::Pulses;
+
+    #[test]
+    fn no_exposure_strays_further_than_is_said_and_some_do_as_far() {
+        for (hz, duty, exposure_s) in [
+            (1000.0, 0.25, 0.0024),
+            (90.0, 0.7, 0.001),
+            (333.0, 0.03, 0.01),
+        ] {
+            let pulses = Pulses { hz, duty };
+            let starts = (0..10_000).map(|step| f64::from(step) / (1e4 * hz));
+            let light = starts.map(|start| pulses.received(start, exposure_s, 0.0));
+            let most = light.fold(0.0, |most: f64, light| most.max((light - 1.0).abs()));
+            assert!(
+                (most - pulses.stray(exposure_s)).abs() < 1e-3 * most,
+                "{most}"
+            );
+        }
+    }
 
     #[test]
     fn whole_periods_give_the_mean_and_half_ones_do_not() {

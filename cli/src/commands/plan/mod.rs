@@ -1,4 +1,6 @@
-//! `vocc plan`: which effects a scene calls for, and what each costs.
+//! `vocc plan`: which effects a scene calls for, and what each costs; or what a transmitter should show a camera.
+
+mod signalling;
 
 use serde::Serialize;
 use sim::accuracy::Level;
@@ -12,9 +14,10 @@ use crate::output::{self, Answer};
 /// Arguments of `vocc plan`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset (`vocc scene` lists them) or a TOML file.
-    #[arg(default_value = "paper")]
-    scene: String,
+    /// A preset (`vocc scene` lists them) or a TOML file; paper without it.
+    scene: Option<String>,
+    #[command(flatten)]
+    signalling: signalling::Options,
 }
 
 /// A decision with what including the effect costs, measured.
@@ -30,7 +33,11 @@ struct Row<'a> {
 
 /// Prints the plan.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let renderer = Renderer::new(&shared.scene(&arguments.scene)?, Level::Fast)?;
+    let scene = arguments.scene.as_deref();
+    if let Some(camera) = arguments.signalling.camera() {
+        return arguments.signalling.run(scene, camera, shared);
+    }
+    let renderer = Renderer::new(&shared.scene(scene.unwrap_or("paper"))?, Level::Fast)?;
     let costs = cost::measure(&renderer, cost::BUDGET);
     let rows = renderer.plan().decisions.iter().zip(&costs);
     if shared.json {

@@ -1,0 +1,213 @@
+//! `vocc plan --camera`: what a transmitter should show a camera.
+
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::Context;
+use link::fec::Code;
+use serde::Serialize;
+use sim::scene::Scene;
+use studies::signalling::{Advice, DimmingBeat, Search, SignallingError, TrialError, Tried};
+
+use crate::options::Shared;
+use crate::output::{self, Answer, line};
+use crate::progress::Progress;
+use crate::stop::stop;
+
+/// Where a camera is tried where no scene is named.
+const SCENE: &str = "day";
+const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw errors";
+
+/// Options of the advice for a camera.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect. A preset or a TOML file, of which the
+    /// [camera] is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+    /// Bytes of the messages that are tried.
+    #[arg(long, default_value_t = 48, requires = "camera", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    bytes: u16,
+    /// Messages tried at each setting.
+    #[arg(long, default_value_t = 8, requires = "camera", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    runs: u64,
+}
+
+#[derive(Serialize)]
+struct Row {
+    symbol_rate_hz: f64,
+    code: String,
+    runs: u64,
+    delivered: u64,
+    net_bit_s: f64,
+    /// None where none arrived.
+    seconds_a_message: Option<f64>,
+    ber: f64,
+}
+
+/// The last line.
+#[derive(Serialize)]
+struct Best {
+    best: Row,
+    whole_exposures_hz: f64,
+    dimming: Vec<Beat>,
+}
+
+#[derive(Serialize)]
+struct Beat {
+    pwm_hz: f64,
+    pulses_an_exposure: f64,
+    beat_hz: f64,
+    stray: f64,
+    beats: bool,
+}
+
+impl Options {
+    /// The camera to advise on, if one is named.
+    pub fn camera(&self) -> Option<&str> {
+        self.camera.as_deref()
+    }
+
+    /// Tries and prints.
+    pub fn run(
+        &self,
+        scene: Option<&str>,
+        camera: &str,
+        shared: &Shared,
+    ) -> anyhow::Result<Answer> {
+        let mut scene = Scene::load(scene.unwrap_or(SCENE), &[])?;
+        let of_camera = Scene::load(camera, &[])
+            .context("--camera names a preset or a scene file with a [camera]")?;
+        scene.camera = of_camera.camera;
+        // All rates that are tried are below that of the frames.
+        scene.link.symbol_rate_hz = 0.5 * scene.camera.frame_rate_hz;
+        let scene = scene.with("--set", &shared.set)?;
+        let search = Search {
+            bytes: self.bytes.into(),
+            runs: self.runs,
+            seed: shared.seed,
+        };
+        let progress = Progress::new(Search::SETTINGS_MAX * self.runs, "messages");
+        let counted = Mutex::new((progress, 0));
+        let done = || {
+            let (progress, messages) = &mut *counted.lock().unwrap_or_else(PoisonError::into_inner);
+            *messages += 1;
+            progress.done(*messages);
+        };
+        let mut printed = if shared.json { Ok(()) } else { line(HEAD) };
+        let tell = |tried: &Tried| {
+            if printed.is_ok() {
+                printed = print(tried, shared.json);
+            }
+        };
+        let advice = search.run(&scene, stop(), done, tell);
+        drop(counted);
+        printed?;
+        let advice = match advice {
+            Err(SignallingError::Trial(TrialError::Stopped)) => {
+                output::tell("interrupted: what was tried is printed");
+                return Ok(Answer::No);
+            }
+            advice => advice?,
+        };
+        if shared.json {
+            as_json(&advice)?;
+        } else {
+            as_text(&scene, &advice, Code::for_length(search.bytes))?;
+        }
+        Ok(match advice.best().delivered {
+            0 => Answer::No,
+            _ => Answer::Yes,
+        })
+    }
+}
+
+fn row(tried: &Tried) -> Row {
+    Row {
+        symbol_rate_hz: tried.rate.hz(),
+        code: tried.code.to_string(),
+        runs: tried.runs,
+        delivered: tried.delivered,
+        net_bit_s: tried.net_bit_s(),
+        seconds_a_message: (tried.delivered > 0).then(|| tried.seconds_a_message()),
+        ber: tried.errors.rate(),
+    }
+}
+
+fn print(tried: &Tried, json: bool) -> anyhow::Result<()> {
+    let row = row(tried);
+    if json {
+        return output::json(&row);
+    }
+    let seconds = row.seconds_a_message;
+    line(&format!(
+        "{:>9.1}  {:<6}  {:>4} of {:<3} {:>9.0}  {:>11}  {:>10.1e}",
+        row.symbol_rate_hz,
+        row.code,
+        row.delivered,
+        row.runs,
+        row.net_bit_s,
+        seconds.map_or("-".into(), |seconds| format!("{seconds:.2}")),
+        row.ber,
+    ))
+}
+
+fn as_json(advice: &Advice) -> anyhow::Result<()> {
+    let dimming = advice.dimming.iter().map(|beat| Beat {
+        pwm_hz: beat.pulses_hz,
+        pulses_an_exposure: beat.pulses_an_exposure,
+        beat_hz: beat.beat_hz,
+        stray: beat.stray,
+        beats: beat.is_seen(),
+    });
+    output::json(&Best {
+        best: row(advice.best()),
+        whole_exposures_hz: advice.whole_exposures.hz(),
+        dimming: dimming.collect(),
+    })
+}
+
+fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
+    line(&format!(
+        "every symbol has a whole exposure on every row of the panel up to {:.1} symbols a second; {} frames a second are filmed",
+        advice.whole_exposures.hz(),
+        scene.camera.frame_rate_hz
+    ))?;
+    let best = advice.best();
+    if best.delivered == 0 {
+        return line(
+            "nothing arrives: come nearer, expose for less, or see what the scene's light does (vocc plan SCENE)",
+        );
+    }
+    for beat in &advice.dimming {
+        line(&dimming(beat))?;
+    }
+    if best.code != usual {
+        line(&format!(
+            "boards choose {usual} for messages of this length; {} is for transmitters of your own",
+            best.code
+        ))?;
+    }
+    line(&format!(
+        "best: {rate} symbols a second under {code}, {net:.0} bit/s; vocc device rate {rate} --port P sets a transmitter, and vocc receive \
+         --symbol-rate {rate} follows it",
+        rate = best.rate,
+        code = best.code,
+        net = best.net_bit_s(),
+    ))
+}
+
+fn dimming(beat: &DimmingBeat) -> String {
+    let held = format!(
+        "dimming at {} Hz: an exposure holds {:.1} periods, and its light strays by at most {:.1} %",
+        beat.pulses_hz,
+        beat.pulses_an_exposure,
+        1e2 * beat.stray
+    );
+    if !beat.is_seen() {
+        return format!("{held}: it does not beat");
+    }
+    format!(
+        "{held}, up and down {:.2} times a second: it beats; dim faster, expose for a whole number of periods, or dim by current",
+        beat.beat_hz
+    )
+}

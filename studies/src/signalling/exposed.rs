@@ -1,0 +1,36 @@
+//! Cameras that expose for a given time.
+
+use sim::camera::exposure::Exposure;
+use sim::scene::Scene;
+use sim::scene::SceneError;
+
+/// The widest aperture by which an exposure is set.
+const WIDEST_F_NUMBER: f64 = 1.4;
+
+/// The scene whose camera exposes for so long, s: by its aperture, as by a grey filter before the lens, and where that would have to be
+/// wider than f/1.4 by the ISO.
+///
+/// ```
+/// use sim::camera::exposure::Exposure;
+/// use sim::scene::Scene;
+/// use studies::signalling::exposed_for;
+/// let phone = Scene::load("phone", &[])?;
+/// for exposure_s in [0.001, 0.01] {
+///     assert!((Exposure::of(&exposed_for(&phone, exposure_s)?).time_s - exposure_s).abs() < 1e-9);
+/// }
+/// # Ok::<(), sim::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// [`SceneError`] for what no camera exposes for.
+pub fn exposed_for(scene: &Scene, exposure_s: f64) -> Result<Scene, SceneError> {
+    let stops = exposure_s / Exposure::of(scene).time_s;
+    let f_number = (scene.camera.f_number * stops.sqrt()).max(WIDEST_F_NUMBER);
+    scene.with(
+        "the exposure",
+        &[
+            format!("camera.exposure_max_s={exposure_s}"),
+            format!("camera.f_number={f_number}"),
+        ],
+    )
+}

@@ -1,0 +1,249 @@
+//! What a transmitter should show a camera: how many symbols a second, under which code, and what gets through.
+//!
+//! A camera of `f` frames a second that exposes for `E`, and whose sensor takes `R` to read the panel's lines, sees a whole exposure of each
+//! symbol, on every row and at any phase, as long as a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
+//! exposures; the receiver reads those as far as it can, and what that brings is not computed but tried: messages are sent over the rendered
+//! road ([`Trial`]) at each of some rates, at phases that cover a symbol evenly, and then under each code at the best of them.
+//!
+//! ```no_run
+//! use sim::scene::Scene;
+//! use studies::signalling::Search;
+//! use studies::stop::Stop;
+//! let phone = Scene::load("phone", &[])?;
+//! let advice = Search { bytes: 48, runs: 8, seed: 1 }.run(&phone, Stop::NEVER, || {}, |_tried| {})?;
+//! let best = advice.best();
+//! println!("{} symbols a second under {}: {:.0} bit/s", best.rate, best.code, best.net_bit_s());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod dimming;
+mod exposed;
+mod trial;
+
+use link::fec::Code;
+use link::symbol_rate::{SymbolRate, SymbolRateError};
+use rayon::prelude::*;
+use sim::camera::exposure::Exposure;
+use sim::scene::Scene;
+use thiserror::Error;
+
+pub use dimming::DimmingBeat;
+pub use exposed::exposed_for;
+pub use trial::{Trial, TrialError};
+
+use crate::statistics::FrameErrors;
+use crate::stop::Stop;
+
+/// Rates that are tried beside the one at which every symbol has a whole exposure, as shares of the frames.
+const SHARES_OF_FRAMES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
+/// Rates nearer to each other than this, as a part, are one.
+const APART: f64 = 0.03;
+/// Phases are spread by the golden ratio: any number of them covers a symbol evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// How much is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Search {
+    /// Bytes of a message, 1 to 1024.
+    pub bytes: usize,
+    /// Messages at each setting, at least 1.
+    pub runs: u64,
+    /// The seed of all random numbers.
+    pub seed: u64,
+}
+
+/// What came of a symbol rate and a code.
+#[derive(Clone, Copy, Debug)]
+pub struct Tried {
+    /// Symbols a second.
+    pub rate: SymbolRate,
+    /// The code.
+    pub code: Code,
+    /// Messages sent.
+    pub runs: u64,
+    /// Messages that arrived within [`Trial::REPEATS`] repeats.
+    pub delivered: u64,
+    /// Payload of those, bits.
+    pub bits: u64,
+    /// What all of them took, s.
+    pub seconds: f64,
+    /// Bits of single frames that were read wrongly, against the symbol in the middle of the exposure.
+    pub errors: FrameErrors,
+}
+
+impl Tried {
+    /// Payload a second, messages that did not arrive included, bit/s.
+    pub fn net_bit_s(&self) -> f64 {
+        self.bits as f64 / self.seconds
+    }
+
+    /// Seconds a message, those included that did not arrive; infinite where none did.
+    pub fn seconds_a_message(&self) -> f64 {
+        self.seconds / self.delivered as f64
+    }
+}
+
+/// What a camera is to be shown.
+#[derive(Clone, Debug)]
+pub struct Advice {
+    /// The rate at which every symbol has a whole exposure on every row of the panel, at any phase.
+    pub whole_exposures: SymbolRate,
+    /// Everything that was tried, in order.
+    pub tried: Vec<Tried>,
+    /// Where in `tried` the best is.
+    best: usize,
+    /// How the dimming meets the exposure, of each panel that is dimmed by pulses or scanned.
+    pub dimming: Vec<DimmingBeat>,
+}
+
+impl Advice {
+    /// What brings most through.
+    pub fn best(&self) -> &Tried {
+        &self.tried[self.best]
+    }
+}
+
+/// Why there is no advice.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SignallingError {
+    /// No transmitter shows symbols as slow as the camera asks for.
+    #[error(
+        "a camera of {frames_hz} frames a second that exposes for {exposure_s} s and takes {readout_s} s to read the panel out sees no whole \
+         symbol of a transmitter: {source}; expose for less"
+    )]
+    TooSlow {
+        /// Frames a second.
+        frames_hz: f64,
+        /// The exposure, s.
+        exposure_s: f64,
+        /// From the panel's first line to its last, s.
+        readout_s: f64,
+        /// The rate that it would take.
+        source: SymbolRateError,
+    },
+    /// A trial could not be made.
+    #[error(transparent)]
+    Trial(#[from] TrialError),
+    /// Nothing is to be tried.
+    #[error("0 runs at each setting tell nothing: give at least 1")]
+    NoRuns,
+}
+
+impl Search {
+    /// Settings that are tried, at most.
+    pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len()) as u64;
+
+    /// Tries rates and codes; `done` is called after each message, `tell` after each setting.
+    ///
+    /// # Errors
+    /// [`SignallingError`]: a camera too slow, a scene or message that cannot be, or the work was asked to stop.
+    pub fn run(
+        &self,
+        scene: &Scene,
+        stop: Stop,
+        done: impl Fn() + Sync,
+        mut tell: impl FnMut(&Tried),
+    ) -> Result<Advice, SignallingError> {
+        if self.runs == 0 {
+            return Err(SignallingError::NoRuns);
+        }
+        let dimming = dimming::beats(scene).map_err(TrialError::from)?;
+        let whole_exposures = whole_exposures(scene)?;
+        let usual = Code::for_length(self.bytes);
+        let mut tried = Vec::new();
+        for rate in rates(scene, whole_exposures) {
+            tried.push(self.attempt(scene, rate, usual, stop, &done)?);
+            tried.last().into_iter().for_each(&mut tell);
+        }
+        let rate = tried[best(&tried)].rate;
+        for code in Code::ALL.into_iter().filter(|&code| code != usual) {
+            tried.push(self.attempt(scene, rate, code, stop, &done)?);
+            tried.last().into_iter().for_each(&mut tell);
+        }
+        Ok(Advice {
+            whole_exposures,
+            best: best(&tried),
+            tried,
+            dimming,
+        })
+    }
+
+    /// One rate under one code.
+    fn attempt(
+        &self,
+        scene: &Scene,
+        rate: SymbolRate,
+        code: Code,
+        stop: Stop,
+        done: &(impl Fn() + Sync),
+    ) -> Result<Tried, TrialError> {
+        let runs = (0..self.runs).into_par_iter().map(|run| {
+            let trial = Trial {
+                code,
+                bytes: self.bytes,
+                rate_hz: rate.hz(),
+                phase: (GOLDEN * run as f64).fract(),
+                seed: self.seed.wrapping_add(run),
+                true_corners: true,
+            };
+            let result = trial.run(scene, stop);
+            done();
+            result
+        });
+        // In order, so that the sum of seconds is the same on any number of threads.
+        let runs = runs.collect::<Result<Vec<_>, _>>()?;
+        let mut sum = Tried {
+            rate,
+            code,
+            runs: self.runs,
+            delivered: 0,
+            bits: 0,
+            seconds: 0.0,
+            errors: FrameErrors::default(),
+        };
+        for run in runs {
+            sum.delivered += u64::from(run.received.is_some());
+            sum.seconds += run.frames as f64 / scene.camera.frame_rate_hz;
+            sum.errors.merge(&run.errors);
+        }
+        sum.bits = 8 * self.bytes as u64 * sum.delivered;
+        Ok(sum)
+    }
+}
+
+/// Where most gets through; of equals, the first.
+fn best(tried: &[Tried]) -> usize {
+    let net = |at: usize| tried[at].net_bit_s();
+    (0..tried.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })
+}
+
+/// The rate at which every symbol has a whole exposure on every row of the first panel.
+fn whole_exposures(scene: &Scene) -> Result<SymbolRate, SignallingError> {
+    let frames_hz = scene.camera.frame_rate_hz;
+    let exposure_s = Exposure::of(scene).time_s;
+    let readout_s = dimming::panel_readout_s(scene).map_err(TrialError::from)?;
+    SymbolRate::for_camera(frames_hz, exposure_s + readout_s).map_err(|source| {
+        SignallingError::TooSlow {
+            frames_hz,
+            exposure_s,
+            readout_s,
+            source,
+        }
+    })
+}
+
+/// The rates to try, from the slowest: that of whole exposures, and those that share them.
+fn rates(scene: &Scene, whole_exposures: SymbolRate) -> Vec<SymbolRate> {
+    let faster = SHARES_OF_FRAMES.map(|share| share * scene.camera.frame_rate_hz);
+    let faster = faster
+        .into_iter()
+        .filter_map(|hz| SymbolRate::from_hz(hz).ok());
+    let apart = |rate: &SymbolRate| rate.hz() > (1.0 + APART) * whole_exposures.hz();
+    std::iter::once(whole_exposures)
+        .chain(faster.filter(apart))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,129 @@
+//! One message over the rendered road.
+
+use link::fec::Code;
+use link::framing::{Framer, FramingError};
+use link::scramble::split_mix64;
+use sim::accuracy::Level;
+use sim::road::{LinkSettings, Received, Road, RoadError};
+use sim::scene::Scene;
+use sim::view::ViewError;
+use thiserror::Error;
+
+use crate::detectors::DetectorChoice;
+use crate::monte_carlo::{EvaluateError, receiving_method};
+use crate::statistics::FrameErrors;
+use crate::stop::Stop;
+
+/// A random message at one symbol rate and phase, under one code.
+///
+/// ```
+/// use link::fec::Code;
+/// use sim::scene::Scene;
+/// use studies::signalling::Trial;
+/// use studies::stop::Stop;
+/// let small = ["camera.width_px=160", "camera.height_px=120"].map(String::from);
+/// let day = Scene::load("day", &small)?;
+/// let trial = Trial { code: Code::Tc128, bytes: 8, rate_hz: 90.0, phase: 0.3, seed: 1, true_corners: true };
+/// assert!(trial.run(&day, Stop::NEVER)?.received.is_some());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// The code.
+    pub code: Code,
+    /// Bytes of the message, 1 to 1024.
+    pub bytes: usize,
+    /// Symbols a second.
+    pub rate_hz: f64,
+    /// Where in a symbol the first exposure begins, from 0 up to 1.
+    pub phase: f64,
+    /// The seed of the message and of all random numbers.
+    pub seed: u64,
+    /// Whether the receiver is told where the panel is, as one that follows it knows.
+    pub true_corners: bool,
+}
+
+/// What became of it.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The message, if it arrived.
+    pub received: Option<Received>,
+    /// Frames that were filmed, until it was whole or given up.
+    pub frames: u64,
+    /// Bits of the frames read wrongly.
+    pub errors: FrameErrors,
+}
+
+/// Why a message could not be tried.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TrialError {
+    /// The scene, or what it asks of the transmitter or the receiver.
+    #[error(transparent)]
+    Road(#[from] RoadError),
+    /// The scene's camera does not see it.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The message.
+    #[error(transparent)]
+    Framing(#[from] FramingError),
+    /// The receiver's way of telling bits apart.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// It was asked to stop.
+    #[error("stopped before all was tried")]
+    Stopped,
+}
+
+impl Trial {
+    /// A message that has not arrived after so many repeats is lost.
+    pub const REPEATS: u32 = 3;
+
+    /// Sends it.
+    ///
+    /// # Errors
+    /// [`TrialError`]: a scene or a message that cannot be, or it was asked to stop.
+    pub fn run(&self, scene: &Scene, stop: Stop) -> Result<Run, TrialError> {
+        let mut scene = scene.clone();
+        scene.link.symbol_rate_hz = self.rate_hz;
+        scene.link.phase = self.phase;
+        let bytes = 0..self.bytes as u64;
+        let message: Vec<u8> = bytes
+            .map(|at| split_mix64(self.seed << 32 | at) as u8)
+            .collect();
+        let panels = Framer::new(&message, self.code, false)?.panels_per_repeat();
+        let settings = LinkSettings {
+            message,
+            method: receiving_method(&scene, DetectorChoice::Best, self.seed, Level::Fast)?,
+            seed: self.seed,
+            level: Level::Fast,
+            code: Some(self.code),
+            camera: link::camera::Camera::default(),
+            true_corners: self.true_corners,
+        };
+        let mut road = Road::new(&scene, &settings)?;
+        let mut errors = FrameErrors::default();
+        let arrived = |received: &Received| received.message == settings.message;
+        let symbols = f64::from(Self::REPEATS * panels);
+        let frames = (symbols * scene.camera.frame_rate_hz / self.rate_hz).ceil() as u64;
+        for frame in 0..frames {
+            if stop.is_asked() {
+                return Err(TrialError::Stopped);
+            }
+            let report = road.frame(frame)?;
+            errors.push(report.bit_errors);
+            if let Some(received) = report.delivered.filter(arrived) {
+                return Ok(Run {
+                    received: Some(received),
+                    frames: frame + 1,
+                    errors,
+                });
+            }
+        }
+        Ok(Run {
+            received: road.finish().filter(arrived),
+            frames,
+            errors,
+        })
+    }
+}
