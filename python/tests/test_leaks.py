@@ -40,9 +40,9 @@ SHORT: dict[str, Callable[[], object]] = {
     "look up": lambda: (table.l2a(50, 1), table.ratios),
     "camera": lambda: vocc.Camera(encoding="srgb").to_dict(),
     "feed": fed,
+    "scene": lambda: scene.with_(distance_m=60).to_dict(),
 }
 LONG: dict[str, Callable[[], object]] = {
-    "scene": lambda: scene.with_(distance_m=60).to_dict(),
     "decode": lambda: vocc.decode(image, detector="kmeans"),
     "evaluate": lambda: vocc.evaluate("paper", frames=1, threads=1),
     "frames": lambda: list(vocc.frames("paper", 2, batch=1)),
