@@ -70,6 +70,17 @@ impl PoseMeter {
         self.is_asked
     }
 
+    /// Where the ends of a panel's axes are seen.
+    fn axes_px(&self, pose: &Pose, frame: [usize; 2]) -> Option<[[f64; 2]; 4]> {
+        let (lens, half_m) = (self.calibration.lens(frame).ok()?, self.size?.half_side_m());
+        let seen = |axis: Option<usize>| {
+            let along = |row: usize| axis.map_or(0.0, |axis| half_m * pose.rotation[row][axis]);
+            let [x, y, z] = [0, 1, 2].map(|row| pose.translation_m[row] + along(row));
+            lens.pixel([x / z, y / z])
+        };
+        Some([None, Some(0), Some(1), Some(2)].map(seen))
+    }
+
     /// The pose of a panel that was read.
     pub fn pose(
         &mut self,
@@ -128,6 +139,8 @@ pub struct Whereabouts {
     look: Option<Appearance>,
     /// What the panel has said of its size.
     said: Option<Geometry>,
+    /// Where the ends of its axes are seen: the middle, and half a side along its rows, its columns and into it (px).
+    axes_px: Option<[[f64; 2]; 4]>,
 }
 
 impl Whereabouts {
@@ -137,6 +150,7 @@ impl Whereabouts {
         closing: Closing::new(),
         look: None,
         said: None,
+        axes_px: None,
     };
 
     /// Takes in what the panel says of its size; whether that is news.
@@ -156,13 +170,27 @@ impl Whereabouts {
         let Reading { corners, detection } = reading;
         let bits = detection.bits;
         self.pose = meter.followed(frame, corners, bits, camera, self.said, &mut self.look);
+        self.axes_px = None;
         if let Ok(pose) = &self.pose {
             self.closing.take(time_s, pose);
+            self.axes_px = meter.axes_px(pose, [frame.width(), frame.height()]);
         }
+    }
+
+    /// Where the ends of the panel's axes are seen, while its pose is known: its middle, and half a side along its rows, its columns and into
+    /// it (px).
+    pub fn axes_px(&self) -> Option<[[f64; 2]; 4]> {
+        self.axes_px
+    }
+
+    /// How fast it comes nearer, once that is known.
+    pub fn speed_m_s(&self) -> Option<Known> {
+        self.pose().and_then(|_| self.closing.speed_m_s())
     }
 
     /// Takes in why the panel was not read.
     pub fn lose(&mut self, why: &str) {
+        self.axes_px = None;
         self.pose = Err(why.to_owned());
     }
 
@@ -276,7 +304,7 @@ fn in_degrees(known: Known) -> Known {
 }
 
 /// A number with its standard deviation, with two digits of that.
-fn with_sigma(Known { value, sigma }: Known) -> String {
+pub fn with_sigma(Known { value, sigma }: Known) -> String {
     let digits = (1.0 - sigma.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.digits$} ± {sigma:.digits$}")
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use image::{ExtendedColorType, Rgb, RgbImage};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::corners::Homography;
@@ -9,6 +10,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 
 use crate::pictures::write_encoded;
+use crate::pose::{Whereabouts, with_sigma};
 
 /// The enlarged panel's side, about, in pixels.
 const SIDE_PX: f64 = 640.0;
@@ -21,9 +23,24 @@ const CELLS: Rgb<u8> = Rgb([90, 90, 160]);
 const ON: [f32; 3] = [40.0, 255.0, 40.0];
 const OFF: [f32; 3] = [255.0, 60.0, 60.0];
 
+/// The panel's axes: along its rows, down its columns, into it.
+const AXES: [Rgb<u8>; 3] = [Rgb([255, 0, 200]), Rgb([0, 220, 255]), Rgb([255, 255, 255])];
+/// Height of words, and room about them (px).
+const WORDS_PX: f32 = 22.0;
+const MARGIN_PX: i64 = 8;
+/// The arrow of 1 m/s, and the longest (px).
+const SPEED_PX: f64 = 6.0;
+const LONGEST_PX: f64 = 240.0;
+
 /// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark that is green for On and red for Off,
-/// the brighter the surer.
-pub fn reading(path: &Path, frame: &Frame, reading: &Reading) -> anyhow::Result<()> {
+/// the brighter the surer. Where the pose is known: the panel's axes from its middle (rows, columns, and into it), its range in words, and
+/// at the left an arrow, down where it comes nearer.
+pub fn reading(
+    path: &Path,
+    frame: &Frame,
+    reading: &Reading,
+    whereabouts: &Whereabouts,
+) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;
     let ends = [[-RIM, -RIM], [far, -RIM], [far, far], [-RIM, far]]
@@ -79,6 +96,7 @@ pub fn reading(path: &Path, frame: &Frame, reading: &Reading) -> anyhow::Result<
             colour,
         );
     }
+    canvas.pose(whereabouts);
     let size = [canvas.picture.width(), canvas.picture.height()];
     write_encoded(path, &canvas.picture, size, ExtendedColorType::Rgb8)
 }
@@ -105,11 +123,71 @@ impl Canvas {
     }
 
     fn line(&mut self, homography: &Homography, from: [f64; 2], to: [f64; 2], colour: Rgb<u8>) {
-        let steps = 2 * self.picture.width().max(self.picture.height());
+        let [from, to] = [from, to].map(|at| self.place(homography.to_image(at)));
+        self.stroke(from, to, colour, 0);
+    }
+
+    /// A straight line, so many pixels wide to either side.
+    fn stroke(&mut self, from: [i64; 2], to: [i64; 2], colour: Rgb<u8>, half: i64) {
+        let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+        // No line is longer than what there is to draw on, but for ends far outside.
+        let steps = dx.abs().max(dy.abs()).clamp(1, 4 * SIDE_PX as i64);
         for step in 0..=steps {
-            let part = f64::from(step) / f64::from(steps);
-            let at = std::array::from_fn(|axis| from[axis] + part * (to[axis] - from[axis]));
-            self.set(self.place(homography.to_image(at)), colour);
+            let [x, y] = [from[0] + dx * step / steps, from[1] + dy * step / steps];
+            for (i, j) in (-half..=half).flat_map(|i| (-half..=half).map(move |j| (i, j))) {
+                self.set([x + i, y + j], colour);
+            }
+        }
+    }
+
+    fn pose(&mut self, whereabouts: &Whereabouts) {
+        let (Some(pose), Some([middle, ends @ ..])) = (whereabouts.pose(), whereabouts.axes_px())
+        else {
+            return;
+        };
+        for (end, colour) in ends.into_iter().zip(AXES) {
+            self.stroke(self.place(middle), self.place(end), colour, 1);
+        }
+        let mut words = format!("{} m", with_sigma(pose.numbers().range_m));
+        if let Some(speed) = whereabouts.speed_m_s() {
+            words += &format!(", nearer by {} m/s", with_sigma(speed));
+            let long = (SPEED_PX * speed.value).clamp(-LONGEST_PX, LONGEST_PX) as i64;
+            let from = [3 * MARGIN_PX, i64::from(self.picture.height()) / 2];
+            let tip = [from[0], from[1] + long];
+            self.stroke(from, tip, OUTLINE, 1);
+            for side in [-MARGIN_PX, MARGIN_PX] {
+                self.stroke(
+                    tip,
+                    [tip[0] + side, tip[1] - MARGIN_PX * long.signum()],
+                    OUTLINE,
+                    1,
+                );
+            }
+        }
+        self.words(&words);
+    }
+
+    /// Writes words into the upper left corner.
+    fn words(&mut self, words: &str) {
+        let Ok(font) = FontRef::try_from_slice(dejavu::sans::regular()) else {
+            return;
+        };
+        let font = font.as_scaled(PxScale::from(WORDS_PX));
+        let (mut x, base) = (MARGIN_PX as f32, MARGIN_PX as f32 + font.ascent());
+        for letter in words.chars() {
+            let id = font.glyph_id(letter);
+            let glyph = id.with_scale_and_position(WORDS_PX, ab_glyph::point(x, base));
+            x += font.h_advance(id);
+            let Some(outline) = font.outline_glyph(glyph) else {
+                continue;
+            };
+            let corner = outline.px_bounds().min;
+            outline.draw(|column, row, share| {
+                if share > 0.4 {
+                    let at = [corner.x + column as f32, corner.y + row as f32];
+                    self.set(at.map(|c| c as i64), OUTLINE);
+                }
+            });
         }
     }
 

@@ -178,6 +178,11 @@ pub enum PoseError {
         /// How far, in pitches.
         off_pitches: f64,
     },
+    /// The fit has settled on what is no lattice of LEDs.
+    #[error(
+        "the light is not that of a square lattice of LEDs there: the corners or the bits are wrong"
+    )]
+    Unlike,
     /// The blur is beyond what is fitted.
     #[error(
         "the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px"

@@ -63,6 +63,19 @@ impl Appearance {
             .fold(0.0, f64::max)
     }
 
+    /// Whether a fit that began with `before` leaves about as little as that did: if not, it has gone astray, or all looks different.
+    pub(super) fn is_as_noisy_as(&self, before: &Self) -> bool {
+        const MORE: f64 = 1.5;
+        let bright = before.ground[0].max(0.0) + before.levels[1].max(0.0);
+        self.noise_of(bright) < MORE * before.noise_of(bright)
+    }
+
+    /// By how much Off LEDs differ (standard deviation), over what On ones add to them.
+    pub(super) fn off_spread(&self) -> f64 {
+        let contrast = (self.levels[1] - self.levels[0]).abs();
+        libm::sqrt(self.spread[0]) / contrast.max(f64::MIN_POSITIVE)
+    }
+
     /// Supposes that LEDs differ as usual.
     pub(super) fn suppose_spread(&mut self) {
         self.spread = [self.square_of_contrast(USUAL_SPREAD); 2];

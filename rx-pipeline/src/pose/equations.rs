@@ -121,8 +121,9 @@ impl Equations {
         for (led, [pull, hold]) in pulls.iter().enumerate() {
             let strong = model.amplitude(led);
             for axis in 0..2 {
-                self.sums.pull += (strong * pull[axis]) * (strong * pull[axis]);
-                self.sums.hold += strong * strong * hold[axis];
+                let [pull, hold] = [strong * pull[axis], strong * strong * hold[axis]];
+                self.sums.pull += pull * pull;
+                self.sums.hold += hold;
             }
             let certainty = 1.0 / model.look.spread[usize::from(model.bits.led(led))];
             self.normal[(led, led)] += certainty;
@@ -302,6 +303,11 @@ impl Model<'_> {
 }
 
 impl Sums {
+    /// Squared pull on LEDs away from the lattice, over noise's.
+    pub fn scatter(&self) -> f64 {
+        self.pull / self.hold
+    }
+
     const NONE: Self = Self {
         misfit: [0.0; 2],
         light: [0.0; 3],

@@ -25,8 +25,9 @@ use super::plane::{PLANE, PlaneImage, Vector8};
 use super::{PoseError, Seen};
 use crate::corners::Corners;
 
-/// Rounds in which only light is fitted, where nothing is known of it.
+/// Rounds in which only light is fitted, where nothing is known of it, and of a panel that is followed.
 const LIGHT_ROUNDS: usize = 2;
+const FOLLOWED_LIGHT_ROUNDS: usize = 1;
 /// All around the panel is looked at once a step is less than this, squared, in standard deviations, or after so many rounds.
 const NEAR: f64 = 1.0;
 const INNER_ROUNDS: usize = 6;
@@ -50,6 +51,8 @@ const AROUND_PIXELS: f64 = 40.0;
 const CARRIED: f64 = 1.5;
 /// LEDs' scatter about the lattice, over noise's, that is more than chance.
 const SCATTERED: f64 = 1.5;
+/// Off LEDs do not differ by more than this share of what On ones add to them (standard deviation), unless they are none.
+const ALIKE: f64 = 0.1;
 /// Range of the blur in the pixels that are looked at: sharper ones hide between them, wider ones are cut.
 const SIGMA: core::ops::RangeInclusive<f64> = 0.2..=2.3;
 
@@ -103,13 +106,26 @@ impl<const N: usize> ImageFit<N> {
         let start = PlaneImage::through(seen.corners, seen.lens).ok_or(PoseError::NoRay)?;
         let followed = seen.before.filter(|look| look.side == side);
         if let Some(look) = followed
-            && let Ok(fit) = self.settle(seen, &start, look, 0)
+            && let Ok(fit) = self.settle(seen, &start, look, FOLLOWED_LIGHT_ROUNDS)
+            && self.look.is_some_and(|now| now.is_as_noisy_as(&look))
+            && !self.is_astray()
         {
             return Ok(fit);
         }
         let blur = f64::from(seen.camera.blur_sigma_px) / side as f64;
         let look = Appearance::of_blur(blur.clamp(*SIGMA.start(), *SIGMA.end()), side);
-        self.settle(seen, &start, look, LIGHT_ROUNDS)
+        let fit = self.settle(seen, &start, look, LIGHT_ROUNDS)?;
+        if self.is_astray() {
+            self.look = None;
+            return Err(PoseError::Unlike);
+        }
+        Ok(fit)
+    }
+
+    /// Whether a fit has settled where LEDs are scattered, and where those that are Off shine with others' light.
+    fn is_astray(&self) -> bool {
+        let differ = self.look.map_or(0.0, |look| look.off_spread());
+        differ > ALIKE && self.equations.sums.scatter() > SCATTERED
     }
 
     /// Fits it from a start (Gauss and Newton), with `light_rounds` in which only light is.
@@ -150,7 +166,7 @@ impl<const N: usize> ImageFit<N> {
             };
             let before = now.look;
             now.step(&step, share);
-            if only_light && round == 0 {
+            if round == 0 && light_rounds == LIGHT_ROUNDS {
                 now.look.suppose_spread();
                 now.own = [0.0; LEDS];
             } else if round < LEARNING_ROUNDS {
@@ -231,7 +247,7 @@ impl Estimate {
                 off_pitches: farthest * 3.5,
             });
         }
-        let scatter = sums.pull / sums.hold;
+        let scatter = sums.scatter();
         let scatter = if scatter > SCATTERED { scatter } else { 1.0 };
         let (information, unit) = (step.information(), self.plane.units());
         Ok(PlaneFit {

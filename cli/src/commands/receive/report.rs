@@ -199,7 +199,7 @@ impl<'a> Report<'a> {
         };
         if let (Some(folder), None) = (&self.arguments.show, &self.undrawn) {
             let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
-            if let Err(error) = show::reading(&path, frame, reading) {
+            if let Err(error) = show::reading(&path, frame, reading, whereabouts) {
                 // Messages are worth more than pictures of them.
                 self.say(&format!("vocc: {error:#}; going on without pictures"));
                 self.undrawn = Some(error);
