@@ -1,18 +1,11 @@
 //! Where a panel is, in metres and degrees, for people and for scripts.
 
-use link::camera::Camera;
-use link::geometry::Geometry;
-use link::panel::PanelFrame;
-use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Appearance, Closing, Known, PanelSize, Pose, PoseEstimator, Seen};
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::pose::{Known, Lens, PanelSize};
 use serde_json::{Value, json};
+use studies::reception::whereabouts::{Measured, PoseMeter, Whereabouts, told_size};
 
 use crate::camera::Calibration;
-
-/// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
-const POSE_PIXELS: usize = 128 * 128;
 
 /// Options that tell of the panel.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -29,39 +22,27 @@ pub struct PanelArguments {
 impl PanelArguments {
     /// The panel's size, if it was told.
     fn size(&self) -> anyhow::Result<Option<PanelSize>> {
-        let told = self.led_diameter.zip(self.interval);
-        // What was told by half is checked, too.
-        PanelSize::new(
-            self.led_diameter.unwrap_or(0.03),
-            self.interval.unwrap_or(1.0),
-        )?;
-        Ok(told
-            .map(|(diameter, interval)| PanelSize::new(diameter, interval))
-            .transpose()?)
+        Ok(told_size(self.led_diameter, self.interval)?)
     }
 }
 
 /// What poses are measured with.
-pub struct PoseMeter {
-    size: Option<PanelSize>,
-    /// Whether anything was told for its sake.
+pub struct Surveyor {
+    /// Of all panels.
+    pub meter: PoseMeter,
+    /// Whether anything was told for the sake of poses.
     is_asked: bool,
     calibration: Calibration,
-    estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
 }
 
-/// A pose, or why there is none.
-pub type Measured = Result<Pose, String>;
-
-impl PoseMeter {
+impl Surveyor {
     /// By what was told of the panel and of the camera.
     pub fn new(panel: &PanelArguments, calibration: Calibration) -> anyhow::Result<Self> {
         Ok(Self {
-            size: panel.size()?,
+            meter: PoseMeter::new(panel.size()?),
             is_asked: panel.interval.or(panel.led_diameter).is_some()
                 || calibration != Calibration::default(),
             calibration,
-            estimator: None,
         })
     }
 
@@ -70,165 +51,39 @@ impl PoseMeter {
         self.is_asked
     }
 
-    /// Where the ends of a panel's axes are seen.
-    fn axes_px(&self, pose: &Pose, frame: [usize; 2]) -> Option<[[f64; 2]; 4]> {
-        let (lens, half_m) = (self.calibration.lens(frame).ok()?, self.size?.half_side_m());
-        let seen = |axis: Option<usize>| {
-            let along = |row: usize| axis.map_or(0.0, |axis| half_m * pose.rotation[row][axis]);
-            let [x, y, z] = [0, 1, 2].map(|row| pose.translation_m[row] + along(row));
-            lens.pixel([x / z, y / z])
-        };
-        Some([None, Some(0), Some(1), Some(2)].map(seen))
-    }
-
-    /// The pose of a panel that was read.
-    pub fn pose(
-        &mut self,
-        frame: &Frame,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &Camera,
-    ) -> Measured {
-        self.followed(frame, corners, bits, camera, None, &mut None)
-    }
-
-    /// The same of a panel that is followed, and that may have said how large it is; how it looks is kept.
-    fn followed(
-        &mut self,
-        frame: &Frame,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &Camera,
-        said: Option<Geometry>,
-        look: &mut Option<Appearance>,
-    ) -> Measured {
-        let before = look.take();
-        let lens = self.calibration.lens([frame.width(), frame.height()])?;
-        let size = match (self.size, said) {
-            (Some(told), _) => told,
-            (None, Some(said)) => PanelSize::new(said.led_diameter_m(), said.interval())
-                .map_err(|why| format!("the panel tells a size that cannot be: {why}"))?,
-            (None, None) => {
-                return Err(
-                    "no panel size: give --interval and --led-diameter; the panel has not told it"
-                        .into(),
-                );
-            }
-        };
-        let estimator = self
-            .estimator
-            .get_or_insert_with(|| Box::new(PoseEstimator::new()));
-        let pose = estimator.pose(&Seen {
-            frame,
-            corners,
-            bits,
-            camera,
-            lens: &lens,
-            size,
-            before,
-        });
-        *look = estimator.appearance();
-        pose.map_err(|why| why.to_string())
+    /// The lens before a frame, or why it is not known.
+    pub fn lens(&self, frame: &Frame) -> Result<Lens, String> {
+        self.calibration.lens([frame.width(), frame.height()])
     }
 }
 
-/// Where a followed panel is, and how fast it comes nearer.
-pub struct Whereabouts {
-    pose: Measured,
-    closing: Closing,
-    look: Option<Appearance>,
-    /// What the panel has said of its size.
-    said: Option<Geometry>,
-    /// Where the ends of its axes are seen: the middle, and half a side along its rows, its columns and into it (px).
-    axes_px: Option<[[f64; 2]; 4]>,
+/// For scripts: the pose, and how fast it comes nearer once that is known.
+pub fn whereabouts_json(whereabouts: &Whereabouts) -> Value {
+    let mut pose = as_json(whereabouts.measured());
+    if let Some(Known { value, sigma }) = whereabouts.speed_m_s() {
+        pose["closing_speed_m_s"] = value.into();
+        pose["closing_speed_sigma_m_s"] = sigma.into();
+    }
+    if let Some(Known { value, sigma }) = whereabouts.time_to_collision_s() {
+        pose["time_to_collision_s"] = value.into();
+        pose["time_to_collision_sigma_s"] = sigma.into();
+    }
+    pose
 }
 
-impl Whereabouts {
-    /// Of a panel that has not been read.
-    pub const UNKNOWN: Self = Self {
-        pose: Err(String::new()),
-        closing: Closing::new(),
-        look: None,
-        said: None,
-        axes_px: None,
-    };
-
-    /// Takes in what the panel says of its size; whether that is news.
-    pub fn hear(&mut self, said: Geometry) -> bool {
-        self.said.replace(said) != Some(said)
+/// For people, to follow what else is said, if it `is_asked`.
+pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
+    if !is_asked {
+        return String::new();
     }
-
-    /// Measures it in a frame in which the panel was read.
-    pub fn measure(
-        &mut self,
-        meter: &mut PoseMeter,
-        time_s: f64,
-        frame: &Frame,
-        reading: &Reading,
-        camera: &Camera,
-    ) {
-        let Reading { corners, detection } = reading;
-        let bits = detection.bits;
-        self.pose = meter.followed(frame, corners, bits, camera, self.said, &mut self.look);
-        self.axes_px = None;
-        if let Ok(pose) = &self.pose {
-            self.closing.take(time_s, pose);
-            self.axes_px = meter.axes_px(pose, [frame.width(), frame.height()]);
+    let mut text = format!("; {}", as_text(whereabouts.measured()));
+    if let Some(speed) = whereabouts.speed_m_s() {
+        text += &format!("; coming nearer at {} m/s", with_sigma(speed));
+        if let Some(time) = whereabouts.time_to_collision_s() {
+            text += &format!(", here in {} s", with_sigma(time));
         }
     }
-
-    /// Where the ends of the panel's axes are seen, while its pose is known: its middle, and half a side along its rows, its columns and into
-    /// it (px).
-    pub fn axes_px(&self) -> Option<[[f64; 2]; 4]> {
-        self.axes_px
-    }
-
-    /// How fast it comes nearer, once that is known.
-    pub fn speed_m_s(&self) -> Option<Known> {
-        self.pose().and_then(|_| self.closing.speed_m_s())
-    }
-
-    /// Takes in why the panel was not read.
-    pub fn lose(&mut self, why: &str) {
-        self.axes_px = None;
-        self.pose = Err(why.to_owned());
-    }
-
-    /// The pose, while it is known.
-    pub fn pose(&self) -> Option<&Pose> {
-        self.pose.as_ref().ok()
-    }
-
-    /// For scripts: the pose, and how fast it comes nearer once that is known.
-    pub fn as_json(&self) -> Value {
-        let mut pose = as_json(&self.pose);
-        if self.pose.is_ok() {
-            if let Some(Known { value, sigma }) = self.closing.speed_m_s() {
-                pose["closing_speed_m_s"] = value.into();
-                pose["closing_speed_sigma_m_s"] = sigma.into();
-            }
-            if let Some(Known { value, sigma }) = self.closing.time_to_collision_s() {
-                pose["time_to_collision_s"] = value.into();
-                pose["time_to_collision_sigma_s"] = sigma.into();
-            }
-        }
-        pose
-    }
-
-    /// For people, to follow what else is said, if it `is_asked`.
-    pub fn as_text(&self, is_asked: bool) -> String {
-        if !is_asked {
-            return String::new();
-        }
-        let mut text = format!("; {}", as_text(&self.pose));
-        if let (Ok(_), Some(speed)) = (&self.pose, self.closing.speed_m_s()) {
-            text += &format!("; coming nearer at {} m/s", with_sigma(speed));
-            if let Some(time) = self.closing.time_to_collision_s() {
-                text += &format!(", here in {} s", with_sigma(time));
-            }
-        }
-        text
-    }
+    text
 }
 
 /// A pose for scripts: angles in degrees, standard deviations beside, covariances of metres and radians.

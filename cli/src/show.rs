@@ -8,9 +8,10 @@ use link::panel::{LEDS, SIDE};
 use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
+use studies::reception::whereabouts::Whereabouts;
 
 use crate::pictures::write_encoded;
-use crate::pose::{Whereabouts, with_sigma};
+use crate::pose::with_sigma;
 
 /// The enlarged panel's side, about, in pixels.
 const SIDE_PX: f64 = 640.0;

@@ -90,7 +90,7 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
         pose["why"].as_str().unwrap().to_owned()
     };
     assert!(unknown(&PANEL).contains("no focal length: give focal_px in --camera"));
-    assert!(unknown(&["--camera", &camera]).contains("no panel size: give --interval"));
+    assert!(unknown(&["--camera", &camera]).contains("no panel size: give the LEDs"));
     let other = [&["--camera", &other][..], &PANEL].concat();
     assert!(unknown(&other).contains("calibrated with frames of 320 × 480"));
     says(
@@ -275,7 +275,7 @@ fn a_panel_that_says_how_large_it_is_need_not_be_told() {
         .collect();
     let (first, last) = (&frames[0]["pose"], &frames[frames.len() - 1]["pose"]);
     assert_eq!(first["known"], false);
-    assert!(first["why"].as_str().unwrap().contains("has not told it"));
+    assert!(first["why"].as_str().unwrap().contains("wait for the panel to tell"));
     assert_is(last, "range_m", 30.0);
 }
 

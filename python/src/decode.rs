@@ -10,11 +10,12 @@ use studies::detectors::DetectorChoice;
 use studies::reception::colour::Channel;
 use studies::reception::deep::Compander;
 use studies::reception::still::StillDecoder;
+use studies::reception::whereabouts::Sight;
 
 use crate::arrays::{self, Image};
 use crate::camera::{Camera, LearntCamera, camera_of};
 use crate::errors::{check, guarded, refused};
-use crate::pose::{self, Pose, PoseMeter};
+use crate::pose::{self, Pose, Surveyor};
 use crate::record::record;
 
 record! {
@@ -110,7 +111,7 @@ pub fn decode(
     let told = camera.map(camera_of).transpose()?;
     let channel: Channel = check(channel.parse())?;
     let mut deep = compander(depth, told.as_ref())?;
-    let mut meter = PoseMeter::new(interval, led_diameter_m, told)?;
+    let mut surveyor = Surveyor::new(interval, led_diameter_m, told)?;
     let told = told.unwrap_or_default();
     let image = Image::of(image, "image")?;
     let pixels = image.pixels()?;
@@ -122,8 +123,15 @@ pub fn decode(
             let mut still = StillDecoder::new(method);
             let (read, learnt) = check(still.decode(&frame, camera, corners))?;
             let camera = learnt.map_or(camera, |learnt| learnt.camera);
+            let lens = surveyor.lens(&frame);
             let read = read.map(|(corners, detection)| {
-                let pose = meter.measure(&frame, &corners, detection.bits, &camera);
+                let pose = surveyor.meter.pose(&Sight {
+                    frame: &frame,
+                    corners: &corners,
+                    bits: detection.bits,
+                    camera: &camera,
+                    lens: lens.clone(),
+                });
                 (corners, detection, pose)
             });
             Ok((read, learnt))
@@ -150,7 +158,10 @@ pub fn decode(
         }
     };
     let (pose, no_pose) = match pose {
-        Ok(pose) => (Some(Py::new(py, pose::as_record(py, &pose, None))?), None),
+        Ok(pose) => (
+            Some(Py::new(py, pose::as_record(py, &pose, [None; 2]))?),
+            None,
+        ),
         Err(why) => (None, Some(why)),
     };
     Ok(Decoded {

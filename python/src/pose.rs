@@ -1,20 +1,17 @@
 //! Where a panel is, in metres and degrees.
 
-use link::camera;
-use link::panel::PanelFrame;
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{self, Closing, Known, PanelSize, PoseEstimator, Seen};
+use rx_pipeline::pose::{self, Known, Lens};
+use studies::reception::whereabouts::{PoseMeter, told_size};
 
 use crate::arrays;
 use crate::camera::Camera;
 use crate::errors::check;
 use crate::record::record;
 
-/// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
-const POSE_PIXELS: usize = 128 * 128;
+const NO_LENS: &str = "no focal length: give camera=Camera(focal_px=…)";
 
 record! {
     /// Where a panel is before the camera, and how sure that is: a sigma is a standard deviation.
@@ -65,65 +62,35 @@ record! {
 }
 
 /// What poses are measured with.
-pub struct PoseMeter {
-    size: Option<PanelSize>,
+pub struct Surveyor {
+    /// Of all panels.
+    pub meter: PoseMeter,
     camera: Option<Camera>,
-    estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
 }
 
-/// A pose, or why there is none.
-pub type Measured = Result<pose::Pose, String>;
-
-impl PoseMeter {
+impl Surveyor {
     /// By what was told of the panel and of the camera.
     pub fn new(
         interval: Option<f64>,
         led_diameter_m: Option<f64>,
         camera: Option<Camera>,
     ) -> PyResult<Self> {
-        // What was told by half is checked, too.
-        let usual = PanelSize::new(led_diameter_m.unwrap_or(0.03), interval.unwrap_or(1.0));
-        let size = check(usual)?;
-        let told = led_diameter_m.is_some() && interval.is_some();
+        let told = check(told_size(led_diameter_m, interval))?;
         Ok(Self {
-            size: told.then_some(size),
+            meter: PoseMeter::new(told),
             camera,
-            estimator: None,
         })
     }
 
-    /// The pose of a panel that was read.
-    pub fn measure(
-        &mut self,
-        frame: &Frame,
-        corners: &Corners,
-        bits: PanelFrame,
-        camera: &camera::Camera,
-    ) -> Measured {
-        let Some(size) = self.size else {
-            return Err("no panel size: give interval= and led_diameter_m=".into());
-        };
-        let unknown = || Err("no focal length: give camera=Camera(focal_px=…)".into());
-        let lens = self
-            .camera
-            .map_or_else(unknown, |told| told.lens([frame.width(), frame.height()]))?;
-        let estimator = self
-            .estimator
-            .get_or_insert_with(|| Box::new(PoseEstimator::new()));
-        let pose = estimator.pose(&Seen {
-            frame,
-            corners,
-            bits,
-            camera,
-            lens: &lens,
-            size,
-        });
-        pose.map_err(|why| why.to_string())
+    /// The lens before a frame, or why it is not known.
+    pub fn lens(&self, frame: &Frame) -> Result<Lens, String> {
+        let told = self.camera.ok_or(NO_LENS)?;
+        told.lens([frame.width(), frame.height()])
     }
 }
 
-/// A pose, and how fast it comes nearer.
-pub fn as_record(py: Python<'_>, pose: &pose::Pose, closing: Option<&Closing>) -> Pose {
+/// A pose, and how fast it comes nearer as far as that is known.
+pub fn as_record(py: Python<'_>, pose: &pose::Pose, [speed, time]: [Option<Known>; 2]) -> Pose {
     let numbers = pose.numbers();
     let degrees = |known: Known| (known.value.to_degrees(), known.sigma.to_degrees());
     let (azimuth_deg, azimuth_sigma_deg) = degrees(numbers.azimuth);
@@ -131,8 +98,6 @@ pub fn as_record(py: Python<'_>, pose: &pose::Pose, closing: Option<&Closing>) -
     let (roll_deg, roll_sigma_deg) = degrees(numbers.roll);
     let (yaw_deg, yaw_sigma_deg) = degrees(numbers.yaw);
     let (pitch_deg, pitch_sigma_deg) = degrees(numbers.pitch);
-    let speed = closing.and_then(Closing::speed_m_s);
-    let time = closing.and_then(Closing::time_to_collision_s);
     let [x, y, z] = pose.translation_m;
     Pose {
         range_m: numbers.range_m.value,

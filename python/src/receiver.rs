@@ -6,18 +6,19 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::Closing;
-use rx_pipeline::receiver::{Reading as Read, ReceiverSettings};
+use rx_pipeline::pose::Known;
+use rx_pipeline::receiver::{Loss as Lost, Reading as Read, ReceiverSettings};
 use studies::reception::colour::Channel;
 use studies::reception::deep::Compander;
 use studies::reception::rates::{self, Heard, Rates};
+use studies::reception::whereabouts::{Measured, Sight, Whereabouts};
 use studies::reception::{Receiving, USUAL_FPS, receiver};
 
 use crate::arrays::{self, Image, Pixels};
 use crate::camera::{Camera, LearntCamera, camera_of};
 use crate::decode::{compander, llr, untrained};
 use crate::errors::{check, guarded, refused};
-use crate::pose::{self, Measured, Pose, PoseMeter};
+use crate::pose::{self, Pose, Surveyor};
 use crate::record::record;
 
 /// The most panels followed at once.
@@ -120,7 +121,7 @@ pub struct Receiver {
     panels: usize,
     channel: Channel,
     deep: Compander,
-    meter: PoseMeter,
+    surveyor: Surveyor,
     /// Made for the size of the first frame.
     session: Option<Box<dyn Session>>,
     size: Option<(usize, usize)>,
@@ -171,7 +172,7 @@ impl Receiver {
         check(receiver::<1>(settings, (0, 0)))?;
         Ok(Self {
             deep: compander(depth, told.as_ref())?,
-            meter: PoseMeter::new(interval, led_diameter_m, told)?,
+            surveyor: Surveyor::new(interval, led_diameter_m, told)?,
             told: told.unwrap_or_default(),
             settings,
             fps,
@@ -315,7 +316,7 @@ impl Receiver {
                 })
             }
         };
-        let taken = session.take(number, late, &frame, &mut self.meter);
+        let taken = session.take(number, late, &frame, &mut self.surveyor);
         self.learnt = session.learnt();
         self.found_hz = session.found_hz();
         Ok(taken)
@@ -351,7 +352,7 @@ impl Receiver {
             };
             let (pose, no_pose) = match pose {
                 Ok(pose) => {
-                    let pose = pose::as_record(py, &pose, Some(&closing));
+                    let pose = pose::as_record(py, &pose, closing);
                     (Some(Py::new(py, pose)?), None)
                 }
                 Err(why) => (None, Some(why)),
@@ -393,7 +394,8 @@ struct Told {
 struct Shown {
     read: Read,
     pose: Measured,
-    closing: Closing,
+    /// How fast it comes nearer, and when it is here.
+    closing: [Option<Known>; 2],
 }
 
 /// A message that has become whole.
@@ -434,7 +436,7 @@ impl Whole {
 
 /// The receiver at work, of whatever number of panels.
 trait Session: Send + Sync {
-    fn take(&mut self, number: u64, late: f64, frame: &Frame, meter: &mut PoseMeter) -> Taken;
+    fn take(&mut self, number: u64, late: f64, frame: &Frame, surveyor: &mut Surveyor) -> Taken;
     fn finish(&mut self) -> Vec<Whole>;
     fn learnt(&self) -> Vec<Option<Learnt>>;
     fn found_hz(&self) -> Option<f32>;
@@ -445,7 +447,7 @@ struct Reception<const PANELS: usize> {
     receiver: Receiving<PANELS>,
     /// By the number of the panel, from its first reading on.
     rates: [Option<Rates>; PANELS],
-    closing: [Closing; PANELS],
+    whereabouts: [Whereabouts; PANELS],
     camera: camera::Camera,
     own_hz: f32,
     fps: f32,
@@ -461,7 +463,7 @@ impl<const PANELS: usize> Reception<PANELS> {
         Ok(Box::new(Self {
             receiver: check(receiver(settings, size))?,
             rates: [const { None }; PANELS],
-            closing: [const { Closing::new() }; PANELS],
+            whereabouts: [const { Whereabouts::UNKNOWN }; PANELS],
             camera: settings.camera,
             own_hz: symbol_rate.unwrap_or_else(|| rates::usual(fps)),
             fps,
@@ -471,11 +473,12 @@ impl<const PANELS: usize> Reception<PANELS> {
 }
 
 impl<const PANELS: usize> Session for Reception<PANELS> {
-    fn take(&mut self, number: u64, late: f64, frame: &Frame, meter: &mut PoseMeter) -> Taken {
+    fn take(&mut self, number: u64, late: f64, frame: &Frame, surveyor: &mut Surveyor) -> Taken {
         let mut taken = Taken::default();
         let learnt = self.receiver.learnt_each();
         let (fps, own_hz, is_told) = (self.fps, self.own_hz, self.is_told);
-        let (rates, closings, camera) = (&mut self.rates, &mut self.closing, &self.camera);
+        let (rates, whereabouts) = (&mut self.rates, &mut self.whereabouts);
+        let (camera, lens) = (&self.camera, surveyor.lens(frame));
         let time_s = (number as f64 + late) / f64::from(fps);
         self.receiver.set_late(late);
         self.receiver
@@ -489,17 +492,31 @@ impl<const PANELS: usize> Session for Reception<PANELS> {
                     }
                 });
                 let symbol = rates.symbol().or(outcome.symbol);
+                let whereabouts = &mut whereabouts[panel];
+                let said = match outcome.event {
+                    Event::Geometry(said) => Some(said),
+                    _ => rates.take_geometry(),
+                };
+                if let Some(said) = said {
+                    whereabouts.hear(said);
+                }
+                if let Err(why @ Lost::Lost(_)) = &outcome.reading {
+                    whereabouts.forget(&why.to_string());
+                }
                 let read = outcome.reading.map_err(|why| why.to_string()).map(|read| {
                     let camera = learnt[panel].map_or(*camera, |learnt| learnt.camera);
-                    let pose = meter.measure(frame, &read.corners, read.detection.bits, &camera);
-                    if let Ok(pose) = &pose {
-                        closings[panel].take(time_s, pose);
-                    }
-                    let closing = closings[panel].clone();
+                    let sight = Sight {
+                        frame,
+                        corners: &read.corners,
+                        bits: read.detection.bits,
+                        camera: &camera,
+                        lens: lens.clone(),
+                    };
+                    whereabouts.measure(&mut surveyor.meter, time_s, &sight);
                     Box::new(Shown {
                         read,
-                        pose,
-                        closing,
+                        pose: whereabouts.measured().clone(),
+                        closing: [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()],
                     })
                 });
                 taken.told.push(Told {

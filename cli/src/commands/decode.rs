@@ -9,13 +9,14 @@ use serde::Serialize;
 use serde_json::Value;
 use studies::detectors::DetectorChoice;
 use studies::reception::still::{StillDecoder, StillError};
+use studies::reception::whereabouts::{Measured, Sight};
 
 use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
-use crate::pose::{self, Measured, PanelArguments, PoseMeter};
+use crate::pose::{self, PanelArguments, Surveyor};
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -64,16 +65,16 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         still: StillDecoder::new(options::untrained(arguments.detector)?),
         told,
     };
-    let mut meter = PoseMeter::new(&arguments.panel, told.calibration)?;
+    let mut surveyor = Surveyor::new(&arguments.panel, told.calibration)?;
     let mut answer = Answer::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decoder.decode(&mut pictures, path, arguments.corners, &mut meter) {
+        match decoder.decode(&mut pictures, path, arguments.corners, &mut surveyor) {
             Ok(read) => {
                 if read.is_err() {
                     answer = Answer::No;
                 }
-                report(path, read, meter.is_asked(), shared)?;
+                report(path, read, surveyor.is_asked(), shared)?;
             }
             Err(error) => {
                 bad += 1;
@@ -122,7 +123,7 @@ impl Decoder {
         pictures: &mut PictureReader,
         path: &Path,
         given: Option<Corners>,
-        meter: &mut PoseMeter,
+        surveyor: &mut Surveyor,
     ) -> anyhow::Result<Result<Shown, String>> {
         let image = pictures.read(path)?;
         let (width, height) = (image.width() as usize, image.height() as usize);
@@ -134,8 +135,15 @@ impl Decoder {
             error => error.into(),
         })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
+        let lens = surveyor.lens(&frame);
         Ok(read.map(|(corners, detection)| Shown {
-            pose: meter.pose(&frame, &corners, detection.bits, &camera),
+            pose: surveyor.meter.pose(&Sight {
+                frame: &frame,
+                corners: &corners,
+                bits: detection.bits,
+                camera: &camera,
+                lens,
+            }),
             corners,
             detection,
         }))

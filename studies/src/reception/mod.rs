@@ -5,12 +5,14 @@
 //! | [`receiver`] | a receiver of up to four panels, on the heap, that looks for them in whole frames |
 //! | [`rates`] | the symbol rate, where nobody tells it |
 //! | [`still`] | single frames |
+//! | [`whereabouts`] | where panels are, in metres |
 //! | [`colour`], [`deep`] | 8-bit grey of colours, and of 9 to 16 bits |
 
 pub mod colour;
 pub mod deep;
 pub mod rates;
 pub mod still;
+pub mod whereabouts;
 
 use rx_pipeline::receiver::{
     FrameSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,

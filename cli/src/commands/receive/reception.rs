@@ -6,6 +6,7 @@ use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Loss, ReceiverSettings};
 use studies::reception::rates::{Heard, Rates};
+use studies::reception::whereabouts::{Sight, Whereabouts};
 use studies::reception::{Receiving, USUAL_FPS, receiver};
 
 use super::Arguments;
@@ -15,7 +16,7 @@ use super::stage_times::{Spent, StageTimes};
 use crate::camera::Told;
 use crate::options::{self, Shared};
 use crate::output::Answer;
-use crate::pose::{PoseMeter, Whereabouts};
+use crate::pose::Surveyor;
 
 /// The receiver and what it has had to say.
 pub struct Reception<'a, const PANELS: usize> {
@@ -29,7 +30,7 @@ pub struct Reception<'a, const PANELS: usize> {
     /// By the number of the panel, from its first reading on.
     rates: [Option<Rates>; PANELS],
     /// Where each panel is, and how it moves.
-    meter: PoseMeter,
+    surveyor: Surveyor,
     whereabouts: [Whereabouts; PANELS],
     /// What has been learnt of the camera by each panel before the frame at hand.
     learnt: [Option<Learnt>; PANELS],
@@ -59,8 +60,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         };
         // Settings are refused before the first frame, not with it.
         receiver::<PANELS>(settings, (0, 0))?;
-        let meter = PoseMeter::new(&arguments.panel, told.calibration)?;
-        let report = Report::new(arguments, PANELS, shared.json, meter.is_asked(), total)?;
+        let surveyor = Surveyor::new(&arguments.panel, told.calibration)?;
+        let report = Report::new(arguments, PANELS, shared.json, surveyor.is_asked(), total)?;
         Ok(Self {
             receiver: None,
             settings,
@@ -68,7 +69,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             arguments,
             fps,
             rates: [const { None }; PANELS],
-            meter,
+            surveyor,
             whereabouts: [const { Whereabouts::UNKNOWN }; PANELS],
             learnt: [None; PANELS],
             report,
@@ -148,7 +149,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
         let (arguments, fps) = (self.arguments, self.fps);
         let time_s = (number as f64 + late) / f64::from(fps);
         report.record(|recording| recording.frame(time_s, frame));
-        let (meter, whereabouts) = (&mut self.meter, &mut self.whereabouts);
+        let lens = self.surveyor.lens(frame);
+        let (meter, whereabouts) = (&mut self.surveyor.meter, &mut self.whereabouts);
         let poses = &mut self.pose_times;
         let (learnt, settings) = (&self.learnt, &self.settings);
         let mut told = Ok(());
@@ -172,15 +174,17 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             match &outcome.reading {
                 Ok(reading) => {
                     let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
-                    poses.on(|| whereabouts.measure(meter, time_s, frame, reading, &camera));
+                    let sight = Sight {
+                        frame,
+                        corners: &reading.corners,
+                        bits: reading.detection.bits,
+                        camera: &camera,
+                        lens: lens.clone(),
+                    };
+                    poses.on(|| whereabouts.measure(meter, time_s, &sight));
                 }
-                Err(why) => {
-                    if matches!(why, Loss::Lost(_)) {
-                        // What is found next may be another panel.
-                        *whereabouts = Whereabouts::UNKNOWN;
-                    }
-                    whereabouts.lose(&why.to_string());
-                }
+                Err(why @ Loss::Lost(_)) => whereabouts.forget(&why.to_string()),
+                Err(why) => whereabouts.lose(&why.to_string()),
             }
             let done = report.frame(panel, frame, &outcome, symbol, whereabouts);
             if told.is_ok() {

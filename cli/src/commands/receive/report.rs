@@ -8,12 +8,14 @@ use rx_pipeline::receiver::{Outcome, Reading};
 
 use rx_pipeline::camera::Learnt;
 
+use studies::reception::whereabouts::Whereabouts;
+
 use super::Arguments;
 use super::diagnosis::{Diagnosis, Gone};
 use super::places::Places;
 use crate::camera;
 use crate::output::{self, Answer, line};
-use crate::pose::Whereabouts;
+use crate::pose;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::show;
@@ -226,12 +228,12 @@ impl<'a> Report<'a> {
         self.print(
             &format!(
                 "frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px{}",
-                whereabouts.as_text(self.with_pose)
+                pose::whereabouts_text(whereabouts, self.with_pose)
             ),
             &serde_json::json!({
                 "frame": number, "panel": panel, "bits": bits, "symbol": symbol, "centre_px": [x, y],
                 "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
-                "pose": whereabouts.as_json(),
+                "pose": pose::whereabouts_json(whereabouts),
             }),
         )
     }
@@ -305,11 +307,11 @@ impl<'a> Report<'a> {
         self.print(
             &format!(
                 "{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected{}",
-                whereabouts.as_text(self.with_pose)
+                pose::whereabouts_text(whereabouts, self.with_pose)
             ),
             &serde_json::json!({
                 "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
-                "camera": learnt.map(camera::as_json), "pose": whereabouts.as_json(),
+                "camera": learnt.map(camera::as_json), "pose": pose::whereabouts_json(whereabouts),
             }),
         )
     }
