@@ -64,8 +64,8 @@ impl Patch {
     /// Draws an ellipse under a blur of `sigma` px.
     pub fn draw(&mut self, ellipse: &Ellipse, sigma: f64, gauss: &Gauss) {
         let reach = ellipse.reach();
-        for axis in 0..2 {
-            let room = reach[axis] + REACH * sigma + 0.5;
+        for (axis, reach) in reach.into_iter().enumerate() {
+            let room = reach + REACH * sigma + 0.5;
             let first = libm::ceil(ellipse.centre[axis] - room);
             self.first[axis] = first as i32;
             self.size[axis] =
