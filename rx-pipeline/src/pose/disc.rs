@@ -13,8 +13,8 @@ const REACH: f64 = 4.2;
 const SMALL: f64 = 1.2;
 /// Those of more than this many standard deviations have a rim that few chords would leave notched.
 const SHARP: f64 = 3.0;
-/// Chords for small discs, for larger ones, and for those with a sharp rim: polynomials of degree 5, 11 and 17 are summed exactly.
-const CHORDS: [usize; 3] = [3, 6, 9];
+/// Chords for small discs, for larger ones, and for those with a sharp rim: polynomials of degree 5, 11 and 31 are summed exactly.
+const CHORDS: [usize; 3] = [3, 6, 16];
 /// No chord is shorter than this, in standard deviations of the blur: a point is drawn as one.
 const SHORTEST: f64 = 0.02;
 
