@@ -275,7 +275,12 @@ fn a_panel_that_says_how_large_it_is_need_not_be_told() {
         .collect();
     let (first, last) = (&frames[0]["pose"], &frames[frames.len() - 1]["pose"]);
     assert_eq!(first["known"], false);
-    assert!(first["why"].as_str().unwrap().contains("wait for the panel to tell"));
+    assert!(
+        first["why"]
+            .as_str()
+            .unwrap()
+            .contains("wait for the panel to tell")
+    );
     assert_is(last, "range_m", 30.0);
 }
 
