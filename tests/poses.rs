@@ -15,7 +15,6 @@ const fn aside(distance_m: [f64; 2]) -> Range {
         distance_m,
         yaw_deg: [0.0, 30.0],
         pitch_deg: 30.0,
-        is_followed: false,
     }
 }
 
@@ -73,42 +72,23 @@ fn a_panel_is_ranged_to_three_quarters_of_a_metre_at_100_m_by_day() {
 
 #[test]
 fn a_usual_fit_is_as_good_as_one_that_is_settled_to_the_last() {
-    for is_followed in [false, true] {
-        let range = Range {
-            is_followed,
-            ..aside([30.0, 100.0])
-        };
-        let usual = all_of(40, Trials::new(range));
-        for (usual, settled) in usual
-            .iter()
-            .zip(all_of(40, Trials::settling_to(range, 1e-3)))
-        {
-            for i in 0..6 {
-                let sigma = settled.pose.covariance[i][i].sqrt();
-                let off = (usual.error()[i] - settled.error()[i]).abs();
-                assert!(off < 0.1 * sigma, "{i}: {off}, σ {sigma}");
-                let told = usual.pose.covariance[i][i].sqrt();
-                assert!(
-                    (told / sigma - 1.0).abs() < 0.05,
-                    "{i}: σ {told}, not {sigma}"
-                );
-            }
+    let range = aside([30.0, 100.0]);
+    let usual = all_of(40, Trials::new(range));
+    for (usual, settled) in usual
+        .iter()
+        .zip(all_of(40, Trials::settling_to(range, 1e-3)))
+    {
+        for i in 0..6 {
+            let sigma = settled.pose.covariance[i][i].sqrt();
+            let off = (usual.error()[i] - settled.error()[i]).abs();
+            assert!(off < 0.1 * sigma, "{i}: {off}, σ {sigma}");
+            let told = usual.pose.covariance[i][i].sqrt();
+            assert!(
+                (told / sigma - 1.0).abs() < 0.05,
+                "{i}: σ {told}, not {sigma}"
+            );
         }
     }
-}
-
-#[test]
-fn a_followed_panel_takes_fewer_rounds_and_is_told_as_honestly() {
-    let range = Range {
-        is_followed: true,
-        ..aside([30.0, 70.0])
-    };
-    let followed = all_of(200, Trials::new(range));
-    assert_honest(&followed);
-    let alone = trials(50, [30.0, 70.0]);
-    let rounds = |trials: &[Trial]| mean(trials, |trial| trial.rounds as f64);
-    let (followed, alone) = (rounds(&followed), rounds(&alone));
-    assert!(followed < 0.85 * alone, "{followed} {alone}");
 }
 
 #[test]

@@ -206,7 +206,11 @@ impl Told {
             blur_sigma_px: Some(camera.blur_sigma_px),
             blur_aspect: Some(camera.blur_aspect),
             read_noise_e: Some(camera.read_noise_e),
-            line_delay_exposures: learnt.line_delay.or(self.line_delay),
+            // That all lines are exposed at once is known as far as panels of one size show; told, it would hold for all.
+            line_delay_exposures: learnt
+                .line_delay
+                .filter(|&delay| delay != 0.0)
+                .or(self.line_delay),
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
             depth: self.pixels.depth,
@@ -299,7 +303,7 @@ pub fn as_text(learnt: &Learnt) -> String {
     };
     let lines = match learnt.line_delay {
         None => String::new(),
-        Some(0.0) => ", all lines exposed at once".to_owned(),
+        Some(0.0) => ", all lines exposed at once as far as it shows".to_owned(),
         Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
     };
     format!(

@@ -102,6 +102,9 @@ pub fn reading(
     write_encoded(path, &canvas.picture, size, ExtendedColorType::Rgb8)
 }
 
+/// Places are no farther off, so that lines to them can be reckoned with.
+const FARTHEST_PX: f64 = 1e6;
+
 struct Canvas {
     picture: RgbImage,
     origin: [usize; 2],
@@ -112,7 +115,8 @@ impl Canvas {
     /// The place of a position of the frame, where a pixel's centre is in the middle of its square.
     fn place(&self, at: [f64; 2]) -> [i64; 2] {
         std::array::from_fn(|axis| {
-            ((at[axis] + 0.5 - self.origin[axis] as f64) * self.scale as f64) as i64
+            let place = (at[axis] + 0.5 - self.origin[axis] as f64) * self.scale as f64;
+            place.clamp(-FARTHEST_PX, FARTHEST_PX) as i64
         })
     }
 

@@ -93,6 +93,26 @@ impl IntensityLimit {
         )
     }
 
+    /// No limit for LEDs of a diameter in m, of which alone it tells: the greatest number stands for it.
+    ///
+    /// ```
+    /// use link::intensity::IntensityLimit;
+    /// let none = IntensityLimit::none_of(1.0)?;
+    /// assert!(none.is_none() && none.luminance_cd_m2() > 1_000_000);
+    /// # Ok::<(), link::intensity::IntensityLimitError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and for what is no number.
+    pub fn none_of(led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
+        Self::from_cd(f64::from(*Self::MOST_MCD.end()) / 1e3, led_diameter_m)
+    }
+
+    /// Whether nothing is limited.
+    pub fn is_none(self) -> bool {
+        self.most_mcd == *Self::MOST_MCD.end()
+    }
+
     /// The most intensity, 1/1000 cd.
     pub fn most_mcd(self) -> u32 {
         self.most_mcd
@@ -105,6 +125,9 @@ impl IntensityLimit {
 
     /// The luminance of On LEDs at which the panel's mean intensity is this, cd/m²; never rounded up.
     pub fn luminance_cd_m2(self) -> U32F32 {
+        if self.is_none() {
+            return U32F32::MAX;
+        }
         // LEDS/2·π/4, rounded up in its last digit.
         const AREAS_BILLIONTHS: u128 = 25_132_741_229;
         const _: () = assert!(LEDS == 64);

@@ -493,9 +493,10 @@ impl<const PANELS: usize> Session for Reception<PANELS> {
                 });
                 let symbol = rates.symbol().or(outcome.symbol);
                 let whereabouts = &mut whereabouts[panel];
+                let by_trial = rates.take_geometry();
                 let said = match outcome.event {
                     Event::Geometry(said) => Some(said),
-                    _ => rates.take_geometry(),
+                    _ => by_trial,
                 };
                 if let Some(said) = said {
                     whereabouts.hear(said);

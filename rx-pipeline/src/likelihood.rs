@@ -203,8 +203,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.model.see_by(experience.curve.encoding(self.told));
     }
 
-    /// Goes by lines that are each later than the one above by `delay` exposures, until frames show otherwise: 0 where all are exposed at
-    /// once. A delay that is no number within ±2 is not taken.
+    /// Goes by lines that are each later than the one above by `delay` exposures, until frames show otherwise; 0, which is final, where all
+    /// are exposed at once. A delay that is no number within ±2 is not taken.
     #[cfg(feature = "read-lines")]
     pub fn tell_line_delay(&mut self, delay: f32) {
         if delay.abs() <= LINE_DELAY_MAX {

@@ -35,7 +35,6 @@ mod planar;
 mod plane;
 mod posterior;
 
-pub use appearance::Appearance;
 pub use closing::{Closing, WANDER_M_S};
 pub use image_fit::PlaneFit;
 pub use lens::{Lens, LensError};
@@ -131,8 +130,6 @@ pub struct Seen<'a> {
     pub lens: &'a Lens,
     /// How large the panel is.
     pub size: PanelSize,
-    /// How it looked in the frame before, if it is followed: a [start](PoseEstimator::appearance) from which fewer rounds lead to the same.
-    pub before: Option<Appearance>,
 }
 
 /// Why a pose is not known.
@@ -358,7 +355,7 @@ impl Default for PoseMemory {
 /// let mut estimator = Box::new(PoseEstimator::<16384>::new());
 /// let frame = Frame::new(&pixels, 96, 96)?;
 /// let size = PanelSize::new(0.03, 1.0)?;
-/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size, before: None })?;
+/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size })?;
 /// // Pitches of 60 mm are seen 4.5 px apart.
 /// let range_m = pose.numbers().range_m;
 /// assert!((range_m.value - 3636.0 * 0.06 / 4.5).abs() < 4.0 * range_m.sigma && range_m.sigma < 0.2);
@@ -390,11 +387,6 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
             fit: ImageFit::new(tolerance),
             posterior: Posterior::EMPTY,
         }
-    }
-
-    /// How the panel looked whose pose was measured last, for the frame that follows; none if it could not be.
-    pub fn appearance(&self) -> Option<Appearance> {
-        self.fit.look
     }
 
     /// Rounds that this has taken.

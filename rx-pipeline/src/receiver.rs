@@ -251,7 +251,7 @@ impl<
     }
 
     /// Goes by lines of the camera that are each exposed later than the one above by `delay` exposures, until frames show otherwise:
-    /// negative where lines are read from below, 0 where all are exposed at once. A delay beyond
+    /// negative where lines are read from below; 0, which is final, where all are exposed at once. A delay beyond
     /// ±[`LINE_DELAY_MAX`](crate::parameters::likelihood::lines::LINE_DELAY_MAX) is not taken.
     ///
     /// ```

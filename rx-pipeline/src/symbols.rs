@@ -720,9 +720,9 @@ mod tests {
             } else if clock.before(frame).hard().bits() == shown(first) {
                 let mixture = Mixture {
                     share: 0.5,
-                    growth: [0.0; 2],
                     ending: panel(shown(first)),
                     beginning: panel(shown(last)),
+                    ..Mixture::INSEPARABLE
                 };
                 clock.push_mixed(frame, &SoftPanel::ERASED, &mixture);
             } else {

@@ -6,7 +6,7 @@ use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, FramingError};
-use link::intensity::IntensityLimit;
+use link::intensity::{IntensityLimit, IntensityLimitError};
 use link::l2a_table::Interval;
 use link::panel::PanelFrame;
 use rand::Rng;
@@ -51,6 +51,9 @@ pub enum RoadError {
     /// The table cannot be used.
     #[error(transparent)]
     Table(#[from] L2aError),
+    /// The panel cannot say how large it is.
+    #[error("link.tells_size: {0}")]
+    Size(#[from] IntensityLimitError),
     /// The receiver cannot be set up.
     #[error("the receiver cannot be set up: {0}")]
     Receiver(#[from] ReceiverError),
@@ -358,7 +361,7 @@ fn transmitter(
 
 /// What a bench would measure of the scene's first panel. A panel without limits gets as much light as the highest ratio asks
 /// for here; a luminance floor becomes a shortest pulse.
-fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
+fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
     let panel = &scene.panels[0];
     let full = l2a::full_luminance_cd_m2(scene, panel).max(1.0);
     let period_ns = if panel.pwm_hz > 0.0 {
@@ -379,12 +382,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, CalibrationError> {
     if !scene.link.tells_size {
         return Ok(calibration);
     }
-    // A limit beyond all lamps tells the LEDs' width alone.
-    let limit = IntensityLimit::from_cd(
-        f64::from(*IntensityLimit::MOST_MCD.end()) / 1e3,
-        panel.led_diameter_m,
-    );
-    Ok(calibration.limited_to(limit.ok()))
+    Ok(calibration.limited_to(Some(IntensityLimit::none_of(panel.led_diameter_m)?)))
 }
 
 /// The panel that another vehicle shows.

@@ -1,6 +1,6 @@
 //! How far measured poses are from the truth, and whether their covariances say so.
 //!
-//! `cargo run --release -p vocc-tests --example poses -- COUNT NEAREST_M FARTHEST_M [TURNED_DEG] [PRESET] [followed|alone] [LEAST_YAW_DEG]`
+//! `cargo run --release -p vocc-tests --example poses -- COUNT NEAREST_M FARTHEST_M [TURNED_DEG] [PRESET] [LEAST_YAW_DEG]`
 
 use rayon::prelude::*;
 use vocc_tests::poses::{Range, Trial, Trials};
@@ -19,13 +19,12 @@ fn main() {
         Some("night") => "night",
         _ => "day",
     };
-    let least = number(6, 0.0);
+    let least = number(5, 0.0);
     let range = Range {
         preset,
         distance_m: [number(1, 50.0), number(2, 50.0)],
         yaw_deg: [least.max(0.0), number(3, 30.0)],
         pitch_deg: number(3, 30.0).min(30.0),
-        is_followed: arguments.get(5).is_some_and(|text| text == "followed"),
     };
     let trials: Vec<Result<Trial, String>> = (0..count)
         .into_par_iter()

@@ -9,9 +9,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{
-    Appearance, Lens, PanelSize, PlaneImage, Pose, PoseEstimator, PoseMemory, Seen,
-};
+use rx_pipeline::pose::{Lens, PanelSize, PlaneImage, Pose, PoseEstimator, PoseMemory, Seen};
 use sim::accuracy::Level;
 use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
@@ -32,8 +30,6 @@ pub struct Range {
     pub yaw_deg: [f64; 2],
     /// The most that it is turned about the level axis, to either side.
     pub pitch_deg: f64,
-    /// Whether the panel is followed: then a frame goes before, which shows other bits.
-    pub is_followed: bool,
 }
 
 /// Where a panel is, and how it is turned.
@@ -48,7 +44,7 @@ pub struct Trial {
     /// The least standard deviation that any unbiased estimate of the range from these pixels has (Cramér 1946; Rao 1945): at the true
     /// pose, whichever it is.
     pub range_bound_m: f64,
-    /// How long that took, in seconds, and in how many rounds.
+    /// How long that took, in seconds.
     pub time_s: f64,
     /// Rounds of the fit.
     pub rounds: usize,
@@ -96,7 +92,6 @@ impl Trials {
             distance_m: [near, far],
             yaw_deg: [least, most],
             pitch_deg,
-            is_followed,
         } = self.range;
         let distance_m = random.random_range(near..=far);
         let mut turn = |most: f64| random.random_range(-most..=most);
@@ -110,13 +105,7 @@ impl Trials {
             angles_deg,
             off_px,
         };
-        let before = if is_followed {
-            self.measure(&placed, seed, 1, &mut random, None)?;
-            self.estimator.appearance()
-        } else {
-            None
-        };
-        self.measure(&placed, seed, 0, &mut random, before)
+        self.measure(&placed, seed, 0, &mut random)
     }
 
     /// A panel that comes nearer at so many m/s, as it is measured while it is followed, with the time of each frame in seconds.
@@ -131,7 +120,6 @@ impl Trials {
         frames: u64,
     ) -> Result<Vec<(f64, Trial)>, Unknown> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut before = None;
         let mut trials = Vec::new();
         for frame in 0..frames {
             let time_s = frame as f64 / fps;
@@ -141,8 +129,7 @@ impl Trials {
                 angles_deg: [10.0, 5.0, 3.0],
                 off_px: [0.4, -0.3],
             };
-            let trial = self.measure(&placed, seed, frame, &mut random, before)?;
-            before = self.estimator.appearance();
+            let trial = self.measure(&placed, seed, frame, &mut random)?;
             trials.push((time_s, trial));
         }
         Ok(trials)
@@ -155,7 +142,6 @@ impl Trials {
         seed: u64,
         frame: u64,
         random: &mut ChaCha8Rng,
-        before: Option<Appearance>,
     ) -> Result<Trial, Unknown> {
         let Placed {
             preset,
@@ -203,7 +189,6 @@ impl Trials {
             camera: &camera_of(&scene),
             lens: &Lens::pinhole(focal_px, [side; 2]),
             size,
-            before,
         };
         let begun = Instant::now();
         let fit = self.estimator.image(&seen)?;

@@ -22,8 +22,8 @@ use link::{
 pub enum Repeats {
     /// Until another message takes its place.
     Forever,
-    /// So many times, then beacons; an even number lights every LED for exactly half of the time. 0
-    /// shows nothing of it.
+    /// So many times, then beacons; an even number lights every LED for exactly half of the time, but for the three panels by which one of
+    /// known size tells it. 0 shows nothing of it.
     Times(u32),
 }
 

@@ -117,7 +117,10 @@ impl<M: LedMatrix> Transmitter<M> {
     /// # Errors
     /// Of the matrix; the symbol is then lost, and the next call goes on with the one after it.
     pub fn tick(&mut self) -> Result<PanelFrame, M::Error> {
-        let panel = self.schedule.next_panel_of(self.calibration.geometry());
+        // A typical panel's size is not this one's.
+        let is_measured = !self.faults.contains(Faults::NO_CALIBRATION);
+        let geometry = self.calibration.geometry().filter(|_| is_measured);
+        let panel = self.schedule.next_panel_of(geometry);
         let shown = self.matrix.show(panel);
         self.faults.set(Faults::LEDS, shown.is_err());
         count(if shown.is_ok() {

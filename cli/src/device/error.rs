@@ -97,7 +97,8 @@ pub enum DeviceError {
     NoSymbolRate,
     /// It is older than the limit of its intensity.
     #[error(
-        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave both out"
+        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \
+         both out"
     )]
     NoIntensityLimit,
     /// It refuses.

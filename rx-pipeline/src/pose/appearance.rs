@@ -1,4 +1,4 @@
-//! How a panel and what is around it look, but for where it is: what hardly changes from one frame to the next.
+//! How a panel and what is around it look, but for where it is.
 
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix2, Vector2};
@@ -12,11 +12,9 @@ const LEAST_SPREAD: f64 = 0.01;
 /// The least variance of a pixel's noise: no camera has less.
 const LEAST_NOISE: f64 = 1e-9;
 
-/// How a panel looked in a frame: a start for the [next](super::Seen::before).
+/// How a panel looks in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Appearance {
-    /// How many of the frame's pixels are one along a side: all else is in such pixels.
-    pub(super) side: usize,
+pub(super) struct Appearance {
     /// Standard deviation of the blur.
     pub(super) sigma: f64,
     /// Light around the panel, and by how much it changes to the window's edges.
@@ -33,9 +31,8 @@ pub struct Appearance {
 
 impl Appearance {
     /// Of a panel of which nothing but the blur is supposed.
-    pub(super) const fn of_blur(sigma: f64, side: usize) -> Self {
+    pub(super) const fn of_blur(sigma: f64) -> Self {
         Self {
-            side,
             sigma,
             ground: [1.0, 0.0, 0.0],
             levels: [0.0; 2],
@@ -61,13 +58,6 @@ impl Appearance {
         let both = of(self).into_iter().zip(of(other));
         both.map(|(now, then)| (now / then - 1.0).abs())
             .fold(0.0, f64::max)
-    }
-
-    /// Whether a fit that began with `before` leaves about as little as that did: if not, it has gone astray, or all looks different.
-    pub(super) fn is_as_noisy_as(&self, before: &Self) -> bool {
-        const MORE: f64 = 1.5;
-        let bright = before.ground[0].max(0.0) + before.levels[1].max(0.0);
-        self.noise_of(bright) < MORE * before.noise_of(bright)
     }
 
     /// By how much Off LEDs differ (standard deviation), over what On ones add to them.

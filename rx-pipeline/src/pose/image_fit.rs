@@ -25,9 +25,8 @@ use super::plane::{PLANE, PlaneImage, Vector8};
 use super::{PoseError, Seen};
 use crate::corners::Corners;
 
-/// Rounds in which only light is fitted, where nothing is known of it, and of a panel that is followed.
+/// Rounds in which only light is fitted.
 const LIGHT_ROUNDS: usize = 2;
-const FOLLOWED_LIGHT_ROUNDS: usize = 1;
 /// All around the panel is looked at once a step is less than this, squared, in standard deviations, or after so many rounds.
 const NEAR: f64 = 1.0;
 const INNER_ROUNDS: usize = 6;
@@ -81,8 +80,7 @@ pub(super) struct ImageFit<const N: usize> {
     equations: Equations,
     /// A step of the plane that is less, in standard deviations, is the last one.
     pub tolerance: f64,
-    /// How the panel looked that was fitted last, and the rounds that it took.
-    pub look: Option<Appearance>,
+    /// Rounds that the last fit took.
     pub rounds: usize,
 }
 
@@ -93,48 +91,31 @@ impl<const N: usize> ImageFit<N> {
             leds: Leds::EMPTY,
             equations: Equations::EMPTY,
             tolerance,
-            look: None,
             rounds: 0,
         }
     }
 
     /// Fits the image of a panel that was read.
     pub fn fit(&mut self, seen: &Seen<'_>) -> Result<PlaneFit, PoseError> {
-        self.look = None;
         self.pixels.take(seen.frame, seen.corners, seen.camera)?;
         let side = self.pixels.side;
         let start = PlaneImage::through(seen.corners, seen.lens).ok_or(PoseError::NoRay)?;
-        let followed = seen.before.filter(|look| look.side == side);
-        if let Some(look) = followed
-            && let Ok(fit) = self.settle(seen, &start, look, FOLLOWED_LIGHT_ROUNDS)
-            && self.look.is_some_and(|now| now.is_as_noisy_as(&look))
-            && !self.is_astray()
-        {
-            return Ok(fit);
-        }
         let blur = f64::from(seen.camera.blur_sigma_px) / side as f64;
-        let look = Appearance::of_blur(blur.clamp(*SIGMA.start(), *SIGMA.end()), side);
-        let fit = self.settle(seen, &start, look, LIGHT_ROUNDS)?;
-        if self.is_astray() {
-            self.look = None;
-            return Err(PoseError::Unlike);
-        }
-        Ok(fit)
+        let look = Appearance::of_blur(blur.clamp(*SIGMA.start(), *SIGMA.end()));
+        self.settle(seen, &start, look)
     }
 
     /// Whether a fit has settled where LEDs are scattered, and where those that are Off shine with others' light.
-    fn is_astray(&self) -> bool {
-        let differ = self.look.map_or(0.0, |look| look.off_spread());
-        differ > ALIKE && self.equations.sums.scatter() > SCATTERED
+    fn is_astray(&self, look: &Appearance) -> bool {
+        look.off_spread() > ALIKE && self.equations.sums.scatter() > SCATTERED
     }
 
-    /// Fits it from a start (Gauss and Newton), with `light_rounds` in which only light is.
+    /// Fits it from a start (Gauss and Newton).
     fn settle(
         &mut self,
         seen: &Seen<'_>,
         start: &PlaneImage,
         look: Appearance,
-        light_rounds: usize,
     ) -> Result<PlaneFit, PoseError> {
         let mut now = Estimate {
             plane: *start,
@@ -153,7 +134,7 @@ impl<const N: usize> ImageFit<N> {
             };
             self.equations.sum(&self.pixels, &model)?;
             let sums = self.equations.sums;
-            let only_light = round < light_rounds;
+            let only_light = round < LIGHT_ROUNDS;
             let step = self.equations.solve(only_light)?;
             let squared = step.squared();
             if !squared.is_finite() {
@@ -166,7 +147,7 @@ impl<const N: usize> ImageFit<N> {
             };
             let before = now.look;
             now.step(&step, share);
-            if round == 0 && light_rounds == LIGHT_ROUNDS {
+            if round == 0 {
                 now.look.suppose_spread();
                 now.own = [0.0; LEDS];
             } else if round < LEARNING_ROUNDS {
@@ -183,8 +164,10 @@ impl<const N: usize> ImageFit<N> {
             if is_near && learnt && squared < tolerance * tolerance {
                 self.rounds = round + 1;
                 let fit = now.measured(&sums, &step, start)?;
-                self.look = Some(now.look);
-                return Ok(fit);
+                return match self.is_astray(&now.look) {
+                    true => Err(PoseError::Unlike),
+                    false => Ok(fit),
+                };
             }
             if !is_near && !only_light && (squared < NEAR || round >= INNER_ROUNDS) {
                 is_near = true;

@@ -153,9 +153,8 @@ impl Rates {
 
     /// What the panel has said of its size at one of the rates since this was last asked.
     pub fn take_geometry(&mut self) -> Option<Geometry> {
-        self.trials
-            .iter_mut()
-            .find_map(|trial| trial.geometry.take())
+        let trials = self.trials.iter_mut();
+        trials.filter_map(|trial| trial.geometry.take()).last()
     }
 
     /// How often the panel changes a second, by the frames so far; none where they are too few.

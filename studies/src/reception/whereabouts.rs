@@ -6,7 +6,7 @@ use link::panel::PanelFrame;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{
-    Appearance, Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen,
+    Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen,
 };
 
 /// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
@@ -76,7 +76,7 @@ impl PoseMeter {
     /// Why it is not known.
     pub fn pose(&mut self, sight: &Sight) -> Measured {
         let lens = sight.lens.clone()?;
-        self.followed(sight, &lens, self.size(None)?, &mut None)
+        self.fitted(sight, &lens, self.size(None)?)
     }
 
     /// The size to go by: what was told counts, then what the panel has said.
@@ -94,14 +94,7 @@ impl PoseMeter {
             .map_err(|why| format!("the panel tells a size that cannot be: {why}"))
     }
 
-    /// The pose of a panel that looked like this in the frame before; how it looks is kept.
-    fn followed(
-        &mut self,
-        sight: &Sight,
-        lens: &Lens,
-        size: PanelSize,
-        look: &mut Option<Appearance>,
-    ) -> Measured {
+    fn fitted(&mut self, sight: &Sight, lens: &Lens, size: PanelSize) -> Measured {
         let estimator = self
             .estimator
             .get_or_insert_with(|| Box::new(PoseEstimator::new()));
@@ -112,9 +105,7 @@ impl PoseMeter {
             camera: sight.camera,
             lens,
             size,
-            before: look.take(),
         });
-        *look = estimator.appearance();
         pose.map_err(|why| why.to_string())
     }
 }
@@ -123,7 +114,6 @@ impl PoseMeter {
 pub struct Whereabouts {
     pose: Measured,
     closing: Closing,
-    look: Option<Appearance>,
     /// What the panel has said of its size.
     said: Option<Geometry>,
     axes_px: Option<[[f64; 2]; 4]>,
@@ -134,14 +124,18 @@ impl Whereabouts {
     pub const UNKNOWN: Self = Self {
         pose: Err(String::new()),
         closing: Closing::new(),
-        look: None,
         said: None,
         axes_px: None,
     };
 
     /// Takes in what the panel says of its size; whether that is news.
     pub fn hear(&mut self, said: Geometry) -> bool {
-        self.said.replace(said) != Some(said)
+        let before = self.said.replace(said);
+        if before.is_some_and(|before| before != said) {
+            // By another size it is at another place, which is no motion.
+            self.closing = Closing::new();
+        }
+        before != Some(said)
     }
 
     /// Measures it in a frame, taken at a time, in which the panel was read.
@@ -149,9 +143,9 @@ impl Whereabouts {
         self.axes_px = None;
         self.pose = sight.lens.clone().and_then(|lens| {
             let size = meter.size(self.said)?;
-            let pose = meter.followed(sight, &lens, size, &mut self.look)?;
+            let pose = meter.fitted(sight, &lens, size)?;
             self.closing.take(time_s, &pose);
-            self.axes_px = Some(axes_px(&pose, &lens, size));
+            self.axes_px = axes_px(&pose, &lens, size);
             Ok(pose)
         });
     }
@@ -195,12 +189,13 @@ impl Whereabouts {
     }
 }
 
-/// Where the middle and the ends of a panel's axes are seen.
-fn axes_px(pose: &Pose, lens: &Lens, size: PanelSize) -> [[f64; 2]; 4] {
+/// Where the middle and the ends of a panel's axes are seen; none if one of them is not before the camera.
+fn axes_px(pose: &Pose, lens: &Lens, size: PanelSize) -> Option<[[f64; 2]; 4]> {
     let half_m = size.half_side_m();
-    [None, Some(0), Some(1), Some(2)].map(|axis: Option<usize>| {
+    let ends = [None, Some(0), Some(1), Some(2)].map(|axis: Option<usize>| {
         let along = |row: usize| axis.map_or(0.0, |axis| half_m * pose.rotation[row][axis]);
-        let [x, y, z] = [0, 1, 2].map(|row| pose.translation_m[row] + along(row));
-        lens.pixel([x / z, y / z])
-    })
+        [0, 1, 2].map(|row| pose.translation_m[row] + along(row))
+    });
+    let are_seen = ends.iter().all(|&[_, _, z]| z > 0.0);
+    are_seen.then(|| ends.map(|[x, y, z]| lens.pixel([x / z, y / z])))
 }

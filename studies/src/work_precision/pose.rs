@@ -1,4 +1,4 @@
-//! How exactly a pose is settled, against the time that it takes: alone, and of a panel that is followed.
+//! How exactly a pose is settled, against the time that it takes.
 
 use std::hint::black_box;
 
@@ -7,7 +7,7 @@ use link::panel::PanelFrame;
 use rand::{Rng, RngExt};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Appearance, Lens, PanelSize, PlaneFit, PlaneImage, PoseEstimator, Seen};
+use rx_pipeline::pose::{Lens, PanelSize, PlaneFit, PlaneImage, PoseEstimator, Seen};
 use sim::accuracy::Level;
 use sim::random::{Purpose, stream};
 use sim::renderer::Renderer;
@@ -49,14 +49,13 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         method: format!(
             "{} panels by day at each distance, yaw and pitch to 30°, roll to 15°, LEDs 3 % unequal, corners off by up to {OFF_PX} px. Points \
              of a curve are the tolerance: a fit is settled once its last step is less, in standard deviations of the panel's image, {} \
-             down to {}. *alone* knows nothing of the panel; *followed* begins with how it looked in a frame before, \
-             which showed other bits. The time is that of all of the pose, with its covariance.",
+             down to {}. The time is that of all of the pose, with its covariance.",
             scale.of(PANELS, 4),
             TOLERANCES[0],
             TOLERANCES[TOLERANCES.len() - 1]
         ),
         reference: format!(
-            "The same fit settled to {EXHAUSTIVE} standard deviations, alone. The error is the distance of one image from the other by the \
+            "The same fit settled to {EXHAUSTIVE} standard deviations. The error is the distance of one image from the other by the \
              pixels' Fisher information, as a share of what noise does to it: 1 is as much as the Cramér–Rao bound. It is the root mean \
              square over the panels and the image's eight numbers."
         ),
@@ -67,35 +66,26 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
 
 /// The default, and why.
 pub fn why(diagrams: &[Diagram]) -> String {
-    let default = |name: &str, of: fn(&Point) -> f64| {
-        let points = diagrams
-            .iter()
-            .filter_map(|diagram| variant(diagram, &self::name(name, Estimator::TOLERANCE)));
-        range(points.map(of).collect::<Vec<_>>())
+    let points = |tolerance: f64| {
+        let of = move |diagram: &Diagram| variant(diagram, &name(tolerance)).cloned();
+        diagrams.iter().filter_map(of)
     };
-    let saved = diagrams.iter().filter_map(|diagram| {
-        let least = TOLERANCES[TOLERANCES.len() - 1];
-        let [usual, least] = [Estimator::TOLERANCE, least]
-            .map(|tolerance| variant(diagram, &name(FOLLOWED, tolerance)));
-        Some(least?.ratio.median / usual?.ratio.median)
-    });
+    let least = TOLERANCES[TOLERANCES.len() - 1];
+    let times = points(least).zip(points(Estimator::TOLERANCE));
+    let times = times.map(|(least, usual)| least.ratio.median / usual.ratio.median);
+    let errors = points(Estimator::TOLERANCE).map(|point| point.error);
     format!(
-        "A last step of {} standard deviations. What is left of the fit is then {} of the noise's part where a panel is followed and {} \
-         where it is seen alone; a tenth of that step takes {} times as long. Following takes {} of the time.",
+        "A last step of {} standard deviations. What is left of the fit is then {} of the noise's part; a tenth of that step takes {} times \
+         as long.",
         rounded(Estimator::TOLERANCE),
-        default(FOLLOWED, |point| point.error),
-        default(ALONE, |point| point.error),
-        range(saved.collect::<Vec<_>>()),
-        default(FOLLOWED, |point| point.ratio.median),
+        range(errors.collect::<Vec<_>>()),
+        range(times.collect::<Vec<_>>()),
     )
 }
 
-const ALONE: &str = "alone";
-const FOLLOWED: &str = "followed";
-
 /// The name of a variant.
-fn name(curve: &str, tolerance: f64) -> String {
-    format!("{curve}, {tolerance}")
+fn name(tolerance: f64) -> String {
+    format!("last step {tolerance}")
 }
 
 /// Error against time at one distance.
@@ -108,38 +98,33 @@ fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram,
     // Panels that have no pose have none at any tolerance.
     let references: Vec<(&Panel, PlaneFit)> = panels
         .iter()
-        .filter_map(|panel| Some((panel, panel.fit(&mut exhaustive, false)?)))
+        .filter_map(|panel| Some((panel, panel.fit(&mut exhaustive)?)))
         .collect();
     let mut candidates = Vec::new();
-    for (curve, is_followed) in [(ALONE, false), (FOLLOWED, true)] {
-        for tolerance in TOLERANCES {
-            let mut estimator = Box::new(Estimator::settling_to(tolerance));
-            let error = steps.take(
-                format!("{distance_m} m, {}", name(curve, tolerance)),
-                |_| {
-                    let squares = references.iter().map(|(panel, reference)| {
-                        let fit = panel.fit(&mut estimator, is_followed);
-                        fit.map_or(f64::INFINITY, |fit| squared(&fit.image, reference))
-                    });
-                    Ok((squares.sum::<f64>() / references.len() as f64 / 8.0).sqrt())
-                },
-            )?;
-            let is_usual = tolerance == Estimator::TOLERANCE;
-            let timed = &panels[..TIMED.min(panels.len())];
-            candidates.push(Candidate {
-                point: Point {
-                    is_default: is_usual,
-                    is_baseline: is_usual && !is_followed,
-                    ..Point::new(name(curve, tolerance), error).on(curve)
-                },
-                work: Box::new(move || {
-                    for panel in timed {
-                        let _ = black_box(panel.seen(is_followed, |seen| estimator.pose(seen)));
-                    }
-                }),
-                units: timed.len() as f64,
+    for tolerance in TOLERANCES {
+        let mut estimator = Box::new(Estimator::settling_to(tolerance));
+        let error = steps.take(format!("{distance_m} m, {}", name(tolerance)), |_| {
+            let squares = references.iter().map(|(panel, reference)| {
+                let fit = panel.fit(&mut estimator);
+                fit.map_or(f64::INFINITY, |fit| squared(&fit.image, reference))
             });
-        }
+            Ok((squares.sum::<f64>() / references.len() as f64 / 8.0).sqrt())
+        })?;
+        let is_usual = tolerance == Estimator::TOLERANCE;
+        let timed = &panels[..TIMED.min(panels.len())];
+        candidates.push(Candidate {
+            point: Point {
+                is_default: is_usual,
+                is_baseline: is_usual,
+                ..Point::new(name(tolerance), error)
+            },
+            work: Box::new(move || {
+                for panel in timed {
+                    let _ = black_box(panel.seen(|seen| estimator.pose(seen)));
+                }
+            }),
+            units: timed.len() as f64,
+        });
     }
     let mut points = time_by_turns(candidates, scale.turns);
     pareto::mark_front(&mut points);
@@ -153,7 +138,7 @@ fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram,
     })
 }
 
-/// A panel's frame, and what a frame before has told of it.
+/// A panel's frame.
 struct Panel {
     pixels: Vec<u8>,
     side: usize,
@@ -161,7 +146,6 @@ struct Panel {
     bits: PanelFrame,
     camera: Camera,
     lens: Lens,
-    before: Option<Appearance>,
 }
 
 impl Panel {
@@ -196,26 +180,20 @@ impl Panel {
             bits: PanelFrame::from_bits(0),
             camera: camera_of(&scene),
             lens: Lens::pinhole(focal_px, [side; 2]),
-            before: None,
         };
-        let mut estimator = Box::new(Estimator::new());
-        for frame in 0..2 {
-            panel.before = estimator.appearance();
-            panel.bits = PanelFrame::from_bits(random.next_u64());
-            let shown = [renderer.steady(0, panel.bits)];
-            let moment = renderer.moment(frame);
-            renderer.frame(seed, &moment, &shown, &mut canvas, &mut panel.pixels);
-            let corners = renderer
-                .corner_leds_px(0)
-                .map(|corner| corner.map(|at| (at + random.random_range(-OFF_PX..OFF_PX)) as f32));
-            panel.corners = Corners::new(corners).ok();
-            let _ = panel.fit(&mut estimator, false);
-        }
+        panel.bits = PanelFrame::from_bits(random.next_u64());
+        let shown = [renderer.steady(0, panel.bits)];
+        let moment = renderer.moment(0);
+        renderer.frame(seed, &moment, &shown, &mut canvas, &mut panel.pixels);
+        let corners = renderer
+            .corner_leds_px(0)
+            .map(|corner| corner.map(|at| (at + random.random_range(-OFF_PX..OFF_PX)) as f32));
+        panel.corners = Corners::new(corners).ok();
         Ok(panel)
     }
 
     /// Does something with what is seen.
-    fn seen<T>(&self, is_followed: bool, of: impl FnOnce(&Seen) -> T) -> Option<T> {
+    fn seen<T>(&self, of: impl FnOnce(&Seen) -> T) -> Option<T> {
         Some(of(&Seen {
             frame: &Frame::new(&self.pixels, self.side, self.side).ok()?,
             corners: self.corners.as_ref()?,
@@ -223,12 +201,11 @@ impl Panel {
             camera: &self.camera,
             lens: &self.lens,
             size: PanelSize::new(0.03, 1.0).ok()?,
-            before: self.before.filter(|_| is_followed),
         }))
     }
 
-    fn fit(&self, estimator: &mut Estimator, is_followed: bool) -> Option<PlaneFit> {
-        self.seen(is_followed, |seen| estimator.image(seen).ok())?
+    fn fit(&self, estimator: &mut Estimator) -> Option<PlaneFit> {
+        self.seen(|seen| estimator.image(seen).ok())?
     }
 }
 

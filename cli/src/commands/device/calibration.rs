@@ -19,9 +19,6 @@ use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Answer, line};
 
-/// The most intensity that a transmitter can be limited to, cd, beyond all lamps: it stands for no limit.
-const UNLIMITED_CD: f64 = *IntensityLimit::MOST_MCD.end() as f64 / 1e3;
-
 /// The values in numbers that people read; `tx_firmware::calibration` knows their ranges.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -184,8 +181,8 @@ impl Values {
     fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
         Self {
             max_cd: limit
-                .map(|limit| f64::from(limit.most_mcd()) / 1e3)
-                .filter(|&most_cd| most_cd < UNLIMITED_CD),
+                .filter(|limit| !limit.is_none())
+                .map(|limit| f64::from(limit.most_mcd()) / 1e3),
             led_diameter_m: limit.map(|limit| f64::from(limit.led_diameter_um()) / 1e6),
             ..self
         }
@@ -194,8 +191,8 @@ impl Values {
     fn limit(&self) -> anyhow::Result<Option<IntensityLimit>> {
         match (self.max_cd, self.led_diameter_m) {
             (None, None) => Ok(None),
-            (most_cd, Some(led_diameter_m)) => {
-                let most_cd = most_cd.unwrap_or(UNLIMITED_CD);
+            (None, Some(led_diameter_m)) => Ok(Some(IntensityLimit::none_of(led_diameter_m)?)),
+            (Some(most_cd), Some(led_diameter_m)) => {
                 Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?))
             }
             (Some(_), None) => bail!(

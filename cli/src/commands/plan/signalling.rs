@@ -21,7 +21,7 @@ const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw er
 #[derive(clap::Args)]
 pub struct Options {
     /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect. A preset or a TOML file, of which the
-    /// [camera] is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
+    /// `[camera]` is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
     /// Bytes of the messages that are tried.

@@ -164,9 +164,10 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             });
             let symbol = rates.symbol().or(outcome.symbol);
             let whereabouts = &mut whereabouts[panel];
+            let by_trial = rates.take_geometry();
             let said = match outcome.event {
                 Event::Geometry(said) => Some(said),
-                _ => rates.take_geometry(),
+                _ => by_trial,
             };
             if let Some(said) = said.filter(|&said| whereabouts.hear(said)) {
                 report.geometry(panel, said);
