@@ -5,7 +5,8 @@
     python python/speed.py --program target/release/vocc
 
 Program and package are timed by turns, by the clock and by the processor time that they take: the latter says the same however busy
-the computer is. A time is the median of some. Errors are the largest of any pixel in grey levels before rounding, against vocc's reference level.
+the computer is. A time is the median of some. Errors are the largest of any pixel in grey levels before rounding, against vocc's
+reference level.
 """
 
 import argparse

@@ -24,7 +24,6 @@ mod calibration;
 pub use calibration::Calibration;
 use calibration::{Focal, Keys};
 
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -35,13 +34,10 @@ use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
 use sim::input;
 use studies::reception::colour::Channel;
-use studies::reception::deep::encodes;
+use studies::reception::deep;
 
 use crate::files::write;
 use crate::frames::{Bayer, PixelArguments};
-
-/// A gamma that is learnt of samples in proportion to light.
-const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
 /// Options that tell of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -175,22 +171,15 @@ impl Told {
 
     /// The encoding of the film's own samples, of that which was learnt from the pixels that the receiver got.
     fn of_samples(&self, learnt: Encoding, deep: bool) -> Encoding {
-        match learnt {
-            Encoding::Gamma(gamma) if self.encodes(deep) => {
-                let gamma = gamma / Encoding::USUAL_GAMMA as f32;
-                if AS_GOOD_AS_LINEAR.contains(&gamma) {
-                    Encoding::LINEAR
-                } else {
-                    Encoding::Gamma(gamma)
-                }
-            }
-            _ => learnt,
+        match self.encodes(deep) {
+            true => deep::of_samples(learnt),
+            false => learnt,
         }
     }
 
     /// Whether pictures are encoded for the receiver.
     fn encodes(&self, deep: bool) -> bool {
-        deep && encodes(self.encoding)
+        deep && deep::encodes(self.encoding)
     }
 
     /// Writes what was learnt, and how pixels were told to be taken, as a file that `--camera` reads: whole or not at all. `deep`: whether

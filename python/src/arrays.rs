@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt, PyString};
 use sim::input::SIDE_MAX;
 use studies::reception::colour::Channel;
-use studies::reception::deep::Compander;
+use studies::reception::deep::{self, Compander};
 
 use crate::errors::refused;
 
@@ -105,9 +105,13 @@ impl<'py> Image<'py> {
 }
 
 impl<'a> Pixels<'a> {
-    /// Whether they have more than 8 bits, and are brought to 8.
-    pub fn are_deep(&self) -> bool {
-        matches!(self.samples, Samples::Deep(_) | Samples::Light(_))
+    /// Whether they are encoded for the receiver, where the camera's encoding is the one told: light is always.
+    pub fn are_encoded(&self, told: Option<Encoding>) -> bool {
+        match self.samples {
+            Samples::Grey(_) | Samples::Colour(_) => false,
+            Samples::Deep(_) => deep::encodes(told),
+            Samples::Light(_) => true,
+        }
     }
 
     /// 8-bit grey: of colours one channel, of deep samples what `deep` makes of them, of light what a camera of the usual curve would.
@@ -197,8 +201,10 @@ pub fn leds(py: Python<'_>, panel: PanelFrame) -> Py<PyArray2<bool>> {
 
 /// The LEDs of panels, of shape (n, 8, 8).
 pub fn all_leds(py: Python<'_>, panels: &[PanelFrame]) -> Py<PyArray3<bool>> {
-    let leds = Array3::from_shape_fn((panels.len(), SIDE, SIDE), |(n, row, column)| {
-        panels[n].is_on(row, column)
+    let leds = py.detach(|| {
+        Array3::from_shape_fn((panels.len(), SIDE, SIDE), |(n, row, column)| {
+            panels[n].is_on(row, column)
+        })
     });
     leds.into_pyarray(py).unbind()
 }

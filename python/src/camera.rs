@@ -6,6 +6,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
 use rx_pipeline::camera::Learnt;
+use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use rx_pipeline::pose::Lens;
 use studies::reception::deep;
 
@@ -16,7 +17,8 @@ use crate::record::{self, record};
 ///
 /// `encoding` is "linear", "srgb", "rec709" or gamma's number from 1 to 4. `focal_px` is the focal length in pixels, one number or along x
 /// and y; `principal_px` the pixel on the optical axis, the middle of the frame without it; `distortion` k1, k2, p1, p2, k3, k4, k5, k6 or
-/// the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them.
+/// the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them. `line_delay_exposures` is the time from one line to the next
+/// over that of an exposure, -2 to 2; 0 where all are exposed at once.
 ///
 /// Raises VoccError of a value out of its range.
 ///
@@ -36,10 +38,11 @@ pub struct Camera {
     focal_px: Option<[f64; 2]>,
     principal_px: Option<[f64; 2]>,
     distortion: [f64; 8],
+    line_delay: Option<f32>,
 }
 
 /// The attributes of a camera.
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "encoding",
     "black_grey",
     "blur_sigma_px",
@@ -48,6 +51,7 @@ const NAMES: [&str; 8] = [
     "focal_px",
     "principal_px",
     "distortion",
+    "line_delay_exposures",
 ];
 
 #[pymethods]
@@ -55,7 +59,7 @@ impl Camera {
     #[new]
     #[pyo3(signature = (
         encoding=None, *, black_grey=None, blur_sigma_px=None, blur_aspect=None, read_noise_e=None, focal_px=None, principal_px=None,
-        distortion=None
+        distortion=None, line_delay_exposures=None
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
@@ -67,6 +71,7 @@ impl Camera {
         focal_px: Option<&Bound<'_, PyAny>>,
         principal_px: Option<[f64; 2]>,
         distortion: Option<Vec<f64>>,
+        line_delay_exposures: Option<f32>,
     ) -> PyResult<Self> {
         let usual = camera::Camera::default();
         let encoding = encoding.map(encoding_of).transpose()?;
@@ -99,23 +104,35 @@ impl Camera {
             distortion,
         };
         check(lens.checked())?;
+        if let Some(delay) = line_delay_exposures
+            && !(-LINE_DELAY_MAX..=LINE_DELAY_MAX).contains(&delay)
+        {
+            return Err(refused(format!(
+                "a line_delay_exposures of {delay} is not -{LINE_DELAY_MAX} to {LINE_DELAY_MAX}: give the time from one line to the next over \
+                 that of an exposure"
+            )));
+        }
         Ok(Self {
             camera: check(camera.checked())?,
             encoding,
             focal_px,
             principal_px,
             distortion,
+            line_delay: line_delay_exposures,
         })
     }
 
-    /// "srgb", "rec709", or gamma's number; 1 is linear.
+    /// "srgb", "rec709", or gamma's number, if it was told or learnt; 1 is linear.
     #[getter]
-    fn encoding(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        Ok(match self.camera.encoding {
+    fn encoding(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let Some(encoding) = self.encoding else {
+            return Ok(None);
+        };
+        Ok(Some(match encoding {
             Encoding::Gamma(gamma) => short(gamma).into_pyobject(py)?.into_any().unbind(),
             Encoding::Srgb => "srgb".into_pyobject(py)?.into_any().unbind(),
             Encoding::Rec709 => "rec709".into_pyobject(py)?.into_any().unbind(),
-        })
+        }))
     }
 
     /// The grey level of no light, 0 to 64.
@@ -160,6 +177,12 @@ impl Camera {
         self.distortion.to_vec()
     }
 
+    /// By how much of an exposure each line is later than the one above, if it was told or learnt.
+    #[getter]
+    fn line_delay_exposures(&self) -> Option<f64> {
+        self.line_delay.map(short)
+    }
+
     /// All attributes by their names: Camera takes them back as keywords.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         record::to_dict(slf.as_any(), &NAMES)
@@ -179,6 +202,9 @@ record! {
         blur_deviation_px: f64,
         /// The standard deviation of a pixel of middle grey, in grey levels.
         noise_grey: f64,
+        /// By how much of an exposure each line is later than the one above it: negative where lines are read from below, 0 where all are
+        /// exposed at once; None before exposures that caught two symbols have told.
+        line_delay_exposures: Option<f64>,
         /// LEDs that do not follow the message, 8*row + column.
         broken_leds: Vec<usize>,
         /// Frames that this was learnt from.
@@ -197,13 +223,18 @@ impl Camera {
         self.encoding
     }
 
-    /// As a receiver of the pixels is told it: deep ones in proportion to light are encoded for it.
-    pub fn of_pixels(&self, are_deep: bool) -> camera::Camera {
+    /// As a receiver is told it of pixels that are as they came, or were encoded for it: see `Pixels::are_encoded`.
+    pub fn of_pixels(&self, are_encoded: bool) -> camera::Camera {
         let mut camera = self.camera;
-        if are_deep && deep::encodes(self.encoding) {
+        if are_encoded {
             camera.encoding = Encoding::default();
         }
         camera
+    }
+
+    /// By how many exposures each line is later than the one above, if it was told.
+    pub fn line_delay(&self) -> Option<f32> {
+        self.line_delay
     }
 
     /// The lens before frames of a width and height; why not, if it is not known.
@@ -219,11 +250,23 @@ impl Camera {
         })
     }
 
-    /// What was learnt, beside what was told of the lens.
-    pub fn learnt(&self, py: Python<'_>, learnt: &Learnt) -> PyResult<LearntCamera> {
+    /// What was learnt, beside what was told of the lens; the encoding is that of the images that were given, also where pixels were
+    /// encoded for the receiver.
+    pub fn learnt(
+        &self,
+        py: Python<'_>,
+        learnt: &Learnt,
+        are_encoded: bool,
+    ) -> PyResult<LearntCamera> {
+        let mut camera = learnt.camera;
+        if are_encoded {
+            camera.encoding = deep::of_samples(camera.encoding);
+        }
+        let camera = camera.clamped();
         let camera = Self {
-            camera: learnt.camera.clamped(),
-            encoding: Some(learnt.camera.encoding),
+            camera,
+            encoding: Some(camera.encoding),
+            line_delay: learnt.line_delay.or(self.line_delay),
             ..*self
         };
         let broken = (0..LEDS).filter(|led| learnt.broken >> led & 1 == 1);
@@ -231,6 +274,7 @@ impl Camera {
             camera: Py::new(py, camera)?,
             blur_deviation_px: short(learnt.blur_deviation_px),
             noise_grey: short(learnt.noise_grey),
+            line_delay_exposures: learnt.line_delay.map(short),
             broken_leds: broken.collect(),
             frames: learnt.frames,
         })

@@ -79,9 +79,8 @@ fn wrong_corners(argument: &Bound<'_, PyAny>) -> PyErr {
 /// The bits of a single image, wherever a panel is found in it, or at `corners`: as `vocc decode` reads them.
 ///
 /// `image` is a uint8, uint16 or float32 array of shape (height, width), or (height, width, 3) as OpenCV has colours; `channel` says what
-/// to
-/// read of these: brightest, red, green, blue or grey. `detector` is best, ml, kmeans, kmeans-raw or otsu. With the panel's `interval` and
-/// `led_diameter_m`, and the camera's `focal_px`, the pose is measured.
+/// to read of these: brightest, red, green, blue or grey. `detector` is best, ml, kmeans, kmeans-raw or otsu. With the panel's `interval`
+/// and `led_diameter_m`, and the camera's `focal_px`, the pose is measured.
 ///
 /// Raises VoccError or TypeError of an image that is none; that no panel is found is no error.
 ///
@@ -115,11 +114,12 @@ pub fn decode(
     let told = told.unwrap_or_default();
     let image = Image::of(image, "image")?;
     let pixels = image.pixels()?;
+    let are_encoded = pixels.are_encoded(told.told_encoding());
     let (read, learnt) = guarded(|| {
         py.detach(|| {
             let grey = check(pixels.grey(channel, &mut deep))?;
             let frame = check(Frame::new(&grey, pixels.width, pixels.height))?;
-            let camera = told.of_pixels(pixels.are_deep());
+            let camera = told.of_pixels(are_encoded);
             let mut still = StillDecoder::new(method);
             let (read, learnt) = check(still.decode(&frame, camera, corners))?;
             let camera = learnt.map_or(camera, |learnt| learnt.camera);
@@ -137,7 +137,7 @@ pub fn decode(
             Ok((read, learnt))
         })
     })?;
-    let learnt = learnt.map(|learnt| Py::new(py, told.learnt(py, &learnt)?));
+    let learnt = learnt.map(|learnt| Py::new(py, told.learnt(py, &learnt, are_encoded)?));
     let camera = learnt.transpose()?;
     let (corners, detection, pose) = match read {
         Ok(read) => read,

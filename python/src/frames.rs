@@ -64,7 +64,7 @@ pub struct Frames {
     next: u64,
     end: u64,
     batch: Option<u64>,
-    work: Option<Work>,
+    work: Work,
     /// Those that threads have used and do not use now.
     rooms: Mutex<Vec<Workspace>>,
 }
@@ -145,7 +145,7 @@ pub fn frames(
         features,
         next: first,
         end,
-        work: batch.map(|_| Work::on(threads)).transpose()?,
+        work: Work::on(threads)?,
         batch,
         rooms: Mutex::default(),
     })
@@ -217,10 +217,7 @@ impl Frames {
         let first = self.next;
         let count = batch.min(self.end - first) as usize;
         let (height, width) = self.shape();
-        let Some(work) = &self.work else {
-            return Err(refused("the frames come one by one: give batch="));
-        };
-        let (images, truths) = work.run(py, None, |ears| {
+        let (images, truths) = self.work.run(py, None, |ears| {
             let mut images = vec![0; count * height * width];
             let pieces = images.par_chunks_mut(PIECE * height * width).enumerate();
             let truths = pieces.map(|(piece, images)| {

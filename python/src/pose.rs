@@ -11,8 +11,6 @@ use crate::camera::Camera;
 use crate::errors::check;
 use crate::record::record;
 
-const NO_LENS: &str = "no focal length: give camera=Camera(focal_px=…)";
-
 record! {
     /// Where a panel is before the camera, and how sure that is: a sigma is a standard deviation.
     Pose {
@@ -84,7 +82,7 @@ impl Surveyor {
 
     /// The lens before a frame, or why it is not known.
     pub fn lens(&self, frame: &Frame) -> Result<Lens, String> {
-        let told = self.camera.ok_or(NO_LENS)?;
+        let told = self.camera.unwrap_or_default();
         told.lens([frame.width(), frame.height()])
     }
 }

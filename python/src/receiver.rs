@@ -12,7 +12,7 @@ use studies::reception::colour::Channel;
 use studies::reception::deep::Compander;
 use studies::reception::rates::{self, Heard, Rates};
 use studies::reception::whereabouts::{Measured, Sight, Whereabouts};
-use studies::reception::{Receiving, USUAL_FPS, receiver};
+use studies::reception::{PANELS_MAX, Receiving, USUAL_FPS, receiver};
 
 use crate::arrays::{self, Image, Pixels};
 use crate::camera::{Camera, LearntCamera, camera_of};
@@ -20,9 +20,6 @@ use crate::decode::{compander, llr, untrained};
 use crate::errors::{check, guarded, refused};
 use crate::pose::{self, Pose, Surveyor};
 use crate::record::record;
-
-/// The most panels followed at once.
-const PANELS_MAX: usize = 4;
 
 record! {
     /// A panel that was read in a frame.
@@ -99,10 +96,9 @@ record! {
 /// Receives messages from frames that are fed one after another, as `vocc receive` does.
 ///
 /// `fps` is the camera's frames a second (100 without it). `symbol_rate` is what the transmitter shows a second; where it is not told, 90
-/// as
-/// the Pico shows, and what else is usual, is tried. `camera` is what is known of the camera: a Camera, a LearntCamera or a dict. `panels`
-/// are followed at once, up to 4, each with its own message. `detector`, `channel`, `depth`, `interval` and `led_diameter_m` are as for
-/// decode.
+/// as the Pico shows, and what else is usual, is tried. `camera` is what is known of the camera: a Camera, a LearntCamera or a dict.
+/// `panels` are followed at once, up to 4, each with its own message. `detector`, `channel`, `depth`, `interval` and `led_diameter_m` are
+/// as for decode.
 ///
 /// Raises VoccError of what is out of its range.
 ///
@@ -125,6 +121,8 @@ pub struct Receiver {
     /// Made for the size of the first frame.
     session: Option<Box<dyn Session>>,
     size: Option<(usize, usize)>,
+    /// Whether the pixels are encoded for it.
+    are_encoded: bool,
     learnt: Vec<Option<Learnt>>,
     found_hz: Option<f32>,
     next: u64,
@@ -181,6 +179,7 @@ impl Receiver {
             channel: check(channel.parse())?,
             session: None,
             size: None,
+            are_encoded: false,
             learnt: Vec::new(),
             found_hz: None,
             next: 0,
@@ -192,8 +191,7 @@ impl Receiver {
     ///
     /// `image` is as for decode: what `cv2.VideoCapture.read` gives goes straight in. All are of one size. `frame` is its number, one more
     /// than that of the image before without it; numbers that are left out are lost frames. `late` says how many frame periods later than
-    /// its
-    /// number says it was taken.
+    /// its number says it was taken.
     ///
     /// Raises VoccError or TypeError of an image that is none or of another size, and of a receiver that is closed.
     #[pyo3(signature = (image, *, frame=None, late=0.0))]
@@ -212,6 +210,11 @@ impl Receiver {
                 self.next - 1
             )));
         }
+        if number == u64::MAX {
+            return Err(refused(format!(
+                "frame = {number}: give a number below it, none could follow"
+            )));
+        }
         if !late.is_finite() {
             return Err(refused(format!(
                 "late = {late}: give a number of frame periods"
@@ -220,7 +223,7 @@ impl Receiver {
         let image = Image::of(image, "image")?;
         let pixels = image.pixels()?;
         let taken = guarded(|| py.detach(|| self.take(number, late, pixels)))?;
-        self.next = number.saturating_add(1);
+        self.next = number + 1;
         self.record(py, number, taken)
     }
 
@@ -260,7 +263,7 @@ impl Receiver {
     fn camera(&self, py: Python<'_>) -> PyResult<Option<LearntCamera>> {
         let learnt = self.learnt.iter().flatten().next();
         learnt
-            .map(|learnt| self.told.learnt(py, learnt))
+            .map(|learnt| self.told.learnt(py, learnt, self.are_encoded))
             .transpose()
     }
 
@@ -294,7 +297,7 @@ impl Receiver {
 
     fn take(&mut self, number: u64, late: f64, pixels: Pixels<'_>) -> PyResult<Taken> {
         let size = (pixels.width, pixels.height);
-        let film = *self.size.get_or_insert(size);
+        let film = self.size.unwrap_or(size);
         if size != film {
             return Err(refused(format!(
                 "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
@@ -306,16 +309,19 @@ impl Receiver {
         let session = match &mut self.session {
             Some(session) => session,
             None => {
-                self.settings.camera = self.told.of_pixels(pixels.are_deep());
+                self.are_encoded = pixels.are_encoded(self.told.told_encoding());
+                self.settings.camera = self.told.of_pixels(self.are_encoded);
                 let (settings, rates) = (self.settings, (self.fps, self.symbol_rate));
+                let delay = self.told.line_delay();
                 self.session.insert(match self.panels {
-                    1 => Reception::<1>::begin(settings, rates, size)?,
-                    2 => Reception::<2>::begin(settings, rates, size)?,
-                    3 => Reception::<3>::begin(settings, rates, size)?,
-                    _ => Reception::<PANELS_MAX>::begin(settings, rates, size)?,
+                    1 => Reception::<1>::begin(settings, delay, rates, size)?,
+                    2 => Reception::<2>::begin(settings, delay, rates, size)?,
+                    3 => Reception::<3>::begin(settings, delay, rates, size)?,
+                    _ => Reception::<PANELS_MAX>::begin(settings, delay, rates, size)?,
                 })
             }
         };
+        self.size = Some(size);
         let taken = session.take(number, late, &frame, &mut self.surveyor);
         self.learnt = session.learnt();
         self.found_hz = session.found_hz();
@@ -457,11 +463,16 @@ struct Reception<const PANELS: usize> {
 impl<const PANELS: usize> Reception<PANELS> {
     fn begin(
         settings: ReceiverSettings,
+        line_delay: Option<f32>,
         (fps, symbol_rate): (f32, Option<f32>),
         size: (usize, usize),
     ) -> PyResult<Box<dyn Session>> {
+        let mut receiver = check(receiver(settings, size))?;
+        if let Some(delay) = line_delay {
+            receiver.tell_line_delay(delay);
+        }
         Ok(Box::new(Self {
-            receiver: check(receiver(settings, size))?,
+            receiver,
             rates: [const { None }; PANELS],
             whereabouts: [const { Whereabouts::UNKNOWN }; PANELS],
             camera: settings.camera,

@@ -72,7 +72,7 @@ impl Scene {
             return scene.get().with_(overrides);
         }
         if let Ok(dict) = source.cast::<PyDict>() {
-            let Value::Table(table) = value(dict.as_any(), "source")? else {
+            let Value::Table(table) = Values::default().of(dict.as_any(), "source")? else {
                 return Err(PyTypeError::new_err("a scene is a dict of tables"));
             };
             return of_toml("dict", &table.to_string(), overrides);
@@ -263,7 +263,7 @@ fn told(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<(Vec<String>, Vec<Str
         match told.is_none() {
             true => removed.push(key),
             false => {
-                let value = value(&told, &key)?;
+                let value = Values::default().of(&told, &key)?;
                 set.push(format!("{key}={value}"));
             }
         }
@@ -310,45 +310,80 @@ fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
         })
 }
 
-/// A value of a scene; `name` is what it is of.
-fn value(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
-    if object.is_instance_of::<PyBool>() {
-        return Ok(Value::Boolean(object.extract()?));
-    }
-    if object.is_instance_of::<PyInt>() {
-        return Ok(match object.extract::<i64>() {
-            Ok(number) if number.unsigned_abs() <= 1 << 53 => Value::Integer(number),
-            // None of a scene's numbers may be so large: it is told by its range.
-            _ => Value::Float(object.extract()?),
-        });
-    }
-    if object.is_instance_of::<PyFloat>() {
-        return Ok(Value::Float(object.extract()?));
-    }
-    if object.is_instance_of::<PyString>() {
-        return Ok(Value::String(object.extract()?));
-    }
-    if let Ok(dict) = object.cast::<PyDict>() {
-        let entries = dict.iter().filter(|(_, value)| !value.is_none());
-        let entries = entries.map(|(key, entry)| {
-            let key: String = key.extract()?;
-            let entry = value(&entry, &format!("{name}.{key}"))?;
-            Ok((key, entry))
-        });
-        return Ok(Value::Table(entries.collect::<PyResult<Table>>()?));
-    }
-    // Numbers and arrays of NumPy.
-    for plain in ["tolist", "__fspath__"] {
-        if object.hasattr(plain)? {
-            return value(&object.call_method0(plain)?, name);
+/// How deep lists and dicts may lie in one another: a scene's lie 5 deep. What goes on for ever is deeper.
+const DEPTH_MAX: usize = 8;
+/// The most values at a time: more than a text of [`input::SCENE_MAX`] bytes can have.
+const VALUES_MAX: usize = 1 << 20;
+
+/// Values of Python on their way to a scene.
+#[derive(Default)]
+struct Values {
+    /// How deep the one at hand lies.
+    depth: usize,
+    /// How many there were.
+    count: usize,
+}
+
+impl Values {
+    /// A value of a scene; `name` is what it is of.
+    fn of(&mut self, object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+        self.count += 1;
+        if self.count > VALUES_MAX {
+            return Err(refused(format!(
+                "{name} is one of more than {VALUES_MAX} values: no scene has so many"
+            )));
         }
+        if object.is_instance_of::<PyBool>() {
+            return Ok(Value::Boolean(object.extract()?));
+        }
+        if object.is_instance_of::<PyInt>() {
+            return Ok(match object.extract::<i64>() {
+                Ok(number) if number.unsigned_abs() <= 1 << 53 => Value::Integer(number),
+                // None of a scene's numbers may be so large: it is told by its range.
+                _ => Value::Float(object.extract()?),
+            });
+        }
+        if object.is_instance_of::<PyFloat>() {
+            return Ok(Value::Float(object.extract()?));
+        }
+        if object.is_instance_of::<PyString>() {
+            return Ok(Value::String(object.extract()?));
+        }
+        if self.depth == DEPTH_MAX {
+            return Err(refused(format!(
+                "{name} has lists or dicts more than {DEPTH_MAX} deep: no scene has; does one hold itself?"
+            )));
+        }
+        self.depth += 1;
+        let value = self.inner(object, name);
+        self.depth -= 1;
+        value
     }
-    let Ok(items) = object.try_iter() else {
-        let kind = object.get_type().name()?;
-        return Err(PyTypeError::new_err(format!(
-            "{name} is of type {kind}: a scene has numbers, strings, booleans, lists and dicts"
-        )));
-    };
-    let items = items.map(|item| value(&item?, name));
-    Ok(Value::Array(items.collect::<PyResult<_>>()?))
+
+    /// The same of what holds others.
+    fn inner(&mut self, object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+        if let Ok(dict) = object.cast::<PyDict>() {
+            let entries = dict.iter().filter(|(_, value)| !value.is_none());
+            let entries = entries.map(|(key, entry)| {
+                let key: String = key.extract()?;
+                let entry = self.of(&entry, &format!("{name}.{key}"))?;
+                Ok((key, entry))
+            });
+            return Ok(Value::Table(entries.collect::<PyResult<Table>>()?));
+        }
+        // Numbers and arrays of NumPy.
+        for plain in ["tolist", "__fspath__"] {
+            if object.hasattr(plain)? {
+                return self.of(&object.call_method0(plain)?, name);
+            }
+        }
+        let Ok(items) = object.try_iter() else {
+            let kind = object.get_type().name()?;
+            return Err(PyTypeError::new_err(format!(
+                "{name} is of type {kind}: a scene has numbers, strings, booleans, lists and dicts"
+            )));
+        };
+        let items = items.map(|item| self.of(&item?, name));
+        Ok(Value::Array(items.collect::<PyResult<_>>()?))
+    }
 }

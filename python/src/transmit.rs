@@ -50,19 +50,20 @@ pub fn transmit(
             "count = {count}: give 0 to {COUNT_MAX} panels"
         )));
     }
-    let panels: Vec<PanelFrame> = if raw {
-        if message.is_empty() {
-            return Err(refused("the message is empty: give at least 1 byte"));
+    // It says which lengths there are, raw or not.
+    let framer = Framer::new(&message, Code::for_length(message.len()), false);
+    let mut framer = check(framer)?;
+    let panels: Vec<PanelFrame> = py.detach(|| {
+        if raw {
+            let once = raw::panels(&message);
+            let count = count.unwrap_or(once.len());
+            let once: Vec<PanelFrame> = once.collect();
+            once.into_iter().cycle().take(count).collect()
+        } else {
+            let count = count.unwrap_or_else(|| framer.panels_per_repeat() as usize);
+            (0..count).map(|_| framer.next_panel()).collect()
         }
-        let once: Vec<PanelFrame> = raw::panels(&message).collect();
-        let count = count.unwrap_or(once.len());
-        once.into_iter().cycle().take(count).collect()
-    } else {
-        let framer = Framer::new(&message, Code::for_length(message.len()), false);
-        let mut framer = check(framer)?;
-        let count = count.unwrap_or_else(|| framer.panels_per_repeat() as usize);
-        (0..count).map(|_| framer.next_panel()).collect()
-    };
+    });
     Ok(arrays::all_leds(py, &panels))
 }
 

@@ -42,9 +42,9 @@ impl Drop for Flag {
     }
 }
 
-/// How a call does long work.
+/// How calls do long work: on so many threads; none: as many as there are processors.
 pub struct Work {
-    pool: rayon::ThreadPool,
+    threads: Option<usize>,
 }
 
 /// What long work tells while it goes on, and what ends it.
@@ -67,7 +67,7 @@ impl Ears {
 }
 
 impl Work {
-    /// On so many threads; none: as many as there are processors.
+    /// On so many threads, which begin and end with each call: one that lived on would be missing in a process that is forked.
     pub fn on(threads: Option<usize>) -> PyResult<Self> {
         if threads.is_some_and(|threads| !(1..=THREADS_MAX).contains(&threads)) {
             let threads = threads.unwrap_or_default();
@@ -75,8 +75,12 @@ impl Work {
                 "threads = {threads}: give 1 to {THREADS_MAX}, or None for all processors"
             )));
         }
+        Ok(Self { threads })
+    }
+
+    fn pool(&self) -> PyResult<rayon::ThreadPool> {
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.unwrap_or_default())
+            .num_threads(self.threads.unwrap_or_default())
             .stack_size(STACK_BYTES)
             .build();
         let fault = |fault| {
@@ -84,9 +88,7 @@ impl Work {
                 "cannot start threads: {fault}; ask for fewer with threads="
             ))
         };
-        Ok(Self {
-            pool: pool.map_err(fault)?,
-        })
+        pool.map_err(fault)
     }
 
     /// Does it; `progress`, if there is one, is called with how much more is done, in the thread that called.
@@ -99,6 +101,7 @@ impl Work {
         progress: Option<&Bound<'_, PyAny>>,
         work: impl FnOnce(Ears) -> Result<T, E> + Send,
     ) -> PyResult<T> {
+        let pool = self.pool()?;
         let flag = Flag::take();
         let (done, news) = channel();
         let ears = Ears {
@@ -113,7 +116,7 @@ impl Work {
             let (outcome, heard) = py.detach(move || {
                 let mut outcome = None;
                 let slot = &mut outcome;
-                let heard = self.pool.in_place_scope(|scope| {
+                let heard = pool.in_place_scope(|scope| {
                     scope.spawn(move |_| *slot = Some(work(ears)));
                     let heard = listen(&news, progress);
                     if heard.is_err() {

@@ -1,6 +1,8 @@
 """Whatever comes in: an answer, or an exception that says what is wrong, the range and the way out; never a panic."""
 
+import itertools
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -45,6 +47,9 @@ def test_images_that_are_none_are_refused(image: Any, kind: type[Exception], wor
 
 def test_a_refused_image_leaves_the_receiver_as_it_was() -> None:
     receiver = vocc.Receiver()
+    with pytest.raises(vocc.VoccError, match="light of NaN"):
+        receiver.feed(np.full((8, 8), np.nan, np.float32))
+    assert receiver.next_frame == 0
     receiver.feed(np.zeros((16, 16), np.uint8))
     with pytest.raises(vocc.VoccError, match="it is 8 × 16 pixels, and the film 16 × 16"):
         receiver.feed(np.zeros((16, 8), np.uint8))
@@ -54,6 +59,11 @@ def test_a_refused_image_leaves_the_receiver_as_it_was() -> None:
         receiver.feed(np.zeros((16, 16), np.uint8), frame=5)
     with pytest.raises(vocc.VoccError, match="late = NaN"):
         receiver.feed(np.zeros((16, 16), np.uint8), late=float("nan"))
+    with pytest.raises(vocc.VoccError, match="frame = 18446744073709551615: give a number below it"):
+        receiver.feed(np.zeros((16, 16), np.uint8), frame=2**64 - 1)
+    receiver.feed(np.zeros((16, 16), np.uint8), frame=2**64 - 2)
+    with pytest.raises(vocc.VoccError, match="give a number below it"):
+        receiver.feed(np.zeros((16, 16), np.uint8))
 
 
 def test_a_closed_receiver_says_so() -> None:
@@ -82,6 +92,8 @@ def test_a_closed_receiver_says_so() -> None:
         ({"interval": -1}, "an LED interval of -1 is not 0 to 100"),
         ({"camera": {"focal_px": 0}}, "focal"),
         ({"camera": {"distortion": [1, 2, 3]}}, "3 distortion coefficients: give k1, k2"),
+        ({"camera": {"line_delay_exposures": 3}}, "a line_delay_exposures of 3 is not -2 to 2: give the time from one line to the next"),
+        ({"camera": {"line_delay_exposures": float("nan")}}, "a line_delay_exposures of NaN is not -2 to 2"),
         ({"camera": {"encoding": "log"}}, "'log' is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4"),
     ],
 )
@@ -101,9 +113,10 @@ def test_a_receiver_that_cannot_be_is_refused(settings: dict, words: str) -> Non
     ],
 )
 def test_messages_that_cannot_be_sent_are_refused(message: Any, kind: type[Exception], words: str) -> None:
-    with pytest.raises(kind) as fault:
-        vocc.transmit(message)
-    assert words in str(fault.value)
+    for raw in (False, True):
+        with pytest.raises(kind) as fault:
+            vocc.transmit(message, raw=raw)
+        assert words in str(fault.value)
 
 
 @pytest.mark.parametrize(
@@ -135,6 +148,56 @@ def test_tables_that_no_transmitter_takes_are_refused(tmp_path) -> None:
     for light, interval in ((-1, 1), (float("nan"), 1), (1, float("inf"))):
         with pytest.raises(vocc.VoccError, match="give a number from 0 up"):
             vocc.Table().l2a(light, interval)
+
+
+def cyclic_list() -> list:
+    values: list = []
+    values.append(values)
+    return values
+
+
+def cyclic_dict() -> dict:
+    values: dict = {}
+    values["pose"] = values
+    return values
+
+
+def deep_list() -> list:
+    values: list = []
+    for _ in range(100_000):
+        values = [values]
+    return values
+
+
+class Endless:
+    """Its list is itself."""
+
+    def tolist(self) -> "Endless":
+        return self
+
+
+@pytest.mark.parametrize("make", [cyclic_list, cyclic_dict, deep_list, Mock, Endless])
+def test_what_never_gets_to_the_bottom_is_refused(make: Any) -> None:
+    endless = make()
+    with pytest.raises(vocc.VoccError, match="lists or dicts more than 8 deep: no scene has; does one hold itself"):
+        vocc.Scene("paper", distance_m=endless)
+    with pytest.raises(vocc.VoccError, match="more than 8 deep"):
+        vocc.Scene({"pose": endless})
+    with pytest.raises(vocc.VoccError, match="more than 8 deep"):
+        vocc.Scene({"panel": [{"pose": {"velocity_m_s": endless}}]})
+
+
+def test_what_never_ends_is_refused() -> None:
+    words = "is one of more than 1048576 values: no scene has so many"
+    with pytest.raises(vocc.VoccError, match=f"panel.dead_leds {words}"):
+        vocc.Scene("paper", dead_leds=itertools.count())
+    with pytest.raises(vocc.VoccError, match=words):
+        vocc.Scene({"pose": itertools.repeat({})})
+    wide = [0]
+    for _ in range(6):
+        wide = [wide] * 100
+    with pytest.raises(vocc.VoccError, match=words):
+        vocc.Scene("paper", distance_m=wide)
 
 
 anything = st.recursive(

@@ -4,12 +4,29 @@
 //! are encoded by a γ of 2.2 first, as an 8-bit camera does: the steps then are about as fine as the noise of electrons everywhere. A
 //! full well of 20 000 electrons has 0.9 of such a step, of which rounding adds a twentieth (0.29² to 0.9² and more).
 
+use std::ops::RangeInclusive;
+
 use link::camera::Encoding;
+
+/// A gamma that is learnt of samples in proportion to light.
+const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
 /// Whether samples of the encoding told are encoded for the receiver: those in proportion to light, as they are taken to be where nobody
 /// tells.
 pub fn encodes(told: Option<Encoding>) -> bool {
     told.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
+}
+
+/// The encoding of samples that were encoded for the receiver, of that which it has `learnt` of the pixels.
+pub fn of_samples(learnt: Encoding) -> Encoding {
+    let Encoding::Gamma(gamma) = learnt else {
+        return learnt;
+    };
+    let gamma = gamma / Encoding::USUAL_GAMMA as f32;
+    match AS_GOOD_AS_LINEAR.contains(&gamma) {
+        true => Encoding::LINEAR,
+        false => Encoding::Gamma(gamma),
+    }
 }
 
 /// What becomes of each sample, up to the white of a depth.

@@ -2,7 +2,7 @@
 //!
 //! | part | does |
 //! |---|---|
-//! | [`receiver`] | a receiver of up to four panels, on the heap, that looks for them in whole frames |
+//! | [`receiver`] | a receiver of up to [`PANELS_MAX`] panels, on the heap, that looks for them in whole frames |
 //! | [`rates`] | the symbol rate, where nobody tells it |
 //! | [`still`] | single frames |
 //! | [`whereabouts`] | where panels are, in metres |
@@ -20,6 +20,8 @@ use rx_pipeline::receiver::{
 
 /// The most pixels that a panel is read in; larger ones are seen in larger pixels.
 pub const PANEL_PIXELS: usize = 160 * 160;
+/// The most panels followed at once.
+pub const PANELS_MAX: usize = 4;
 /// Frames a second where nobody tells.
 pub const USUAL_FPS: f32 = 100.0;
 

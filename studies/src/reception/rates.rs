@@ -274,7 +274,7 @@ impl Changes {
     fn take(&mut self, number: u64, detection: &Detection) {
         let bits = detection.bits;
         if let Some((before, last)) = self.last
-            && number == before + 1
+            && number.checked_sub(1) == Some(before)
         {
             self.pairs += 1;
             self.changed += u32::from(last.distance(bits) >= DIFFERENT_LEDS);

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
+use studies::reception::PANELS_MAX;
 use studies::reception::rates::{self, Rates};
 
 use crate::camera::{CameraArguments, Told};
@@ -27,9 +28,6 @@ use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
 
 use reception::Reception;
-
-/// The most panels followed at once.
-const PANELS_MAX: usize = 4;
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
