@@ -108,8 +108,8 @@ impl Camera {
             && !(-LINE_DELAY_MAX..=LINE_DELAY_MAX).contains(&delay)
         {
             return Err(refused(format!(
-                "a line_delay_exposures of {delay} is not -{LINE_DELAY_MAX} to {LINE_DELAY_MAX}: give the time from one line to the next over \
-                 that of an exposure"
+                "a line_delay_exposures of {delay} is not -{LINE_DELAY_MAX} to {LINE_DELAY_MAX}: give the time from one line to the next \
+                 over that of an exposure"
             )));
         }
         Ok(Self {

@@ -86,8 +86,8 @@ const BATCH_PIXELS_MAX: u64 = 1 << 32;
 /// many at a time.
 ///
 /// Frames are numbered `first` to `first + n - 1`: frame k of a seed is the same in any run. They show the first panel's cells; the image
-/// is as large for all. `features`: measure each LED's cell as the paper's detectors do. `threads` draw batches (1 without it; frames
-/// one by one are drawn in the thread that asks).
+/// is as large for all. `features`: measure each LED's cell as the paper's detectors do. `threads` draw each batch (1 without it, None:
+/// all processors); frames one by one are drawn in the thread that asks.
 ///
 /// Raises VoccError where the scene cannot be seen.
 ///

@@ -116,6 +116,16 @@ def test_a_linear_film_is_read_alike_with_what_was_learnt_of_it(film: Path, kind
         assert read(vocc.Camera("srgb"))[1] == bits
 
 
+def test_a_receiver_goes_by_the_line_delay_that_it_is_told(film: Path) -> None:
+    for told in (None, 0.01, -0.01):
+        receiver = vocc.Receiver({"line_delay_exposures": told})
+        for image in images(film):
+            receiver.feed(image)
+        learnt = receiver.camera
+        assert learnt is not None
+        assert learnt.line_delay_exposures == learnt.camera.line_delay_exposures == told
+
+
 def test_single_images_are_read_as_by_the_program(film: Path, vocc_json) -> None:
     files = sorted(film.glob("*.png"))[:4]
     corners = None
