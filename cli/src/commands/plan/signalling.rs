@@ -172,14 +172,14 @@ fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
         advice.whole_exposures.hz(),
         scene.camera.frame_rate_hz
     ))?;
+    for beat in &advice.dimming {
+        line(&dimming(beat))?;
+    }
     let best = advice.best();
     if best.delivered == 0 {
         return line(
-            "nothing arrives: come nearer, expose for less, or see what the scene's light does (vocc plan SCENE)",
+            "nothing arrives: come nearer, expose for less, dim faster, or see what the scene calls for (vocc plan SCENE)",
         );
-    }
-    for beat in &advice.dimming {
-        line(&dimming(beat))?;
     }
     if best.code != usual {
         line(&format!(
