@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     for frames_hz in frames.split(',') {
         for exposure_ms in exposures.split(',') {
+            let exposure_s = 1e-3 * exposure_ms.parse::<f64>()?;
             let mut at_once = None;
             for readout_ms in readouts.split(',') {
                 let [hz, readout_s] =
@@ -36,10 +37,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let overrides = [
                     format!("camera.frame_rate_hz={hz}"),
                     format!("camera.readout_s={readout_s}"),
+                    format!("camera.exposure_max_s={exposure_s}"),
                     format!("link.symbol_rate_hz={}", 0.5 * hz),
                 ];
                 let scene = Scene::load(preset, &overrides)?;
-                let scene = exposed_for(&scene, 1e-3 * exposure_ms.parse::<f64>()?)?;
+                let scene = exposed_for(&scene, exposure_s)?;
                 let advice = search.run(&scene, Stop::NEVER, || {}, |_| {})?;
                 let best = advice.best();
                 let reference = *at_once.get_or_insert(best.net_bit_s());
