@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::Reading;
 use studies::detectors::DetectorChoice;
 use studies::reception::colour::Channel;
 use studies::reception::deep::Compander;
@@ -127,8 +128,7 @@ pub fn decode(
             let read = read.map(|(corners, detection)| {
                 let pose = surveyor.meter.pose(&Sight {
                     frame: &frame,
-                    corners: &corners,
-                    bits: detection.bits,
+                    reading: &Reading { corners, detection },
                     camera: &camera,
                     lens: lens.clone(),
                 });

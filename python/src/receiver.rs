@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::Known;
-use rx_pipeline::receiver::{Loss as Lost, Reading as Read, ReceiverSettings};
+use rx_pipeline::receiver::{Reading as Read, ReceiverSettings};
 use studies::reception::colour::Channel;
 use studies::reception::deep::Compander;
 use studies::reception::rates::{self, Heard, Rates};
@@ -504,23 +504,17 @@ impl<const PANELS: usize> Session for Reception<PANELS> {
                 });
                 let symbol = rates.symbol().or(outcome.symbol);
                 let whereabouts = &mut whereabouts[panel];
-                let by_trial = rates.take_geometry();
-                let said = match outcome.event {
-                    Event::Geometry(said) => Some(said),
-                    _ => by_trial,
-                };
-                if let Some(said) = said {
+                if let Some(said) = rates.take_geometry(&outcome.event) {
                     whereabouts.hear(said);
                 }
-                if let Err(why @ Lost::Lost(_)) = &outcome.reading {
-                    whereabouts.forget(&why.to_string());
+                if let Err(why) = &outcome.reading {
+                    whereabouts.lose(why);
                 }
                 let read = outcome.reading.map_err(|why| why.to_string()).map(|read| {
                     let camera = learnt[panel].map_or(*camera, |learnt| learnt.camera);
                     let sight = Sight {
                         frame,
-                        corners: &read.corners,
-                        bits: read.detection.bits,
+                        reading: &read,
                         camera: &camera,
                         lens: lens.clone(),
                     };

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detection;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::Reading;
 use serde::Serialize;
 use serde_json::Value;
 use studies::detectors::DetectorChoice;
@@ -139,8 +140,7 @@ impl Decoder {
         Ok(read.map(|(corners, detection)| Shown {
             pose: surveyor.meter.pose(&Sight {
                 frame: &frame,
-                corners: &corners,
-                bits: detection.bits,
+                reading: &Reading { corners, detection },
                 camera: &camera,
                 lens,
             }),

@@ -151,10 +151,15 @@ impl Rates {
         self.found_hz.and(self.trials.first()?.clock.current())
     }
 
-    /// What the panel has said of its size at one of the rates since this was last asked.
-    pub fn take_geometry(&mut self) -> Option<Geometry> {
+    /// What the panel has said of its size since this was last asked: by the receiver's own rate, of which `event` is the last, or by one of
+    /// the others.
+    pub fn take_geometry(&mut self, event: &Event) -> Option<Geometry> {
         let trials = self.trials.iter_mut();
-        trials.filter_map(|trial| trial.geometry.take()).last()
+        let by_trial = trials.filter_map(|trial| trial.geometry.take()).last();
+        match event {
+            Event::Geometry(said) => Some(*said),
+            _ => by_trial,
+        }
     }
 
     /// How often the panel changes a second, by the frames so far; none where they are too few.

@@ -2,12 +2,11 @@
 
 use link::camera::Camera;
 use link::geometry::Geometry;
-use link::panel::PanelFrame;
-use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{
     Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen,
 };
+use rx_pipeline::receiver::{Loss, Reading};
 
 /// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
 const POSE_PIXELS: usize = 128 * 128;
@@ -44,10 +43,8 @@ pub fn told_size(
 pub struct Sight<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
-    /// Where the panel is in it.
-    pub corners: &'a Corners,
-    /// What it shows.
-    pub bits: PanelFrame,
+    /// Where the panel is in it, and what it shows.
+    pub reading: &'a Reading,
     /// The camera.
     pub camera: &'a Camera,
     /// The lens, or why it is not known.
@@ -100,8 +97,8 @@ impl PoseMeter {
             .get_or_insert_with(|| Box::new(PoseEstimator::new()));
         let pose = estimator.pose(&Seen {
             frame: sight.frame,
-            corners: sight.corners,
-            bits: sight.bits,
+            corners: &sight.reading.corners,
+            bits: sight.reading.detection.bits,
             camera: sight.camera,
             lens,
             size,
@@ -150,16 +147,13 @@ impl Whereabouts {
         });
     }
 
-    /// Takes in why the panel was not read.
-    pub fn lose(&mut self, why: &str) {
+    /// Takes in why the panel was not read. All is forgotten of one that is followed no more: what is found next may be another.
+    pub fn lose(&mut self, why: &Loss) {
+        if matches!(why, Loss::Lost(_)) {
+            *self = Self::UNKNOWN;
+        }
         self.axes_px = None;
-        self.pose = Err(why.to_owned());
-    }
-
-    /// Takes in why it is followed no more: what is found next may be another panel.
-    pub fn forget(&mut self, why: &str) {
-        *self = Self::UNKNOWN;
-        self.lose(why);
+        self.pose = Err(why.to_string());
     }
 
     /// The pose, or why it is not known.

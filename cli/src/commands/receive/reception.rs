@@ -1,10 +1,9 @@
 //! The receiver at work on one frame after another.
 
 use anyhow::ensure;
-use link::framing::Event;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Loss, ReceiverSettings};
+use rx_pipeline::receiver::ReceiverSettings;
 use studies::reception::rates::{Heard, Rates};
 use studies::reception::whereabouts::{Sight, Whereabouts};
 use studies::reception::{Receiving, USUAL_FPS, receiver};
@@ -164,11 +163,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             });
             let symbol = rates.symbol().or(outcome.symbol);
             let whereabouts = &mut whereabouts[panel];
-            let by_trial = rates.take_geometry();
-            let said = match outcome.event {
-                Event::Geometry(said) => Some(said),
-                _ => by_trial,
-            };
+            let said = rates.take_geometry(&outcome.event);
             if let Some(said) = said.filter(|&said| whereabouts.hear(said)) {
                 report.geometry(panel, said);
             }
@@ -177,15 +172,13 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
                     let camera = learnt[panel].map_or(settings.camera, |learnt| learnt.camera);
                     let sight = Sight {
                         frame,
-                        corners: &reading.corners,
-                        bits: reading.detection.bits,
+                        reading,
                         camera: &camera,
                         lens: lens.clone(),
                     };
                     poses.on(|| whereabouts.measure(meter, time_s, &sight));
                 }
-                Err(why @ Loss::Lost(_)) => whereabouts.forget(&why.to_string()),
-                Err(why) => whereabouts.lose(&why.to_string()),
+                Err(why) => whereabouts.lose(why),
             }
             let done = report.frame(panel, frame, &outcome, symbol, whereabouts);
             if told.is_ok() {
