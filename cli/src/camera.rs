@@ -28,13 +28,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use link::camera::{Camera, Encoding};
-use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
 use sim::input;
 use studies::reception::colour::Channel;
-use studies::reception::deep;
+use studies::reception::{deep, learnt};
 
 use crate::files::write;
 use crate::frames::{Bayer, PixelArguments};
@@ -210,7 +209,7 @@ impl Told {
         };
         write(
             path,
-            format!("# {}\n{}", as_text(learnt), toml::to_string(&file)?),
+            format!("# {}\n{}", learnt::as_text(learnt), toml::to_string(&file)?),
         )
     }
 }
@@ -247,64 +246,6 @@ fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
         );
     }
     Ok((file, calibration))
-}
-
-/// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
-pub fn as_json(learnt: &Learnt) -> serde_json::Value {
-    let Learnt {
-        camera,
-        blur_deviation_px,
-        noise_grey,
-        line_delay,
-        broken,
-        frames,
-    } = learnt;
-    serde_json::json!({
-        "encoding": camera.encoding, "black_grey": camera.black_grey, "blur_sigma_px": camera.blur_sigma_px,
-        "blur_aspect": camera.blur_aspect, "read_noise_e": camera.read_noise_e, "blur_deviation_px": blur_deviation_px,
-        "noise_grey": noise_grey, "line_delay_exposures": line_delay, "broken_leds": leds(*broken), "frames": frames,
-    })
-}
-
-/// What was learnt, for a person.
-pub fn as_text(learnt: &Learnt) -> String {
-    let Camera {
-        encoding,
-        black_grey,
-        blur_sigma_px,
-        blur_aspect,
-        ..
-    } = learnt.camera;
-    let encoding = match encoding {
-        Encoding::Gamma(gamma) => format!("gamma {gamma:.2}"),
-        Encoding::Srgb => "sRGB".to_owned(),
-        Encoding::Rec709 => "BT.709".to_owned(),
-    };
-    let broken = leds(learnt.broken);
-    let broken = if broken.is_empty() {
-        String::new()
-    } else {
-        let places: Vec<String> = broken
-            .iter()
-            .map(|led| format!("row {} column {}", led / SIDE + 1, led % SIDE + 1))
-            .collect();
-        format!("; broken LEDs: {}", places.join(", "))
-    };
-    let lines = match learnt.line_delay {
-        None => String::new(),
-        Some(0.0) => ", all lines exposed at once as far as it shows".to_owned(),
-        Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
-    };
-    format!(
-        "camera as learnt from {} frames: blur {blur_sigma_px:.2} ± {:.2} px, {blur_aspect:.2} times as wide as high, {encoding}, black at \
-         {black_grey:.0}, noise {:.1} grey levels{lines}{broken}",
-        learnt.frames, learnt.blur_deviation_px, learnt.noise_grey
-    )
-}
-
-/// The LEDs of a mask, by their numbers 8·row + column.
-fn leds(mask: u64) -> Vec<usize> {
-    (0..LEDS).filter(|led| mask >> led & 1 == 1).collect()
 }
 
 /// "linear", "srgb", "rec709" or the number of a gamma.
@@ -344,7 +285,7 @@ mod tests {
             broken: 1 << 9,
             frames: 20,
         };
-        assert!(as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
+        assert!(learnt::as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("camera.toml");
         told.save(&path, &learnt, deep).unwrap();

@@ -6,17 +6,16 @@
 //! | [`film`] | the frames of a film, by ffmpeg |
 //! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
-//! | [`stream`] | grey of y4m or raw bytes |
 //! | [`mosaic`] | one channel of the mosaic before a sensor's colour filters |
 //!
-//! What is the same for frames from elsewhere, one channel of colours and 8 bits of more, is in [`studies::reception`].
+//! What is the same for frames from elsewhere, one channel of colours, 8 bits of more, y4m and raw bytes, is in
+//! [`studies::reception`].
 
 pub mod files;
 pub mod film;
 mod mosaic;
 pub mod picture;
 pub mod stamps;
-pub mod stream;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 pub use mosaic::Mosaic as Bayer;

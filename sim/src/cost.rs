@@ -12,7 +12,7 @@ use rand::Rng;
 use crate::random::{Purpose, stream};
 use crate::renderer::canvas::Canvas;
 use crate::renderer::{Renderer, Shown};
-use crate::timing::{Work, by_turns};
+use crate::timing::{Clock, Work, by_turns};
 
 /// What including one effect costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,19 +35,19 @@ const FRAMES: u64 = 16;
 ///
 /// ```
 /// use std::time::Duration;
-/// use sim::{accuracy::Level, cost, effects, renderer::Renderer, scene::Scene};
+/// use sim::{accuracy::Level, cost, effects, renderer::Renderer, scene::Scene, timing};
 ///
 /// let renderer = Renderer::new(&Scene::load("paper", &[])?, Level::Fast)?;
-/// let costs = cost::measure(&renderer, Duration::from_millis(1));
+/// let costs = cost::measure(&renderer, Duration::from_millis(1), timing::system_clock);
 /// assert!(costs.iter().map(|cost| cost.effect).eq(effects::names()));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn measure(renderer: &Renderer, budget: Duration) -> Vec<Cost> {
+pub fn measure(renderer: &Renderer, budget: Duration, clock: Clock) -> Vec<Cost> {
     let decisions = renderer.plan().decisions.iter();
     let cost = |effect, included| {
         let other = renderer.toggled(effect);
         let [planned, toggled] = [renderer, &other].map(warm);
-        let ns = by_turns(&mut [planned, toggled], usize::MAX, budget);
+        let ns = by_turns(&mut [planned, toggled], usize::MAX, budget, clock);
         let ratio = median(ns[1].iter().zip(&ns[0]).map(|(other, own)| other / own));
         let frames = if included { 1.0 - ratio } else { ratio - 1.0 };
         Cost {
@@ -106,6 +106,7 @@ mod tests {
     use crate::accuracy::Level;
     use crate::effects;
     use crate::scene::Scene;
+    use crate::timing::system_clock;
 
     fn renderer(preset: &str) -> Renderer {
         let small = ["camera.width_px=320".into(), "camera.height_px=240".into()];
@@ -115,7 +116,7 @@ mod tests {
     #[test]
     fn every_effect_has_a_cost() {
         for preset in ["paper", "night", "fog"] {
-            let costs = measure(&renderer(preset), Duration::ZERO);
+            let costs = measure(&renderer(preset), Duration::ZERO, system_clock);
             let names: Vec<_> = costs.iter().map(|cost| cost.effect).collect();
             assert_eq!(names, effects::names());
             for cost in costs {

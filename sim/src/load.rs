@@ -18,11 +18,14 @@ impl Scene {
     pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let text = match preset_toml(name) {
             Some(text) => text,
-            None if Path::new(name).exists() => input::read_text(Path::new(name), input::SCENE_MAX)
-                .map_err(|source| SceneError::Read {
-                    path: name.into(),
-                    source,
-                })?,
+            None if input::is_there(Path::new(name)) => {
+                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| {
+                    SceneError::Read {
+                        path: name.into(),
+                        source,
+                    }
+                })?
+            }
             None => return Err(SceneError::NotFound { name: name.into() }),
         };
         Self::from_toml(name, &text, overrides)

@@ -7,7 +7,7 @@ use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Event, FramingError};
 use link::intensity::{IntensityLimit, IntensityLimitError};
-use link::l2a_table::Interval;
+use link::l2a_table::{Illuminance, Interval};
 use link::panel::PanelFrame;
 use rand::Rng;
 use rx_pipeline::corners::Corners;
@@ -18,6 +18,7 @@ use rx_pipeline::receiver::{
 };
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
+use tx_firmware::dimming::Dimming;
 use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::schedule::Repeats;
@@ -334,6 +335,24 @@ pub fn calibrated_camera_of(scene: &Scene) -> Camera {
         blur_sigma_px: scene.camera.blur_sigma_px as f32,
         ..camera_of(scene)
     }
+}
+
+/// How the transmitter of the scene's first panel dims it in the scene's light.
+///
+/// ```
+/// use sim::{road, scene::Scene};
+/// let day = Scene::load("day", &["link.l2a=2".into()])?;
+/// assert_eq!(road::dimming(&day)?.l2a, 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// When the panel cannot be driven, or the table cannot be used.
+pub fn dimming(scene: &Scene) -> Result<Dimming, RoadError> {
+    let illuminance = Illuminance::saturating_from_num(scene.ambient.illuminance_lx);
+    let interval = Interval::saturating_from_num(scene.panels[0].interval);
+    let l2a = l2a::table_of(scene)?.l2a(illuminance, interval);
+    Ok(Dimming::new(l2a, illuminance, &calibration(scene)?))
 }
 
 /// The transmitter of the scene's first panel, in its light, with the message to send.

@@ -66,6 +66,7 @@ pub mod flicker;
 mod interpolation;
 pub mod monte_carlo;
 pub mod optimum;
+mod parallel;
 pub mod photometry;
 pub mod random_cameras;
 pub mod random_scenes;

@@ -92,15 +92,8 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
         folder: folder.into(),
         source,
     };
-    let mut paths = std::fs::read_dir(folder)
-        .and_then(|entries| {
-            entries
-                .map(|entry| Ok(entry?.path()))
-                .collect::<Result<Vec<_>, _>>()
-        })
-        .map_err(unlisted)?;
+    let mut paths = input::list(folder).map_err(unlisted)?;
     paths.retain(|path| path.extension().is_some_and(|e| e == "png"));
-    paths.sort();
     let open = |path: PathBuf| match input::picture(&path) {
         Ok(picture) => Ok(picture.into_luma8()),
         Err(source) => Err(RandomSceneError::Photograph { path, source }),

@@ -7,6 +7,7 @@ use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
 use sim::input;
 use studies::reception::deep::Compander;
+use studies::reception::picture;
 
 use super::PixelArguments;
 
@@ -56,23 +57,6 @@ impl PictureReader {
                 ),
             };
         }
-        Ok(match image {
-            DynamicImage::ImageLuma8(grey) => grey.into_raw(),
-            DynamicImage::ImageLumaA8(_) => image.into_luma8().into_raw(),
-            DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => {
-                channel.of_rgb(image.into_rgb8().as_raw())
-            }
-            DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_) => {
-                self.deep.grey(image.into_luma16().as_raw())
-            }
-            DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
-                let deep = channel.of_rgb(image.into_rgb16().as_raw());
-                self.deep.grey(&deep)
-            }
-            other => bail!(
-                "it is {:?}: frames are grey or colour of 8 to 16 bits",
-                other.color()
-            ),
-        })
+        Ok(picture::grey(image, channel, &mut self.deep)?)
     }
 }

@@ -10,13 +10,21 @@ use crate::random::{Purpose, stream};
 impl Renderer {
     /// What all panels show in frame `frame` of a seed: random bits, but for the first panel's where they are given.
     pub fn shown(&self, seed: u64, frame: u64, bits: Option<PanelFrame>) -> Vec<Shown> {
+        let mut shown = Vec::new();
+        self.show(seed, frame, bits, &mut shown);
+        shown
+    }
+
+    /// The same into what was made for the frame before.
+    pub fn show(&self, seed: u64, frame: u64, bits: Option<PanelFrame>, shown: &mut Vec<Shown>) {
         let mut random = stream(seed, frame, Purpose::Bits);
-        let shown = |panel| {
+        let of_panel = |panel| {
             let drawn = PanelFrame::from_bits(random.next_u64());
             let given = bits.filter(|_| panel == 0);
             self.steady(panel, given.unwrap_or(drawn))
         };
-        (0..self.view.panels.len()).map(shown).collect()
+        shown.clear();
+        shown.extend((0..self.view.panels.len()).map(of_panel));
     }
 
     /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.

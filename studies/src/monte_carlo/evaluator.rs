@@ -1,10 +1,10 @@
 //! Renders, measures and reads random frames.
 
+use crate::parallel::prelude::*;
 use fearless_simd::{self as simd, dispatch};
 use link::camera::Camera;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 use rand::Rng;
-use rayon::prelude::*;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{
@@ -247,7 +247,7 @@ impl Evaluator {
         let mut sums = Accumulator::default();
         let (chunks, batch) = (
             chunks(self.settings.frames),
-            16 * rayon::current_num_threads() as u64,
+            16 * crate::parallel::threads() as u64,
         );
         for first in (0..chunks).step_by(batch as usize) {
             let parts: Vec<_> = (first..chunks.min(first + batch))

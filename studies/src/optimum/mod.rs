@@ -26,7 +26,7 @@ pub(crate) use parabola::Parabola;
 pub(crate) use peak::percentiles;
 pub use peak::{Peak, Window};
 pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
-pub(crate) use samples::{PIECE, RESAMPLES, at_ratio, resamples, rounds};
+pub(crate) use samples::{PIECE, RESAMPLES, at_ratio, of_resamples, rounds};
 pub use search::{optimum, optimum_from};
 
 use crate::detectors::DetectorChoice;

@@ -1,7 +1,7 @@
 //! The same random frames at several ratios, kept in batches so that what chance did can be told.
 
+use crate::parallel::prelude::*;
 use rand::RngExt;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::monte_carlo::{EvaluateError, Evaluation, Evaluator, Settings};
@@ -253,16 +253,19 @@ impl Samples {
             };
             self.0.iter().map(objective).collect()
         };
-        resamples(&sizes, seed).filter_map(resample).collect()
+        let resampled: Vec<Option<_>> = of_resamples(&sizes, seed, resample);
+        resampled.into_iter().flatten().collect()
     }
 }
 
-/// The batches of each resample of rounds of so many batches, numbered through all rounds: those of a round are drawn from that round.
-pub(crate) fn resamples(
+/// What becomes of each resample of rounds of so many batches, which are numbered through all rounds: those of a round are drawn from that
+/// round.
+pub(crate) fn of_resamples<T: Send>(
     sizes: &[usize],
     seed: u64,
-) -> impl IndexedParallelIterator<Item = Vec<usize>> {
-    (0..RESAMPLES as usize).into_par_iter().map(move |number| {
+    of: impl Fn(Vec<usize>) -> T + Sync + Send,
+) -> Vec<T> {
+    let draw = |number: usize| {
         let mut random = stream(seed, number as u64, Purpose::Resampling);
         let (mut drawn, mut start) = (Vec::new(), 0);
         for &size in sizes {
@@ -270,7 +273,9 @@ pub(crate) fn resamples(
             start += size;
         }
         drawn
-    })
+    };
+    let numbers = (0..RESAMPLES as usize).into_par_iter();
+    numbers.map(|number| of(draw(number))).collect()
 }
 
 /// The scene with its panels driven to a ratio.
@@ -321,7 +326,7 @@ impl Round {
         let part_frames = self.frames.div_ceil(self.parts());
         let count = (PIECE / part_frames)
             .max(1)
-            .next_multiple_of(rayon::current_num_threads() as u64);
+            .next_multiple_of(crate::parallel::threads() as u64);
         let frames_of = |part| self.border(part)..self.border(part + 1);
         (first..self.parts().min(first + count))
             .into_par_iter()

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use crate::parallel::prelude::*;
 use link::camera::Encoding;
 use link::panel::PanelFrame;
 use rand::{Rng, RngExt};
-use rayon::prelude::*;
 use sim::accuracy::Level;
 use sim::random::{Purpose, normal, stream};
 use sim::renderer::Renderer;

@@ -1,12 +1,11 @@
 //! The reach over the ratio, and what it says: the best ratio, and those that lose nothing.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::crossing::{Crossing, log_odds};
 use crate::interpolation::interpolated;
 use crate::monte_carlo::Evaluation;
-use crate::optimum::{Parabola, Sample, percentiles, resamples};
+use crate::optimum::{Parabola, Sample, of_resamples, percentiles};
 
 /// The share of the reach that counts as nothing.
 pub const NOTHING: f64 = 0.01;
@@ -93,7 +92,7 @@ impl Curve {
                 .iter()
                 .map(|counts| counts.reach(asked, 0..counts.near.len()))
                 .collect(),
-            resampled: resamples(sizes, seed).map(resample).collect(),
+            resampled: of_resamples(sizes, seed, resample),
         }
     }
 

@@ -1,10 +1,10 @@
 //! What is asked of the link, and how many bits may be wrong for it.
 
+use crate::parallel::prelude::*;
 use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, FramingError, MESSAGE_MAX};
 use link::panel::{Llr, PanelFrame, SoftPanel};
 use rand::{Rng, RngExt};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sim::random::{Purpose, stream, uniform};
 

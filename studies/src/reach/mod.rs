@@ -46,7 +46,7 @@ use crossing::{Guess, Probe};
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use sim::accuracy::Level;
 use sim::scene::Scene;
 

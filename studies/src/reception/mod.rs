@@ -6,12 +6,19 @@
 //! | [`rates`] | the symbol rate, where nobody tells it |
 //! | [`still`] | single frames |
 //! | [`whereabouts`] | where panels are, in metres |
-//! | [`colour`], [`deep`] | 8-bit grey of colours, and of 9 to 16 bits |
+//! | [`picture`], [`colour`], [`deep`] | 8-bit grey of pictures, of colours, and of 9 to 16 bits |
+//! | [`stream`] | frames of films that are not compressed: y4m, raw bytes |
+//! | [`learnt`] | what was learnt of a camera, in words |
+//! | [`diagnosis`] | why no message came, and what would help |
 
 pub mod colour;
 pub mod deep;
+pub mod diagnosis;
+pub mod learnt;
+pub mod picture;
 pub mod rates;
 pub mod still;
+pub mod stream;
 pub mod whereabouts;
 
 use rx_pipeline::receiver::{

@@ -1,7 +1,7 @@
 //! The features of many frames at one setting, in batches, so that what is computed from them has an interval.
 
+use crate::parallel::prelude::*;
 use link::panel::LEDS;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::findings::Pieces;
@@ -105,7 +105,7 @@ impl Batches {
         };
         let at_once = ((PIECE / frames) as usize)
             .max(1)
-            .next_multiple_of(rayon::current_num_threads());
+            .next_multiple_of(crate::parallel::threads());
         while pieces.batches.len() < BATCHES {
             let begun = pieces.batches.len();
             let piece = (begun..BATCHES.min(begun + at_once))

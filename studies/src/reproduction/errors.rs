@@ -4,7 +4,7 @@
 //! it is drawn evenly from 0.2 to 4. The draws are spread evenly: strata of the interval, each with a ratio from a
 //! golden-ratio sequence, all with equally many frames. Both sets have the same intervals, bits, phases and reflectances.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::findings::Pieces;

@@ -20,9 +20,9 @@ mod dimming;
 mod exposed;
 mod trial;
 
+use crate::parallel::prelude::*;
 use link::fec::Code;
 use link::symbol_rate::{SymbolRate, SymbolRateError};
-use rayon::prelude::*;
 use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
 use thiserror::Error;

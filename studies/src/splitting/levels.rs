@@ -1,6 +1,6 @@
 //! The levels of the score: found by subset simulation on frames of another seed.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::sampler::{MISREAD, Sampler, Scored, SplittingWorkspace};
 use crate::monte_carlo::EvaluateError;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::shard::Expected;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
@@ -261,7 +261,7 @@ impl<'a> Run<'a> {
     /// The next chunks to be worked on. Of a cell that may have enough soon no more are taken than were done, so that few
     /// are done in vain.
     fn batch(&self, left: &[&Work], results: &Results) -> Vec<(usize, u64)> {
-        let size = CHUNKS_A_THREAD * rayon::current_num_threads();
+        let size = CHUNKS_A_THREAD * crate::parallel::threads();
         let mut batch = Vec::with_capacity(size);
         for work in left {
             let room = size - batch.len();

@@ -1,6 +1,6 @@
 //! The table to carry where nobody knows which of several scenes it will be.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use serde::{Deserialize, Serialize};
 use sim::l2a::file::RatioFile;
 use sim::random::{Purpose, stream};

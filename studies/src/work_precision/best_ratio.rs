@@ -14,6 +14,7 @@ use super::steps::Steps;
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{Evaluator, Settings};
 use crate::optimum::{RANGE, at_ratio};
+use crate::parallel::on_one_thread;
 use crate::reach::{Choice, ReachError, ReachSearch, reach};
 use sim::scene::Scene;
 
@@ -130,10 +131,11 @@ fn timed<E: Send>(run: impl FnOnce() -> Result<[f64; 2], E> + Send) -> Result<Fo
 where
     PrecisionError: From<E>,
 {
-    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-    let start = Instant::now();
-    let [l2a, reach_m] = one.install(run)?;
-    let ns = start.elapsed().as_secs_f64() * 1e9;
+    let timed = || {
+        let start = Instant::now();
+        run().map(|found| (found, start.elapsed().as_secs_f64() * 1e9))
+    };
+    let ([l2a, reach_m], ns) = on_one_thread(timed)??;
     Ok(Found { l2a, reach_m, ns })
 }
 

@@ -25,7 +25,7 @@ pub enum PrecisionError {
     Reach(#[from] ReachError),
     /// No thread can be had.
     #[error("cannot begin a thread: {0}")]
-    Thread(#[from] rayon::ThreadPoolBuildError),
+    Thread(#[from] crate::parallel::NoThread),
     /// No camera is like that.
     #[error(transparent)]
     Camera(#[from] CameraError),

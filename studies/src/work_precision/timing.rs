@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use sim::timing::{Work, by_turns};
+use sim::timing::{Work, by_turns, system_clock};
 
 use super::diagram::Point;
 use super::quartiles::Quartiles;
@@ -26,7 +26,7 @@ pub fn time_by_turns(candidates: Vec<Candidate>, turns: usize) -> Vec<Point> {
         works.push(candidate.work);
         units.push(candidate.units);
     }
-    let mut ns = by_turns(&mut works, turns, Duration::MAX);
+    let mut ns = by_turns(&mut works, turns, Duration::MAX, system_clock);
     for (ns, units) in ns.iter_mut().zip(units) {
         ns.iter_mut().for_each(|ns| *ns /= units);
     }

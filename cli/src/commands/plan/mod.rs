@@ -7,6 +7,7 @@ use sim::accuracy::Level;
 use sim::cost::{self, Cost};
 use sim::plan::Decision;
 use sim::renderer::Renderer;
+use sim::timing::system_clock;
 
 use crate::options::Shared;
 use crate::output::{self, Answer};
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         return arguments.signalling.run(scene, camera, shared);
     }
     let renderer = Renderer::new(&shared.scene(scene.unwrap_or("paper"))?, Level::Fast)?;
-    let costs = cost::measure(&renderer, cost::BUDGET);
+    let costs = cost::measure(&renderer, cost::BUDGET, system_clock);
     let rows = renderer.plan().decisions.iter().zip(&costs);
     if shared.json {
         for (decision, cost) in rows {

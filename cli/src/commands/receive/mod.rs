@@ -1,6 +1,5 @@
 //! `vocc receive`: messages from a sequence of frames.
 
-mod diagnosis;
 mod places;
 mod reception;
 mod report;
@@ -14,13 +13,13 @@ use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 use studies::reception::PANELS_MAX;
 use studies::reception::rates::{self, Rates};
+use studies::reception::stream::{SIDE_MAX, Stream};
 
 use crate::camera::{CameraArguments, Told};
 use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film};
 use crate::frames::picture::PictureReader;
-use crate::frames::stream::{SIDE_MAX, Stream};
 use crate::options::Shared;
 use crate::output::{self, Answer};
 use crate::outputs;
@@ -188,7 +187,7 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
             match Stream::open(input, None, channel) {
                 Ok(stream) => receive_stream(reception, stream, || film.end()),
                 // Whoever decodes it knows better what is wrong with it.
-                Err(error) => film.end().and(Err(error)),
+                Err(error) => film.end().and(Err(error.into())),
             }
         }
         Source::Files(frames) => receive_files(reception, &frames, told),
@@ -217,7 +216,7 @@ fn receive_stream<const PANELS: usize>(
     };
     // What came before an error is not lost.
     let answer = reception.finish()?;
-    ended().and(end)?;
+    ended().and(end.map_err(Into::into))?;
     Ok(answer)
 }
 

@@ -4,12 +4,12 @@ use anyhow::ensure;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::ReceiverSettings;
+use studies::reception::diagnosis::Gone;
 use studies::reception::rates::{Heard, Rates};
 use studies::reception::whereabouts::{Sight, Whereabouts};
 use studies::reception::{Receiving, USUAL_FPS, receiver};
 
 use super::Arguments;
-use super::diagnosis::Gone;
 use super::report::Report;
 use super::stage_times::{Spent, StageTimes};
 use crate::camera::Told;

@@ -3,17 +3,15 @@
 use anyhow::Context;
 use link::framing::{Event, SegmentOutcome};
 use link::geometry::Geometry;
+use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{Outcome, Reading};
-
-use rx_pipeline::camera::Learnt;
-
+use studies::reception::diagnosis::{Diagnosis, Gone};
+use studies::reception::learnt;
 use studies::reception::whereabouts::Whereabouts;
 
 use super::Arguments;
-use super::diagnosis::{Diagnosis, Gone};
 use super::places::Places;
-use crate::camera;
 use crate::output::{self, Answer, line};
 use crate::pose;
 use crate::progress::Progress;
@@ -152,11 +150,11 @@ impl<'a> Report<'a> {
         if self.as_json {
             if self.messages == 0 {
                 output::json(
-                    &serde_json::json!({ "panel": panel, "camera": camera::as_json(learnt) }),
+                    &serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }),
                 )?;
             }
         } else {
-            self.say(&camera::as_text(learnt));
+            self.say(&learnt::as_text(learnt));
         }
         Ok(())
     }
@@ -311,7 +309,7 @@ impl<'a> Report<'a> {
             ),
             &serde_json::json!({
                 "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
-                "camera": learnt.map(camera::as_json), "pose": pose::whereabouts_json(whereabouts),
+                "camera": learnt.map(learnt::as_json), "pose": pose::whereabouts_json(whereabouts),
             }),
         )
     }

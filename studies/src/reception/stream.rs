@@ -5,9 +5,7 @@
 
 use std::io::{BufRead, Read};
 
-use anyhow::{Context, bail, ensure};
-
-use studies::reception::colour::{Channel, Standard};
+use super::colour::{Channel, Standard};
 
 /// The most columns or rows of a frame.
 pub const SIDE_MAX: usize = 8192;
@@ -18,7 +16,82 @@ const FRAME: &[u8] = b"FRAME";
 /// The longest line of a y4m header.
 const LINE_MAX: u64 = 1024;
 
+/// Why a stream gives no frame.
+#[derive(Debug, thiserror::Error)]
+pub enum StreamError {
+    /// Whatever gives it gives no more.
+    #[error("cannot read the stream")]
+    Read(#[from] std::io::Error),
+    /// It ends before it begins.
+    #[error("the stream has no frames: pipe y4m, or raw grey bytes with --raw WIDTHxHEIGHT")]
+    Empty,
+    /// It is something else.
+    #[error(
+        "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or pipe y4m, \
+         such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
+    )]
+    NoY4m,
+    /// No frame follows a frame.
+    #[error("the y4m stream has something else where a frame should begin")]
+    NoFrame,
+    /// It ends too soon.
+    #[error(
+        "the stream ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
+        size.0, size.1
+    )]
+    Cut {
+        /// Bytes of the last frame.
+        filled: usize,
+        /// Bytes of a frame.
+        whole: usize,
+        /// Columns and rows.
+        size: (usize, usize),
+    },
+    /// It ends too soon after a frame's luma.
+    #[error("the stream ends inside a frame's colours")]
+    CutColours,
+    /// A header without an end.
+    #[error(
+        "the stream has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their size with \
+         --raw WIDTHxHEIGHT"
+    )]
+    LongLine,
+    /// A header without a width or a height.
+    #[error("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two")]
+    Side {
+        /// The header.
+        header: String,
+        /// W or H.
+        tag: &'static str,
+    },
+    /// Its frames are of two times each.
+    #[error(
+        "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
+         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
+         twice as many frames a second"
+    )]
+    Interlaced,
+    /// Its frames are of another kind.
+    #[error(
+        "y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`"
+    )]
+    Kind {
+        /// What its header calls them.
+        kind: String,
+    },
+}
+
 /// A stream of grey frames of one size.
+///
+/// ```
+/// use studies::reception::{colour::Channel, stream::Stream};
+/// let film = b"YUV4MPEG2 W2 H1 F30:1 Cmono\nFRAME\n\x10\x20".as_slice();
+/// let mut stream = Stream::open(film, None, Channel::Brightest)?;
+/// assert_eq!((stream.size(), stream.rate()), ((2, 1), Some(30.0)));
+/// assert_eq!(stream.next_frame()?, Some([16, 32].as_slice()));
+/// assert_eq!(stream.next_frame()?, None);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Stream<R> {
     input: R,
     size: (usize, usize),
@@ -51,18 +124,14 @@ impl<R: BufRead> Stream<R> {
         mut input: R,
         raw: Option<(usize, usize)>,
         channel: Channel,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, StreamError> {
         let (size, video) = match raw {
             Some(size) => (size, None),
             None => {
-                let header = line(&mut input)?.context(
-                    "the stream has no frames: pipe y4m, or raw grey bytes with --raw WIDTHxHEIGHT",
-                )?;
-                ensure!(
-                    begins_with(&header, Y4M),
-                    "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or \
-                     pipe y4m, such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
-                );
+                let header = line(&mut input)?.ok_or(StreamError::Empty)?;
+                if !begins_with(&header, Y4M) {
+                    return Err(StreamError::NoY4m);
+                }
                 let (size, video) = y4m_header(&String::from_utf8_lossy(&header))?;
                 (size, Some(video))
             }
@@ -91,15 +160,18 @@ impl<R: BufRead> Stream<R> {
         self.video?.rate
     }
 
+    /// Bytes of a frame, without the line before it.
+    pub fn frame_bytes(&self) -> usize {
+        self.grey.len() + self.colours.len()
+    }
+
     /// The next frame; none at the stream's end.
-    pub fn next_frame(&mut self) -> anyhow::Result<Option<&[u8]>> {
+    pub fn next_frame(&mut self) -> Result<Option<&[u8]>, StreamError> {
         if self.video.is_some() {
             match line(&mut self.input)? {
                 None => return Ok(None),
-                Some(start) => ensure!(
-                    begins_with(&start, FRAME),
-                    "the y4m stream has something else where a frame should begin"
-                ),
+                Some(start) if begins_with(&start, FRAME) => {}
+                Some(_) => return Err(StreamError::NoFrame),
             }
         }
         let filled = fill(&mut self.input, &mut self.grey)?;
@@ -107,16 +179,17 @@ impl<R: BufRead> Stream<R> {
             return Ok(None);
         }
         let whole = self.grey.len();
-        ensure!(
-            filled == whole,
-            "the stream ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
-            self.size.0,
-            self.size.1
-        );
-        ensure!(
-            fill(&mut self.input, &mut self.colours)? == self.colours.len(),
-            "the stream ends inside a frame's colours"
-        );
+        if filled != whole {
+            let size = self.size;
+            return Err(StreamError::Cut {
+                filled,
+                whole,
+                size,
+            });
+        }
+        if fill(&mut self.input, &mut self.colours)? != self.colours.len() {
+            return Err(StreamError::CutColours);
+        }
         let samples = self.size.0 * self.size.1;
         if let Some(video) = self.video {
             video.to_8_bits(&mut self.grey);
@@ -191,34 +264,29 @@ impl Video {
 }
 
 /// Reads until the buffer is full or the input ends.
-fn fill(input: &mut impl Read, buffer: &mut [u8]) -> anyhow::Result<usize> {
+fn fill(input: &mut impl Read, buffer: &mut [u8]) -> Result<usize, StreamError> {
     let mut filled = 0;
     while filled < buffer.len() {
         match input.read(&mut buffer[filled..]) {
             Ok(0) => break,
             Ok(read) => filled += read,
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error).context("cannot read the stream"),
+            Err(error) => return Err(error.into()),
         }
     }
     Ok(filled)
 }
 
 /// One line without its end; none where the input has ended.
-fn line(input: &mut impl BufRead) -> anyhow::Result<Option<Vec<u8>>> {
+fn line(input: &mut impl BufRead) -> Result<Option<Vec<u8>>, StreamError> {
     let mut line = Vec::new();
-    input
-        .take(LINE_MAX)
-        .read_until(b'\n', &mut line)
-        .context("cannot read the stream")?;
+    input.take(LINE_MAX).read_until(b'\n', &mut line)?;
     if line.is_empty() {
         return Ok(None);
     }
-    ensure!(
-        line.pop() == Some(b'\n'),
-        "the stream has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their \
-         size with --raw WIDTHxHEIGHT"
-    );
+    if line.pop() != Some(b'\n') {
+        return Err(StreamError::LongLine);
+    }
     Ok(Some(line))
 }
 
@@ -229,29 +297,27 @@ fn begins_with(header: &[u8], word: &[u8]) -> bool {
 }
 
 /// The size of the frames, and how they are made up.
-fn y4m_header(header: &str) -> anyhow::Result<((usize, usize), Video)> {
+fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
     let fields = |tag: &'static str| {
         let fields = header.split(' ').skip(1);
         fields.filter_map(move |field| field.strip_prefix(tag))
     };
     let field = |tag| fields(tag).next();
-    let side = |tag: &'static str| -> anyhow::Result<usize> {
+    let side = |tag: &'static str| -> Result<usize, StreamError> {
         let mut sides = fields(tag).filter(|side| side.bytes().all(|digit| digit.is_ascii_digit()));
         let side = sides
             .next()
             .and_then(|side| side.parse().ok())
             .filter(|side| (1..=SIDE_MAX).contains(side) && sides.next().is_none());
-        side.with_context(|| {
-            format!("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two")
+        side.ok_or_else(|| StreamError::Side {
+            header: header.into(),
+            tag,
         })
     };
     let (width, height) = (side("W")?, side("H")?);
-    ensure!(
-        matches!(field("I"), None | Some("p" | "?")),
-        "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
-         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
-         twice as many frames a second"
-    );
+    if !matches!(field("I"), None | Some("p" | "?")) {
+        return Err(StreamError::Interlaced);
+    }
     let kind = field("C").unwrap_or("420");
     let (layout, bits) = depth(kind);
     let sharing = match layout {
@@ -259,9 +325,7 @@ fn y4m_header(header: &str) -> anyhow::Result<((usize, usize), Video)> {
         "420" | "420jpeg" | "420paldv" | "420mpeg2" => Some((2, 2)),
         "422" => Some((2, 1)),
         "444" => Some((1, 1)),
-        _ => bail!(
-            "y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`"
-        ),
+        _ => return Err(StreamError::Kind { kind: kind.into() }),
     };
     let limited = match field("XCOLORRANGE=") {
         Some(range) => range == "LIMITED",
@@ -307,7 +371,7 @@ fn rate(text: &str) -> Option<f32> {
 mod tests {
     use super::*;
 
-    fn open(bytes: &[u8]) -> anyhow::Result<Stream<&[u8]>> {
+    fn open(bytes: &[u8]) -> Result<Stream<&[u8]>, StreamError> {
         Stream::open(bytes, None, Channel::Brightest)
     }
 

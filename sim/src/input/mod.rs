@@ -1,9 +1,15 @@
 //! Files that are read: ordinary ones, no larger than what they hold can be, so that neither memory nor patience ends first.
+//!
+//! Without the feature `files` there are none: whoever asks for one is told so.
 
-use std::fs::File;
-use std::io::{Cursor, Error, ErrorKind, Read};
+#[cfg_attr(feature = "files", path = "files.rs")]
+#[cfg_attr(not(feature = "files"), path = "no_files.rs")]
+mod files;
+
+use std::io::{Cursor, Error, ErrorKind};
 use std::path::Path;
 
+pub use files::{is_there, list, read};
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 
 /// The largest scene, camera or calibration, in bytes of text.
@@ -43,28 +49,6 @@ pub enum PictureError {
     },
 }
 
-/// The bytes of an ordinary file that has at most `most`.
-///
-/// # Errors
-/// When it is a folder, a device or a pipe, has more, or cannot be read.
-pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    // A pipe that nobody writes to would be waited for already when it is opened.
-    if !std::fs::metadata(path)?.is_file() {
-        let why = "it is no ordinary file: give a file, not a folder, a device or a pipe";
-        return Err(Error::new(ErrorKind::InvalidInput, why));
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path)?;
-    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most {
-        let why = format!(
-            "it has more than {most} bytes, the most that are read here: is it the file you meant?"
-        );
-        return Err(Error::new(ErrorKind::FileTooLarge, why));
-    }
-    Ok(bytes)
-}
-
 /// The text of an ordinary file that has at most `most` bytes.
 ///
 /// # Errors
@@ -81,10 +65,17 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, Error> {
 /// # Errors
 /// See [`PictureError`].
 pub fn picture(path: &Path) -> Result<DynamicImage, PictureError> {
-    let bytes = read(path, PICTURE_MAX)?;
-    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format()?;
+    picture_of(&read(path, PICTURE_MAX)?)
+}
+
+/// The same from the bytes of such a file.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn picture_of(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     // The decoder fills what is missing of a JPEG with grey, which would pass for a picture.
-    if reader.format() == Some(ImageFormat::Jpeg) && !ends(&bytes) {
+    if reader.format() == Some(ImageFormat::Jpeg) && !ends(bytes) {
         return Err(PictureError::Cut);
     }
     let mut decoder = reader.into_decoder()?;

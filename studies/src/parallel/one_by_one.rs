@@ -1,0 +1,61 @@
+//! The same words for iterators that do one thing after another.
+
+/// No thread is asked for.
+#[derive(Debug, thiserror::Error)]
+pub enum NoThread {}
+
+/// How many things are done at once.
+pub const fn threads() -> usize {
+    1
+}
+
+/// Does a work.
+pub fn on_one_thread<T>(work: impl FnOnce() -> T) -> Result<T, NoThread> {
+    Ok(work())
+}
+
+/// What `rayon::prelude` has, as far as it is used.
+pub mod prelude {
+    /// As rayon's.
+    pub trait IntoParallelIterator: IntoIterator + Sized {
+        /// One after another.
+        fn into_par_iter(self) -> Self::IntoIter {
+            self.into_iter()
+        }
+    }
+
+    impl<I: IntoIterator> IntoParallelIterator for I {}
+
+    /// As rayon's.
+    pub trait ParallelSlice<T> {
+        /// One after another.
+        fn par_iter(&self) -> std::slice::Iter<'_, T>;
+        /// One after another.
+        fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T>;
+    }
+
+    impl<T> ParallelSlice<T> for [T] {
+        fn par_iter(&self) -> std::slice::Iter<'_, T> {
+            self.iter()
+        }
+
+        fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+            self.iter_mut()
+        }
+    }
+
+    /// As rayon's.
+    pub trait ParallelIterator: Iterator + Sized {
+        /// Has one room for all.
+        fn map_init<R, T>(
+            self,
+            room: impl FnOnce() -> R,
+            mut work: impl FnMut(&mut R, Self::Item) -> T,
+        ) -> impl Iterator<Item = T> {
+            let mut room = room();
+            self.map(move |item| work(&mut room, item))
+        }
+    }
+
+    impl<I: Iterator> ParallelIterator for I {}
+}

@@ -1,0 +1,63 @@
+//! What was learnt of a camera, in words.
+
+use link::camera::{Camera, Encoding};
+use link::panel::{LEDS, SIDE};
+use rx_pipeline::camera::Learnt;
+
+/// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
+pub fn as_json(learnt: &Learnt) -> serde_json::Value {
+    let Learnt {
+        camera,
+        blur_deviation_px,
+        noise_grey,
+        line_delay,
+        broken,
+        frames,
+    } = learnt;
+    serde_json::json!({
+        "encoding": camera.encoding, "black_grey": camera.black_grey, "blur_sigma_px": camera.blur_sigma_px,
+        "blur_aspect": camera.blur_aspect, "read_noise_e": camera.read_noise_e, "blur_deviation_px": blur_deviation_px,
+        "noise_grey": noise_grey, "line_delay_exposures": line_delay, "broken_leds": leds(*broken), "frames": frames,
+    })
+}
+
+/// What was learnt, for a person.
+pub fn as_text(learnt: &Learnt) -> String {
+    let Camera {
+        encoding,
+        black_grey,
+        blur_sigma_px,
+        blur_aspect,
+        ..
+    } = learnt.camera;
+    let encoding = match encoding {
+        Encoding::Gamma(gamma) => format!("gamma {gamma:.2}"),
+        Encoding::Srgb => "sRGB".to_owned(),
+        Encoding::Rec709 => "BT.709".to_owned(),
+    };
+    let broken = leds(learnt.broken);
+    let broken = if broken.is_empty() {
+        String::new()
+    } else {
+        let places: Vec<String> = broken
+            .iter()
+            .map(|led| format!("row {} column {}", led / SIDE + 1, led % SIDE + 1))
+            .collect();
+        format!("; broken LEDs: {}", places.join(", "))
+    };
+    let lines = match learnt.line_delay {
+        None => String::new(),
+        Some(0.0) => ", all lines exposed at once as far as it shows".to_owned(),
+        Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
+    };
+    format!(
+        "camera as learnt from {} frames: blur {blur_sigma_px:.2} ± {:.2} px, {blur_aspect:.2} times as wide as high, {encoding}, black at \
+         {black_grey:.0}, noise {:.1} grey levels{lines}{broken}",
+        learnt.frames, learnt.blur_deviation_px, learnt.noise_grey
+    )
+}
+
+/// The LEDs of a mask, by their numbers 8·row + column.
+fn leds(mask: u64) -> Vec<usize> {
+    (0..LEDS).filter(|led| mask >> led & 1 == 1).collect()
+}
