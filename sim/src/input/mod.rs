@@ -37,6 +37,14 @@ pub enum PictureError {
     /// A JPEG without an end.
     #[error("it is no whole PNG, JPEG or PGM image: it ends too soon")]
     Cut,
+    /// More than a picture can have.
+    #[error(
+        "it has {bytes} bytes, and the largest picture that is read has {PICTURE_MAX}: is it the file you meant?"
+    )]
+    TooLong {
+        /// Its bytes.
+        bytes: usize,
+    },
     /// No pixels, or too many.
     #[error(
         "it has {width} × {height} pixels: 1 × 1 to {SIDE_MAX} × {SIDE_MAX} are read; scale or cut it"
@@ -73,6 +81,9 @@ pub fn picture(path: &Path) -> Result<DynamicImage, PictureError> {
 /// # Errors
 /// See [`PictureError`].
 pub fn picture_of(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
+    if bytes.len() as u64 > PICTURE_MAX {
+        return Err(PictureError::TooLong { bytes: bytes.len() });
+    }
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     // The decoder fills what is missing of a JPEG with grey, which would pass for a picture.
     if reader.format() == Some(ImageFormat::Jpeg) && !ends(bytes) {

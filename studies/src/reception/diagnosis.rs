@@ -14,7 +14,7 @@ const APART: f32 = 2.0;
 /// A message of a few words, sent twice over, takes so many symbols about.
 const SHORT: usize = 20;
 
-/// The rates that were gone by.
+/// What a message was looked for by.
 pub struct Gone {
     /// Symbols a second.
     pub symbols_hz: f32,
@@ -22,6 +22,8 @@ pub struct Gone {
     pub fps: f32,
     /// How often the panel was seen to change a second, if that is known.
     pub changes_hz: Option<f32>,
+    /// Whether advice may name the command line's options.
+    pub has_options: bool,
 }
 
 impl Gone {
@@ -33,8 +35,12 @@ impl Gone {
         let seen = self.changes_hz.map_or_else(String::new, |changes| {
             format!("; here the panel changes about {changes:.0} times a second")
         });
+        let [symbols, frames] = match self.has_options {
+            true => [" (--symbol-rate)", " (--fps)"],
+            false => [""; 2],
+        };
         format!(
-            "are {symbols_hz} symbols a second (--symbol-rate) and {fps} frames a second (--fps) right? The Pico shows 90 symbols{seen}"
+            "are {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames} right? The Pico shows 90 symbols{seen}"
         )
     }
 }
@@ -90,11 +96,14 @@ impl Diagnosis {
         }
         if self.read == 0 {
             if frames > 0 {
-                lines.push(
+                let look = match rates.has_options {
+                    true => "; look at a frame, and try it with `vocc decode FRAME --corners …`",
+                    false => "",
+                };
+                lines.push(format!(
                     "no panel was found: it is found best where its LEDs are at least 2 px apart, neither white nor black throughout, and \
-                     change from frame to frame; look at a frame, and try it with `vocc decode FRAME --corners …`"
-                        .to_owned(),
-                );
+                     change from frame to frame{look}"
+                ));
             }
             return lines;
         }

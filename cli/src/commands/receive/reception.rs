@@ -233,6 +233,7 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
             symbols_hz: self.arguments.rate_hz(self.fps),
             fps: self.fps,
             changes_hz: self.rates.iter().flatten().find_map(Rates::seen_hz),
+            has_options: true,
         };
         self.report.end(&gone)
     }

@@ -1,0 +1,294 @@
+//! A scene's frames, one after another, each read as soon as it is drawn.
+
+use link::panel::{LEDS, PanelFrame};
+use rx_pipeline::cells::CellMap;
+use rx_pipeline::corners::Corners;
+use rx_pipeline::detect::Detector;
+use rx_pipeline::features::Features;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::MaximumLikelihood;
+use serde::Serialize;
+use serde_json::Value;
+use sim::accuracy::Level;
+use sim::plan::Plan;
+use sim::renderer::canvas::{Canvas, Region};
+use sim::renderer::{Renderer, Shown};
+use sim::road::camera_of;
+use sim::scene::Scene;
+
+use crate::fault::Fault;
+use crate::told::Settings;
+
+/// The most pixels of a panel's bounding box.
+const PANEL_PIXELS: usize = 512 * 512;
+/// The most that the likelihood looks at; larger panels are binned.
+const LIKELIHOOD_PIXELS: usize = 128 * 128;
+
+/// What is seen of a frame.
+#[derive(Clone, Debug)]
+pub struct Sight {
+    /// What the panel showed in the middle of the exposure.
+    pub sent: PanelFrame,
+    /// What k-means reads; all Off where nothing can be read.
+    pub kmeans: PanelFrame,
+    /// What maximum likelihood reads.
+    pub likeliest: PanelFrame,
+    /// Whether both have read it.
+    pub is_read: [bool; 2],
+    /// The share of bits that are right by maximum likelihood's own account.
+    pub confidence: f32,
+    /// Whether the exposure seems to have caught two symbols.
+    pub is_mixed: bool,
+    /// AGR of each LED.
+    pub agr: [f32; LEDS],
+    /// GRI of each LED, in grey levels.
+    pub gri: [f32; LEDS],
+    /// k-means' border in the plane of (AGR, GRI): x·AGR + y·GRI = d.
+    pub border: [f32; 3],
+    /// Why it cannot be read, where it cannot.
+    pub why: String,
+}
+
+impl Sight {
+    /// What is seen before the first frame.
+    pub const NOTHING: Self = Self {
+        sent: PanelFrame::from_bits(0),
+        kmeans: PanelFrame::from_bits(0),
+        likeliest: PanelFrame::from_bits(0),
+        is_read: [false; 2],
+        confidence: 0.5,
+        is_mixed: false,
+        agr: [0.0; LEDS],
+        gri: [0.0; LEDS],
+        border: [0.0; 3],
+        why: String::new(),
+    };
+}
+
+/// A scene that is looked at.
+pub struct Explore {
+    pub(crate) renderer: Renderer,
+    pub(crate) seed: u64,
+    pub(crate) region: Region,
+    /// Of the panel in the region; why there are none.
+    corners: Result<Corners, String>,
+    canvas: Drawing,
+    shown: Vec<Shown>,
+    /// The camera's grey levels in the region.
+    pub(crate) grey: Vec<u8>,
+    map: Box<CellMap<PANEL_PIXELS>>,
+    likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
+    pub(crate) sight: Sight,
+}
+
+enum Drawing {
+    Single(Canvas<f32>),
+    Double(Canvas<f64>),
+}
+
+/// What the page is told of a scene once.
+#[derive(Serialize)]
+struct Opened<'a> {
+    region: Place,
+    sensor: Place,
+    corners_px: [[f64; 2]; 4],
+    pitch_px: f64,
+    #[serde(flatten)]
+    settings: Settings,
+    plan: &'a Plan,
+    left_out_grey: f64,
+    error_bound_grey: f64,
+    values: &'a Scene,
+    toml: String,
+}
+
+/// A part of the sensor.
+#[derive(Serialize)]
+pub struct Place {
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
+}
+
+impl From<Region> for Place {
+    fn from(region: Region) -> Self {
+        Self {
+            x: region.x,
+            y: region.y,
+            width: region.width,
+            height: region.height,
+        }
+    }
+}
+
+/// The corner LEDs of the first panel, in a region's pixels.
+pub fn corners_in(renderer: &Renderer, region: Region) -> [[f64; 2]; 4] {
+    let corners = renderer.corner_leds_px(0);
+    corners.map(|[x, y]| [x - region.x as f64, y - region.y as f64])
+}
+
+impl Explore {
+    /// Looks at a scene.
+    pub fn new(scene: &Scene, level: Level, seed: u64) -> Result<Self, Fault> {
+        let renderer = Renderer::new(scene, level)?;
+        let region = renderer.surroundings(0);
+        let canvas = match level {
+            Level::Reference => Drawing::Double(Canvas::new(region)),
+            Level::Fine | Level::Fast => Drawing::Single(Canvas::new(region)),
+        };
+        Ok(Self {
+            corners: renderer.corners_in(region).map_err(|why| why.to_string()),
+            shown: renderer.shown(seed, 0, None),
+            grey: vec![0; region.width * region.height],
+            map: Box::new(CellMap::empty()),
+            likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
+            sight: Sight::NOTHING,
+            renderer,
+            seed,
+            region,
+            canvas,
+        })
+    }
+
+    /// What there is to say of it.
+    pub fn opened(&self) -> Result<Value, Fault> {
+        let view = self.renderer.view();
+        let corners_px = corners_in(&self.renderer, self.region);
+        let [[left, top], [right, bottom], ..] = corners_px;
+        Ok(serde_json::to_value(Opened {
+            region: self.region.into(),
+            sensor: self.renderer.sensor().into(),
+            corners_px,
+            pitch_px: (right - left).hypot(bottom - top) / 7.0,
+            settings: Settings::of(view)?,
+            plan: self.renderer.plan(),
+            left_out_grey: self.renderer.plan().left_out_grey(),
+            error_bound_grey: self.renderer.level().error_bound_grey(),
+            values: &view.scene,
+            toml: toml::to_string(&view.scene)?,
+        })?)
+    }
+
+    /// Draws frame `frame` of the scene, as `vocc render --crop` does, and reads it.
+    pub fn frame(&mut self, frame: u64) {
+        self.draw(frame);
+        let moment = self.renderer.moment(frame);
+        // What was said of the frame before is forgotten; the room for it is kept.
+        let mut why = std::mem::take(&mut self.sight.why);
+        why.clear();
+        self.sight = Sight {
+            sent: self.renderer.truth(0, &moment, &self.shown[0]),
+            why,
+            ..Sight::NOTHING
+        };
+        if let Err(why) = self.read()
+            && !self.sight.why.contains(&why)
+        {
+            let apart = if self.sight.why.is_empty() { "" } else { "; " };
+            self.sight.why += apart;
+            self.sight.why += &why;
+        }
+    }
+
+    fn draw(&mut self, frame: u64) {
+        let (renderer, seed) = (&self.renderer, self.seed);
+        renderer.show(seed, frame, None, &mut self.shown);
+        let moment = renderer.moment(frame);
+        match &mut self.canvas {
+            Drawing::Single(canvas) => {
+                renderer.draw(&moment, &self.shown, canvas);
+                renderer.read_out(seed, frame, canvas, &mut self.grey);
+            }
+            Drawing::Double(canvas) => {
+                renderer.draw_exact(&moment, &self.shown, canvas);
+                renderer.read_out_exact(seed, frame, canvas, &mut self.grey);
+            }
+        }
+    }
+
+    fn read(&mut self) -> Result<(), String> {
+        let why = |fault: &dyn std::error::Error| fault.to_string();
+        let Region { width, height, .. } = self.region;
+        let corners = self.corners.as_ref().map_err(String::clone)?;
+        let picture = Frame::new(&self.grey, width, height).map_err(|fault| why(&fault))?;
+        let sight = &mut self.sight;
+        match self.likelihood.detect(&picture, corners) {
+            Ok(detection) => {
+                sight.is_read[1] = true;
+                sight.likeliest = detection.bits;
+                sight.confidence = detection.confidence;
+                sight.is_mixed = detection.mixed.is_some();
+            }
+            Err(fault) => sight.why = fault.to_string(),
+        }
+        self.map
+            .build(corners, width, height)
+            .map_err(|fault| why(&fault))?;
+        let features = Features::measure(&picture, &self.map).map_err(|fault| why(&fault))?;
+        (sight.agr, sight.gri) = (features.agr, features.gri);
+        sight.kmeans = Detector::KMeans
+            .decide(&features)
+            .map_err(|fault| why(&fault))?;
+        sight.is_read[0] = true;
+        sight.border = border(&features, sight.kmeans);
+        Ok(())
+    }
+}
+
+/// The line between k-means' two clusters: as far from one's centre as from the other's, each feature over its standard deviation.
+fn border(features: &Features, bits: PanelFrame) -> [f32; 3] {
+    let axis = |feature: &[f32; LEDS]| {
+        let mean = feature.iter().sum::<f32>() / LEDS as f32;
+        let variance = feature.iter().map(|x| (x - mean).powi(2)).sum::<f32>() / LEDS as f32;
+        let deviation = if variance > 0.0 { variance.sqrt() } else { 1.0 };
+        let centre = |of: PanelFrame| {
+            let members = (0..LEDS).filter(|&led| of.led(led));
+            members.map(|led| feature[led]).sum::<f32>() / of.bits().count_ones() as f32 / deviation
+        };
+        (
+            deviation,
+            centre(bits),
+            centre(PanelFrame::from_bits(!bits.bits())),
+        )
+    };
+    let (agr, gri) = (axis(&features.agr), axis(&features.gri));
+    let along = |(deviation, on, off): (f32, f32, f32)| (on - off) / deviation;
+    let middle = |(_, on, off): (f32, f32, f32)| (on * on - off * off) / 2.0;
+    [along(agr), along(gri), middle(agr) + middle(gri)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn explore(set: &[&str]) -> Explore {
+        let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+        Explore::new(&Scene::load("day", &set).unwrap(), Level::Fast, 1).unwrap()
+    }
+
+    #[test]
+    fn the_border_parts_what_k_means_parts() {
+        let mut explore = explore(&["pose.distance_m=40"]);
+        for frame in 0..20 {
+            explore.frame(frame);
+            let sight = &explore.sight;
+            assert!(sight.is_read[0]);
+            let [x, y, d] = sight.border;
+            for led in 0..LEDS {
+                let is_on = x * sight.agr[led] + y * sight.gri[led] > d;
+                assert_eq!(is_on, sight.kmeans.led(led), "frame {frame}, LED {led}");
+            }
+        }
+    }
+
+    #[test]
+    fn near_and_far_panels_are_read_or_say_why_not() {
+        for metres in [2.0, 3.0, 10.0, 70.0, 140.0] {
+            let mut explore = explore(&[&format!("pose.distance_m={metres}")]);
+            explore.frame(0);
+            let Sight { is_read, why, .. } = &explore.sight;
+            assert!(*is_read == [true; 2] || !why.is_empty(), "{metres} m");
+        }
+    }
+}

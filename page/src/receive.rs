@@ -1,0 +1,367 @@
+//! Messages of a film or a camera, frame after frame, as `vocc receive` reads them.
+
+use std::io::Read;
+
+use link::camera::{Camera, Encoding};
+use link::framing::Event;
+use rx_pipeline::camera::Learnt;
+use rx_pipeline::detect::Method;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::ReceiverSettings;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use studies::reception::colour::Channel;
+use studies::reception::diagnosis::{Diagnosis, Gone};
+use studies::reception::rates::{self, Heard, Rates};
+use studies::reception::stream::{SIDE_MAX, Stream};
+use studies::reception::{Receiving, USUAL_FPS, learnt, receiver};
+
+use crate::decode::brightest;
+use crate::fault::Fault;
+
+/// What the bytes of a frame are.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Format {
+    /// Red, green, blue and opacity of each pixel.
+    Rgba,
+    /// Grey levels.
+    Grey,
+    /// A frame of the y4m film that was begun, with the line before it.
+    Y4m,
+}
+
+/// A receiver and what it has heard.
+pub struct Film {
+    receiver: Receiving<1>,
+    rates: Rates,
+    size: (usize, usize),
+    fps: f32,
+    own_hz: f32,
+    diagnosis: Diagnosis,
+    messages: Vec<Value>,
+    told: usize,
+    read: u64,
+    frames: u64,
+    next: u64,
+    /// The header line of a y4m film.
+    header: Option<Vec<u8>>,
+    grey: Vec<u8>,
+}
+
+/// The header of a y4m film, as the page wants to know it.
+pub fn y4m(header: &[u8]) -> Result<Value, Fault> {
+    let line = [header, b"\n"].concat();
+    let stream = Stream::open(line.as_slice(), None, Channel::Brightest)?;
+    let (width, height) = stream.size();
+    Ok(
+        json!({ "width": width, "height": height, "fps": stream.rate(), "frame_bytes": stream.frame_bytes() }),
+    )
+}
+
+impl Film {
+    /// For frames of a size; the symbol rate is found where it is not told.
+    pub fn new(
+        (width, height): (usize, usize),
+        fps: Option<f32>,
+        symbol_rate: Option<f32>,
+        header: Option<Vec<u8>>,
+    ) -> Result<Self, Fault> {
+        let sides = 1..=SIDE_MAX;
+        for (what, side) in [("the frame's width", width), ("the frame's height", height)] {
+            if !sides.contains(&side) {
+                return Err(Fault::Range {
+                    what,
+                    value: side as f64,
+                    allowed: "frames of 1 × 1 to 8192 × 8192 pixels are read: scale or cut it",
+                });
+            }
+        }
+        let fps = fps.unwrap_or(USUAL_FPS);
+        if !(fps > 0.0 && fps.is_finite()) {
+            return Err(Fault::Range {
+                what: "the number of frames a second",
+                value: fps.into(),
+                allowed: "give one above 0",
+            });
+        }
+        let own_hz = symbol_rate.unwrap_or_else(|| rates::usual(fps));
+        let settings = ReceiverSettings {
+            camera: Camera::default(),
+            method: Method::default(),
+            symbols_per_frame: own_hz / fps,
+        };
+        Ok(Self {
+            receiver: receiver(settings, (width, height))?,
+            rates: Rates::beside(own_hz, fps, symbol_rate.is_some()),
+            size: (width, height),
+            fps,
+            own_hz,
+            diagnosis: Diagnosis::default(),
+            messages: Vec::new(),
+            told: 0,
+            read: 0,
+            frames: 0,
+            next: 0,
+            header,
+            grey: Vec::new(),
+        })
+    }
+
+    /// Takes frame `number`, which was taken so many frame periods `late`.
+    pub fn take(
+        &mut self,
+        number: u64,
+        late: f64,
+        format: Format,
+        bytes: &[u8],
+    ) -> Result<Value, Fault> {
+        if number < self.next {
+            return Err(Fault::Range {
+                what: "the frame's number",
+                value: number as f64,
+                allowed: "numbers rise from frame to frame: begin anew",
+            });
+        }
+        if !late.is_finite() {
+            return Err(Fault::Range {
+                what: "by how many frames it is late",
+                value: late,
+                allowed: "give a number",
+            });
+        }
+        self.fill(format, bytes)?;
+        self.next = number + 1;
+        self.frames += 1;
+        let (width, height) = self.size;
+        let frame = Frame::new(&self.grey, width, height)?;
+        self.receiver.set_late(late);
+        let outcome = self.receiver.frame(number, &frame);
+        let detection = outcome
+            .reading
+            .as_ref()
+            .ok()
+            .map(|reading| &reading.detection);
+        let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
+        self.rates
+            .hear(&outcome.event, number, late, detection, |heard| {
+                hear(heard, messages, diagnosis)
+            });
+        self.diagnosis.take(&outcome.reading);
+        let symbol = self.rates.symbol().or(outcome.symbol);
+        let (panel, why) = match &outcome.reading {
+            Ok(reading) => {
+                self.read += 1;
+                let (corners, detection) = (&reading.corners, &reading.detection);
+                let panel = json!({
+                    "bits": detection.bits.to_string(), "confidence": detection.confidence, "corners_px": corners.points(),
+                    "pitch_px": corners.pitch_px(), "symbol": symbol,
+                });
+                (Some(panel), None)
+            }
+            Err(why) => (None, Some(why.to_string())),
+        };
+        let whole = self.messages[self.told..].to_vec();
+        self.told = self.messages.len();
+        Ok(json!({
+            "panel": panel, "why": why, "messages": whole, "rate_hz": self.rate_hz(),
+            "camera": self.receiver.learnt().as_ref().map(learnt::as_json),
+        }))
+    }
+
+    /// What came of all frames.
+    pub fn end(&mut self) -> Result<Value, Fault> {
+        let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
+        let last = self.receiver.finish();
+        self.rates
+            .hear_last(&last, |heard| hear(heard, messages, diagnosis));
+        let camera: Option<Learnt> = self.receiver.learnt();
+        if let Some(learnt) = &camera {
+            self.diagnosis.learn(learnt);
+        }
+        let gone = Gone {
+            symbols_hz: self.rate_hz(),
+            fps: self.fps,
+            changes_hz: self.rates.seen_hz(),
+            has_options: false,
+        };
+        let advice = match self.messages.is_empty() {
+            true => self.diagnosis.lines(&gone),
+            false => Vec::new(),
+        };
+        Ok(json!({
+            "messages": self.messages, "read": self.read, "frames": self.frames, "advice": advice, "rate_hz": self.rate_hz(),
+            "camera": camera.as_ref().map(learnt::as_json), "camera_text": camera.as_ref().map(learnt::as_text),
+            "camera_toml": camera.as_ref().map(file_of).transpose()?,
+        }))
+    }
+
+    fn rate_hz(&self) -> f32 {
+        self.rates.found_hz().unwrap_or(self.own_hz)
+    }
+
+    /// The frame's grey levels.
+    fn fill(&mut self, format: Format, bytes: &[u8]) -> Result<(), Fault> {
+        let (width, height) = self.size;
+        match format {
+            Format::Rgba => return brightest(bytes, self.size, &mut self.grey),
+            Format::Grey if bytes.len() == width * height => {
+                self.grey.clear();
+                self.grey.extend_from_slice(bytes);
+            }
+            Format::Grey => {
+                return Err(Fault::Pixels {
+                    bytes: bytes.len(),
+                    wanted: width * height,
+                    width,
+                    height,
+                });
+            }
+            Format::Y4m => {
+                let header = self
+                    .header
+                    .as_deref()
+                    .ok_or(Fault::NotBegun("open a film"))?;
+                let film = header.chain(b"\n".as_slice()).chain(bytes);
+                let mut stream = Stream::open(film, None, Channel::Brightest)?;
+                let frame = stream.next_frame()?.ok_or(Fault::NoFrame)?;
+                self.grey.clear();
+                self.grey.extend_from_slice(frame);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The keys of a camera's file that are learnt.
+#[derive(Serialize)]
+struct CameraFile {
+    encoding: Encoding,
+    black_grey: f32,
+    blur_sigma_px: f32,
+    blur_aspect: f32,
+    read_noise_e: f32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_delay_exposures: Option<f32>,
+}
+
+/// What was learnt, as a file for `vocc --camera`.
+fn file_of(learnt: &Learnt) -> Result<String, Fault> {
+    let camera = learnt.camera.clamped();
+    let file = CameraFile {
+        encoding: camera.encoding,
+        black_grey: camera.black_grey,
+        blur_sigma_px: camera.blur_sigma_px,
+        blur_aspect: camera.blur_aspect,
+        read_noise_e: camera.read_noise_e,
+        // That all lines are exposed at once is known as far as panels of one size show.
+        line_delay_exposures: learnt.line_delay.filter(|&delay| delay != 0.0),
+    };
+    let keys = toml::to_string(&file)?;
+    Ok(format!("# {}\n{keys}", learnt::as_text(learnt)))
+}
+
+fn hear(heard: Heard<'_>, messages: &mut Vec<Value>, diagnosis: &mut Diagnosis) {
+    match heard {
+        Heard::Event(Event::Delivered(delivery)) => messages.push(json!({
+            "text": String::from_utf8_lossy(delivery.message), "first_frame": delivery.first_stamp,
+            "last_frame": delivery.last_stamp, "corrected_bits": delivery.corrected_bits,
+        })),
+        Heard::Event(Event::Rejected(_)) => diagnosis.reject(),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::fec::Code;
+    use link::framing::Framer;
+    use sim::accuracy::Level;
+    use sim::renderer::Renderer;
+    use sim::renderer::canvas::Canvas;
+    use sim::scene::Scene;
+
+    /// Frames that show a message, one panel each.
+    fn film(text: &str) -> (usize, usize, Vec<Vec<u8>>) {
+        let scene = Scene::load("paper", &[]).unwrap();
+        let renderer = Renderer::new(&scene, Level::Fast).unwrap();
+        let region = renderer.surroundings(0);
+        let mut framer = Framer::new(text.as_bytes(), Code::for_length(text.len()), false).unwrap();
+        let frames = (0..3 * framer.panels_per_repeat()).map(|frame| {
+            let shown = renderer.shown(1, frame.into(), Some(framer.next_panel()));
+            let mut canvas = Canvas::<f32>::new(region);
+            renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+            let mut grey = vec![0; region.width * region.height];
+            renderer.read_out(1, frame.into(), &canvas, &mut grey);
+            grey
+        });
+        (region.width, region.height, frames.collect())
+    }
+
+    #[test]
+    fn a_message_comes_out_of_each_kind_of_frames() {
+        let (width, height, frames) = film("Ice");
+        let header = format!("YUV4MPEG2 W{width} H{height} F100:1 Cmono").into_bytes();
+        assert_eq!(y4m(&header).unwrap()["frame_bytes"], width * height);
+        for format in [Format::Grey, Format::Rgba, Format::Y4m] {
+            let mut receiving = Film::new(
+                (width, height),
+                Some(100.0),
+                Some(100.0),
+                Some(header.clone()),
+            )
+            .unwrap();
+            for (number, grey) in (0..).zip(&frames) {
+                let bytes = match format {
+                    Format::Grey => grey.clone(),
+                    Format::Rgba => grey
+                        .iter()
+                        .flat_map(|&grey| [grey, grey, grey, 255])
+                        .collect(),
+                    Format::Y4m => [b"FRAME\n".as_slice(), grey].concat(),
+                };
+                receiving.take(number, 0.0, format, &bytes).unwrap();
+            }
+            let end = receiving.end().unwrap();
+            assert_eq!(end["messages"][0]["text"], "Ice", "{format:?}: {end}");
+            let file = end["camera_toml"].as_str().unwrap();
+            assert!(file.starts_with("# camera as learnt") && file.contains("blur_sigma_px = "));
+        }
+    }
+
+    #[test]
+    fn a_film_without_a_panel_gives_advice() {
+        let mut receiving = Film::new((64, 48), None, None, None).unwrap();
+        for number in 0..5 {
+            let told = receiving
+                .take(number, 0.0, Format::Grey, &[90; 64 * 48])
+                .unwrap();
+            assert!(told["why"].is_string());
+        }
+        let end = receiving.end().unwrap();
+        assert_eq!(end["read"], 0);
+        assert!(end["advice"].as_array().unwrap().len() > 1, "{end}");
+        assert!(
+            receiving
+                .take(2, 0.0, Format::Grey, &[90; 64 * 48])
+                .is_err()
+        );
+        assert!(receiving.take(9, 0.0, Format::Grey, &[90; 5]).is_err());
+        assert!(receiving.take(9, 0.0, Format::Y4m, &[90; 5]).is_err());
+    }
+
+    #[test]
+    fn sizes_and_rates_that_are_none_are_refused() {
+        for (size, fps) in [
+            ((0, 5), 30.0),
+            ((9000, 5), 30.0),
+            ((5, 5), 0.0),
+            ((5, 5), f32::NAN),
+        ] {
+            assert!(Film::new(size, Some(fps), None, None).is_err());
+        }
+        assert!(Film::new((64, 48), Some(30.0), Some(1e9), None).is_err());
+        assert!(y4m(b"YUV4MPEG2 W9").is_err() && y4m(b"RIFF").is_err());
+    }
+}

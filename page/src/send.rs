@@ -1,0 +1,254 @@
+//! A message over the road, frame by frame.
+
+use link::fec::Code;
+use link::framing::Framer;
+use serde_json::{Value, json};
+use sim::accuracy::Level;
+use sim::renderer::canvas::Region;
+use sim::road::{LinkSettings, Received, Road};
+use sim::scene::Scene;
+use studies::detectors::DetectorChoice;
+use studies::monte_carlo::receiving_method;
+use studies::statistics::FrameErrors;
+
+use crate::explore::{Place, corners_in};
+use crate::fault::Fault;
+use crate::told::Settings;
+
+/// How often a message is shown before it is given up.
+const REPEATS: f64 = 2.0;
+
+/// A transmitter, a road and a receiver.
+pub struct Sending {
+    road: Road,
+    scene: Scene,
+    message: Vec<u8>,
+    next: u64,
+    /// After so many it is given up.
+    frames: u64,
+    /// Panels of one repeat.
+    panels: u32,
+    /// What is shown of each frame.
+    region: Region,
+    errors: FrameErrors,
+    unread: u64,
+    /// Frames whose exposure caught two symbols.
+    straddled: u64,
+    /// Why there are no more frames.
+    ended: Option<String>,
+    /// What the last frames that could not be read said.
+    last_loss: Option<String>,
+    delivered: Option<Value>,
+}
+
+impl Sending {
+    /// Sets all three up.
+    pub fn new(
+        scene: &Scene,
+        message: &str,
+        detector: DetectorChoice,
+        level: Level,
+        seed: u64,
+    ) -> Result<Self, Fault> {
+        let message = message.as_bytes().to_vec();
+        let framer = Framer::new(&message, Code::for_length(message.len()), false);
+        let panels = framer
+            .map_err(sim::road::RoadError::from)?
+            .panels_per_repeat();
+        let settings = LinkSettings {
+            method: receiving_method(scene, detector, seed, level)?,
+            message: message.clone(),
+            seed,
+            level,
+            code: None,
+            camera: Default::default(),
+            true_corners: false,
+        };
+        let road = Road::new(scene, &settings)?;
+        let seconds = REPEATS * f64::from(panels) / scene.link.symbol_rate_hz;
+        Ok(Self {
+            region: road.renderer().surroundings(0),
+            frames: (seconds * scene.camera.frame_rate_hz).ceil() as u64 + 1,
+            scene: scene.clone(),
+            road,
+            message,
+            next: 0,
+            panels,
+            errors: FrameErrors::default(),
+            unread: 0,
+            straddled: 0,
+            ended: None,
+            last_loss: None,
+            delivered: None,
+        })
+    }
+
+    /// What there is to say before the first frame.
+    pub fn begun(&self) -> Result<Value, Fault> {
+        let renderer = self.road.renderer();
+        let mut told = serde_json::to_value(Settings::of(renderer.view())?)?;
+        if let Value::Object(told) = &mut told {
+            told.insert("frames".into(), self.frames.into());
+            told.insert("panels".into(), self.panels.into());
+            told.insert(
+                "frame_rate_hz".into(),
+                self.scene.camera.frame_rate_hz.into(),
+            );
+            told.insert(
+                "symbol_rate_hz".into(),
+                self.scene.link.symbol_rate_hz.into(),
+            );
+            told.insert(
+                "region".into(),
+                serde_json::to_value(Place::from(self.region))?,
+            );
+            told.insert(
+                "corners_px".into(),
+                json!(corners_in(renderer, self.region)),
+            );
+        }
+        Ok(told)
+    }
+
+    /// The next frame, of which the panel's surroundings are shown.
+    pub fn frame(&mut self, out: &mut Vec<u8>) -> Result<Value, Fault> {
+        let frame = self.next;
+        let sensor = self.road.renderer().sensor();
+        let report = match self.road.frame(frame) {
+            Ok(report) => report,
+            // A panel that drives out of view ends the run, not what came before.
+            Err(why) if frame > 0 => {
+                self.ended = Some(why.to_string());
+                return Ok(json!({ "frame": frame, "ended": self.ended }));
+            }
+            Err(why) => return Err(why.into()),
+        };
+        self.next += 1;
+        let Region {
+            x,
+            y,
+            width,
+            height,
+        } = self.region;
+        out.clear();
+        for row in report.grey.chunks_exact(sensor.width).skip(y).take(height) {
+            out.extend_from_slice(&row[x..x + width]);
+        }
+        self.errors.push(report.bit_errors);
+        self.straddled += u64::from(report.straddled);
+        let why = report.read.as_ref().err().map(ToString::to_string);
+        let corners = report.corners.map(|corners| {
+            corners
+                .points()
+                .map(|[left, top]| [left - x as f32, top - y as f32])
+        });
+        let delivered = report
+            .delivered
+            .as_ref()
+            .map(|received| self::told(received, &self.message));
+        let told = json!({
+            "frame": frame, "sent": report.sent.to_string(), "read": report.read.ok().map(|bits| bits.to_string()), "why": why,
+            "bit_errors": report.bit_errors, "straddled": report.straddled, "corners_px": corners, "delivered": delivered, "ended": null,
+        });
+        self.unread += u64::from(why.is_some());
+        self.last_loss = why.or(self.last_loss.take());
+        self.delivered = self.delivered.take().or(delivered);
+        Ok(told)
+    }
+
+    /// What came of it.
+    pub fn end(&mut self) -> Value {
+        let last = self.road.finish();
+        let last = last.map(|received| told(&received, &self.message));
+        self.delivered = self.delivered.take().or(last);
+        json!({
+            "delivered": self.delivered, "frames": self.errors.frames(), "unread": self.unread, "bit_errors": self.errors.errors(),
+            "bits": self.errors.bits(), "advice": self.advice(),
+        })
+    }
+
+    /// Why nothing arrived, and what would help.
+    fn advice(&self) -> Vec<String> {
+        if self.delivered.is_some() {
+            return Vec::new();
+        }
+        let mut advice = Vec::new();
+        if self.unread > 0 {
+            advice.push(format!(
+                "in {} of {} frames no panel was read; the last time since {}",
+                self.unread,
+                self.errors.frames(),
+                self.last_loss.as_deref().unwrap_or_default()
+            ));
+        }
+        if self.errors.errors() > 0 {
+            advice.push(format!(
+                "{} of {} bits were wrong: come nearer, take a longer lens, a wider interval of LEDs or another L2A",
+                self.errors.errors(),
+                self.errors.bits()
+            ));
+        }
+        if self.straddled > 0 {
+            advice.push(format!(
+                "{} frames caught two symbols: show fewer symbols a second, or expose for a shorter time",
+                self.straddled
+            ));
+        }
+        if let Some(why) = &self.ended {
+            advice.push(format!("there were no more frames: {why}"));
+        }
+        if advice.is_empty() {
+            advice.push(format!(
+                "all bits were right, and symbols were missed: {} frames a second see {} symbols a second; show fewer, or film longer",
+                self.scene.camera.frame_rate_hz, self.scene.link.symbol_rate_hz
+            ));
+        }
+        advice
+    }
+}
+
+fn told(received: &Received, sent: &[u8]) -> Value {
+    json!({
+        "message": String::from_utf8_lossy(&received.message), "is_right": received.message == sent,
+        "first_frame": received.first_frame, "last_frame": received.last_frame, "corrected_bits": received.corrected_bits,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sending(set: &[&str]) -> Sending {
+        let set: Vec<String> = set.iter().map(ToString::to_string).collect();
+        let scene = Scene::load("day", &set).unwrap();
+        Sending::new(&scene, "Ice", DetectorChoice::Best, Level::Fast, 1).unwrap()
+    }
+
+    fn run(sending: &mut Sending) -> Value {
+        let mut out = Vec::new();
+        for _ in 0..sending.frames {
+            let told = sending.frame(&mut out).unwrap();
+            if told["ended"].is_string() {
+                break;
+            }
+        }
+        sending.end()
+    }
+
+    const SMALL: [&str; 2] = ["camera.width_px=320", "camera.height_px=240"];
+
+    #[test]
+    fn a_message_arrives_and_the_same_bytes_as_were_sent() {
+        let end = run(&mut sending(&[SMALL[0], SMALL[1], "pose.distance_m=40"]));
+        assert_eq!(end["delivered"]["message"], "Ice");
+        assert_eq!(end["delivered"]["is_right"], true);
+        assert!(end["advice"].as_array().unwrap().is_empty());
+    }
+
+    #[test]
+    fn where_nothing_arrives_there_is_advice() {
+        let end = run(&mut sending(&[SMALL[0], SMALL[1], "pose.distance_m=150"]));
+        assert!(end["delivered"].is_null());
+        assert!(!end["advice"].as_array().unwrap().is_empty());
+    }
+}

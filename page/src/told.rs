@@ -1,0 +1,80 @@
+//! A scene as the page tells it.
+
+use serde::{Deserialize, Serialize};
+use sim::road;
+use sim::scene::Scene;
+use sim::view::View;
+
+use crate::fault::Fault;
+
+/// A preset or a file's text, with what is set apart from it: `KEY=VALUE`, as `vocc --set` takes it.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Told {
+    name: String,
+    #[serde(default)]
+    toml: Option<String>,
+    #[serde(default)]
+    set: Vec<String>,
+}
+
+impl Told {
+    /// The scene.
+    pub fn scene(&self) -> Result<Scene, Fault> {
+        Ok(match &self.toml {
+            Some(text) => Scene::from_toml(&self.name, text, &self.set)?,
+            None => Scene::load(&self.name, &self.set)?,
+        })
+    }
+}
+
+/// What the transmitter and the camera make of a scene.
+#[derive(Serialize)]
+pub struct Settings {
+    exposure_s: f64,
+    iso: f64,
+    l2a: f64,
+    luminance_cd_m2: f64,
+    duty: Option<f64>,
+    /// Why no transmitter dims so.
+    no_duty: Option<String>,
+    /// Straight ahead, in the mean of a message: half of the LEDs are on.
+    candela: f64,
+    candela_max: f64,
+    /// What the transmitter's table says for this light and interval, where there is one.
+    table_l2a: Option<f64>,
+}
+
+impl Settings {
+    /// Of a scene, worked out.
+    pub fn of(view: &View) -> Result<Self, Fault> {
+        let scene = &view.scene;
+        let by_table = scene.with("the page", &["link.l2a=table".into()])?;
+        let panel = &view.panels[0];
+        let dimming = road::dimming(scene);
+        let (luminance_cd_m2, duty) = match &dimming {
+            Ok(dimming) => (
+                dimming.luminance_cd_m2.to_num(),
+                Some(dimming.duty.to_num()),
+            ),
+            // A ratio that is drawn, and that no transmitter has.
+            Err(_) => (
+                panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance,
+                None,
+            ),
+        };
+        let mean_cd = link::intensity::mean_cd(luminance_cd_m2, panel.panel.led_diameter_m);
+        Ok(Self {
+            exposure_s: view.exposure.time_s,
+            iso: view.exposure.iso,
+            l2a: panel.l2a,
+            luminance_cd_m2,
+            duty,
+            no_duty: dimming.err().map(|why| why.to_string()),
+            candela: mean_cd,
+            candela_max: 2.0 * mean_cd,
+            table_l2a: road::dimming(&by_table)
+                .ok()
+                .map(|dimming| dimming.l2a.to_num()),
+        })
+    }
+}

@@ -1,0 +1,99 @@
+/** What can be set of a scene: each control stands for one key of scene files. */
+
+/**
+ * @typedef {object} Control
+ * @property {string} key The scene's key.
+ * @property {string} label
+ * @property {string} unit
+ * @property {number} low Where the slider begins.
+ * @property {number} high Where it ends.
+ * @property {boolean} [log] Whether the slider is logarithmic.
+ * @property {number} [step] What values are rounded to; three digits without it.
+ * @property {[number, number]} allowed What the scene takes; a number may be typed beyond the slider's ends.
+ * @property {string} hint
+ * @property {string} [unset] What it is called when the scene has none; it can then be left out.
+ * @property {boolean} [keeps] Whether it stays as it is when another scene is chosen.
+ */
+
+/** @type {Control[]} */
+const CONTROLS = [
+  { key: "ambient.illuminance_lx", label: "Light", unit: "lx", low: 0.1, high: 200_000, log: true,
+    allowed: [0.1, 200_000], hint: "Moon 0.1, street 50, dusk 500, sun 100 000" },
+  { key: "pose.distance_m", label: "Distance", unit: "m", low: 2, high: 200, log: true, allowed: [0.5, 2000],
+    keeps: true, hint: "From the camera to the panel" },
+  { key: "panel.interval", label: "Interval", unit: "× LED", low: 0.25, high: 3, step: 0.05, allowed: [0.05, 10],
+    hint: "The gap between LEDs, in LED diameters" },
+  { key: "link.l2a", label: "L2A", unit: "1/sr", low: 0.05, high: 10, log: true, allowed: [0.01, 10],
+    hint: "LEDs' own light over daylight they reflect" },
+  { key: "camera.blur_sigma_px", label: "Blur", unit: "px", low: 0, high: 5, step: 0.05, allowed: [0, 20],
+    hint: "How wide the lens draws a point" },
+  { key: "panel.board_reflectance", label: "Board", unit: "part", low: 0.02, high: 0.9,
+    step: 0.01, allowed: [0, 1], unset: "yes", hint: "Behind the LEDs: black 0.05, white 0.9" },
+  { key: "atmosphere.transmission_at_70m", label: "Weather", unit: "part", low: 0.01, high: 1, log: true,
+    allowed: [1e-6, 1], hint: "Light left after 70 m: clear 0.99, fog 0.27" },
+  { key: "pose.yaw_deg", label: "Turned", unit: "°", low: -60, high: 60, step: 1, allowed: [-80, 80],
+    keeps: true, hint: "The panel to the left or to the right" },
+  { key: "pose.roll_deg", label: "Tilted", unit: "°", low: -45, high: 45, step: 1, allowed: [-180, 180],
+    keeps: true, hint: "The panel to one side" },
+  { key: "pose.velocity_m_s", label: "Speed", unit: "m/s", low: -50, high: 50, step: 1, allowed: [-200, 200],
+    keeps: true, hint: "At which it comes nearer; negative: away" },
+];
+
+const VELOCITY = "pose.velocity_m_s";
+const L2A = "link.l2a";
+const NOISE = "effects.noise";
+const TABLE = "table";
+
+/**
+ * Where a value lies on a control's slider, 0 to 1.
+ * @param {Control} control
+ * @param {number} value
+ */
+function placeOf({ low, high, log }, value) {
+  const place = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+  return Math.min(1, Math.max(0, place));
+}
+
+/**
+ * The value at a place of a control's slider, rounded to what one would type.
+ * @param {Control} control
+ * @param {number} place 0 to 1.
+ */
+function valueAt({ low, high, log, step }, place) {
+  const value = log ? low * (high / low) ** place : low + (high - low) * place;
+  return step ? Number((Math.round(value / step) * step).toFixed(6)) : Number(value.toPrecision(3));
+}
+
+/**
+ * What a scene says for a control's key; none where it has none.
+ * @param {any} values The scene, table by table.
+ * @param {Control} control
+ * @returns {number | null}
+ */
+function valueIn(values, { key }) {
+  const [table, name] = key.split(".");
+  const within = Array.isArray(values[table]) ? values[table][0] : values[table];
+  const value = within?.[name] ?? null;
+  return key === VELOCITY ? 0 - value[2] : value;
+}
+
+/**
+ * A value as scene files have it.
+ * @param {Control} control
+ * @param {number} value
+ */
+function keyText({ key }, value) {
+  return key === VELOCITY ? `[0,0,${value === 0 ? 0 : -value}]` : String(value);
+}
+
+/**
+ * The value that a scene's key says, or none that this control takes.
+ * @param {Control} control
+ * @param {string} text
+ */
+function valueOf({ key, allowed }, text) {
+  const velocity = /^\[[^,\]]+,[^,\]]+,([^,\]]+)\]$/.exec(text);
+  if (key === VELOCITY && !velocity) return null;
+  const value = key === VELOCITY ? -Number(velocity[1]) : Number(text);
+  return text.trim() !== "" && value >= allowed[0] && value <= allowed[1] ? value : null;
+}

@@ -1,0 +1,122 @@
+/** The page: tabs, and how everything begins. */
+
+/** @param {string} mode */
+function showMode(mode) {
+  settings.fields.mode = mode;
+  for (const name of MODES) {
+    const tab = byId(`tab-${name}`);
+    const isShown = name === mode;
+    tab.setAttribute("aria-selected", String(isShown));
+    tab.tabIndex = isShown ? 0 : -1;
+    byId(`panel-${name}`).hidden = !isShown;
+  }
+  byId("settings").hidden = mode === "receive";
+  byId("main").classList.toggle("alone", mode === "receive");
+  if (mode !== "good") stopGood();
+  if (mode !== "explore") stopCosts();
+  if (mode !== "send" && !byId("send-stop").disabled) stopSending("Stopped.");
+  // A camera that nobody looks at is not left on.
+  if (mode !== "receive") endFilm();
+  showCommand();
+}
+
+/** @param {string} mode */
+function chooseMode(mode) {
+  sayWrong("");
+  say("");
+  showMode(mode);
+  settingsChanged();
+}
+
+function makeTabs() {
+  const tabs = MODES.map((mode) => byId(`tab-${mode}`));
+  tabs.forEach((tab, at) => {
+    tab.addEventListener("click", () => chooseMode(MODES[at]));
+    tab.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+      const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: tabs.length - 1 }[event.key];
+      if (to === undefined) return;
+      event.preventDefault();
+      const next = (to + tabs.length) % tabs.length;
+      chooseMode(MODES[next]);
+      tabs[next].focus();
+    });
+  });
+}
+
+/** Shows the settings beside the scene's where they are set. */
+function showFields() {
+  const { fields } = settings;
+  const places = { frame: "frame", frames: "good-frames", measure: "measure", curve: "curve-detector", message: "message",
+    detector: "send-detector", fps: "fps", rate: "symbol-rate" };
+  for (const [name, id] of Object.entries(places)) byId(id).value = fields[name];
+  byId("as-film").checked = fields.film === "yes";
+  for (const choice of document.querySelectorAll('input[name="show"]')) {
+    const input = /** @type {HTMLInputElement} */ (choice);
+    input.checked = input.value === fields.show;
+  }
+  showLeft(fields.message);
+}
+
+/** Does what an address says that was typed or pasted while the page was open. */
+function followAddress() {
+  sayWrong("");
+  readAddress();
+  scene.isFromAddress = true;
+  showFields();
+  showMode(settings.fields.mode);
+  pauseAsTold();
+  openScene();
+}
+
+/** Draws again what depends on the window's size or the browser's colours. */
+const redraw = whenRested(100, () => {
+  readColours();
+  if (explore.seen && settings.fields.mode === "explore") drawSeen(explore.seen);
+  if (settings.fields.mode === "good") showCurve();
+  if (accuracy.scale > 0 && settings.fields.mode === "accuracy") drawDifferenceScale(accuracy.scale);
+});
+
+async function begin() {
+  readColours();
+  readAddress();
+  makeTabs();
+  makeSettings();
+  makeExplore();
+  makeGood();
+  makeAccuracy();
+  makeSend();
+  makeReceive();
+  makeTake();
+  showFields();
+  showMode(settings.fields.mode);
+  window.addEventListener("hashchange", followAddress);
+  window.addEventListener("resize", redraw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  const { answer } = await live.ask({ do: "presets" });
+  fillScenes(answer.presets);
+  const wrong = FIELDS.scene.wrong(settings.fields.scene);
+  if (wrong) {
+    sayNonsense(`The scene ${wrong}, not “${settings.fields.scene.slice(0, 40)}”.`);
+    settings.fields.scene = FIELDS.scene.usual;
+  }
+  const firstPicture = /** @type {Promise<void>} */ (new Promise((done) => { announceFirstPicture = done; }));
+  await openScene();
+  if (settings.fields.mode === "explore" && scene.opened) await firstPicture;
+}
+
+const begun = begin();
+begun.catch(sayError);
+
+/**
+ * For tests and the console: `ready` is fulfilled once a scene is open, and in Explore its first picture is shown (`firstPictureMs` after
+ * the page's start); `ask(request, bytes)` goes to the worker in which the simulator runs, as the page's own requests do; `stats` counts
+ * Explore's frames, and those of the last second.
+ */
+/** @type {any} */ (window).vocc = {
+  ready: begun,
+  get firstPictureMs() {
+    return firstPictureMs;
+  },
+  ask: (/** @type {any} */ request, /** @type {Uint8Array | undefined} */ bytes) => live.ask(request, bytes),
+  stats,
+};

@@ -1,0 +1,86 @@
+// The page in Chromium, and the program beside it.
+
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const { VOCC, VOCC_PAGE, CHROMIUM } = process.env;
+
+/** Where pictures of the page are left. */
+export const shots = path.dirname(VOCC_PAGE);
+
+/** A folder of its own for what a test makes. */
+export function workshop(t) {
+  const folder = mkdtempSync(path.join(tmpdir(), "vocc-page-"));
+  t.after(() => rmSync(folder, { recursive: true }));
+  return folder;
+}
+
+/** What `vocc` says; a status of 1 is an answer, too. */
+export function vocc(...words) {
+  try {
+    return execFileSync(VOCC, words, { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  } catch (error) {
+    if (error.status === 1) return error.stdout;
+    throw error;
+  }
+}
+
+/** Films `vocc link` with these words and makes a film of it, as cameras give it. */
+export function film(folder, fps, words, name = "film.y4m") {
+  const frames = path.join(folder, `frames-${name}`);
+  vocc("link", ...words, "--save", frames);
+  const file = path.join(folder, name);
+  const input = ["-framerate", String(fps), "-i", path.join(frames, "frame-%06d.png")];
+  execFileSync("ffmpeg", ["-v", "error", "-y", ...input, "-pix_fmt", "yuv420p", file], { stdio: "inherit" });
+  return file;
+}
+
+/**
+ * Opens the page. It ends with the test, and the test fails where the page has asked for anything, or has complained.
+ * @param {{address?: string, flags?: string[], context?: object}} how
+ */
+export async function open(t, { address = "", flags = [], context = {} } = {}) {
+  const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...flags] });
+  const page = await (await browser.newContext(context)).newPage();
+  const own = pathToFileURL(VOCC_PAGE).href;
+  const wrong = [];
+  page.on("console", (message) => message.type() === "error" && wrong.push(message.text()));
+  page.on("pageerror", (error) => wrong.push(String(error)));
+  page.on("request", (request) => {
+    const isOwn = /^(blob|data):/.test(request.url()) || request.url().split("#")[0] === own;
+    if (!isOwn) wrong.push(`asks for ${request.url()}`);
+  });
+  t.after(async () => {
+    await browser.close();
+    if (wrong.length) throw new Error(`the page complains: ${wrong.join("; ")}`);
+  });
+  await page.goto(own + address);
+  await page.evaluate(() => window.vocc.ready);
+  return page;
+}
+
+/** Asks the page's simulator; the bytes of the answer come as an array. */
+export async function ask(page, request, bytes) {
+  return page.evaluate(async ([request, bytes]) => {
+    const given = bytes && new Uint8Array(bytes);
+    const { answer, bytes: got } = await window.vocc.ask(request, given);
+    return { answer, bytes: got && Array.from(got) };
+  }, [request, bytes && Array.from(bytes)]);
+}
+
+/** The text of an element, once it fits. */
+export async function textOf(page, selector, pattern, timeout = 60_000) {
+  const element = page.locator(selector);
+  await page.waitForFunction(
+    ([selector, source]) => new RegExp(source).test(document.querySelector(selector)?.textContent ?? ""),
+    [selector, pattern.source],
+    { timeout },
+  ).catch(async () => {
+    throw new Error(`${selector} says ${JSON.stringify(await element.textContent())}, and not ${pattern}`);
+  });
+  return element.textContent();
+}

@@ -1,0 +1,135 @@
+// Each mode does what it says.
+
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import test from "node:test";
+import { gzipSync } from "node:zlib";
+import { film, open, shots, textOf, vocc, workshop } from "./browser.mjs";
+
+/** A phone's film of a text: 30 frames a second, 27 symbols. */
+const TEXT = "Ice on the bridge";
+const PHONE = ["phone", "--set", "pose.distance_m=6", "--set", "camera.width_px=640", "--set", "camera.height_px=480"];
+const FILM = [...PHONE, "--message", TEXT, "--frames", "90"];
+
+test("explore: frames follow one another, and a slider changes the scene", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day&pose.distance_m=50" });
+  assert.ok((await page.evaluate(() => window.vocc.firstPictureMs)) > 0);
+  await page.waitForFunction(() => window.vocc.stats.frames > 10);
+  const far = await page.locator("#numbers").textContent();
+  await page.evaluate(() => (location.hash = "#mode=explore&scene=day&pose.distance_m=20"));
+  await page.waitForFunction((far) => document.querySelector("#numbers").textContent !== far, far);
+  assert.ok((await page.locator("#plan tbody tr").count()) > 15);
+});
+
+test("all of it is one file of less than 1 MB, packed", () => {
+  assert.ok(gzipSync(readFileSync(process.env.VOCC_PAGE), { level: 9 }).length < 1_000_000);
+});
+
+test("how good: both detectors are counted, and the curve has its best", async (t) => {
+  const page = await open(t, { address: "#mode=good&scene=night&panel.interval=0.5" });
+  await textOf(page, "#ber-kmeans", /\d/, 120_000);
+  await textOf(page, "#ber-best", /\d/, 120_000);
+  await textOf(page, "#curve-text", /[Bb]est of the curve/, 120_000);
+  assert.ok((await page.locator("#curve-table tbody tr").count()) > 5);
+});
+
+test("by the keyboard alone one goes from mode to mode", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day" });
+  await page.focus("#tab-explore");
+  for (const mode of ["good", "accuracy", "send", "receive", "explore"]) {
+    await page.keyboard.press("ArrowRight");
+    assert.ok(await page.locator(`#panel-${mode}`).isVisible());
+    assert.equal(await page.evaluate(() => document.activeElement.id), `tab-${mode}`);
+  }
+});
+
+test("accuracy: four ways of drawing, each with its error and time", async (t) => {
+  const page = await open(t, { address: "#mode=accuracy&scene=paper" });
+  await page.waitForFunction(() => document.querySelectorAll("#levels tbody tr").length === 4);
+  const rows = await page.locator("#levels tbody tr").allTextContents();
+  for (const row of rows) assert.match(row, /(fast|fine|straightforward|reference).*\d.*[µm]s/);
+});
+
+test("send: a text goes, and arrives", async (t) => {
+  const page = await open(t, { address: "#mode=send&scene=day&pose.distance_m=40" });
+  await page.fill("#message", "Grüße von der Brücke");
+  await page.selectOption("#send-pace", "0");
+  await page.click("#send-start");
+  await textOf(page, "#send-arrived", /Grüße von der Brücke/, 120_000);
+});
+
+test("send: where nothing arrives it says why", async (t) => {
+  const page = await open(t, { address: "#mode=send&scene=night&pose.distance_m=150&camera.width_px=320&camera.height_px=240" });
+  await page.selectOption("#send-pace", "0");
+  await page.click("#send-start");
+  await textOf(page, "#send-advice", /bits were wrong|no panel was read/, 120_000);
+});
+
+test("receive: pictures are decoded as vocc decode does", async (t) => {
+  const folder = workshop(t);
+  const file = path.join(folder, "one.png");
+  const { bits } = JSON.parse(vocc("render", "day", "--out", file, "--json"));
+  const page = await open(t, { address: "#mode=receive" });
+  await page.setInputFiles("#files", file);
+  await textOf(page, "#pictures tbody", new RegExp(bits));
+});
+
+test("receive: a y4m film says its text", async (t) => {
+  const file = film(workshop(t), 30, FILM);
+  const page = await open(t, { address: "#mode=receive" });
+  await page.setInputFiles("#files", file);
+  await textOf(page, "#texts", new RegExp(TEXT));
+  await textOf(page, "#learnt", /\d/);
+});
+
+test("receive: a film that the browser plays says its text", async (t) => {
+  const file = film(workshop(t), 30, FILM, "film.webm");
+  const page = await open(t, { address: "#mode=receive&fps=30" });
+  await page.setInputFiles("#files", file);
+  await textOf(page, "#texts", new RegExp(TEXT));
+});
+
+test("receive: the webcam films a panel, and the text appears", async (t) => {
+  const file = film(workshop(t), 30, FILM);
+  const flags = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream", `--use-file-for-fake-video-capture=${file}`];
+  const page = await open(t, { address: "#mode=receive&fps=30&rate=27", flags });
+  await page.click("#webcam");
+  await textOf(page, "#texts", new RegExp(TEXT), 120_000);
+  // Who goes elsewhere is not filmed any longer.
+  await page.evaluate(() => {
+    const open = navigator.mediaDevices.getUserMedia.bind(navigator.mediaDevices);
+    navigator.mediaDevices.getUserMedia = async (wanted) => (window.filming = await open(wanted));
+  });
+  await page.click("#receive-stop");
+  await page.click("#webcam");
+  await page.waitForFunction(() => window.filming?.active);
+  await page.click("#tab-explore");
+  await page.waitForFunction(() => !window.filming.active);
+});
+
+test("an address is a scene, and the command gives the same", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day&pose.distance_m=33&seed=9&frame=4" });
+  const command = await page.inputValue("#command");
+  assert.match(command, /vocc render day/);
+  for (const part of ["pose.distance_m=33", "--seed 9", "--frame 4"]) assert.ok(command.includes(part), command);
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-scene")]);
+  const file = path.join(workshop(t), "scene.toml");
+  writeFileSync(file, readFileSync(await download.path()));
+  const said = JSON.parse(vocc("render", file, "--seed", "9", "--frame", "4", "--out", `${file}.png`, "--json"));
+  assert.equal(said.bits, JSON.parse(vocc("render", "day", "--set", "pose.distance_m=33", "--seed", "9", "--frame", "4", "--out",
+    `${file}.png`, "--json")).bits);
+});
+
+test("pictures of the page at three widths, light and dark", async (t) => {
+  for (const [width, colorScheme] of [[360, "light"], [800, "dark"], [1400, "light"]]) {
+    const page = await open(t, {
+      address: "#mode=explore&scene=day&pose.distance_m=50&frame=3",
+      context: { viewport: { width, height: 900 }, colorScheme },
+    });
+    await page.waitForFunction(() => document.querySelectorAll("#plan tbody tr").length > 15);
+    const isWide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+    assert.ok(!isWide, `nothing reaches beyond ${width} px`);
+    await page.screenshot({ path: path.join(shots, `page-${width}.png`) });
+  }
+});
