@@ -103,6 +103,7 @@ pub mod detect;
 pub mod features;
 mod fit;
 pub mod frame;
+pub mod hm01b0;
 mod lattice;
 pub mod likelihood;
 pub mod locate;
