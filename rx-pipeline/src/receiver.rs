@@ -3,6 +3,8 @@
 mod history;
 mod levels;
 mod memory;
+#[cfg(not(feature = "maximum-likelihood"))]
+mod no_likelihood;
 mod outcome;
 mod reader;
 mod search;
