@@ -112,6 +112,7 @@ pub mod pose;
 pub mod profile;
 pub mod receiver;
 mod spots;
+pub mod standalone;
 pub mod symbols;
 mod track;
 
