@@ -27,7 +27,7 @@ mod picture;
 mod tests;
 
 pub use application::{Application, ApplicationError, QUIET_US, Settings};
-pub use follow::{Follow, Seen, Sighting};
+pub use follow::{Follow, PanelReceiver, Seen, Sighting};
 pub use message::{
     ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX,
     PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, State, Status,

@@ -66,7 +66,7 @@ pub struct Application<F> {
     /// Frames since the exposure was changed, or the search began.
     steady_frames: u32,
     last: Option<Last>,
-    corners: Option<Corners>,
+    pub(super) corners: Option<Corners>,
     confidence: f32,
     counters: Counters,
     frame_us: u32,
@@ -179,6 +179,8 @@ impl<F: Follow> Application<F> {
     }
 
     /// Takes in a frame whose last line was read out at `ended_us`. Frames of another size than the camera's are not looked at.
+    // Not inlined, so that it can be timed.
+    #[inline(never)]
     pub fn frame(&mut self, pixels: &[u8], ended_us: u64, board: &mut impl Board) {
         let began_us = board.micros();
         let (width, height) = (self.settings.mode.width(), self.settings.mode.height());
@@ -278,6 +280,8 @@ impl<F: Follow> Application<F> {
                 self.exposure = wanted;
                 if self.corners.is_some() {
                     self.steady_frames = 0;
+                } else {
+                    self.follower.expect_another_exposure();
                 }
             }
             Err(error) => self.state = State::Faulty(error.into()),

@@ -20,8 +20,8 @@ const DEAD_BAND: (u32, u32) = (205, 320);
 const STEP_MAX: u32 = 4;
 /// How much shorter than by the mean the exposures of a search are, one after another, as powers of 2.
 const BRACKETS: [u32; 4] = [0, 2, 4, 1];
-/// Frames in which a bracket is tried.
-pub const BRACKET_FRAMES: u32 = 8;
+/// Frames in which a bracket is tried: after those that show the change, as many as LEDs need to blink.
+pub const BRACKET_FRAMES: u32 = 20;
 /// Of the pixels of a panel as many are brighter than its bright ones, a hundredth.
 const BRIGHTER: usize = 100;
 /// Of the pixels of a panel as many are darker than its dark ones, a tenth.

@@ -4,7 +4,9 @@ use super::*;
 use crate::corners::Corners;
 use crate::detect::Detector;
 use crate::hm01b0::{BLACK_GREY, Mode};
-use crate::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
+use crate::receiver::{
+    BlinkSearch, IntegerReceiver, NoSearch, Receiver, ReceiverMemory, ReceiverSettings,
+};
 use link::camera::{Camera as Lens, Encoding};
 use link::fec::Code;
 use link::framing::Framer;
@@ -91,10 +93,7 @@ impl Bench {
     }
 }
 
-type Follower = (
-    Receiver<4096, Box<ReceiverMemory<4096>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
-    ReceiverSettings,
-);
+type Follower = &'static mut PanelReceiver<4096, Box<ReceiverMemory<4096>>, Vec<u8>>;
 
 fn follower(mode: Mode) -> Follower {
     let settings = ReceiverSettings {
@@ -107,11 +106,30 @@ fn follower(mode: Mode) -> Follower {
         method: Detector::KMeans.into(),
         symbols_per_frame: 1.0,
     };
-    let history =
-        std::vec![0; FrameSearch::<Box<SearchMemory>>::bytes(mode.width(), mode.height())];
-    let search = FrameSearch::with_history(Box::<SearchMemory>::default(), history);
-    let receiver = Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), search).unwrap();
-    (receiver, settings)
+    let memory = Box::<ReceiverMemory<4096>>::default();
+    Box::leak(Box::new(PanelReceiver {
+        receiver: Receiver::new(settings, memory, NoSearch).unwrap(),
+        settings,
+        search: BlinkSearch::new(room(mode)),
+    }))
+}
+
+fn room(mode: Mode) -> Vec<u8> {
+    std::vec![0; BlinkSearch::bytes(mode.width(), mode.height())]
+}
+
+/// What reads in whole numbers.
+fn in_integers(
+    mode: Mode,
+    symbol_millihertz: u32,
+) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
+    let receiver = IntegerReceiver::new(1.0, room(mode)).unwrap();
+    let settings = Settings {
+        mode,
+        symbol_millihertz,
+        was_reset: false,
+    };
+    Application::new(Box::leak(Box::new(receiver)), settings).unwrap()
 }
 
 fn application(mode: Mode, symbol_millihertz: u32) -> Application<Follower> {
@@ -207,7 +225,7 @@ impl Scene {
 
 /// Runs for so many frames, or until a message has come; how long that took, µs.
 fn run(
-    application: &mut Application<Follower>,
+    application: &mut Application<impl Follow>,
     bench: &mut Bench,
     scene: &mut Scene,
     frames: u32,
@@ -304,6 +322,37 @@ fn a_moved_panel_is_found_again() {
     scene.corners = None;
     run(&mut application, &mut bench, &mut scene, 60);
     assert_eq!(application.state(), State::Searching);
+}
+
+/// The same in whole numbers, where the panel drives on all the time, grows and turns.
+#[test]
+fn a_moving_panel_is_followed_in_integers() {
+    let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(Mode::BINNED, 9_000, b"on the move");
+    application.start(&mut bench);
+    run(&mut application, &mut bench, &mut scene, 40);
+    for _ in 0..120 {
+        scene.corners = scene.corners.and_then(|corners| {
+            let [x, y] = corners.centre_px();
+            let moved = corners.points().map(|[u, v]| {
+                let [du, dv] = [u - x, v - y];
+                [
+                    x + 0.3 + 1.001 * du - 0.001 * dv,
+                    y + 0.1 + 1.001 * dv + 0.001 * du,
+                ]
+            });
+            Corners::new(moved).ok()
+        });
+        run(&mut application, &mut bench, &mut scene, 1);
+    }
+    let counters = application.counters();
+    assert_eq!((counters.found, counters.lost), (1, 0), "{counters:?}");
+    assert_eq!(application.message(), b"on the move");
+    let seen = application.corners.unwrap().points();
+    let truth = scene.corners.unwrap().points();
+    for (seen, truth) in seen.iter().flatten().zip(truth.iter().flatten()) {
+        assert!((seen - truth).abs() < 0.6, "{seen} instead of {truth}");
+    }
 }
 
 #[test]
@@ -629,6 +678,15 @@ fn messages_come_at_any_phase() {
                 application.message(),
                 b"ice on the bridge",
                 "{mode:?} {phase} {took}"
+            );
+            let (mut application, mut bench) = (in_integers(mode, rate), Bench::default());
+            application.start(&mut bench);
+            let took = run(&mut application, &mut bench, &mut scene, 120);
+            assert_eq!(
+                application.message(),
+                b"ice on the bridge",
+                "{mode:?} {phase} {took}, in integers: {:?}",
+                application.counters()
             );
         }
     }

@@ -32,8 +32,6 @@ pub const MODE: Mode = if cfg!(feature = "rp2040") {
 const WORDS: usize = MODE.width() * MODE.height() / 4;
 /// A frame that takes longer than this does not end.
 const PATIENCE: Duration = Duration::from_micros(3 * MODE.period_us() as u64);
-/// The state machine's steps are this many of the processor's: ten or more to a pixel.
-const CLOCK_DIVIDER: u8 = 4;
 
 bind_interrupts!(struct Irqs {
     PIO0_IRQ_0 => InterruptHandler<PIO0>;
@@ -170,7 +168,6 @@ impl Capture {
         config.use_program(&program, &[]);
         config.set_in_pins(&inputs);
         config.set_jmp_pin(&line);
-        config.clock_divider = CLOCK_DIVIDER.into();
         config.fifo_join = FifoJoin::Duplex;
         config.shift_in = ShiftConfig {
             auto_fill: true,

@@ -16,6 +16,7 @@ mod board;
 mod bus;
 mod capture;
 mod halt;
+mod reader;
 mod stack;
 
 use core::fmt::Write as _;
@@ -31,11 +32,8 @@ use embassy_rp::{
     watchdog::Watchdog,
 };
 use embassy_time::{Duration, Instant, with_timeout};
-use link::camera::{Camera, Encoding};
 use rx_pipeline::{
-    detect::Detector,
-    hm01b0::{BLACK_GREY, Hm01b0},
-    receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory},
+    hm01b0::Hm01b0,
     standalone::{Application, Port, Settings},
 };
 use static_cell::{ConstStaticCell, StaticCell};
@@ -44,17 +42,9 @@ use crate::{
     board::{Pico, WATCHDOG},
     bus::Bus,
     capture::{Capture, MODE, Wires},
+    reader::Reader,
 };
 
-/// Pixels that a panel is read in; larger ones are seen in larger pixels.
-const PIXELS: usize = if cfg!(feature = "rp2040") {
-    48 * 48
-} else {
-    64 * 64
-};
-/// Two earlier frames, or one where there is less memory; and those in larger pixels.
-const HISTORY: usize =
-    MODE.width() * MODE.height() * if cfg!(feature = "rp2040") { 22 } else { 10 } / 10;
 /// What a panel shows in a second, thousandths. Not a simple fraction of the frame rate: exposures then meet changes of symbols in turn.
 const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") {
     9_000
@@ -65,12 +55,6 @@ const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") {
 const PATIENCE: Duration = Duration::from_secs(1);
 /// The port and the lamp are looked after so often where no frames come.
 const NAP: Duration = Duration::from_millis(40);
-
-type Search = FrameSearch<&'static mut SearchMemory, &'static mut [u8]>;
-type Follower = (
-    Receiver<PIXELS, &'static mut ReceiverMemory<PIXELS>, Search>,
-    ReceiverSettings,
-);
 
 bind_interrupts!(struct Irqs {
     UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
@@ -172,35 +156,16 @@ async fn main(_spawner: Spawner) {
     }
 }
 
-/// The application, made in its place. Not inlined: what that takes of the stack is free again before the first frame comes.
+/// The application. Not inlined: what it takes of the stack to make it is free again before the first frame comes.
 #[inline(never)]
-fn application(was_reset: bool) -> &'static mut Application<Follower> {
-    static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> =
-        ConstStaticCell::new(ReceiverMemory::new());
-    static SEARCH: ConstStaticCell<SearchMemory> = ConstStaticCell::new(SearchMemory::new());
-    static EARLIER: ConstStaticCell<[u8; HISTORY]> = ConstStaticCell::new([0; HISTORY]);
-    static APPLICATION: StaticCell<Application<Follower>> = StaticCell::new();
-    let settings = ReceiverSettings {
-        camera: Camera {
-            encoding: Encoding::LINEAR,
-            black_grey: BLACK_GREY.into(),
-            blur_sigma_px: 0.7,
-            ..Camera::default()
-        },
-        method: Detector::KMeans.into(),
-        symbols_per_frame: 1.0,
+fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader> {
+    static APPLICATION: StaticCell<Application<&'static mut Reader>> = StaticCell::new();
+    let settings = Settings {
+        mode: MODE,
+        symbol_millihertz: SYMBOL_MILLIHERTZ,
+        was_reset,
     };
-    let search: Search = FrameSearch::with_history(SEARCH.take(), &mut EARLIER.take()[..]);
-    let application = Receiver::new(settings, MEMORY.take(), search)
-        .ok()
-        .and_then(|receiver| {
-            let settings_of_application = Settings {
-                mode: MODE,
-                symbol_millihertz: SYMBOL_MILLIHERTZ,
-                was_reset,
-            };
-            Application::new((receiver, settings), settings_of_application).ok()
-        });
+    let application = reader::take().and_then(|reader| Application::new(reader, settings).ok());
     match application {
         Some(application) => APPLICATION.init(application),
         None => panic!("the settings are out of their ranges"),
