@@ -1,4 +1,4 @@
-//! The light sensor's I2C bus, on which nothing waits for ever.
+//! The camera's I2C bus, on which nothing waits for ever.
 
 use core::{future::Future, future::poll_fn, pin::pin, task::Poll};
 
@@ -10,7 +10,7 @@ use embassy_rp::{
 use embassy_time::{Duration, Instant};
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
 
-/// What a transfer may take: some forty times its length. A sensor that holds the clock line longer is broken.
+/// What a transfer may take: some forty times its length. A camera that holds the clock line longer is broken.
 const PATIENCE: Duration = Duration::from_millis(5);
 
 /// Why a transfer gave nothing.
@@ -20,7 +20,7 @@ pub enum BusError {
     Controller(i2c::Error),
     /// It took too long.
     TimedOut,
-    /// More than a write and then a read, which no light sensor needs.
+    /// More than a write and then a read, which this camera does not need.
     Unsupported,
 }
 
@@ -30,7 +30,7 @@ impl embedded_hal::i2c::Error for BusError {
     }
 }
 
-/// A bus for blocking drivers. It is used at the lowest level of all, so while it waits everything else goes on.
+/// A bus for blocking drivers. It is used at the lowest level of all, so while it waits frames are captured.
 pub struct Bus(I2c<'static, I2C0, Async>);
 
 impl Bus {

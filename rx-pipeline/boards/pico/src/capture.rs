@@ -194,10 +194,12 @@ impl Capture {
     /// Captures frames, one after another.
     pub async fn run(&mut self) -> ! {
         loop {
-            let shot = self.film.send().await;
             let machine = &mut self.machine;
+            // Before it is waited for room: pixels of a frame that passes by would be the first ones of the next.
             machine.set_enable(false);
+            let shot = self.film.send().await;
             machine.clear_fifos();
+            while machine.rx().try_pull().is_some() {}
             machine.restart();
             self.flags.clear(0);
             // SAFETY: the machine stands still, and this is where its program begins.

@@ -10,7 +10,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 use super::{CAMERA, ROOM};
 
 /// Pixels that a panel is read in; larger ones are seen in larger pixels.
-const PIXELS: usize = 64 * 64;
+const PIXELS: usize = 48 * 48;
 
 pub type Reader = PanelReceiver<PIXELS, &'static mut ReceiverMemory<PIXELS>, &'static mut [u8]>;
 
