@@ -13,7 +13,7 @@ use serialport::SerialPort;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 
-use crate::device::{Client, port};
+use crate::device::{Client, DeviceError, port};
 
 /// Options of every command.
 #[derive(Args)]
@@ -83,7 +83,7 @@ pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Method> {
     )
 }
 
-/// A transmitter's serial port.
+/// The serial port of a transmitter or a receiver.
 #[derive(Args)]
 pub struct Port {
     /// The serial port, or a pseudo-terminal.
@@ -97,7 +97,7 @@ pub struct Port {
     timeout: f64,
 }
 
-/// A conversation with a transmitter at a serial port.
+/// A conversation at a serial port.
 pub type Connection = Client<Box<dyn SerialPort>>;
 
 impl Port {
@@ -108,6 +108,18 @@ impl Port {
 
     /// Says hello to the transmitter at this port.
     pub fn greet(&self) -> anyhow::Result<Connection> {
+        self.conversation(Client::greet)
+    }
+
+    /// Says hello to the transmitter or the receiver at this port.
+    pub fn greet_any(&self) -> anyhow::Result<Connection> {
+        self.conversation(Client::greet_any)
+    }
+
+    fn conversation(
+        &self,
+        greet: impl FnOnce(Box<dyn SerialPort>, Duration, u32) -> Result<Connection, DeviceError>,
+    ) -> anyhow::Result<Connection> {
         let patience = Duration::from_secs_f64(self.timeout);
         let port = port::open(&self.port, self.baud, patience)?;
         // Two runs that begin with the same number would be taken for one.
@@ -115,7 +127,7 @@ impl Port {
         // A clock that was never set may stand before 1970.
         let away = now.unwrap_or_else(|early| early.duration());
         let sequence = away.as_nanos() as u32;
-        Client::greet(port, patience, sequence).with_context(|| self.name())
+        greet(port, patience, sequence).with_context(|| self.name())
     }
 }
 

@@ -537,6 +537,7 @@ fn every_preset_can_be_printed_and_planned() {
         "fog",
         "phone",
         "dashcam",
+        "hm01b0",
     ] {
         let printed = vocc(&["scene", preset]);
         let file = folder(&format!("preset-{preset}")).join("scene.toml");

@@ -103,6 +103,7 @@ pub mod detect;
 pub mod features;
 mod fit;
 pub mod frame;
+pub mod hm01b0;
 mod lattice;
 pub mod likelihood;
 pub mod locate;
@@ -111,6 +112,7 @@ pub mod pose;
 pub mod profile;
 pub mod receiver;
 mod spots;
+pub mod standalone;
 pub mod symbols;
 mod track;
 

@@ -165,6 +165,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
     /// What was learnt of the levels in the old ones says nothing of theirs.
+    #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn go_on_in_pixels(&mut self, side: usize, mixing_variance: f32) {
         self.model.pixels = [side as f32, mixing_variance];
         self.experience.levels = LevelPrior::NONE;

@@ -1,8 +1,11 @@
 //! The whole pipeline: camera frames in, messages out.
 
 mod history;
+mod integer;
 mod levels;
 mod memory;
+#[cfg(not(feature = "maximum-likelihood"))]
+mod no_likelihood;
 mod outcome;
 mod reader;
 mod search;
@@ -13,6 +16,9 @@ mod view;
 
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
+pub use integer::{
+    BlinkSearch, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading, IntegerReceiver,
+};
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, Outcome, Reading};
 pub use search::{FrameSearch, NoSearch, Search};

@@ -19,12 +19,12 @@
 // "period_cycles"}: the dimming; {"ns", "low_current"}; {"ns", "register", "value"}: of a MAX7219; {"ns", "reset"}.
 
 import fs from 'node:fs';
-import net from 'node:net';
 import readline from 'node:readline';
 import { parseArgs } from 'node:util';
 import { functions } from './elf.mjs';
 import { Flash } from './flash.mjs';
 import { Pico } from './pico.mjs';
+import { SerialSocket } from './serial_socket.mjs';
 import { Stopwatch } from './stopwatch.mjs';
 
 const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6;
@@ -40,44 +40,13 @@ const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
 const stopwatch = values.time.length ? new Stopwatch(elf, values.time) : null;
 const flash = new Flash(flashPath, elf);
 const pico = new Pico(flash, say, { max7219: values.max7219, edges: values.edges, stopwatch });
+const line = new SerialSocket(pico, socketPath, () => say({ listening: socketPath }));
 let realTime = null;
-let client = null;
-const received = [];
-const sent = [];
-
-pico.onSerial = (byte) => sent.push(byte);
-fs.rmSync(socketPath, { force: true });
-net.createServer((socket) => {
-  client = socket;
-  socket.on('data', (bytes) => received.push(...bytes));
-  socket.on('error', () => {});
-  socket.on('close', () => { if (client === socket) client = null; });
-}).listen(socketPath, () => say({ listening: socketPath }));
-
-// A byte arrives when the line has had time for it.
-let nextByteNanos = 0;
-function deliver() {
-  while (received.length && pico.nanos >= nextByteNanos) {
-    pico.feed(received.shift());
-    nextByteNanos = Math.max(nextByteNanos, pico.nanos) + pico.byteNanos();
-  }
-}
-
-function slice(nanos) {
-  const end = pico.nanos + nanos;
-  while (pico.nanos < end) {
-    deliver();
-    const step = received.length ? Math.min(end, nextByteNanos) - pico.nanos : end - pico.nanos;
-    pico.run(Math.max(step, 1));
-  }
-  if (sent.length && client) client.write(Buffer.from(sent));
-  sent.length = 0;
-}
 
 async function run(milliseconds) {
   const end = pico.nanos + milliseconds * NANOS_PER_MS;
   while (pico.nanos < end) {
-    slice(Math.min(SLICE_NANOS, end - pico.nanos));
+    line.run(Math.min(SLICE_NANOS, end - pico.nanos));
     await new Promise(setImmediate);
   }
   say({ ran: Math.round(pico.nanos), lit_nanos: pico.panel.takeLitNanos(), cycles: stopwatch?.results() });
@@ -86,7 +55,7 @@ async function run(milliseconds) {
 function keepUp() {
   if (!realTime) return;
   const due = realTime.nanos + (performance.now() - realTime.at) * NANOS_PER_MS;
-  if (pico.nanos < due) slice(Math.min(SLICE_NANOS, due - pico.nanos));
+  if (pico.nanos < due) line.run(Math.min(SLICE_NANOS, due - pico.nanos));
   // Time that a slow machine lost is not made up for.
   if (due - pico.nanos > 20 * SLICE_NANOS) realTime = { at: performance.now(), nanos: pico.nanos };
   if (pico.nanos < due) setImmediate(keepUp);

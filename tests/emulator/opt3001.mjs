@@ -1,10 +1,12 @@
 // An OPT3001 light sensor on an I2C bus (OPT3001 datasheet, 7.6), and the ways in which it fails.
 
+import { I2cBus } from './i2c_bus.mjs';
+
 const ADDRESS = 0x44;
 const RESULT = 0x00, CONFIGURATION = 0x01, MANUFACTURER = 0x7e, DEVICE = 0x7f;
 const OVERFLOW = 1 << 8, READY = 1 << 7, LONG = 1 << 11, CONTINUOUS = 1 << 10;
 const LEAST_LX = 0.01, FULL_MANTISSA = 4095, LAST_RANGE = 11;
-const NANOS_PER_MS = 1e6, WRITE = 0;
+const NANOS_PER_MS = 1e6;
 
 export class Opt3001 {
   constructor(mcu, i2c) {
@@ -14,46 +16,33 @@ export class Opt3001 {
     this.registers = { [RESULT]: 0, [CONFIGURATION]: 0xc810, [MANUFACTURER]: 0x5449, [DEVICE]: 0x3001 };
     this.pointer = 0;
     this.bytes = [];
-    this.held = null;
     this.conversion = mcu.clock.createAlarm(() => this.convert());
-    this.connect(mcu, i2c);
+    this.bus = new I2cBus(mcu, i2c, this);
   }
 
-  // Bytes take nine clocks of the bus; a hanging sensor holds the clock line down.
-  connect(mcu, i2c) {
-    const after = (finish) => {
-      const alarm = mcu.clock.createAlarm(() => {
-        if (this.fault === 'hanging') this.held = finish;
-        else finish();
-      });
-      return () => alarm.schedule((9e9 * (i2c.sclLowPeriod + i2c.sclHighPeriod)) / mcu.clkSys);
-    };
-    const acknowledge = after(() => i2c.completeConnect(i2c.targetAddress === ADDRESS && this.fault !== 'missing'));
-    const written = after(() => i2c.completeWrite(true));
-    const read = after(() => i2c.completeRead(this.bytes.shift() ?? 0xff));
-    i2c.onStart = () => i2c.completeStart();
-    i2c.onStop = () => i2c.completeStop();
-    i2c.onConnect = (_, mode) => {
-      if (mode === WRITE) this.bytes = [];
-      else this.bytes = this.take();
-      this.writing = mode === WRITE;
-      acknowledge();
-    };
-    i2c.onWriteByte = (byte) => {
-      this.bytes.push(byte);
-      if (this.bytes.length === 1) this.pointer = byte;
-      if (this.bytes.length === 3) this.put((this.bytes[1] << 8) | this.bytes[2]);
-      written();
-    };
-    i2c.onReadByte = () => read();
+  answers(address) {
+    return address === ADDRESS && this.fault !== 'missing';
+  }
+
+  started(writing) {
+    this.bytes = writing ? [] : this.take();
+  }
+
+  written(byte) {
+    this.bytes.push(byte);
+    if (this.bytes.length === 1) this.pointer = byte;
+    if (this.bytes.length === 3) this.put((this.bytes[1] << 8) | this.bytes[2]);
+    return true;
+  }
+
+  read() {
+    return this.bytes.shift() ?? 0xff;
   }
 
   // Fails in this way from now on; a clock line that was held down goes up.
   fail(fault) {
     this.fault = fault;
-    if (fault === 'hanging') return;
-    this.held?.();
-    this.held = null;
+    this.bus.hang(fault === 'hanging');
   }
 
   take() {

@@ -1,112 +1,30 @@
-// A Raspberry Pi Pico on simulated time: processor, memories, light sensor and panel.
+// The transmitter: a Pico with a light sensor and a panel.
 
-import { Simulator } from 'rp2040js';
-import { BootRom } from './boot_rom.mjs';
+import { Board } from './board.mjs';
 import { Max7219 } from './max7219.mjs';
 import { Opt3001 } from './opt3001.mjs';
 import { Panel } from './panel.mjs';
-import { repair } from './repairs.mjs';
 
-// Behind the 256 bytes of the second-stage boot loader, which the emulator does not need.
-const VECTORS = 0x10000100;
-const WATCHDOG = 0x40058, TIMED_OUT = 1;
-const NANOS_PER_SECOND = 1e9;
-
-export class Pico {
+export class Pico extends Board {
   constructor(flash, report, { max7219 = false, edges = false, stopwatch = null } = {}) {
-    Object.assign(this, { flash, edges, stopwatch });
-    this.startedNanos = 0;
-    this.report = (event) => report({ ns: Math.round(this.nanos), ...event });
+    super(flash, report, { stopwatch });
+    this.edges = edges;
     this.module = max7219 ? new Max7219(this.report) : null;
     this.powerUp();
   }
 
-  get nanos() {
-    return this.startedNanos + (this.clock?.nanos ?? 0);
-  }
-
-  powerUp() {
+  attach() {
+    const { mcu } = this;
     const light = this.sensor ?? { lux: 0, fault: 'none' };
-    const { rp2040: mcu, clock } = new Simulator();
-    mcu.logger = { debug() {}, info() {}, warn() {}, error: (part, text) => this.report({ error: `${part}: ${text}` }) };
-    repair(mcu);
-    this.flash.map(mcu.flash);
-    Object.assign(this, { mcu, clock, wanted: null, hung: false });
-    this.rom = new BootRom(mcu, this.flash);
-    this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux, fault: light.fault });
+    this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux });
+    this.sensor.fail(light.fault);
     this.module?.connect(mcu);
     this.panel = this.module ?? new Panel(mcu, this.report, this.edges);
-    mcu.uart[0].onByte = (byte) => this.onSerial?.(byte);
-    const watchdog = mcu.peripherals[WATCHDOG];
-    watchdog.onWatchdogTrigger = () => {
-      this.wanted = 'reset';
-      // Or it triggers again before any time has passed.
-      watchdog.alarm.enable = false;
-    };
-    this.stopwatch?.attach(mcu);
-    const { core } = mcu;
-    core.VTOR = VECTORS;
-    core.SP = mcu.readUint32(VECTORS);
-    core.PC = mcu.readUint32(VECTORS + 4) & ~1;
   }
 
-  // By the watchdog: the chip starts over, and its register tells why.
   reset() {
-    const { reason } = this.mcu.peripherals[WATCHDOG];
     const litNanos = this.panel.takeLitNanos();
-    this.startedNanos += this.clock.nanos;
-    this.powerUp();
+    super.reset();
     this.panel.litNanos = litNanos;
-    this.mcu.peripherals[WATCHDOG].reason = reason;
-    this.report({ reset: reason === TIMED_OUT ? 'timed out' : 'forced' });
-  }
-
-  // The processor executes nothing any more, as if it were in an endless loop with interrupts off.
-  hang() {
-    this.hung = true;
-  }
-
-  // The processor goes on in another function, with interrupts off.
-  enter(address) {
-    const { core } = this.mcu;
-    core.PM = true;
-    core.waiting = false;
-    core.PC = address;
-  }
-
-  run(nanos) {
-    const end = this.nanos + nanos;
-    while (this.nanos < end) {
-      this.runUntil(end - this.startedNanos);
-      if (this.wanted === 'reset') this.reset();
-    }
-  }
-
-  runUntil(end) {
-    const { clock, mcu, rom, stopwatch } = this;
-    const { core } = mcu;
-    const cycleNanos = NANOS_PER_SECOND / mcu.clkSys;
-    while (clock.nanos < end && !this.wanted) {
-      if (core.waiting || this.hung) {
-        const sleep = clock.nanosToNextAlarm;
-        // Never so little that the time, a sum of floating-point numbers, stands still.
-        clock.tick(Math.max(Math.min(sleep, end - clock.nanos), cycleNanos));
-      } else if (rom.holds(core.PC)) {
-        rom.enter();
-      } else {
-        stopwatch?.step(core);
-        clock.tick(core.executeInstruction() * cycleNanos);
-      }
-    }
-  }
-
-  // A byte arrives at UART 0.
-  feed(byte) {
-    this.mcu.uart[0].feedByte(byte);
-  }
-
-  // What a byte takes on its line: start, eight data and stop bits.
-  byteNanos() {
-    return (10 * NANOS_PER_SECOND) / (this.mcu.uart[0].baudRate || 115200);
   }
 }

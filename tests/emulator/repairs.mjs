@@ -6,10 +6,13 @@ const NANOS_PER_SECOND = 1e9;
 export function repair(mcu) {
   mcu.uart.forEach((uart) => repairUart(mcu, uart));
   mcu.spi.forEach((spi) => giveShiftingTime(mcu, spi));
+  mcu.i2c.forEach(repairI2c);
   repairInterrupts(mcu);
   repairPwmRequests(mcu);
   mcu.pwm.channels.forEach(repairPwmOutputs);
   addFlashController(mcu);
+  mcu.pio.forEach(repairPio);
+  quickenInputs(mcu);
 }
 
 // 4.2: the level-select and DMA registers are missing, the transmit interrupt is stuck at 1 and bytes leave in no time. Here
@@ -60,6 +63,33 @@ function giveShiftingTime(mcu, spi) {
   spi.onTransmit = (value) => {
     frame = value;
     alarm.schedule((spi.dataBits * NANOS_PER_SECOND) / spi.clockFrequency);
+  };
+}
+
+// 4.3.17: interrupts cannot be enabled, and those of the FIFOs' levels come and go once instead of following the levels.
+function repairI2c(i2c) {
+  const INTERRUPT_MASK = 0x30, RECEIVE_FULL = 1 << 2, TRANSMIT_EMPTY = 1 << 4, ENABLED = 1;
+  let events = 0;
+  Object.defineProperty(i2c, 'intRaw', {
+    get: () =>
+      (events & ~(RECEIVE_FULL | TRANSMIT_EMPTY)) | (i2c.rxFIFO.itemCount > i2c.rxThreshold ? RECEIVE_FULL : 0) |
+      (i2c.enable & ENABLED && i2c.txFIFO.itemCount <= i2c.txThreshold ? TRANSMIT_EMPTY : 0),
+    set: (value) => (events = value),
+  });
+  i2c.setInterrupts = (mask) => {
+    events |= mask;
+    i2c.checkInterrupts();
+  };
+  const read = i2c.readUint32.bind(i2c), write = i2c.writeUint32.bind(i2c);
+  i2c.readUint32 = (offset) => {
+    const value = read(offset);
+    i2c.checkInterrupts();
+    return value;
+  };
+  i2c.writeUint32 = (offset, value) => {
+    if (offset === INTERRUPT_MASK) i2c.intEnable = value & 0x1fff;
+    else write(offset, value);
+    i2c.checkInterrupts();
   };
 }
 
@@ -122,4 +152,76 @@ function repairPwmOutputs(slice) {
 function addFlashController(mcu) {
   const PAGE = 0x14000;
   mcu.peripherals[PAGE] = { readUint32: () => 0, writeUint32Atomic: () => {} };
+}
+
+// 3.2: state machines run on the computer's time, not the chip's. Here one runs, in no time, whenever something has happened that it may
+// have waited for: its registers were accessed, or `settle` says that pins have changed. It stops where it waits, or where it goes round
+// in a loop that changes nothing. That is the chip's behaviour as long as it gets there before its pins change again: `settle` returns
+// the most cycles of the system clock that any machine took, with the whole loop for one that was in such.
+function repairPio(pio) {
+  const STEPS_MAX = 4096, SYNCHRONISER_CYCLES = 2;
+  const state = (machine) => [
+    machine.pc, machine.x, machine.y, machine.inputShiftReg, machine.inputShiftCount, machine.outputShiftReg, machine.outputShiftCount,
+    machine.rxFIFO.itemCount, machine.txFIFO.itemCount, pio.irq, pio.pinValues, pio.pinDirections,
+  ];
+  // Brent's search for a loop: the state at steps 1, 2, 4, 8, … is compared with those that follow.
+  const finish = (machine) => {
+    const before = machine.cycles;
+    let known = null, knownCycles = 0, next = 1, loop = 0;
+    for (let step = 1; machine.enabled && !machine.waiting; step++) {
+      if (step === STEPS_MAX) throw new Error('a PIO program that goes on by itself is not emulated');
+      machine.step();
+      const reached = state(machine);
+      if (known && reached.every((value, index) => value === known[index])) {
+        loop = machine.cycles - knownCycles;
+        break;
+      }
+      if (step === next) {
+        known = reached;
+        knownCycles = machine.cycles;
+        next *= 2;
+      }
+    }
+    const divider = (machine.clockDivInt || 65536) + machine.clockDivFrac / 256;
+    const cycles = ((loop ? knownCycles : machine.cycles) - before + (machine.loop ?? 0)) * divider + SYNCHRONISER_CYCLES;
+    machine.loop = loop;
+    return cycles;
+  };
+  pio.settle = () => {
+    if (pio.stopped) return 0;
+    let most = 0;
+    for (const machine of pio.machines) {
+      if (!machine.enabled) continue;
+      if (machine.waiting) machine.checkWait();
+      if (!machine.waiting) most = Math.max(most, finish(machine));
+    }
+    if (most > 0) pio.checkChangedPins();
+    return most;
+  };
+  pio.run = () => pio.settle();
+  const read = pio.readUint32.bind(pio), write = pio.writeUint32.bind(pio);
+  pio.readUint32 = (offset) => {
+    const value = read(offset);
+    pio.settle();
+    return value;
+  };
+  pio.writeUint32 = (offset, value) => {
+    write(offset, value);
+    pio.settle();
+  };
+}
+
+// All pins' levels at once, without a dozen calls for each.
+function quickenInputs(mcu) {
+  const INPUT_ENABLE = 1 << 6, INPUT_OVERRIDE = 3 << 16;
+  Object.defineProperty(mcu, 'gpioValues', {
+    get: () => {
+      let levels = 0;
+      for (const pin of mcu.gpio) {
+        const plain = pin.rawInputValue && (pin.padValue & INPUT_ENABLE) !== 0;
+        if (pin.ctrl & INPUT_OVERRIDE ? pin.inputValue : plain) levels |= 1 << pin.index;
+      }
+      return levels;
+    },
+  });
 }

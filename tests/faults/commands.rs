@@ -227,6 +227,17 @@ pub const WORKS: &[Work] = &[
         &["--count", "1", "--port", "%port", "--timeout", "0.05"],
     ),
     work(
+        "device snapshot",
+        &[
+            "--port",
+            "%port",
+            "--timeout",
+            "0.05",
+            "--out",
+            "@snapshot.png",
+        ],
+    ),
+    work(
         "device calibration",
         &["--port", "%port", "--timeout", "0.05"],
     ),

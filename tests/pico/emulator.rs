@@ -13,8 +13,7 @@ use vocc_tests::programs::root;
 
 use crate::image::Programs;
 
-/// Cycles of the system clock in a second.
-pub const CLOCK_HZ: f64 = 125e6;
+pub use vocc_tests::driven_panel::CLOCK_HZ;
 
 /// Longer than any command takes on a busy computer.
 const PATIENCE: Duration = Duration::from_secs(240);

@@ -1,11 +1,10 @@
 //! The image that is flashed, and what it takes to run it.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use vocc_tests::firmware;
-use vocc_tests::programs::{self, output, root};
+use vocc_tests::programs;
 use vocc_tests::trials::Unready;
+use vocc_tests::{emulator, firmware};
 
 /// What the tests run: each is made by the command that a user would give.
 pub struct Programs {
@@ -23,7 +22,7 @@ impl Programs {
     /// # Errors
     /// What is absent, or why something cannot be built.
     pub fn provide() -> Result<Self, Unready> {
-        provide_emulator()?;
+        emulator::provide()?;
         Ok(Self {
             kit: built("kit", &["--no-default-features", "--features", KIT])?,
             image: built("default", &[])?,
@@ -41,20 +40,4 @@ fn built(name: &str, features: &[&str]) -> Result<PathBuf, Unready> {
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("vocc-pico-{name}"));
     std::fs::copy(folder.join("vocc-pico"), &kept)?;
     Ok(kept)
-}
-
-fn provide_emulator() -> Result<(), Unready> {
-    output(Command::new("node").arg("--version"))?;
-    let folder = root().join("tests/emulator");
-    if folder.join("node_modules/rp2040js").is_dir() {
-        return Ok(());
-    }
-    output(
-        Command::new("npm")
-            .arg("ci")
-            .arg("--no-audit")
-            .arg("--prefix")
-            .arg(folder),
-    )
-    .map(drop)
 }

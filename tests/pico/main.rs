@@ -14,14 +14,13 @@ mod power_cut;
 mod rate;
 mod restart;
 mod serial;
-mod terminal;
 mod vocc;
 
 use std::path::Path;
 use std::process::ExitCode;
 
 use libtest_mimic::Arguments;
-use vocc_tests::trials;
+use vocc_tests::{terminal, trials};
 
 use crate::image::Programs;
 

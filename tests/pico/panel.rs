@@ -3,50 +3,14 @@
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::panel::PanelFrame;
 
+pub use vocc_tests::driven_panel::{FULL_CD_M2, Pulses, REFLECTANCE};
+
 use crate::emulator::{CLOCK_HZ, Event};
 
-/// Light at the low current over that at the full one, of the board's typical panel.
-pub const LOW_CURRENT_SHARE: f64 = 0.125;
-/// Luminance of an On LED at full duty of the board's typical panel, cd/m².
-pub const FULL_CD_M2: f64 = 26_000.0;
-/// Reflectance of its LEDs' surface.
-pub const REFLECTANCE: f64 = 0.4;
 /// The L2A that the table it ships with holds at its interval of 1 and an illuminance.
 pub fn l2a(lux: f64) -> f64 {
     let illuminance = Illuminance::saturating_from_num(lux);
     L2aTable::default().l2a(illuminance, Interval::ONE).to_num()
-}
-
-/// The pulses that dim the LEDs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pulses {
-    /// Seconds of a pulse.
-    pub lit_s: f64,
-    /// Seconds of a period.
-    pub period_s: f64,
-    /// Whether they are at the low current.
-    pub low_current: bool,
-}
-
-impl Pulses {
-    /// The share of the full light.
-    pub fn duty(&self) -> f64 {
-        let current = if self.low_current {
-            LOW_CURRENT_SHARE
-        } else {
-            1.0
-        };
-        if self.lit_s == 0.0 {
-            0.0
-        } else {
-            current * (self.lit_s / self.period_s).min(1.0)
-        }
-    }
-
-    /// Luminance of an On LED, cd/m².
-    pub fn luminance_cd_m2(&self) -> f64 {
-        FULL_CD_M2 * self.duty()
-    }
 }
 
 /// A symbol: when it appeared, ns, and what it is.

@@ -1,13 +1,18 @@
 //! What the tests across crates share: the reference frames in `frames/` and their truth.
 
 pub mod arguments;
+pub mod driven_panel;
+pub mod emulator;
 pub mod firmware;
+pub mod hm01b0;
 pub mod naive;
 pub mod offset;
 pub mod poses;
 pub mod programs;
 pub mod sightings;
+pub mod terminal;
 pub mod trials;
+pub mod vocc;
 
 use std::fs;
 use std::path::{Path, PathBuf};

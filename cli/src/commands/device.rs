@@ -1,4 +1,4 @@
-//! `vocc device`: transmitters at serial ports.
+//! `vocc device`: transmitters and receivers at serial ports.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,6 +19,7 @@ mod calibrate;
 mod calibration;
 mod limit;
 mod rate;
+mod receiver;
 mod simulate;
 
 /// Arguments of `vocc device`.
@@ -32,12 +33,12 @@ pub struct Arguments {
 enum Action {
     /// The serial ports of this computer.
     List,
-    /// How a transmitter is.
+    /// How a transmitter or a receiver is.
     Status {
         #[command(flatten)]
         port: Port,
     },
-    /// How a transmitter is, again and again, until Ctrl-C.
+    /// How a transmitter or a receiver is, again and again, until Ctrl-C; of a receiver each message as it comes.
     Watch {
         #[command(flatten)]
         port: Port,
@@ -48,6 +49,8 @@ enum Action {
         #[arg(long)]
         count: Option<u64>,
     },
+    /// What a receiver's camera sees, as PNG: the panel and what is around it, or the whole frame.
+    Snapshot(receiver::Snapshot),
     /// What was measured of a transmitter's panel: print it, or write a file's values to it.
     Calibration {
         #[command(flatten)]
@@ -89,6 +92,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     match &arguments.action {
         Action::List => list(shared),
         Action::Status { port } => {
+            let mut client = port.greet_any()?;
+            if client.identity().is_receiver() {
+                return receiver::status(&mut client, port, shared);
+            }
+            drop(client);
             let mut client = port.greet()?;
             report(&status(&mut client, port)?, &mut client, port, shared)?;
             Ok(Answer::Yes)
@@ -98,6 +106,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             interval,
             count,
         } => watch(port, *interval, *count, shared),
+        Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
         Action::Calibration {
             template: Some(file),
             ..
@@ -156,6 +165,11 @@ fn watch(
     const NAP: Duration = Duration::from_millis(50);
     let stop = stop();
     let interval = Duration::from_secs_f64(interval_s);
+    let mut client = port.greet_any()?;
+    if client.identity().is_receiver() {
+        return receiver::watch(&mut client, port, interval, count, shared);
+    }
+    drop(client);
     let mut client = port.greet()?;
     let mut told = 0;
     while !stop.is_asked() && count.is_none_or(|count| told < count) {

@@ -1,21 +1,25 @@
-//! One conversation with a transmitter: each request is asked until there is an answer to it.
+//! One conversation with a transmitter or a receiver: each request is asked until there is an answer to it.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use link::serial::{
-    ANSWER_FRAME_MAX, Answer, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request,
-    SCHEMA, VERSION, encode, wire_length,
+    Answer, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, VERSION, encode,
+    wire_length,
 };
+use rx_pipeline::standalone::{ANSWER_MAX, BOARD_PREFIX};
+use serde::Serialize;
 
 use super::DeviceError;
 
 /// How often a request is sent before its transmitter counts as silent.
 pub const TRIES: u32 = 8;
 
-/// Who a transmitter says it is.
+/// Who somebody at a port says they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identity {
+    /// Number of its set of messages.
+    pub schema: u32,
     /// Version of its firmware.
     pub firmware: String,
     /// Name of its board.
@@ -24,55 +28,74 @@ pub struct Identity {
     pub chunk_max: usize,
 }
 
-/// A transmitter behind `port`, whose reads end with `TimedOut` after the time that one try is given.
+impl Identity {
+    /// Whether it is a receiver, whose messages are `rx_pipeline::standalone`'s.
+    pub fn is_receiver(&self) -> bool {
+        self.board.starts_with(BOARD_PREFIX)
+    }
+}
+
+/// A transmitter or a receiver behind `port`, whose reads end with `TimedOut` after the time that one try is given.
 pub struct Client<P> {
     port: P,
     patience: Duration,
-    reader: FrameReader<ANSWER_FRAME_MAX>,
+    reader: FrameReader<ANSWER_MAX>,
     sequence: u32,
     identity: Identity,
 }
 
 impl<P: Read + Write> Client<P> {
-    /// Says hello. A try lasts `patience`; `sequence` is the number of the first request, which should be
+    /// Says hello to a transmitter. A try lasts `patience`; `sequence` is the number of the first request, which should be
     /// another one in each conversation.
     ///
     /// # Errors
     /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
     pub fn greet(port: P, patience: Duration, sequence: u32) -> Result<Self, DeviceError> {
+        let client = Self::greet_any(port, patience, sequence)?;
+        match client.identity() {
+            identity if identity.is_receiver() => Err(DeviceError::IsReceiver {
+                board: identity.board.clone(),
+            }),
+            Identity {
+                schema, firmware, ..
+            } if *schema != SCHEMA => Err(DeviceError::Schema {
+                theirs: *schema,
+                firmware: firmware.clone(),
+            }),
+            _ => Ok(client),
+        }
+    }
+
+    /// Says hello to whoever is there, a transmitter of any age or a receiver.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
+    pub fn greet_any(port: P, patience: Duration, sequence: u32) -> Result<Self, DeviceError> {
         let mut client = Self {
             port,
             patience,
             reader: FrameReader::new(),
             sequence,
             identity: Identity {
+                schema: 0,
                 firmware: String::new(),
                 board: String::new(),
                 chunk_max: 0,
             },
         };
-        let (schema, identity) = client.ask(&Request::Hello, |answer| match answer {
-            Answer::Hello(hello) => Some((
-                hello.schema,
-                Identity {
-                    firmware: hello.firmware.into(),
-                    board: hello.board.into(),
-                    chunk_max: hello.chunk_max.max(1).into(),
-                },
-            )),
+        client.identity = client.ask(&Request::Hello, |answer| match answer {
+            Answer::Hello(hello) => Some(Identity {
+                schema: hello.schema,
+                firmware: hello.firmware.into(),
+                board: hello.board.into(),
+                chunk_max: hello.chunk_max.max(1).into(),
+            }),
             _ => None,
         })?;
-        if schema != SCHEMA {
-            return Err(DeviceError::Schema {
-                theirs: schema,
-                firmware: identity.firmware,
-            });
-        }
-        client.identity = identity;
         Ok(client)
     }
 
-    /// Who the transmitter is.
+    /// Who is there.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -91,6 +114,18 @@ impl<P: Read + Write> Client<P> {
         &mut self,
         request: &Request<'_>,
         read: impl Fn(Answer<'_>) -> Option<R>,
+    ) -> Result<R, DeviceError> {
+        self.exchange(request, |frame| outcome(frame, &read))
+    }
+
+    /// What `read` makes of the frame that answers `request`.
+    ///
+    /// # Errors
+    /// [`DeviceError`] when there is none after [`TRIES`], or what `read` says.
+    pub fn exchange<R>(
+        &mut self,
+        request: &impl Serialize,
+        read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>,
     ) -> Result<R, DeviceError> {
         self.sequence = self.sequence.wrapping_add(1);
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
@@ -120,7 +155,7 @@ impl<P: Read + Write> Client<P> {
     /// Listens for one try.
     fn listen<R>(
         &mut self,
-        read: impl Fn(Answer<'_>) -> Option<R>,
+        read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>,
         heard: &mut usize,
     ) -> Result<Option<Result<R, DeviceError>>, DeviceError> {
         let deadline = Instant::now() + self.patience;
@@ -143,7 +178,7 @@ impl<P: Read + Write> Client<P> {
                     && frame.is(Kind::Answer)
                     && frame.sequence() == self.sequence
                 {
-                    return Ok(Some(outcome(&frame, read)));
+                    return Ok(Some(read(&frame)));
                 }
             }
             // Whoever talks without end is not waited for.

@@ -86,6 +86,23 @@ pub enum DeviceError {
         /// Its firmware's version.
         firmware: String,
     },
+    /// A receiver is there, and the command is for transmitters.
+    #[error(
+        "{board} is a receiver, and this is for transmitters: receivers know `vocc device status`, `watch` and `snapshot`; is this the port?"
+    )]
+    IsReceiver {
+        /// The name of its board.
+        board: String,
+    },
+    /// A transmitter is there, and the command is for receivers.
+    #[error("{board} is a transmitter, and this is for receivers: is this the port?")]
+    IsTransmitter {
+        /// The name of its board.
+        board: String,
+    },
+    /// A receiver refuses.
+    #[error("the receiver refuses: {0}")]
+    ReceiverRefused(#[from] rx_pipeline::standalone::Refusal),
     /// It answers something else than was asked for.
     #[error("the transmitter answers something else than was asked for: update the older side")]
     Unexpected,

@@ -4,7 +4,7 @@ use super::survey::Tiles;
 use crate::lattice::Lattice;
 use crate::spots::Residuals;
 
-/// What a search through frames of any size needs: 131 kB. A search also takes up to 100 kB of stack.
+/// What a search through frames of any size needs: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of stack.
 pub struct SearchMemory {
     pub(super) busy: Tiles,
     pub(super) changed: Tiles,

@@ -1,11 +1,11 @@
 //! The large parts of a receiver, which lie where its user puts them.
 
+use super::reader::MaximumLikelihood;
 use super::reader::Tools;
 use super::settings::ReceiverSettings;
 use crate::camera::Learnt;
 use crate::cells::CellMap;
 use crate::detect::Method;
-use crate::likelihood::MaximumLikelihood;
 use crate::spots::Residuals;
 
 /// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in

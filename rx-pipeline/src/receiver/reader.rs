@@ -1,5 +1,7 @@
 //! One panel, followed and read: the part of a receiver that each panel has its own of.
 
+#[cfg(not(feature = "maximum-likelihood"))]
+pub(crate) use super::no_likelihood::MaximumLikelihood;
 use super::outcome::{Loss, Outcome, Reading};
 use super::settings::{ReceiverError, ReceiverSettings};
 use super::view::View;
@@ -10,7 +12,8 @@ use crate::detect::{Detection, Detector, Method, Mixture, check_white};
 use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::likelihood::MaximumLikelihood;
+#[cfg(feature = "maximum-likelihood")]
+pub(crate) use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
 use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, SAME_CELLS};
 use crate::profile::{Profile, Stage};
@@ -71,6 +74,10 @@ pub(crate) struct Reader {
 
 impl Reader {
     pub fn new(settings: &ReceiverSettings) -> Result<Self, ReceiverError> {
+        if settings.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood"))
+        {
+            return Err(ReceiverError::LeftOut);
+        }
         Ok(Self {
             method: settings.method,
             clock: SymbolClock::new(settings.symbols_per_frame)?,

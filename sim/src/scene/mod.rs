@@ -53,7 +53,7 @@ pub struct Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Camera {
-    /// Focal length of the lens, 1 to 1000 mm.
+    /// Focal length of the lens, 0.5 to 1000 mm.
     pub focal_length_mm: f64,
     /// Pixel pitch, 0.5 to 50 µm; pixels are square.
     pub pixel_pitch_um: f64,

@@ -12,7 +12,7 @@ pub struct Preset {
 }
 
 /// All presets, the default first.
-pub const PRESETS: [Preset; 9] = [
+pub const PRESETS: [Preset; 10] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
@@ -57,6 +57,11 @@ pub const PRESETS: [Preset; 9] = [
         name: "dashcam",
         summary: "day through a dash camera with a long lens: 60 frames a second, read out line by line",
         settings: &[DASHCAM, ROAD, DASHCAM_RATE],
+    },
+    Preset {
+        name: "hm01b0",
+        summary: "a lit hall through a microcontroller's camera of 324 x 244 pixels: 30 frames a second, read out line by line",
+        settings: &[HM01B0, ROAD, HM01B0_RATE],
     },
 ];
 
@@ -293,6 +298,36 @@ illuminance_lx = 10000
 
 const DASHCAM_RATE: &str = r#"[link]
 symbol_rate_hz = 54          # 0.9 of the frames
+"#;
+
+/// Himax's HM01B0 with its lens of 87 degrees from corner to corner (HM01B0-MNA-00FT870), read as public drivers set it: 260 lines of 376
+/// cycles of 3 MHz. What its pixels hold and read, and the lens's f-number, are assumed.
+const HM01B0: &str = r#"
+[camera]
+focal_length_mm = 0.87       # 87 degrees across the diagonal of 324 x 324 pixels
+pixel_pitch_um = 3.6         # Himax HM01B0
+width_px = 324
+height_px = 244
+frame_rate_hz = 30
+exposure_max_s = 0.0325      # 258 lines
+f_number = 2.8               # assumed
+iso_min = 200                # assumed: full with 6000 electrons after 0.09 lx s; gain 1
+iso_max = 1600               # gain 8
+encoding = "linear"          # no curve
+black_grey = 8               # what public drivers set
+blur_sigma_px = 0.7          # assumed
+full_well_e = 12000          # assumed: 6000 at ISO 200, of the order of what 3.6 um hold
+read_noise_e = 4             # assumed
+readout_s = 0.0305           # 243 lines of 125.3 us
+prnu_percent = 1             # assumed
+[pose]
+distance_m = 4
+[ambient]
+illuminance_lx = 500
+"#;
+
+const HM01B0_RATE: &str = r#"[link]
+symbol_rate_hz = 20
 "#;
 
 /// What a road has and the paper has not: a table, PWM dimming, clocks that nobody synchronises.

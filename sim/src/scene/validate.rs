@@ -89,7 +89,7 @@ impl Scene {
         within(
             "camera.focal_length_mm",
             camera.focal_length_mm,
-            1.0,
+            0.5,
             1000.0,
         )?;
         within("camera.pixel_pitch_um", camera.pixel_pitch_um, 0.5, 50.0)?;

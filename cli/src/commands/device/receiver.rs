@@ -1,0 +1,342 @@
+//! `vocc device` with a receiver that stands alone.
+
+use std::io::{Read, Write};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, ensure};
+use link::serial::{BodyError, Frame, Kind};
+use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, State, Status};
+use serde_json::{Value, json};
+
+use crate::device::{Client, DeviceError};
+use crate::options::{Connection, Port, Shared};
+use crate::output::{self, Answer, line};
+use crate::pictures::write_png;
+use crate::stop::stop;
+
+/// Arguments of `vocc device snapshot`.
+#[derive(clap::Args)]
+pub struct Snapshot {
+    #[command(flatten)]
+    port: Port,
+    /// The PNG file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// A message, as a computer keeps it.
+struct Message {
+    count: u32,
+    bytes: Vec<u8>,
+    age_ms: u64,
+    frames: u32,
+    corrected_bits: u32,
+}
+
+/// A picture, whole.
+struct Picture {
+    frame: u64,
+    size: [u16; 2],
+    origin: [u16; 2],
+    step: u8,
+    grey: Vec<u8>,
+}
+
+/// Prints how the receiver is, how its camera is set, and its last message.
+pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<Answer> {
+    check(client, port)?;
+    let name = port.name();
+    let mut values = as_json(&asked_status(client, &name)?);
+    let camera = ask(client, &name, &Request::Camera, |answer| match answer {
+        Told::Camera(camera) => Some(camera),
+        _ => None,
+    })?;
+    values["camera"] = camera_as_json(&camera);
+    let message = asked_message(client, &name)?;
+    values["message"] = message_as_json(&message);
+    values["port"] = name.into();
+    values["board"] = client.identity().board.clone().into();
+    values["firmware"] = client.identity().firmware.clone().into();
+    if shared.json {
+        output::json(&values)?;
+        return Ok(Answer::Yes);
+    }
+    for (key, value) in values.as_object().into_iter().flatten() {
+        let value = match value {
+            Value::String(text) => text.clone(),
+            Value::Null => "none".into(),
+            other => other.to_string(),
+        };
+        line(&format!("{key:<16} {value}"))?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// Prints a line about the receiver at each interval, and each message once.
+pub fn watch(
+    client: &mut Connection,
+    port: &Port,
+    interval: Duration,
+    count: Option<u64>,
+    shared: &Shared,
+) -> anyhow::Result<Answer> {
+    const NAP: Duration = Duration::from_millis(50);
+    check(client, port)?;
+    let (stop, name) = (stop(), port.name());
+    let (mut told, mut last) = (0, None);
+    while !stop.is_asked() && count.is_none_or(|count| told < count) {
+        let asked = Instant::now();
+        let status = asked_status(client, &name)?;
+        let is_new = last.replace(status.counters.messages) != Some(status.counters.messages);
+        let message = if is_new && status.counters.messages > 0 {
+            Some(asked_message(client, &name)?)
+        } else {
+            None
+        };
+        if shared.json {
+            let mut values = as_json(&status);
+            values["message"] = message.as_ref().map_or(Value::Null, message_as_json);
+            output::json(&values)?;
+        } else {
+            line(&short(&status))?;
+            if let Some(message) = message {
+                line(&format!(
+                    "message {}: {}",
+                    message.count,
+                    text(&message.bytes)
+                ))?;
+            }
+        }
+        told += 1;
+        while !stop.is_asked() && count != Some(told) && asked.elapsed() < interval {
+            std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+/// Writes what the camera sees.
+pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Answer> {
+    let Snapshot { port, out } = arguments;
+    let mut client = port.greet_any()?;
+    check(&client, port)?;
+    let picture = fetch(&mut client, &port.name())?;
+    let [width, height] = picture.size.map(usize::from);
+    write_png(out, &picture.grey, width, height)?;
+    if shared.json {
+        output::json(&json!({
+            "file": out,
+            "frame": picture.frame,
+            "width": width,
+            "height": height,
+            "origin": picture.origin,
+            "step": picture.step,
+        }))?;
+    } else {
+        let [x, y] = picture.origin;
+        line(&format!(
+            "{}: {width} × {height} pixels of frame {}, from column {x} and row {y} on, every {}",
+            out.display(),
+            picture.frame,
+            if picture.step == 1 {
+                "one".into()
+            } else {
+                format!("{}th", picture.step)
+            },
+        ))?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// A picture, part by part; anew where another one has taken its place.
+fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Picture> {
+    const ATTEMPTS: usize = 4;
+    for _ in 0..ATTEMPTS {
+        let mut picture: Option<Picture> = None;
+        loop {
+            let offset = picture.as_ref().map_or(0, |picture| picture.grey.len());
+            let request = Request::Picture {
+                offset: offset as u32,
+            };
+            let part = ask(client, port, &request, |answer| match answer {
+                Told::Picture(part) if part.offset == request_offset(&request) => Some(Picture {
+                    frame: part.frame,
+                    size: part.size,
+                    origin: part.origin,
+                    step: part.step,
+                    grey: part.bytes.to_vec(),
+                }),
+                _ => None,
+            })?;
+            let is_end = part.grey.is_empty();
+            let whole = picture.get_or_insert_with(|| Picture {
+                grey: Vec::new(),
+                ..part
+            });
+            if whole.frame != part.frame || whole.size != part.size {
+                break;
+            }
+            whole.grey.extend(part.grey);
+            let [width, height] = whole.size.map(usize::from);
+            if whole.grey.len() == width * height {
+                return picture.context("there is a picture");
+            }
+            ensure!(
+                !is_end && whole.grey.len() < width * height,
+                "{port}: the parts of the picture are not as long as it: update the older side"
+            );
+        }
+    }
+    anyhow::bail!(
+        "{port}: the picture changed while it came, {ATTEMPTS} times: use a faster connection"
+    )
+}
+
+fn request_offset(request: &Request) -> u32 {
+    match request {
+        Request::Picture { offset } => *offset,
+        _ => 0,
+    }
+}
+
+/// Whether a receiver is there that can be talked to.
+fn check(client: &Connection, port: &Port) -> anyhow::Result<()> {
+    let identity = client.identity();
+    if !identity.is_receiver() {
+        let board = identity.board.clone();
+        return Err(DeviceError::IsTransmitter { board }).with_context(|| port.name());
+    }
+    ensure!(
+        identity.schema == SCHEMA,
+        "{}: the receiver's firmware {} has other messages than this program: update the older one",
+        port.name(),
+        identity.firmware
+    );
+    Ok(())
+}
+
+fn asked_status<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Status> {
+    ask(client, port, &Request::Status, |answer| match answer {
+        Told::Status(status) => Some(status),
+        _ => None,
+    })
+}
+
+fn asked_message<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Message> {
+    ask(client, port, &Request::Message, |answer| match answer {
+        Told::Message(message) => Some(Message {
+            count: message.count,
+            bytes: message.bytes.to_vec(),
+            age_ms: message.age_ms,
+            frames: message.frames,
+            corrected_bits: message.corrected_bits,
+        }),
+        _ => None,
+    })
+}
+
+fn ask<P: Read + Write, R>(
+    client: &mut Client<P>,
+    port: &str,
+    request: &Request,
+    read: impl Fn(Told<'_>) -> Option<R>,
+) -> anyhow::Result<R> {
+    let outcome = |frame: &Frame<'_>| match frame.message(Kind::Answer) {
+        Ok(Told::Refused(refusal)) => Err(refusal.into()),
+        Ok(answer) => read(answer).ok_or(DeviceError::Unexpected),
+        Err(BodyError::Version { .. }) => Err(DeviceError::Version {
+            theirs: frame.version(),
+        }),
+        Err(_) => Err(DeviceError::Unexpected),
+    };
+    client
+        .exchange(request, outcome)
+        .with_context(|| port.to_owned())
+}
+
+fn state(state: State) -> String {
+    match state {
+        State::Searching => "searching".into(),
+        State::Following => "following".into(),
+        State::Faulty(fault) => fault.to_string(),
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) if !text.chars().any(char::is_control) => text.into(),
+        _ => bytes.escape_ascii().to_string(),
+    }
+}
+
+/// A line for a watch.
+fn short(status: &Status) -> String {
+    let counters = &status.counters;
+    format!(
+        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame",
+        status.uptime_ms as f64 / 1e3,
+        state(status.state),
+        status.confidence,
+        counters.frames,
+        counters.readings,
+        counters.passed_by,
+        counters.cut_short,
+        counters.messages,
+        f64::from(status.frame_us) / 1e3,
+    )
+}
+
+fn as_json(status: &Status) -> Value {
+    let counters = &status.counters;
+    json!({
+        "uptime_s": status.uptime_ms as f64 / 1e3,
+        "state": state(status.state),
+        "was_reset": status.was_reset,
+        "corners_px": status.corners,
+        "confidence": status.confidence,
+        "symbol_rate_hz": f64::from(status.symbol_millihertz) / 1e3,
+        "frame_us": status.frame_us,
+        "longest_frame_us": status.longest_us,
+        "stack_bytes": status.stack_bytes,
+        "frames": counters.frames,
+        "passed_by": counters.passed_by,
+        "cut_short": counters.cut_short,
+        "readings": counters.readings,
+        "found": counters.found,
+        "lost": counters.lost,
+        "messages": counters.messages,
+        "corrected_bits": counters.corrected_bits,
+        "camera_starts": counters.starts,
+        "requests": counters.requests,
+        "bad_frames": counters.bad_frames,
+    })
+}
+
+fn camera_as_json(camera: &CameraSettings) -> Value {
+    json!({
+        "size_px": camera.size,
+        "frames_hz": 1e6 / f64::from(camera.period_us),
+        "exposure_lines": camera.lines,
+        "exposure_s": f64::from(camera.exposure_us) * 1e-6,
+        "gain": 1u32.checked_shl(camera.gain_log2.into()),
+        "bright_grey": camera.levels[0],
+        "dark_grey": camera.levels[1],
+    })
+}
+
+fn message_as_json(message: &Message) -> Value {
+    if message.count == 0 {
+        return Value::Null;
+    }
+    json!({
+        "count": message.count,
+        "text": text(&message.bytes),
+        "age_s": message.age_ms as f64 / 1e3,
+        "frames": message.frames,
+        "corrected_bits": message.corrected_bits,
+    })
+}
+
+#[cfg(test)]
+mod tests;

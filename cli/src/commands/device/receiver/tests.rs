@@ -1,0 +1,173 @@
+//! A conversation with the application that is flashed, without a board.
+
+use super::*;
+use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
+use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
+use rx_pipeline::standalone::{Application, Camera, Clock, Machine, Port as Wire, Settings};
+use std::collections::VecDeque;
+use std::io::ErrorKind;
+
+#[derive(Default)]
+struct Board {
+    now_us: u64,
+    input: VecDeque<u8>,
+    output: VecDeque<u8>,
+}
+
+impl Camera for Board {
+    fn start(&mut self, _: Exposure) -> Result<(), CameraError> {
+        Ok(())
+    }
+
+    fn expose(&mut self, _: Exposure) -> Result<(), CameraError> {
+        Ok(())
+    }
+}
+
+impl Clock for Board {
+    fn micros(&self) -> u64 {
+        self.now_us
+    }
+}
+
+impl Wire for Board {
+    fn read(&mut self) -> Option<u8> {
+        self.input.pop_front()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        self.output.extend(bytes);
+    }
+}
+
+impl Machine for Board {
+    const BOARD: &'static str = "receiver-test";
+    const FIRMWARE: &'static str = "1.2";
+
+    fn alive(&mut self) {}
+
+    fn lamp(&mut self, _: bool) {}
+
+    fn stack_bytes(&self) -> u32 {
+        77
+    }
+
+    fn cut_short(&self) -> u32 {
+        0
+    }
+}
+
+/// Its port: what is written is served at once, and before each answer a frame comes.
+struct Line {
+    board: Board,
+    application: Application<&'static mut IntegerReceiver<Vec<u8>>>,
+    frames: u8,
+}
+
+impl Line {
+    fn new() -> Self {
+        let mode = Mode::BINNED;
+        let room = vec![0; BlinkSearch::bytes(mode.width(), mode.height())];
+        let receiver = IntegerReceiver::new(1.0, room).unwrap();
+        let settings = Settings {
+            mode,
+            symbol_millihertz: 9_000,
+            was_reset: true,
+        };
+        Self {
+            board: Board::default(),
+            application: Application::new(Box::leak(Box::new(receiver)), settings).unwrap(),
+            frames: 0,
+        }
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.board.input.extend(bytes);
+        self.board.now_us += 75_000;
+        self.frames += 1;
+        let pixels: Vec<u8> = (0..162 * 122)
+            .map(|i| (i % 162) as u8 + self.frames)
+            .collect();
+        let now_us = self.board.now_us;
+        self.application.frame(&pixels, now_us, &mut self.board);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Line {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        if self.board.output.is_empty() {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        self.board.output.read(bytes)
+    }
+}
+
+fn client() -> Client<Line> {
+    Client::greet_any(Line::new(), Duration::from_secs(1), 5).unwrap()
+}
+
+#[test]
+fn a_receiver_is_known_by_its_board_and_is_no_transmitter() {
+    let client = client();
+    assert!(client.identity().is_receiver());
+    assert_eq!(client.identity().schema, SCHEMA);
+    let board = "receiver-test".to_owned();
+    let refused = Client::greet(Line::new(), Duration::from_secs(1), 5).err();
+    assert_eq!(refused, Some(DeviceError::IsReceiver { board }));
+}
+
+#[test]
+fn status_and_message_are_told() {
+    let mut client = client();
+    let status = asked_status(&mut client, "p").unwrap();
+    assert_eq!(
+        (status.state, status.stack_bytes, status.was_reset),
+        (State::Searching, 77, true)
+    );
+    assert_eq!(as_json(&status)["symbol_rate_hz"], 9.0);
+    assert!(short(&status).contains("searching"));
+    let message = asked_message(&mut client, "p").unwrap();
+    assert_eq!(message_as_json(&message), Value::Null);
+}
+
+/// All parts of a picture are of one frame, though frames come in between.
+#[test]
+fn a_picture_comes_whole_and_of_one_frame() {
+    let picture = fetch(&mut client(), "p").unwrap();
+    assert_eq!(
+        (picture.size, picture.step, picture.origin),
+        ([81, 61], 2, [0, 0])
+    );
+    let first = picture.grey[0];
+    let even = |i: usize| first.wrapping_add(2 * (i % 81) as u8);
+    assert!(
+        picture
+            .grey
+            .iter()
+            .enumerate()
+            .all(|(i, &grey)| grey == even(i))
+    );
+}
+
+#[test]
+fn refusals_are_told() {
+    let mut client = client();
+    let request = Request::SetSymbolRate { millihertz: 50_000 };
+    let refused = ask(&mut client, "p", &request, |answer| {
+        (answer == Told::Done).then_some(())
+    });
+    assert!(format!("{:#}", refused.unwrap_err()).contains("at most 13231"));
+}
+
+#[test]
+fn text_is_shown_as_it_is_and_other_bytes_are_escaped() {
+    assert_eq!(text("Glätte".as_bytes()), "Glätte");
+    assert_eq!(text(b"a\nb\xff"), "a\\nb\\xff");
+}

@@ -1,0 +1,87 @@
+//! What the application runs on: camera, clock, port, and the rest.
+
+use embassy_rp::{
+    gpio::Output,
+    uart::{BufferedUartRx, BufferedUartTx},
+    watchdog::Watchdog,
+};
+use embassy_time::{Duration, Instant};
+use embedded_io_async::ReadReady;
+use rx_pipeline::{
+    hm01b0::{CameraError, Exposure, Hm01b0},
+    standalone::{Camera, Clock, Machine, Port},
+};
+
+use crate::{bus::Bus, capture, stack};
+
+/// Longer than any part of a search that does not tell that it is alive.
+pub const WATCHDOG: Duration = Duration::from_secs(8);
+
+/// The board.
+pub struct Pico {
+    pub camera: Hm01b0<Bus>,
+    pub receive: BufferedUartRx,
+    pub transmit: BufferedUartTx,
+    pub lamp: Output<'static>,
+    pub watchdog: Watchdog,
+}
+
+impl Camera for Pico {
+    fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
+        self.camera.start(exposure)
+    }
+
+    fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError> {
+        self.camera.expose(exposure)
+    }
+}
+
+impl Clock for Pico {
+    fn micros(&self) -> u64 {
+        Instant::now().as_micros()
+    }
+}
+
+impl Port for Pico {
+    fn read(&mut self) -> Option<u8> {
+        let mut byte = [0];
+        let is_there = self.receive.read_ready().unwrap_or(false);
+        // A line error spoils a frame, whose checksum tells.
+        (is_there && self.receive.blocking_read(&mut byte) == Ok(1)).then_some(byte[0])
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        let mut rest = bytes;
+        while let Ok(count) = self.transmit.blocking_write(rest) {
+            match rest.get(count..) {
+                Some(left) if count > 0 && !left.is_empty() => rest = left,
+                _ => return,
+            }
+        }
+    }
+}
+
+impl Machine for Pico {
+    const BOARD: &'static str = if cfg!(feature = "rp2040") {
+        "receiver-pico"
+    } else {
+        "receiver-pico2"
+    };
+    const FIRMWARE: &'static str = env!("CARGO_PKG_VERSION");
+
+    fn alive(&mut self) {
+        self.watchdog.feed(WATCHDOG);
+    }
+
+    fn lamp(&mut self, is_on: bool) {
+        self.lamp.set_level(is_on.into());
+    }
+
+    fn stack_bytes(&self) -> u32 {
+        stack::deepest_bytes()
+    }
+
+    fn cut_short(&self) -> u32 {
+        capture::cut_short()
+    }
+}

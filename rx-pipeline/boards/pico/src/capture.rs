@@ -1,0 +1,230 @@
+//! Frames from the camera's pins to memory, without the processor: a state machine waits for clocks and samples, DMA carries.
+//!
+//! Two frames have room. While one is read the next one is captured; when both are taken, frames pass by.
+
+use embassy_futures::poll_once;
+use embassy_rp::{
+    Peri, bind_interrupts, dma,
+    peripherals::{
+        DMA_CH0, PIN_6, PIN_7, PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13, PIN_14, PIN_15,
+        PIN_16, PIO0,
+    },
+    pio::{
+        Config, Direction, FifoJoin, InterruptHandler, Irq, IrqFlags, LoadedProgram, Pio,
+        ShiftConfig, ShiftDirection, StateMachine, program::pio_asm,
+    },
+};
+use embassy_sync::{
+    blocking_mutex::raw::CriticalSectionRawMutex,
+    zerocopy_channel::{Channel, Receiver, Sender},
+};
+use embassy_time::{Duration, Instant, with_timeout};
+use portable_atomic::{AtomicU32, Ordering};
+use rx_pipeline::hm01b0::Mode;
+use static_cell::{ConstStaticCell, StaticCell};
+
+/// What the camera is set to.
+pub const MODE: Mode = if cfg!(feature = "rp2040") {
+    Mode::BINNED
+} else {
+    Mode::QVGA
+};
+const WORDS: usize = MODE.width() * MODE.height() / 4;
+/// A frame that takes longer than this does not end.
+const PATIENCE: Duration = Duration::from_micros(3 * MODE.period_us() as u64);
+
+bind_interrupts!(struct Irqs {
+    PIO0_IRQ_0 => InterruptHandler<PIO0>;
+    DMA_IRQ_0 => dma::InterruptHandler<DMA_CH0>;
+});
+
+/// A frame, as it came.
+pub struct Shot {
+    words: [u32; WORDS],
+    /// When its last line was read out.
+    pub ended: Instant,
+}
+
+impl Shot {
+    const EMPTY: Self = Self {
+        words: [0; WORDS],
+        ended: Instant::from_ticks(0),
+    };
+
+    /// Its grey levels, row by row.
+    pub fn pixels(&self) -> &[u8] {
+        let (words, bytes) = (self.words.as_ptr(), size_of_val(&self.words));
+        // SAFETY: any four bytes are grey levels, and bytes stand anywhere.
+        #[allow(unsafe_code)]
+        unsafe {
+            core::slice::from_raw_parts(words.cast(), bytes)
+        }
+    }
+}
+
+pub type Shots = Receiver<'static, CriticalSectionRawMutex, Shot>;
+type Film = Sender<'static, CriticalSectionRawMutex, Shot>;
+
+/// Frames that ended before all of their lines had come.
+static CUT_SHORT: AtomicU32 = AtomicU32::new(0);
+
+/// How many frames ended before all of their lines had come.
+pub fn cut_short() -> u32 {
+    CUT_SHORT.load(Ordering::Relaxed)
+}
+
+/// The pins and what moves their levels.
+pub struct Wires {
+    pub pio: Peri<'static, PIO0>,
+    pub dma: Peri<'static, DMA_CH0>,
+    pub data: (
+        Peri<'static, PIN_6>,
+        Peri<'static, PIN_7>,
+        Peri<'static, PIN_8>,
+        Peri<'static, PIN_9>,
+        Peri<'static, PIN_10>,
+        Peri<'static, PIN_11>,
+        Peri<'static, PIN_12>,
+        Peri<'static, PIN_13>,
+    ),
+    pub pixel_clock: Peri<'static, PIN_14>,
+    pub line_valid: Peri<'static, PIN_15>,
+    pub frame_valid: Peri<'static, PIN_16>,
+}
+
+/// What fills frames.
+pub struct Capture {
+    machine: StateMachine<'static, PIO0, 0>,
+    program: LoadedProgram<'static, PIO0>,
+    ended: Irq<'static, PIO0, 0>,
+    flags: IrqFlags<'static, PIO0>,
+    dma: dma::Channel<'static>,
+    film: Film,
+}
+
+impl Capture {
+    /// A capture that has not begun, and where its frames come out.
+    pub fn new(wires: Wires) -> (Self, Shots) {
+        static FRAMES: ConstStaticCell<[Shot; 2]> =
+            ConstStaticCell::new([const { Shot::EMPTY }; 2]);
+        static CHANNEL: StaticCell<Channel<'static, CriticalSectionRawMutex, Shot>> =
+            StaticCell::new();
+        let channel = CHANNEL.init_with(|| Channel::new(FRAMES.take()));
+        let (film, shots) = channel.split();
+
+        let Pio {
+            mut common,
+            mut sm0,
+            irq0,
+            irq_flags,
+            ..
+        } = Pio::new(wires.pio, Irqs);
+        let (d0, d1, d2, d3, d4, d5, d6, d7) = wires.data;
+        let data = [
+            common.make_pio_pin(d0),
+            common.make_pio_pin(d1),
+            common.make_pio_pin(d2),
+            common.make_pio_pin(d3),
+            common.make_pio_pin(d4),
+            common.make_pio_pin(d5),
+            common.make_pio_pin(d6),
+            common.make_pio_pin(d7),
+        ];
+        let clock = common.make_pio_pin(wires.pixel_clock);
+        let line = common.make_pio_pin(wires.line_valid);
+        let frame = common.make_pio_pin(wires.frame_valid);
+        // X counts the pixels of a line, Y holds their number less one. A frame that is cut short ends when its frame-valid line falls,
+        // and says so by its interrupt like any other.
+        let assembled = pio_asm!(
+            "    pull block",
+            "    out y, 32",
+            ".wrap_target",
+            "    wait 0 gpio 16",
+            "    wait 1 gpio 16",
+            "between:",
+            "    jmp pin line",
+            "    mov osr, pins",
+            "    out null, 10",
+            "    out x, 1",
+            "    jmp x-- between",
+            "    irq set 0",
+            ".wrap",
+            "line:",
+            "    mov x, y",
+            "pixel:",
+            "    wait 1 gpio 14",
+            "    in pins, 8",
+            "    wait 0 gpio 14",
+            "    jmp x-- pixel",
+            "    wait 0 gpio 15",
+            "    jmp between",
+        );
+        let program = common.load_program(&assembled.program);
+        // In their order, data first: of these eight are a sample, and all are looked at for the end of a frame.
+        let [d0, d1, d2, d3, d4, d5, d6, d7] = &data;
+        let inputs = [d0, d1, d2, d3, d4, d5, d6, d7, &clock, &line, &frame];
+        sm0.set_pin_dirs(Direction::In, &inputs);
+        let mut config = Config::default();
+        config.use_program(&program, &[]);
+        config.set_in_pins(&inputs);
+        config.set_jmp_pin(&line);
+        config.fifo_join = FifoJoin::Duplex;
+        config.shift_in = ShiftConfig {
+            auto_fill: true,
+            threshold: 32,
+            direction: ShiftDirection::Right,
+        };
+        config.shift_out = ShiftConfig {
+            auto_fill: false,
+            threshold: 32,
+            direction: ShiftDirection::Right,
+        };
+        sm0.set_config(&config);
+        let capture = Self {
+            machine: sm0,
+            program,
+            ended: irq0,
+            flags: irq_flags,
+            dma: dma::Channel::new(wires.dma, Irqs),
+            film,
+        };
+        (capture, shots)
+    }
+
+    /// Captures frames, one after another.
+    pub async fn run(&mut self) -> ! {
+        loop {
+            let machine = &mut self.machine;
+            // Before it is waited for room: pixels of a frame that passes by would be the first ones of the next.
+            machine.set_enable(false);
+            let shot = self.film.send().await;
+            machine.clear_fifos();
+            while machine.rx().try_pull().is_some() {}
+            machine.restart();
+            self.flags.clear(0);
+            // SAFETY: the machine stands still, and this is where its program begins.
+            #[allow(unsafe_code)]
+            unsafe {
+                machine.exec_jmp(self.program.origin);
+            }
+            machine.tx().push(MODE.width() as u32 - 1);
+            // It waits for the next frame first, and there is room for a few pixels before the transfer begins.
+            machine.set_enable(true);
+            let mut transfer = machine.rx().dma_pull(&mut self.dma, &mut shot.words, false);
+            let ended = with_timeout(PATIENCE, self.ended.wait()).await;
+            let is_whole = poll_once(&mut transfer).is_ready();
+            drop(transfer);
+            match (ended, is_whole) {
+                (Ok(()), true) => {
+                    shot.ended = Instant::now();
+                    self.film.send_done();
+                }
+                (Ok(()), false) => {
+                    CUT_SHORT.add(1, Ordering::Relaxed);
+                }
+                // No frame ends, or it does not end where it should: look for the next one.
+                (Err(_), _) => {}
+            }
+        }
+    }
+}

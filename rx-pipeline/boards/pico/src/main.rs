@@ -1,0 +1,173 @@
+//! The receiver of an optical camera link on a Raspberry Pi Pico 2 or Pico with an HM01B0: flash it, point it at a panel, read the text.
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | hardware alone | pixels from the camera to memory ([`capture`]) |
+//! | interrupt executor | the next frame is begun when one has ended ([`capture`]) |
+//! | thread | all else: `rx_pipeline::standalone`, on what [`board`] has |
+//!
+//! `docs/hardware.md` has the wiring.
+
+#![no_std]
+#![no_main]
+#![deny(unsafe_code)]
+
+mod board;
+mod bus;
+mod capture;
+mod halt;
+mod reader;
+mod stack;
+
+use core::fmt::Write as _;
+
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_rp::{
+    bind_interrupts,
+    gpio::{Level, Output},
+    i2c, interrupt,
+    interrupt::{InterruptExt, Priority},
+    peripherals::{I2C0, UART0},
+    uart,
+    watchdog::Watchdog,
+};
+use embassy_time::{Duration, Instant, with_timeout};
+use rx_pipeline::{
+    hm01b0::Hm01b0,
+    standalone::{Application, Port, Settings},
+};
+use static_cell::{ConstStaticCell, StaticCell};
+
+use crate::{
+    board::{Pico, WATCHDOG},
+    bus::Bus,
+    capture::{Capture, MODE, Wires},
+    reader::Reader,
+};
+
+/// What a panel shows in a second, thousandths. Not a simple fraction of the frame rate: exposures then meet changes of symbols in turn.
+const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") {
+    9_000
+} else {
+    20_400
+};
+/// A camera that sends no frame for so long is set up anew.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// The port and the lamp are looked after so often where no frames come.
+const NAP: Duration = Duration::from_millis(40);
+
+bind_interrupts!(struct Irqs {
+    UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
+    I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+});
+
+/// What looks after the capture, before all else.
+static EYE: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+#[allow(unsafe_code)]
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { EYE.on_interrupt() }
+}
+
+#[embassy_executor::task]
+async fn capture_frames(mut capture: Capture) {
+    capture.run().await
+}
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let pico = embassy_rp::init(Default::default());
+    let mut watchdog = Watchdog::new(pico.WATCHDOG);
+    let was_reset = watchdog.reset_reason().is_some();
+    watchdog.start(WATCHDOG);
+
+    static TRANSMIT: ConstStaticCell<[u8; 1536]> = ConstStaticCell::new([0; 1536]);
+    static RECEIVE: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
+    let uart = uart::BufferedUart::new(
+        pico.UART0,
+        pico.PIN_0,
+        pico.PIN_1,
+        Irqs,
+        TRANSMIT.take(),
+        RECEIVE.take(),
+        uart::Config::default(),
+    );
+    let (transmit, receive) = uart.split();
+    let mut bus = i2c::Config::default();
+    bus.frequency = 400_000;
+    let bus = i2c::I2c::new_async(pico.I2C0, pico.PIN_5, pico.PIN_4, Irqs, bus);
+    let mut board = Pico {
+        camera: Hm01b0::new(Bus::new(bus), MODE),
+        receive,
+        transmit,
+        lamp: Output::new(pico.PIN_25, Level::Low),
+        watchdog,
+    };
+    if let Some(words) = halt::last_words() {
+        let mut line = heapless::String::<192>::new();
+        let _ = write!(
+            line,
+            "fault: the program ended before this start: {words}\r\n"
+        );
+        board.write(line.as_bytes());
+    }
+    let (capture, mut shots) = Capture::new(Wires {
+        pio: pico.PIO0,
+        dma: pico.DMA_CH0,
+        data: (
+            pico.PIN_6,
+            pico.PIN_7,
+            pico.PIN_8,
+            pico.PIN_9,
+            pico.PIN_10,
+            pico.PIN_11,
+            pico.PIN_12,
+            pico.PIN_13,
+        ),
+        pixel_clock: pico.PIN_14,
+        line_valid: pico.PIN_15,
+        frame_valid: pico.PIN_16,
+    });
+    interrupt::SWI_IRQ_0.set_priority(Priority::P2);
+    let eye = EYE.start(interrupt::SWI_IRQ_0);
+    // There is room for one, and one is begun.
+    if let Ok(task) = capture_frames(capture) {
+        eye.spawn(task);
+    }
+
+    let application = application(was_reset);
+    application.start(&mut board);
+    let mut seen_at = Instant::now();
+    loop {
+        match with_timeout(NAP, shots.receive()).await {
+            Ok(shot) => {
+                application.frame(shot.pixels(), shot.ended.as_micros(), &mut board);
+                shots.receive_done();
+                seen_at = Instant::now();
+            }
+            Err(_) if seen_at.elapsed() > PATIENCE => {
+                application.no_frame(&mut board);
+                seen_at = Instant::now();
+            }
+            Err(_) => application.serve(&mut board),
+        }
+    }
+}
+
+/// The application. Not inlined: what it takes of the stack to make it is free again before the first frame comes.
+#[inline(never)]
+fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader> {
+    static APPLICATION: StaticCell<Application<&'static mut Reader>> = StaticCell::new();
+    let settings = Settings {
+        mode: MODE,
+        symbol_millihertz: SYMBOL_MILLIHERTZ,
+        was_reset,
+    };
+    let application = reader::take().and_then(|reader| Application::new(reader, settings).ok());
+    match application {
+        Some(application) => APPLICATION.init(application),
+        None => panic!("the settings are out of their ranges"),
+    }
+}

@@ -1,0 +1,32 @@
+//! What finds and reads panels on this chip.
+
+#[cfg(not(feature = "rp2040"))]
+mod float;
+#[cfg(feature = "rp2040")]
+mod integer;
+
+#[cfg(not(feature = "rp2040"))]
+pub use float::{Reader, take};
+#[cfg(feature = "rp2040")]
+pub use integer::{Reader, take};
+
+#[cfg(not(feature = "rp2040"))]
+use link::camera::{Camera, Encoding};
+#[cfg(not(feature = "rp2040"))]
+use rx_pipeline::hm01b0::BLACK_GREY;
+use rx_pipeline::receiver::BlinkSearch;
+
+use crate::capture::MODE;
+
+/// What a search of the whole frame needs.
+const ROOM: usize = BlinkSearch::bytes(MODE.width(), MODE.height());
+
+/// The camera, as far as the receiver has to know it: linear, with a small lens.
+#[cfg(not(feature = "rp2040"))]
+const CAMERA: Camera = Camera {
+    encoding: Encoding::LINEAR,
+    black_grey: BLACK_GREY as f32,
+    blur_sigma_px: 0.7,
+    blur_aspect: 1.0,
+    read_noise_e: Camera::USUAL_READ_NOISE_E as f32,
+};

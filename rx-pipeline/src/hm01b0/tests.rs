@@ -1,0 +1,125 @@
+use super::*;
+use core::convert::Infallible;
+use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
+use std::collections::BTreeMap;
+
+/// A camera's registers; those in `stuck` do not change.
+struct Fake {
+    registers: BTreeMap<u16, u8>,
+    stuck: Option<u16>,
+    is_there: bool,
+    order: std::vec::Vec<u16>,
+}
+
+impl Fake {
+    fn new() -> Self {
+        Self {
+            registers: BTreeMap::from([(0, 0x01), (1, 0xb0), (AUTO_EXPOSURE, 1)]),
+            stuck: None,
+            is_there: true,
+            order: std::vec::Vec::new(),
+        }
+    }
+}
+
+#[derive(Debug)]
+struct NoAnswer;
+
+impl embedded_hal::i2c::Error for NoAnswer {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address)
+    }
+}
+
+impl From<Infallible> for NoAnswer {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl ErrorType for &mut Fake {
+    type Error = NoAnswer;
+}
+
+impl I2c for &mut Fake {
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), NoAnswer> {
+        if !self.is_there || address != ADDRESS {
+            return Err(NoAnswer);
+        }
+        match operations {
+            [Operation::Write([high, low, value])] => {
+                let register = u16::from_be_bytes([*high, *low]);
+                self.order.push(register);
+                if self.stuck != Some(register) {
+                    self.registers.insert(register, *value);
+                }
+            }
+            [Operation::Write([high, low]), Operation::Read(buffer)] => {
+                let register = u16::from_be_bytes([*high, *low]);
+                buffer[0] = self.registers.get(&register).copied().unwrap_or(0);
+            }
+            other => panic!("no camera takes {} operations", other.len()),
+        }
+        Ok(())
+    }
+}
+
+const EXPOSURE: Exposure = Exposure {
+    lines: 0x0123,
+    gain_log2: 2,
+};
+
+#[test]
+fn a_camera_is_set_up_and_streams_last() {
+    for (mode, step, binning, frame_lines) in [(Mode::QVGA, 1, 0, 266), (Mode::BINNED, 3, 3, 603)] {
+        let mut fake = Fake::new();
+        Hm01b0::new(&mut fake, mode).start(EXPOSURE).unwrap();
+        let held = |register: u16| fake.registers[&register];
+        assert_eq!([held(0x0202), held(0x0203)], [0x01, 0x23]);
+        assert_eq!(held(0x0205), 2 << 4);
+        assert_eq!(
+            u16::from_be_bytes([held(0x0340), held(0x0341)]),
+            frame_lines
+        );
+        assert_eq!(
+            [held(0x0383), held(0x0387), held(0x0390)],
+            [step, step, binning]
+        );
+        assert_eq!([held(0x2100), held(0x1008), held(0x0100)], [0, 0, 1]);
+        assert_eq!(fake.order.last(), Some(&MODE_SELECT));
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let start = |fake: &mut Fake| Hm01b0::new(fake, Mode::QVGA).start(EXPOSURE);
+
+    let mut silent = Fake::new();
+    silent.is_there = false;
+    assert_eq!(start(&mut silent), Err(CameraError::Silent));
+
+    let mut other = Fake::new();
+    other.registers.insert(1, 0x60);
+    assert_eq!(start(&mut other), Err(CameraError::WrongId { id: 0x0160 }));
+
+    let mut stuck = Fake::new();
+    stuck.stuck = Some(AUTO_EXPOSURE);
+    let expected = CameraError::Register {
+        register: AUTO_EXPOSURE,
+        written: 0,
+        holds: 1,
+    };
+    assert_eq!(start(&mut stuck), Err(expected));
+}
+
+/// Datasheet: the line length and the frame length over the pixel clock make the frame rate.
+#[test]
+fn frames_come_as_often_as_said() {
+    assert_eq!(Mode::QVGA.period_us(), 33_338);
+    assert_eq!(Mode::BINNED.period_us(), 75_576);
+    assert_eq!(EXPOSURE.time_us(), 36_472);
+}

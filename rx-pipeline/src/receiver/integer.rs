@@ -1,0 +1,191 @@
+//! Panels followed and read in whole numbers, for processors that have no floating point.
+//!
+//! A panel is found by its blinking (`integer/blinking.rs`). From then on a frame costs 401 samples of it: five on each LED, one on each
+//! corner of its cell (`integer/samples.rs`). From these come the bits (`integer/decision.rs`), and by how much each corner of the panel has
+//! moved (`integer/following.rs`).
+
+mod blinking;
+mod decision;
+mod following;
+mod samples;
+#[cfg(test)]
+mod tests;
+
+use core::borrow::BorrowMut;
+
+use super::settings::ReceiverError;
+use crate::corners::Corners;
+use crate::detect::Mixture;
+use crate::frame::Frame;
+use crate::parameters::tracking::PATIENCE_FRAMES;
+use crate::profile::{Profile, Stage};
+use crate::symbols::SymbolClock;
+use decision::Decision;
+use following::Outline;
+use link::framing::{Deframer, Event};
+use samples::Samples;
+
+pub use blinking::BlinkSearch;
+pub use decision::FEATURE_ERROR_GREY;
+
+/// One frame's panel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegerReading {
+    /// Where it is.
+    pub corners: Corners,
+    /// Bit 8·row + column: 1 for On.
+    pub bits: u64,
+    /// The share of bits that are right if the soft values are: 0.5 to 1.
+    pub confidence: f32,
+    /// Whether the exposure seems to have caught two symbols.
+    pub is_mixed: bool,
+}
+
+/// What a frame brought.
+#[derive(Debug)]
+pub struct IntegerOutcome<'a> {
+    /// Whether a panel is followed, in this frame or through a gap.
+    pub is_following: bool,
+    /// The panel, where it was read.
+    pub reading: Option<IntegerReading>,
+    /// What the symbol before this frame's meant for the message.
+    pub event: Event<'a>,
+}
+
+/// Frames to messages, of one panel, read in whole numbers: its frames are linear in light, as those of small sensors are, and the
+/// panel moves by less than a quarter of its pitch from one frame to the next.
+pub struct IntegerReceiver<B> {
+    search: BlinkSearch<B>,
+    clock: SymbolClock,
+    deframer: Deframer,
+    track: Option<Track>,
+}
+
+/// A panel that is followed.
+#[derive(Clone, Copy)]
+struct Track {
+    outline: Outline,
+    /// How far apart the two groups of LEDs usually are, see [`Decision::distance`].
+    usual: u32,
+    missed: u32,
+}
+
+impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
+    /// A receiver that has seen nothing, and the room that its search needs: [`BlinkSearch::bytes`].
+    ///
+    /// # Errors
+    /// [`ReceiverError`] if the rate, symbols in a frame's period, is not above 0 and at most 1.
+    pub fn new(symbols_per_frame: f32, room: B) -> Result<Self, ReceiverError> {
+        Ok(Self {
+            search: BlinkSearch::new(room),
+            clock: SymbolClock::new(symbols_per_frame)?,
+            deframer: Deframer::new(),
+            track: None,
+        })
+    }
+
+    /// The next frames are exposed otherwise.
+    pub fn expect_another_exposure(&mut self) {
+        self.search.expect_another_exposure();
+    }
+
+    /// Forgets everything and goes by another symbol rate.
+    ///
+    /// # Errors
+    /// [`ReceiverError`] if it is out of its range; then nothing changes.
+    #[inline(never)]
+    pub fn begin(&mut self, symbols_per_frame: f32) -> Result<(), ReceiverError> {
+        self.clock = SymbolClock::new(symbols_per_frame)?;
+        self.deframer = Deframer::new();
+        self.track = None;
+        self.search.forget();
+        Ok(())
+    }
+
+    /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
+    pub fn frame(
+        &mut self,
+        number: u64,
+        frame: &Frame<'_>,
+        profile: &mut impl Profile,
+    ) -> IntegerOutcome<'_> {
+        if self.track.is_none() {
+            self.track = self.find(frame, profile);
+        }
+        let decision = self.track.and_then(|track| {
+            profile.begins(Stage::Features);
+            let samples = Samples::take(frame, &track.outline);
+            profile.ends(Stage::Features);
+            profile.begins(Stage::Detect);
+            let decision = samples.as_ref().and_then(Decision::of);
+            profile.ends(Stage::Detect);
+            Some((samples?, decision?))
+        });
+        let reading = match (&mut self.track, decision) {
+            (Some(track), Some((samples, decision))) => {
+                let is_mixed = decision.distance.saturating_mul(3) < track.usual;
+                profile.begins(Stage::Follow);
+                if !is_mixed {
+                    track.usual = (7 * u64::from(track.usual) + u64::from(decision.distance))
+                        .div_ceil(8) as u32;
+                    track.outline.correct(&samples, decision.bits);
+                }
+                profile.ends(Stage::Follow);
+                // Two symbols at once are a panel still; for long they are none.
+                track.missed = if is_mixed { track.missed + 1 } else { 0 };
+                track
+                    .outline
+                    .corners()
+                    .map(|corners| IntegerReading {
+                        corners,
+                        bits: decision.bits,
+                        confidence: decision.confidence(),
+                        is_mixed,
+                    })
+                    .map(|reading| (reading, decision))
+            }
+            (Some(track), None) => {
+                track.missed += 1;
+                None
+            }
+            (None, _) => None,
+        };
+        if self
+            .track
+            .is_some_and(|track| track.missed >= PATIENCE_FRAMES)
+        {
+            self.track = None;
+        }
+        profile.begins(Stage::Decode);
+        let ended = reading.as_ref().and_then(|(reading, decision)| {
+            if reading.is_mixed {
+                self.clock
+                    .push_mixed(number, &decision.soft, &Mixture::INSEPARABLE)
+            } else {
+                self.clock.push(number, &decision.soft)
+            }
+        });
+        let event = match ended {
+            Some(symbol) => self
+                .deframer
+                .push(symbol.index, symbol.first_frame, &symbol.panel),
+            None => Event::Nothing,
+        };
+        profile.ends(Stage::Decode);
+        IntegerOutcome {
+            is_following: self.track.is_some(),
+            reading: reading.map(|(reading, _)| reading),
+            event,
+        }
+    }
+
+    fn find(&mut self, frame: &Frame<'_>, profile: &mut impl Profile) -> Option<Track> {
+        let found = profile.timed(Stage::Search, || self.search.find(frame))?;
+        self.search.forget();
+        Some(Track {
+            outline: Outline::of(&found),
+            usual: 0,
+            missed: 0,
+        })
+    }
+}

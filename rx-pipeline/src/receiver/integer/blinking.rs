@@ -1,0 +1,274 @@
+//! Where in the whole frame is a panel? In whole numbers, by what blinks: before what stands still, only a panel's LEDs change.
+//!
+//! Of some frames the greatest change of each pixel is kept. After a few symbols that is a picture of all 64 LEDs before black, whatever
+//! the panel showed. The largest group of it that hangs together has the corner LEDs where it reaches furthest along the diagonals; then all
+//! 64 must be where these say, and nothing beside them.
+//!
+//! The camera stands still meanwhile, or moves by less than a fraction of a pitch. A panel is upright to within a third of a right angle,
+//! and its LEDs are apart from each other.
+
+use core::borrow::BorrowMut;
+
+use super::following::Outline;
+use super::samples::{GREY, Samples};
+use crate::corners::Corners;
+use crate::frame::Frame;
+use link::panel::{LEDS, SIDE};
+
+/// Tiles along the longer side of a frame: LEDs further from each other than two of them do not hang together.
+const TILES: usize = 16;
+/// Frames before the first attempt.
+const LEAST_FRAMES: u32 = 5;
+/// Frames after which all that was kept is forgotten: something else has changed by then.
+const MOST_FRAMES: u32 = 30;
+/// Frames after a change of the exposure that show it.
+const SETTLING_FRAMES: u32 = 3;
+/// What counts as a change, at least, grey levels.
+const LEAST_CHANGE: u8 = 14;
+/// The same beyond the mean change of all pixels, which is noise.
+const OVER_NOISE: u32 = 4;
+/// LEDs that must be seen to blink; the others are broken, or had no chance to.
+const LEAST_LEDS: usize = 60;
+/// Pitch of the smallest panel, pixels.
+const LEAST_PITCH_PX: f32 = 1.8;
+/// Rounds in which the corners are moved onto the LEDs.
+const ROUNDS: usize = 6;
+/// All LEDs.
+const ALL: u64 = u64::MAX;
+
+/// Looks for a panel by its blinking. `B` lends [`BlinkSearch::bytes`] bytes.
+pub struct BlinkSearch<B> {
+    room: B,
+    size: [usize; 2],
+    /// Frames whose change is kept.
+    frames: u32,
+    /// Frames that are to pass first.
+    settling: u32,
+}
+
+impl BlinkSearch<[u8; 0]> {
+    /// What a search in frames of that size needs: two bytes a pixel.
+    pub const fn bytes(width: usize, height: usize) -> usize {
+        2 * width * height
+    }
+}
+
+impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
+    /// A search that has seen nothing.
+    pub fn new(room: B) -> Self {
+        Self {
+            room,
+            size: [0; 2],
+            frames: 0,
+            settling: 1,
+        }
+    }
+
+    /// Forgets what it has seen.
+    pub fn forget(&mut self) {
+        (self.frames, self.settling) = (0, 1);
+    }
+
+    /// The next frames are exposed otherwise: what changes with that says nothing.
+    pub fn expect_another_exposure(&mut self) {
+        (self.frames, self.settling) = (0, SETTLING_FRAMES);
+    }
+
+    /// Takes in a frame; the panel, if it has blinked enough. Frames for which there is too little room bring nothing.
+    pub fn find(&mut self, frame: &Frame<'_>) -> Option<Corners> {
+        let size = [frame.width(), frame.height()];
+        let area = size[0] * size[1];
+        let (earlier, change) = self.room.borrow_mut().split_at_mut_checked(area)?;
+        let change = change.get_mut(..area)?;
+        if self.size != size {
+            (self.size, self.frames, self.settling) = (size, 0, 1);
+        }
+        if self.settling > 0 || self.frames >= MOST_FRAMES {
+            self.settling = self.settling.saturating_sub(1);
+            self.frames = 0;
+            change.fill(0);
+            for (to, from) in earlier.chunks_exact_mut(size[0]).zip(frame.rows()) {
+                to.copy_from_slice(from);
+            }
+            return None;
+        }
+        let sum = keep_change(frame, earlier, change);
+        self.frames += 1;
+        if self.frames < LEAST_FRAMES {
+            return None;
+        }
+        let most = change.iter().copied().max().unwrap_or(0);
+        let noise = OVER_NOISE * sum / area.max(1) as u32;
+        let enough = LEAST_CHANGE.max(noise.min(255) as u8).max(most / 3);
+        let change = Frame::new(change, size[0], size[1]).ok()?;
+        let outline = corner_leds(&change, enough)?;
+        settled(&change, outline, i32::from(enough) * GREY)
+    }
+}
+
+/// Keeps the greatest changes; the sum of all that are kept.
+fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 {
+    let mut sum = 0;
+    let rows = earlier
+        .chunks_exact_mut(frame.width())
+        .zip(change.chunks_exact_mut(frame.width()));
+    for (row, (earlier, change)) in frame.rows().zip(rows) {
+        for ((&grey, earlier), change) in row.iter().zip(earlier).zip(change) {
+            *change = (*change).max(grey.abs_diff(*earlier));
+            *earlier = grey;
+            sum += u32::from(*change);
+        }
+    }
+    sum
+}
+
+/// The ends of the largest group of changed pixels along the diagonals.
+fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
+    let tile = change.width().max(change.height()).div_ceil(TILES);
+    let group = largest_group(change, enough, tile);
+    let is_in_group = |x: usize, y: usize| group.0[y / tile] >> (x / tile) & 1 == 1;
+    // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
+    let mut ends = [(i32::MAX, [0usize; 2]); 4];
+    for y in 1..change.height() - 1 {
+        for x in 1..change.width() - 1 {
+            let here = change.pixel(x, y)?;
+            if here < enough || !is_in_group(x, y) || !is_peak(change, x, y, here) {
+                continue;
+            }
+            let (u, v) = (x as i32, y as i32);
+            for (end, reach) in ends.iter_mut().zip([u + v, v - u, -u - v, u - v]) {
+                if reach < end.0 {
+                    *end = (reach, [x, y]);
+                }
+            }
+        }
+    }
+    let points = ends.map(|(_, [x, y])| [x as f32, y as f32]);
+    Corners::new(points)
+        .ok()
+        .map(|corners| Outline::of(&corners))
+}
+
+fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {
+    (y - 1..=y + 1).all(|v| {
+        change
+            .row(v)
+            .and_then(|row| row.get(x - 1..=x + 1))
+            .is_some_and(|near| near.iter().all(|&other| other <= here))
+    })
+}
+
+/// A set of tiles.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Group([u16; TILES]);
+
+impl Group {
+    const NONE: Self = Self([0; TILES]);
+
+    /// A single tile of it.
+    fn first(self) -> Option<Self> {
+        let row = self.0.iter().position(|&row| row != 0)?;
+        let mut first = Self::NONE;
+        first.0[row] = self.0[row] & self.0[row].wrapping_neg();
+        Some(first)
+    }
+
+    /// The same, and all tiles that touch it.
+    fn grown(self) -> Self {
+        let wide = self.0.map(|row| row | row << 1 | row >> 1);
+        Self(core::array::from_fn(|y| {
+            let above = y.checked_sub(1).map_or(0, |y| wide[y]);
+            let below = wide.get(y + 1).copied().unwrap_or(0);
+            wide[y] | above | below
+        }))
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self(core::array::from_fn(|y| self.0[y] & other.0[y]))
+    }
+
+    fn without(self, other: Self) -> Self {
+        Self(core::array::from_fn(|y| self.0[y] & !other.0[y]))
+    }
+
+    /// What its tiles count together.
+    fn count(self, counts: &[[u16; TILES]; TILES]) -> u32 {
+        let rows = self.0.iter().zip(counts);
+        rows.flat_map(|(row, counts)| {
+            let tiles = counts.iter().enumerate();
+            tiles.filter(move |(x, _)| row >> x & 1 == 1)
+        })
+        .map(|(_, &count)| u32::from(count))
+        .sum()
+    }
+}
+
+/// The tiles of the group that has the most changed pixels.
+fn largest_group(change: &Frame<'_>, enough: u8, tile: usize) -> Group {
+    let mut counts = [[0u16; TILES]; TILES];
+    for (y, row) in change.rows().enumerate() {
+        for (x, &here) in row.iter().enumerate() {
+            counts[y / tile][x / tile] += u16::from(here >= enough);
+        }
+    }
+    let mut left = Group::NONE;
+    for (row, counts) in left.0.iter_mut().zip(&counts) {
+        for (x, &count) in counts.iter().enumerate() {
+            *row |= u16::from(count > 0) << x;
+        }
+    }
+    let mut best = (0, Group::NONE);
+    while let Some(seed) = left.first() {
+        let mut group = seed;
+        loop {
+            let grown = group.grown().and(left);
+            if grown == group {
+                break;
+            }
+            group = grown;
+        }
+        left = left.without(group);
+        let count = group.count(&counts);
+        if count > best.0 {
+            best = (count, group);
+        }
+    }
+    best.1
+}
+
+/// Moves corners onto the LEDs; the corners, if all LEDs are there and nothing is beside them.
+fn settled(change: &Frame<'_>, mut outline: Outline, enough: i32) -> Option<Corners> {
+    for _ in 0..ROUNDS {
+        let samples = Samples::take(change, &outline)?;
+        outline.correct(&samples, ALL);
+    }
+    let samples = Samples::take(change, &outline)?;
+    let features: [i32; LEDS] = core::array::from_fn(|led| samples.feature(led));
+    let mean = features.iter().sum::<i32>() / LEDS as i32;
+    let seen = features
+        .iter()
+        .filter(|&&feature| feature > mean / 4)
+        .count();
+    let corners = outline.corners()?;
+    let is_large = corners.pitch_px() >= LEAST_PITCH_PX;
+    (is_large && mean > enough / 4 && seen >= LEAST_LEDS && ends_there(change, &outline, mean))
+        .then_some(corners)
+}
+
+/// Whether there are no LEDs one pitch beyond the outermost ones: what the frame has of them is darker than half of an LED.
+fn ends_there(change: &Frame<'_>, outline: &Outline, mean: i32) -> bool {
+    let [column, row] = outline.steps();
+    let last = SIDE - 1;
+    let beyond = (0..SIDE).flat_map(|i| {
+        [
+            outline.led(0, i).minus(column),
+            outline.led(last, i).plus(column),
+            outline.led(i, 0).minus(row),
+            outline.led(i, last).plus(row),
+        ]
+    });
+    let (sum, count) = beyond
+        .filter_map(|point| super::samples::light(change, point))
+        .fold((0, 0), |(sum, count), light| (sum + light, count + 1));
+    2 * sum < mean * count
+}

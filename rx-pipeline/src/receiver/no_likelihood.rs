@@ -1,0 +1,38 @@
+//! What stands where maximum likelihood would, in programs that leave it out: nothing, and it takes no room.
+
+use crate::camera::Learnt;
+use crate::corners::Corners;
+use crate::detect::{DetectError, Detection};
+use crate::frame::Frame;
+use link::camera::Camera;
+use link::panel::SoftPanel;
+
+/// No detector. No receiver goes by maximum likelihood without the feature, so that nobody asks it.
+pub(crate) struct MaximumLikelihood<const PIXELS: usize>;
+
+impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
+    pub const fn empty() -> Self {
+        Self
+    }
+
+    pub fn prepare(&mut self, _: Camera) {}
+
+    pub fn go_on_in_pixels(&mut self, _: usize, _: f32) {}
+
+    pub fn learnt(&self) -> Option<Learnt> {
+        None
+    }
+
+    #[cfg(feature = "read-lines")]
+    pub fn tell_line_delay(&mut self, _: f32) {}
+
+    pub fn detect_after(
+        &mut self,
+        _: &SoftPanel,
+        _: &Frame<'_>,
+        _: &Corners,
+        _: Option<f32>,
+    ) -> Result<Detection, DetectError> {
+        Err(DetectError::ContrastTooLow { range_grey: 0.0 })
+    }
+}

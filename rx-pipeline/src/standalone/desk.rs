@@ -1,0 +1,150 @@
+//! A receiver's end of the conversation with a computer.
+
+use super::message::{
+    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Refusal,
+    Request, SCHEMA, Status,
+};
+use super::picture::Picture;
+use link::serial::{BodyError, FrameReader, Hello, Kind, VERSION, encode, wire_length};
+
+/// Bytes that an answer may take on the wire.
+const WIRE_MAX: usize = wire_length(ANSWER_MAX);
+/// How long a picture is kept after a part of it was asked for, µs.
+const KEPT_US: u64 = 3_000_000;
+
+/// What is answered from.
+pub struct Facts<'a> {
+    pub now_us: u64,
+    pub board: &'a str,
+    pub firmware: &'a str,
+    pub status: Status,
+    pub camera: CameraSettings,
+    pub message: Message<'a>,
+    pub picture: &'a Picture,
+    /// The most symbols a second that can be read, thousandths.
+    pub most_millihertz: u32,
+}
+
+/// Reads requests and writes answers.
+pub struct Desk {
+    reader: FrameReader<REQUEST_MAX>,
+    wire: [u8; WIRE_MAX],
+    /// Requests that arrived whole.
+    pub requests: u32,
+    /// Garbage between two zeros.
+    pub bad_frames: u32,
+    /// When the last request came, µs since the start.
+    asked_us: Option<u64>,
+    /// Until when the picture stays.
+    kept_until_us: u64,
+}
+
+/// A request, and the sequence number that its answer needs.
+pub struct Asked {
+    sequence: u32,
+    request: Result<Request, Refusal>,
+}
+
+impl Asked {
+    /// The symbol rate that it sets.
+    pub fn symbol_millihertz(&self) -> Option<u32> {
+        match self.request {
+            Ok(Request::SetSymbolRate { millihertz }) => Some(millihertz),
+            _ => None,
+        }
+    }
+}
+
+impl Desk {
+    pub fn new() -> Self {
+        Self {
+            reader: FrameReader::new(),
+            wire: [0; WIRE_MAX],
+            requests: 0,
+            bad_frames: 0,
+            asked_us: None,
+            kept_until_us: 0,
+        }
+    }
+
+    /// Whether a computer has asked within so many µs.
+    pub fn is_asked(&self, now_us: u64, within_us: u64) -> bool {
+        self.asked_us
+            .is_some_and(|asked| now_us.saturating_sub(asked) < within_us)
+    }
+
+    /// Whether the picture has to stay as it is.
+    pub fn keeps_picture(&self, now_us: u64) -> bool {
+        now_us < self.kept_until_us
+    }
+
+    /// Takes a byte; the request that it completes.
+    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Asked> {
+        let frame = match self.reader.push(byte)? {
+            Ok(frame) => frame,
+            Err(_) => {
+                self.bad_frames = self.bad_frames.saturating_add(1);
+                return None;
+            }
+        };
+        let request = match frame.message(Kind::Request) {
+            Ok(request) => Ok(request),
+            // An echo of an answer.
+            Err(BodyError::OtherKind) => return None,
+            Err(BodyError::Version { .. }) => Err(Refusal::Version { speaks: VERSION }),
+            Err(_) => Err(Refusal::Unknown),
+        };
+        self.requests = self.requests.saturating_add(1);
+        self.asked_us = Some(now_us);
+        Some(Asked {
+            sequence: frame.sequence(),
+            request,
+        })
+    }
+
+    /// The answer to a request.
+    pub fn answer(&mut self, asked: &Asked, facts: &Facts<'_>) -> &[u8] {
+        let answer = match asked.request {
+            Err(refusal) => Answer::Refused(refusal),
+            Ok(Request::Hello) => Answer::Hello(Hello {
+                schema: SCHEMA,
+                firmware: facts.firmware,
+                board: facts.board,
+                chunk_max: PART_MAX as u16,
+                message_max: 0,
+            }),
+            Ok(Request::Status) => Answer::Status(facts.status),
+            Ok(Request::Message) => Answer::Message(facts.message),
+            Ok(Request::Camera) => Answer::Camera(facts.camera),
+            Ok(Request::Picture { offset }) => self.part_of(facts.picture, offset, facts.now_us),
+            Ok(Request::SetSymbolRate { millihertz }) => {
+                // It was set before this answer, if it could be.
+                if facts.status.symbol_millihertz == millihertz {
+                    Answer::Done
+                } else {
+                    Answer::Refused(Refusal::SymbolRate {
+                        millihertz,
+                        most: facts.most_millihertz,
+                    })
+                }
+            }
+        };
+        // Answers are never longer than there is room for.
+        encode(Kind::Answer, asked.sequence, &answer, &mut self.wire).unwrap_or_default()
+    }
+
+    fn part_of<'a>(&mut self, picture: &'a Picture, offset: u32, now_us: u64) -> Answer<'a> {
+        if picture.size == [0; 2] {
+            return Answer::Refused(Refusal::NoPicture);
+        }
+        self.kept_until_us = now_us + KEPT_US;
+        Answer::Picture(PicturePart {
+            frame: picture.frame,
+            size: picture.size,
+            origin: picture.origin,
+            step: picture.step,
+            offset,
+            bytes: picture.part(offset, PART_MAX),
+        })
+    }
+}

@@ -1,0 +1,129 @@
+//! What finds a panel in frames, follows it and reads it.
+
+use core::borrow::BorrowMut;
+
+use crate::corners::Corners;
+use crate::frame::Frame;
+use crate::profile::{Profile, Stage};
+use crate::receiver::{
+    BlinkSearch, IntegerReceiver, Loss, Receiver, ReceiverMemory, ReceiverSettings,
+};
+use link::framing::{Delivery, Event};
+
+/// What a frame showed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Where the panel is.
+    pub corners: Corners,
+    /// The share of its bits that are right if the soft values are.
+    pub confidence: f32,
+}
+
+/// What a frame brought.
+#[derive(Debug)]
+pub struct Seen<'a> {
+    /// Whether a panel is followed, in this frame or through a gap.
+    pub is_following: bool,
+    /// The panel, where it was read.
+    pub sighting: Option<Sighting>,
+    /// The message that the symbol before this frame's completed.
+    pub message: Option<Delivery<'a>>,
+}
+
+/// Finds a panel in whole frames, follows it and reads it.
+pub trait Follow {
+    /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_>;
+
+    /// Forgets everything and goes by that many symbols in a frame's period, above 0 and at most 1; `None` where it cannot.
+    fn begin(&mut self, symbols_per_frame: f32) -> Option<()>;
+
+    /// The next frames are exposed otherwise.
+    fn expect_another_exposure(&mut self);
+}
+
+/// A [`Receiver`] that is told where the panel is by a [`BlinkSearch`], which takes little memory. It takes some 40 kB itself, which are not
+/// to pass through a small stack.
+pub struct PanelReceiver<const PIXELS: usize, M, B> {
+    /// The receiver.
+    pub receiver: Receiver<PIXELS, M>,
+    /// What it goes by.
+    pub settings: ReceiverSettings,
+    /// What finds the panel.
+    pub search: BlinkSearch<B>,
+}
+
+impl<const PIXELS: usize, M, B> Follow for &mut PanelReceiver<PIXELS, M, B>
+where
+    M: BorrowMut<ReceiverMemory<PIXELS>>,
+    B: BorrowMut<[u8]>,
+{
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
+        let PanelReceiver {
+            receiver, search, ..
+        } = &mut **self;
+        if receiver.corners().is_none() {
+            let found = profile.timed(Stage::Search, || search.find(frame));
+            // A panel that does not fit into the memory is not one that can be read.
+            let size = (frame.width(), frame.height());
+            let placed = found.is_some_and(|corners| receiver.place(corners, [0, 0], size).is_ok());
+            if placed {
+                search.forget();
+            }
+        }
+        let outcome = receiver.frame_timed(number, frame, profile);
+        Seen {
+            is_following: matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. })),
+            sighting: outcome.reading.ok().map(|reading| Sighting {
+                corners: reading.corners,
+                confidence: reading.detection.confidence,
+            }),
+            message: delivered(outcome.event),
+        }
+    }
+
+    fn begin(&mut self, symbols_per_frame: f32) -> Option<()> {
+        let settings = ReceiverSettings {
+            symbols_per_frame,
+            ..self.settings
+        };
+        self.receiver.begin(&settings).ok()?;
+        self.settings = settings;
+        self.search.forget();
+        Some(())
+    }
+
+    fn expect_another_exposure(&mut self) {
+        self.search.expect_another_exposure();
+    }
+}
+
+/// One that reads in whole numbers, wherever it lies.
+impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
+        let outcome = IntegerReceiver::frame(self, number, frame, profile);
+        Seen {
+            is_following: outcome.is_following,
+            sighting: outcome.reading.map(|reading| Sighting {
+                corners: reading.corners,
+                confidence: reading.confidence,
+            }),
+            message: delivered(outcome.event),
+        }
+    }
+
+    fn begin(&mut self, symbols_per_frame: f32) -> Option<()> {
+        IntegerReceiver::begin(self, symbols_per_frame).ok()
+    }
+
+    fn expect_another_exposure(&mut self) {
+        IntegerReceiver::expect_another_exposure(self);
+    }
+}
+
+fn delivered(event: Event<'_>) -> Option<Delivery<'_>> {
+    match event {
+        Event::Delivered(delivery) => Some(delivery),
+        _ => None,
+    }
+}

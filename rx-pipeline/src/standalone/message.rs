@@ -1,0 +1,264 @@
+//! What is said between a computer and a receiver that stands alone.
+
+use crate::hm01b0::{CameraError, Exposure};
+use link::framing::MESSAGE_MAX;
+use link::serial::{FRAME_OVERHEAD, Hello};
+use serde::{Deserialize, Serialize};
+
+/// The number of this set of messages, in [`Hello::schema`]; another number, other messages.
+pub const SCHEMA: u32 = 0x7ece_0001;
+/// What the name of each receiver's board begins with.
+pub const BOARD_PREFIX: &str = "receiver-";
+/// Bytes of a picture in one answer, at most.
+pub const PART_MAX: usize = 512;
+/// Bytes of the longest request's frame.
+pub const REQUEST_MAX: usize = FRAME_OVERHEAD + 16;
+/// Bytes of the longest answer's frame.
+pub const ANSWER_MAX: usize = FRAME_OVERHEAD + 64 + MESSAGE_MAX;
+
+/// A request. Doing twice what it asks for is the same as doing it once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Request {
+    /// Who is there? The same request as a transmitter's. Answered by [`Answer::Hello`].
+    Hello,
+    /// Answered by [`Answer::Status`].
+    Status,
+    /// Answered by [`Answer::Message`].
+    Message,
+    /// Answered by [`Answer::Camera`].
+    Camera,
+    /// A part of a picture; offset 0 takes a new one, which is kept until three seconds after its last part was asked for. Answered by
+    /// [`Answer::Picture`].
+    Picture {
+        /// The first byte wanted.
+        offset: u32,
+    },
+    /// Read a panel that shows so many symbols. Answered by [`Answer::Done`].
+    SetSymbolRate {
+        /// Thousandths of a symbol a second.
+        millihertz: u32,
+    },
+}
+
+/// An answer; it carries the sequence number of its request.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Answer<'a> {
+    /// The request was not done, and nothing changed.
+    Refused(Refusal),
+    /// Who is here: the same answer as a transmitter's.
+    #[serde(borrow)]
+    Hello(Hello<'a>),
+    /// How the receiver is.
+    Status(Status),
+    /// The last message; none has come where the count is 0.
+    Message(Message<'a>),
+    /// How the camera is set.
+    Camera(CameraSettings),
+    /// A part of a picture.
+    Picture(PicturePart<'a>),
+    /// It is done.
+    Done,
+}
+
+/// Why a receiver did not do what was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum Refusal {
+    /// The request is of another version of the frames.
+    #[error(
+        "the receiver speaks version {speaks} of the frames: use a program that does, or update it"
+    )]
+    Version {
+        /// The version it speaks.
+        speaks: u8,
+    },
+    /// The request is whole, and no message of this set.
+    #[error("the receiver does not know this request: update the older side")]
+    Unknown,
+    /// No frame has come from the camera.
+    #[error(
+        "the receiver has no picture, as no frame has come from its camera: look at its status"
+    )]
+    NoPicture,
+    /// It cannot read symbols at that rate.
+    #[error(
+        "{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame"
+    )]
+    SymbolRate {
+        /// The rate asked for.
+        millihertz: u32,
+        /// The most.
+        most: u32,
+    },
+}
+
+/// What a receiver is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// It looks for a panel.
+    Searching,
+    /// It follows a panel.
+    Following,
+    /// No frames come.
+    Faulty(Fault),
+}
+
+/// Why no frames come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum Fault {
+    /// Nobody answers on the bus.
+    #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
+    NoCamera,
+    /// The chip is none that is known.
+    #[error(
+        "the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0"
+    )]
+    WrongCamera {
+        /// What it says it is.
+        id: u16,
+    },
+    /// The camera does not take its settings.
+    #[error(
+        "register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
+    )]
+    Register {
+        /// Its address.
+        register: u16,
+        /// What was written.
+        written: u8,
+        /// What it holds.
+        holds: u8,
+    },
+    /// The camera is set up and sends nothing.
+    #[error("the camera sends no frames: look at PCLK, HREF, VSYNC and the camera's clock")]
+    NoFrames,
+}
+
+impl From<CameraError> for Fault {
+    fn from(error: CameraError) -> Self {
+        match error {
+            CameraError::Silent => Self::NoCamera,
+            CameraError::WrongId { id } => Self::WrongCamera { id },
+            CameraError::Register {
+                register,
+                written,
+                holds,
+            } => Self::Register {
+                register,
+                written,
+                holds,
+            },
+        }
+    }
+}
+
+/// The state of a receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Milliseconds since it started.
+    pub uptime_ms: u64,
+    /// What it is at.
+    pub state: State,
+    /// Whether the watchdog or a panic restarted it.
+    pub was_reset: bool,
+    /// Where the panel was last seen: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
+    pub corners: Option<[[f32; 2]; 4]>,
+    /// The share of the last reading's bits that are right if its soft values are: 0.5 to 1; 0 before the first.
+    pub confidence: f32,
+    /// Thousandths of a symbol a second that it expects.
+    pub symbol_millihertz: u32,
+    /// What the last frame took, from its end to the next one's being waited for, µs.
+    pub frame_us: u32,
+    /// The most that a frame took since the start, µs.
+    pub longest_us: u32,
+    /// The deepest that its stack was, bytes.
+    pub stack_bytes: u32,
+    /// What was counted.
+    pub counters: Counters,
+}
+
+/// What is counted from the start; each stays at its greatest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counters {
+    /// Frames taken in.
+    pub frames: u32,
+    /// Frames of the camera that were not taken in, as the ones before took too long.
+    pub passed_by: u32,
+    /// Frames that ended too early.
+    pub cut_short: u32,
+    /// Frames in which the panel was read.
+    pub readings: u32,
+    /// Times that a panel was found.
+    pub found: u32,
+    /// Times that a panel was lost.
+    pub lost: u32,
+    /// Messages received whole.
+    pub messages: u32,
+    /// LEDs that error correction mended in these.
+    pub corrected_bits: u32,
+    /// Times that the camera was set up.
+    pub starts: u32,
+    /// Requests that arrived whole.
+    pub requests: u32,
+    /// Garbage between two zeros on the port.
+    pub bad_frames: u32,
+}
+
+/// A message that was received whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Message<'a> {
+    /// Its number since the start, from 1; 0: none has come.
+    pub count: u32,
+    /// Its bytes: 1 to 1024, none where none has come.
+    pub bytes: &'a [u8],
+    /// Milliseconds since it was complete.
+    pub age_ms: u64,
+    /// Camera frames from its beginning to its end.
+    pub frames: u32,
+    /// LEDs that error correction mended.
+    pub corrected_bits: u32,
+}
+
+/// How the camera is set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CameraSettings {
+    /// Columns and rows of a frame.
+    pub size: [u16; 2],
+    /// Time between frames, µs.
+    pub period_us: u32,
+    /// Lines that are exposed.
+    pub lines: u16,
+    /// Time that they are exposed for, µs.
+    pub exposure_us: u32,
+    /// Analog gain, as a power of 2.
+    pub gain_log2: u8,
+    /// Bright and dark grey level of the panel, or of the frame while none is followed, see
+    /// [`Levels`](super::exposure::Levels).
+    pub levels: [u8; 2],
+}
+
+impl CameraSettings {
+    /// The exposure in it.
+    pub const fn exposure(&self) -> Exposure {
+        Exposure {
+            lines: self.lines,
+            gain_log2: self.gain_log2,
+        }
+    }
+}
+
+/// A part of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PicturePart<'a> {
+    /// The number of its frame.
+    pub frame: u64,
+    /// Columns and rows of the picture.
+    pub size: [u16; 2],
+    /// Column and row of its first pixel in the camera's frame.
+    pub origin: [u16; 2],
+    /// Pixels of the frame from one of its pixels to the next.
+    pub step: u8,
+    /// Where in the picture the part begins.
+    pub offset: u32,
+    /// Grey levels, row by row; none at the end.
+    pub bytes: &'a [u8],
+}

@@ -1,0 +1,112 @@
+// A Raspberry Pi Pico on simulated time: processor and memories. What is soldered to its pins is its kind's affair: `attach`.
+
+import { Simulator } from 'rp2040js';
+import { BootRom } from './boot_rom.mjs';
+import { repair } from './repairs.mjs';
+
+// Behind the 256 bytes of the second-stage boot loader, which the emulator does not need.
+const VECTORS = 0x10000100;
+const WATCHDOG = 0x40058, TIMED_OUT = 1;
+const NANOS_PER_SECOND = 1e9;
+
+export class Board {
+  constructor(flash, report, { stopwatch = null } = {}) {
+    Object.assign(this, { flash, stopwatch });
+    this.startedNanos = 0;
+    this.report = (event) => report({ ns: Math.round(this.nanos), ...event });
+  }
+
+  // What is on the pins of a processor that has just started.
+  attach() {}
+
+  get nanos() {
+    return this.startedNanos + (this.clock?.nanos ?? 0);
+  }
+
+  powerUp() {
+    const { rp2040: mcu, clock } = new Simulator();
+    mcu.logger = { debug() {}, info() {}, warn() {}, error: (part, text) => this.report({ error: `${part}: ${text}` }) };
+    repair(mcu);
+    this.flash.map(mcu.flash);
+    Object.assign(this, { mcu, clock, wanted: null, hung: false });
+    this.rom = new BootRom(mcu, this.flash);
+    this.attach();
+    mcu.uart[0].onByte = (byte) => this.onSerial?.(byte);
+    const watchdog = mcu.peripherals[WATCHDOG];
+    watchdog.onWatchdogTrigger = () => {
+      this.wanted = 'reset';
+      // Or it triggers again before any time has passed.
+      watchdog.alarm.enable = false;
+    };
+    this.stopwatch?.attach(mcu);
+    const { core } = mcu;
+    core.VTOR = VECTORS;
+    core.SP = mcu.readUint32(VECTORS);
+    core.PC = mcu.readUint32(VECTORS + 4) & ~1;
+  }
+
+  // By the watchdog: the chip starts over, and its register tells why.
+  reset() {
+    const { reason } = this.mcu.peripherals[WATCHDOG];
+    this.startedNanos += this.clock.nanos;
+    this.powerUp();
+    this.mcu.peripherals[WATCHDOG].reason = reason;
+    this.report({ reset: reason === TIMED_OUT ? 'timed out' : 'forced' });
+  }
+
+  // The supply has gone and come back: nothing is left but the flash.
+  brownOut() {
+    this.startedNanos += this.clock.nanos;
+    this.powerUp();
+    this.report({ reset: 'brown-out' });
+  }
+
+  // The processor executes nothing any more, as if it were in an endless loop with interrupts off.
+  hang() {
+    this.hung = true;
+  }
+
+  // The processor goes on in another function, with interrupts off.
+  enter(address) {
+    const { core } = this.mcu;
+    core.PM = true;
+    core.waiting = false;
+    core.PC = address;
+  }
+
+  run(nanos) {
+    const end = this.nanos + nanos;
+    while (this.nanos < end) {
+      this.runUntil(end - this.startedNanos);
+      if (this.wanted === 'reset') this.reset();
+    }
+  }
+
+  runUntil(end) {
+    const { clock, mcu, rom, stopwatch } = this;
+    const { core } = mcu;
+    const cycleNanos = NANOS_PER_SECOND / mcu.clkSys;
+    while (clock.nanos < end && !this.wanted) {
+      if (core.waiting || this.hung) {
+        const sleep = clock.nanosToNextAlarm;
+        // Never so little that the time, a sum of floating-point numbers, stands still.
+        clock.tick(Math.max(Math.min(sleep, end - clock.nanos), cycleNanos));
+      } else if (rom.holds(core.PC)) {
+        rom.enter();
+      } else {
+        stopwatch?.step(core);
+        clock.tick(core.executeInstruction() * cycleNanos);
+      }
+    }
+  }
+
+  // A byte arrives at UART 0.
+  feed(byte) {
+    this.mcu.uart[0].feedByte(byte);
+  }
+
+  // What a byte takes on its line: start, eight data and stop bits.
+  byteNanos() {
+    return (10 * NANOS_PER_SECOND) / (this.mcu.uart[0].baudRate || 115200);
+  }
+}

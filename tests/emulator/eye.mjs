@@ -1,0 +1,74 @@
+// What a camera sees of a transmitter's panel: the LEDs as the pins drive them, drawn by a program of its own.
+
+import { spawn } from 'node:child_process';
+
+// The most symbols that a frame may see, from the one before it.
+const REMEMBERED = 64;
+
+export class Eye {
+  // `command` is the drawing program and its arguments. It gets one JSON object a line, and answers a frame by its pixels.
+  constructor([program, ...options]) {
+    Object.assign(this, { symbols: [], pulses: [], pulse: { lit_cycles: 0, period_cycles: 1, low_current: false } });
+    this.process = spawn(program, options, { stdio: ['pipe', 'pipe', 'inherit'] });
+    this.process.on('exit', (code) => this.fail(new Error(`the drawing program has ended: ${code}`)));
+    this.process.stdin.on('error', () => {});
+    this.bytes = [];
+    this.count = 0;
+    this.process.stdout.on('data', (bytes) => {
+      this.bytes.push(bytes);
+      this.count += bytes.length;
+      this.settle();
+    });
+  }
+
+  // Takes down what the transmitter's pins do.
+  witness({ ns, panel, lit_cycles, period_cycles, low_current }) {
+    if (panel !== undefined) this.symbols.push([ns, panel]);
+    if (this.symbols.length > 2 * REMEMBERED) this.symbols.splice(0, REMEMBERED);
+    if (lit_cycles !== undefined) this.pulse = { ...this.pulse, lit_cycles, period_cycles };
+    if (low_current !== undefined) this.pulse = { ...this.pulse, low_current };
+    if (this.pulses.at(-1)?.[1] !== this.pulse) this.pulses.push([ns, this.pulse]);
+    if (this.pulses.length > 2 * REMEMBERED) this.pulses.splice(0, REMEMBERED);
+  }
+
+  // A transmitter without power is dark.
+  goDark(ns) {
+    this.witness({ ns, panel: '0'.repeat(16) });
+  }
+
+  // Changes the scene.
+  change(scene) {
+    this.tell({ scene });
+  }
+
+  // The pixels of a frame; the transmitter has gone on until its end.
+  async see(frame) {
+    const middle = frame.ns - (frame.exposureLines - frame.height) * (frame.lineNanos / 2);
+    const pulse = this.pulses.findLast(([ns]) => ns <= middle)?.[1] ?? this.pulse;
+    this.tell({ frame: { ...frame, symbols: this.symbols.slice(-REMEMBERED), pulse } });
+    this.wanted = frame.width * frame.height;
+    return new Promise((resolve, reject) => {
+      Object.assign(this, { resolve, reject });
+      this.settle();
+    });
+  }
+
+  tell(what) {
+    this.process.stdin.write(JSON.stringify(what) + '\n');
+  }
+
+  settle() {
+    if (!this.resolve || this.count < this.wanted) return;
+    const all = Buffer.concat(this.bytes);
+    this.bytes = [all.subarray(this.wanted)];
+    this.count -= this.wanted;
+    const { resolve } = this;
+    this.resolve = null;
+    resolve(all.subarray(0, this.wanted));
+  }
+
+  fail(error) {
+    if (this.reject) this.reject(error);
+    else throw error;
+  }
+}

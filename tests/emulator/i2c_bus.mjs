@@ -1,0 +1,41 @@
+// A device on an I2C bus: bytes take nine clocks of the bus, and a device that hangs holds the clock line down.
+
+const WRITE = 0, BITS = 9, NANOS_PER_SECOND = 1e9;
+
+export class I2cBus {
+  // `device` has `answers(address)`, `started()`, `written(byte)`, which says whether it acknowledges, and `read()`.
+  constructor(mcu, i2c, device) {
+    this.held = null;
+    this.hangs = false;
+    let byte = 0;
+    const after = (finish) => {
+      const alarm = mcu.clock.createAlarm(() => {
+        if (this.hangs) this.held = finish;
+        else finish();
+      });
+      return () => alarm.schedule((BITS * NANOS_PER_SECOND * (i2c.sclLowPeriod + i2c.sclHighPeriod)) / mcu.clkSys);
+    };
+    const acknowledge = after(() => i2c.completeConnect(device.answers(i2c.targetAddress)));
+    const written = after(() => i2c.completeWrite(device.written(byte)));
+    const read = after(() => i2c.completeRead(device.read()));
+    i2c.onStart = () => i2c.completeStart();
+    i2c.onStop = () => i2c.completeStop();
+    i2c.onConnect = (_, mode) => {
+      device.started(mode === WRITE);
+      acknowledge();
+    };
+    i2c.onWriteByte = (value) => {
+      byte = value;
+      written();
+    };
+    i2c.onReadByte = () => read();
+  }
+
+  // Holds the clock line down from now on, or lets it go up.
+  hang(hangs) {
+    this.hangs = hangs;
+    if (hangs) return;
+    this.held?.();
+    this.held = null;
+  }
+}

@@ -1,0 +1,25 @@
+// The receiver: a Pico with a camera and a lamp.
+
+import { Board } from './board.mjs';
+import { Hm01b0 } from './hm01b0.mjs';
+
+const LAMP_PIN = 25, HIGH = 1;
+
+export class Receiver extends Board {
+  constructor(flash, report, { stopwatch = null } = {}) {
+    super(flash, report, { stopwatch });
+    this.camera = new Hm01b0(this.report);
+    this.powerUp();
+  }
+
+  attach() {
+    this.camera.connect(this);
+    this.mcu.gpio[LAMP_PIN].addListener((level) => this.report({ lamp: level === HIGH }));
+  }
+
+  // The camera hangs on the same supply.
+  brownOut() {
+    this.camera.powerUp();
+    super.brownOut();
+  }
+}

@@ -1,0 +1,154 @@
+// Two Picos and nothing between them but light: a transmitter's image, whose pins drive LEDs, and a receiver's image, whose camera sees
+// them.
+//
+//   node two_picos.mjs TRANSMITTER.elf RECEIVER.elf FOLDER [--time NAME]... -- EYE [its arguments]
+//
+// EYE draws what the camera sees (`hm01b0_eye` of the tests' package). In FOLDER are the flash chips, and the sockets `transmitter` and
+// `receiver`: each board's UART 0, for one client at a time. --time counts the cycles of a function or an interrupt of the receiver's.
+// The receiver is without power at first.
+//
+// Both run on one time, from the transmitter's power-up. Light goes one way, so the transmitter may be ahead of the receiver: by what a
+// frame takes to be read out, since its last line is exposed so much later than its first.
+//
+// Commands come as JSON, one a line, on standard input, and answers and events leave on standard output:
+//
+//   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
+//   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
+//   {"receiver": "on"}               gives the receiver power; "off" takes it away, "brown-out" for a moment
+//   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen
+//   {"lost_lines": [40, 41]}         lines that no frame has from now on
+//   {"scene": ["pose.x_m=0.3"]}      changes what the camera sees
+//   {"lux": 5000}                    the light on the transmitter's sensor
+//   {"film_to": "PATH"}              adds each frame to this file, as PGM
+//   {"hang": true}                   the receiver's processor executes nothing any more
+//   {"enter": "NAME"}                it goes on in the function of that (mangled) name
+//
+// Events have the simulated time and say whose they are: {"ns", "board", …}. {"text"}: a line that the receiver's UART sent;
+// {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the PIO may be too slow for the pixels; {"reset"};
+// {"error"}. The transmitter's are `emulator.mjs`'s.
+
+import fs from 'node:fs';
+import path from 'node:path';
+import readline from 'node:readline';
+import { parseArgs } from 'node:util';
+import { functions } from './elf.mjs';
+import { Eye } from './eye.mjs';
+import { Flash } from './flash.mjs';
+import { Pico } from './pico.mjs';
+import { Receiver } from './receiver.mjs';
+import { SerialSocket } from './serial_socket.mjs';
+import { Stopwatch } from './stopwatch.mjs';
+
+const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6, NEW_LINE = 10, LONGEST_TEXT = 512;
+
+const { positionals, values } = parseArgs({
+  allowPositionals: true,
+  options: { time: { type: 'string', multiple: true, default: [] } },
+});
+const [transmitterPath, receiverPath, folder, ...eyeCommand] = positionals;
+const [transmitterElf, receiverElf] = [transmitterPath, receiverPath].map((file) => fs.readFileSync(file));
+const inFolder = (name) => path.join(folder, name);
+
+const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
+const sayOf = (board) => (event) => say({ board, ...event });
+const eye = new Eye(eyeCommand);
+const stopwatch = values.time.length ? new Stopwatch(receiverElf, values.time) : null;
+const transmitter = new Pico(new Flash(inFolder('transmitter.bin'), transmitterElf), (event) => {
+  eye.witness(event);
+  sayOf('transmitter')(event);
+});
+const receiver = new Receiver(new Flash(inFolder('receiver.bin'), receiverElf), sayOf('receiver'), { stopwatch });
+const transmitterLine = new SerialSocket(transmitter, inFolder('transmitter'), () => say({ listening: 'transmitter' }));
+const receiverLine = new SerialSocket(receiver, inFolder('receiver'), () => say({ listening: 'receiver' }), hear);
+let now = 0;
+let receiverIsOn = false;
+let realTime = null;
+let filmTo = null;
+let text = [];
+
+// Lines of text among the receiver's bytes; a frame of the binary protocol, which ends with a zero, is none.
+function hear(byte) {
+  if (byte === 0) text = [];
+  else if (byte !== NEW_LINE) text.push(byte);
+  if (byte !== NEW_LINE && text.length < LONGEST_TEXT) return;
+  receiver.report({ text: Buffer.from(text).toString('utf8').trimEnd() });
+  text = [];
+}
+
+function runTo(line, nanos) {
+  if (line.board.nanos < nanos) line.run(nanos - line.board.nanos);
+}
+
+async function advance(end) {
+  while (now < end) {
+    const { camera } = receiver;
+    const next = receiverIsOn ? Math.min(end, Math.max(camera.dueNanos, now + 1)) : end;
+    runTo(transmitterLine, next);
+    if (receiverIsOn) runTo(receiverLine, next);
+    now = next;
+    if (receiverIsOn && receiver.nanos >= camera.dueNanos) await expose(camera);
+  }
+}
+
+async function expose(camera) {
+  const frame = camera.begin();
+  if (!frame) return;
+  runTo(transmitterLine, frame.ns + frame.height * frame.lineNanos);
+  const pixels = await eye.see(frame);
+  if (filmTo) fs.appendFileSync(filmTo, Buffer.concat([Buffer.from(`P5 ${frame.width} ${frame.height} 255\n`), pixels]));
+  camera.show(frame, pixels);
+  receiver.report({ frame: frame.number, exposure_ms: (frame.exposureLines * frame.lineNanos) / NANOS_PER_MS, gain: frame.gain });
+}
+
+function power(receiverIs) {
+  if (receiverIs === 'brown-out') return receiver.brownOut();
+  receiverIsOn = receiverIs === 'on';
+  if (!receiverIsOn) return;
+  receiver.camera.powerUp();
+  receiver.startedNanos = now;
+  receiver.powerUp();
+}
+
+let busy = Promise.resolve();
+const inTurn = (work) => (busy = busy.then(work).catch((error) => say({ error: `${error.stack}` })));
+
+async function run(milliseconds) {
+  const end = now + milliseconds * NANOS_PER_MS;
+  while (now < end) {
+    await advance(Math.min(now + SLICE_NANOS, end));
+    await new Promise(setImmediate);
+  }
+  say({ ran: Math.round(now), cycles: stopwatch?.results() });
+}
+
+async function keepUp() {
+  if (!realTime) return;
+  const due = realTime.nanos + (performance.now() - realTime.at) * NANOS_PER_MS;
+  if (now < due) await advance(Math.min(now + SLICE_NANOS, due));
+  // Time that a slow machine lost is not made up for.
+  if (due - now > 20 * SLICE_NANOS) realTime = { at: performance.now(), nanos: now };
+  if (now < due) setImmediate(() => inTurn(keepUp));
+  else setTimeout(() => inTurn(keepUp), 1);
+}
+
+async function obey(command) {
+  if ('lux' in command) transmitter.sensor.lux = command.lux;
+  if ('receiver' in command) power(command.receiver);
+  if ('camera' in command) receiver.camera.fail(command.camera);
+  if ('lost_lines' in command) receiver.camera.lostLines = command.lost_lines;
+  if ('scene' in command) eye.change(command.scene);
+  if ('film_to' in command) filmTo = command.film_to;
+  if ('hang' in command) receiver.hang();
+  if ('enter' in command) receiver.enter(functions(receiverElf).find(({ name }) => name.includes(command.enter)).address);
+  if ('real_time' in command) {
+    realTime = command.real_time ? { at: performance.now(), nanos: now } : null;
+    say({ real_time: command.real_time, ns: Math.round(now) });
+    inTurn(keepUp);
+  }
+  if ('run_ms' in command) await run(command.run_ms);
+}
+
+const commands = readline.createInterface({ input: process.stdin });
+commands.on('line', (line) => inTurn(() => obey(JSON.parse(line))));
+// Whoever started this is gone.
+commands.on('close', () => process.exit(0));

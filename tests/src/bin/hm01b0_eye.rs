@@ -1,0 +1,26 @@
+//! Draws what an HM01B0 sees: `hm01b0_eye [SCENE [key=value]…]`.
+//!
+//! Requests come as JSON, one a line, on standard input ([`vocc_tests::hm01b0::Request`]); a frame is answered by its pixels, a byte each,
+//! on standard output. It ends, with its reason, at the first request that it cannot follow.
+
+use std::error::Error;
+use std::io::{Write, stdin, stdout};
+
+use vocc_tests::hm01b0::{Eye, Request};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut words = std::env::args().skip(1);
+    let scene = words.next().unwrap_or_else(|| "hm01b0".into());
+    let mut eye = Eye::new(&scene, &words.collect::<Vec<_>>())?;
+    for line in stdin().lines() {
+        match serde_json::from_str(&line?)? {
+            Request::Scene(changes) => eye.change(&changes)?,
+            Request::Frame(frame) => {
+                let mut out = stdout().lock();
+                out.write_all(&eye.see(&frame)?)?;
+                out.flush()?;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,47 @@
+//! The images that are flashed, and what it takes to run them.
+
+use std::path::{Path, PathBuf};
+
+use vocc_tests::programs;
+use vocc_tests::trials::Unready;
+use vocc_tests::{emulator, firmware};
+
+/// What the tests run: each is made by the command that a user would give.
+pub struct Programs {
+    /// The ELF file of the transmitter.
+    pub transmitter: PathBuf,
+    /// The ELF file of the receiver.
+    pub receiver: PathBuf,
+    /// The program that draws what the camera sees.
+    pub eye: PathBuf,
+    /// The `vocc` program.
+    pub vocc: PathBuf,
+}
+
+const RP2040: &str = "thumbv6m-none-eabi";
+/// The features of the receiver on a Pico of the first kind.
+const RECEIVER: [&str; 3] = ["--no-default-features", "--features", "rp2040"];
+
+impl Programs {
+    /// Builds the images and `vocc`, and fetches the emulator.
+    ///
+    /// # Errors
+    /// What is absent, or why something cannot be built.
+    pub fn provide() -> Result<Self, Unready> {
+        emulator::provide()?;
+        Ok(Self {
+            transmitter: built("tx-firmware/boards/pico", "vocc-pico", &[])?,
+            receiver: built("rx-pipeline/boards/pico", "vocc-receiver-pico", &RECEIVER)?,
+            eye: env!("CARGO_BIN_EXE_hm01b0_eye").into(),
+            vocc: programs::vocc()?,
+        })
+    }
+}
+
+/// Builds an image and keeps it: other tests build others in its place.
+fn built(board: &str, name: &str, features: &[&str]) -> Result<PathBuf, Unready> {
+    let folder = firmware::build(RP2040, board, features)?;
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-of-a-pair"));
+    std::fs::copy(folder.join(name), &kept)?;
+    Ok(kept)
+}

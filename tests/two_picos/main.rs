@@ -1,0 +1,50 @@
+//! Two Picos and nothing between them but light: the images that are flashed, run in emulators. The transmitter's pins drive LEDs, the
+//! simulator draws what an HM01B0 sees of them, its pixels are clocked into the receiver's pins, and the text comes out of its UART.
+//!
+//! The emulator is in `tests/emulator`, and takes Node; the images take a compiler for the Pico. Where one of them is absent and cannot be
+//! had, these tests are skipped.
+
+mod faults;
+mod film;
+mod image;
+mod pair;
+mod talk;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use libtest_mimic::Arguments;
+use vocc_tests::trials;
+
+use crate::image::Programs;
+
+type Test = fn(&Programs, &Path);
+
+const TESTS: &[(&str, Test)] = &[
+    (
+        "text_goes_from_one_pico_to_the_other_by_light",
+        talk::text_goes_from_one_pico_to_the_other_by_light,
+    ),
+    (
+        "frames_with_a_lost_line_are_left_out",
+        faults::frames_with_a_lost_line_are_left_out,
+    ),
+];
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let tests = TESTS.iter().copied();
+    let in_a_folder = tests.map(|(name, test)| {
+        let run = move |programs: &Programs| {
+            let folder = tempfile::tempdir().expect("a folder");
+            test(programs, folder.path());
+        };
+        (name, run)
+    });
+    trials::run(
+        &arguments,
+        "two Picos' images",
+        in_a_folder,
+        Programs::provide,
+    )
+}

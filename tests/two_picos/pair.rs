@@ -1,0 +1,178 @@
+//! A transmitter and a receiver on emulated boards, and light between.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use vocc_tests::programs::root;
+
+use crate::image::Programs;
+
+/// Longer than any command takes on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// The steps in which something is waited for, ms.
+const STEP_MS: u32 = 500;
+
+/// What the emulator reports.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Event {
+    /// Simulated time since the transmitter's power-up, ns.
+    pub ns: u64,
+    /// Whose it is: `transmitter` or `receiver`.
+    pub board: String,
+    /// A line of text that the receiver sent.
+    pub text: Option<String>,
+    /// A frame begins: its number.
+    pub frame: Option<u64>,
+    /// How long each of its lines is exposed.
+    pub exposure_ms: f64,
+    /// The camera's gain.
+    pub gain: f64,
+    /// That the receiver may be too slow for the camera's pixels.
+    pub late: Option<String>,
+    /// Why a board was reset.
+    pub reset: Option<String>,
+    /// The answer to a run: the time it ended.
+    pub ran: Option<u64>,
+    /// Cycles by function or interrupt.
+    pub cycles: Option<Value>,
+    listening: Option<String>,
+    real_time: Option<bool>,
+    error: Option<String>,
+}
+
+/// Both boards: the transmitter under power, the receiver not yet.
+pub struct Pair {
+    process: Child,
+    commands: ChildStdin,
+    events: Receiver<Event>,
+    folder: PathBuf,
+    /// Everything that happened, in the order of time.
+    pub record: Vec<Event>,
+}
+
+impl Pair {
+    /// Boards whose flash chips lie in `folder`, in the scene of the camera with these changes; new ones are flashed first.
+    pub fn new(programs: &Programs, folder: &Path, scene: &[&str], options: &[&str]) -> Self {
+        let mut process = Command::new("node")
+            .arg(root().join("tests/emulator/two_picos.mjs"))
+            .args(options)
+            .args([
+                &programs.transmitter,
+                &programs.receiver,
+                &folder.to_owned(),
+            ])
+            .arg("--")
+            .arg(&programs.eye)
+            .arg("hm01b0")
+            .args(scene)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node runs");
+        let commands = process.stdin.take().expect("standard input is a pipe");
+        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut pair = Self {
+            process,
+            commands,
+            events,
+            folder: folder.to_owned(),
+            record: vec![],
+        };
+        for _ in ["transmitter", "receiver"] {
+            pair.until(|event| event.listening.is_some());
+        }
+        pair
+    }
+
+    /// The Unix socket that is UART 0 of a board.
+    pub fn socket(&self, board: &str) -> PathBuf {
+        self.folder.join(board)
+    }
+
+    /// Lets so much simulated time pass; what happened in it.
+    pub fn run_ms(&mut self, milliseconds: u32) -> &[Event] {
+        let from = self.record.len();
+        self.tell(&json!({ "run_ms": milliseconds }));
+        self.until(|event| event.ran.is_some());
+        &self.record[from..]
+    }
+
+    /// Lets time pass as it does on the wall, or stops that.
+    pub fn real_time(&mut self, on: bool) {
+        self.tell(&json!({ "real_time": on }));
+        self.until(|event| event.real_time == Some(on));
+    }
+
+    /// Gives a command: `tests/emulator/two_picos.mjs` has their list.
+    pub fn tell(&mut self, command: &Value) {
+        writeln!(self.commands, "{command}").expect("the emulator runs");
+    }
+
+    /// Lets time pass until the receiver sends a line that begins so; the event.
+    ///
+    /// # Panics
+    /// When it does not in so much simulated time.
+    pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
+        for _ in 0..at_most_s * 1000 / STEP_MS {
+            let happened = self.run_ms(STEP_MS);
+            let said = happened.iter().find(|event| {
+                let text = event.text.as_deref();
+                text.is_some_and(|text| text.starts_with(beginning))
+            });
+            if let Some(event) = said {
+                return event.clone();
+            }
+        }
+        panic!(
+            "no line {beginning:?} within {at_most_s} s; {}",
+            self.said()
+        );
+    }
+
+    /// The receiver's last lines.
+    pub fn said(&self) -> String {
+        let lines = self.record.iter().filter_map(|event| event.text.as_deref());
+        let lines: Vec<&str> = lines.collect();
+        let last = lines.len().saturating_sub(20);
+        format!("it said: {:#?}", &lines[last..])
+    }
+
+    fn until(&mut self, last: impl Fn(&Event) -> bool) {
+        loop {
+            let event = self
+                .events
+                .recv_timeout(PATIENCE)
+                .expect("the emulator goes on");
+            assert_eq!(event.error, None, "at {} ns of {}", event.ns, event.board);
+            let done = last(&event);
+            self.record.push(event);
+            if done {
+                return;
+            }
+        }
+    }
+}
+
+/// Cuts the power.
+impl Drop for Pair {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

@@ -1,0 +1,116 @@
+//! The whole way of a text: `vocc device send`, the transmitter's pins, light, the camera, the receiver's UART.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::json;
+
+use vocc_tests::firmware::say;
+use vocc_tests::terminal::Terminal;
+use vocc_tests::vocc::vocc;
+
+use crate::film;
+use crate::image::Programs;
+use crate::pair::{Event, Pair};
+
+/// What is sent.
+pub const TEXT: &str = "Hello by light";
+/// How the receiver gives a text out.
+pub const MESSAGE: &str = "message: Hello by light";
+/// In which a text has to arrive, simulated s: to find the panel, to set the exposure, and three repeats.
+pub const ARRIVES_IN_S: u32 = 30;
+
+/// The light in which the boards stand.
+const LUX: f64 = 500.0;
+/// The panel: 1.5 m before the camera, which is 4.8 px from LED to LED.
+pub const SCENE: [&str; 2] = ["pose.distance_m=1.5", "ambient.illuminance_lx=500"];
+/// Symbols and frames a second: as slow as a transmitter can be, and what the receiver sets its camera to.
+const SYMBOL_RATE: &str = "9";
+const SYMBOLS_PER_FRAME: f32 = 0.68;
+
+/// What the panels that were made ready before take to be shown.
+const READY_MS: u32 = 4_500;
+
+/// A pair whose transmitter shows the text, and whose receiver has no power yet.
+pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
+    let mut pair = Pair::new(programs, folder, &SCENE, options);
+    pair.tell(&json!({ "lux": LUX }));
+    pair.run_ms(500);
+    tell_transmitter(
+        &mut pair,
+        programs,
+        folder,
+        &["device", "rate", SYMBOL_RATE],
+    );
+    send(&mut pair, programs, folder, TEXT);
+    pair
+}
+
+/// Gives the transmitter another text, and waits until it shows it.
+pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
+    tell_transmitter(
+        pair,
+        programs,
+        folder,
+        &["device", "send", "--message", text],
+    );
+    pair.run_ms(READY_MS);
+}
+
+fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) {
+    pair.real_time(true);
+    let terminal = Terminal::open(&pair.socket("transmitter"));
+    vocc(&programs.vocc, folder, words, terminal.name()).json();
+    std::thread::sleep(Duration::from_millis(200));
+    pair.real_time(false);
+}
+
+/// The same, and the receiver has read the text once.
+pub fn talking(programs: &Programs, folder: &Path) -> Pair {
+    let mut pair = sending(programs, folder, &[]);
+    pair.tell(&json!({ "receiver": "on" }));
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    pair
+}
+
+/// Nothing but light goes from one board to the other; the text comes out of the second.
+pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder: &Path) {
+    let mut pair = sending(programs, folder, &[]);
+    let film = folder.join("film.pgm");
+    pair.tell(&json!({ "film_to": film, "receiver": "on" }));
+    let on_ns = pair
+        .record
+        .last()
+        .map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)));
+    let mut arrived = None;
+    for _ in 0..ARRIVES_IN_S {
+        let happened = pair.run_ms(1_000);
+        arrived = happened.iter().find(|event| is_text(event)).cloned();
+        if arrived.is_some() {
+            break;
+        }
+    }
+    let Some(arrived) = arrived else {
+        let seen = film::texts(&film, SYMBOLS_PER_FRAME);
+        panic!(
+            "no text arrived; a computer reads {seen:?} in the same frames; {}",
+            pair.said()
+        );
+    };
+    let late = pair.record.iter().find_map(|event| event.late.as_deref());
+    assert_eq!(late, None, "pixels may be lost on a chip");
+    let frames = || pair.record.iter().filter(|event| event.frame.is_some());
+    let last = frames()
+        .rfind(|event| event.ns < arrived.ns)
+        .expect("frames");
+    say(&format!(
+        "two Picos: the text came {:.2} s after the receiver's power, {:.0} ms after the first line of frame {}",
+        (arrived.ns - on_ns) as f64 / 1e9,
+        (arrived.ns - last.ns) as f64 / 1e6,
+        last.frame.unwrap_or_default(),
+    ));
+}
+
+fn is_text(event: &Event) -> bool {
+    event.text.as_deref() == Some(MESSAGE)
+}
