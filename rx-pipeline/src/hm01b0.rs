@@ -1,7 +1,7 @@
 //! Himax's HM01B0, a grey camera of 324×324 pixels, over its I2C registers.
 //!
-//! Registers and their meaning are those of the HM01B0 datasheet; what it leaves open (the analog settings of [`ANALOG`]) is what Himax's
-//! own example and the drivers in the field write. There is no gamma in this camera: its grey levels are linear in light above
+//! Registers and their meaning are those of the HM01B0 datasheet; what it leaves open (the analog settings) is what
+//! Himax's own example and the drivers in the field write. There is no gamma in this camera: its grey levels are linear in light above
 //! [`BLACK_GREY`].
 
 use embedded_hal::i2c::I2c;
