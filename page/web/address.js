@@ -35,6 +35,8 @@ const FIELDS = {
   fps: { usual: "", wrong: rateOrNothing },
   rate: { usual: "", wrong: rateOrNothing },
   film: { usual: "no", wrong: oneOf(["no", "yes"]) },
+  pace: { usual: "0", wrong: oneOf(["0", "100", "1000"]) },
+  sendpace: { usual: "60", wrong: oneOf(["0", "60"]) },
 };
 
 /** All settings as they are: the fields, and the scene's keys that were set. */

@@ -37,6 +37,10 @@ function makeExplore() {
     setPaused(true);
     goToFrame(Math.min(LAST_FRAME, from + 1));
   });
+  byId("pace").addEventListener("change", () => {
+    settings.fields.pace = byId("pace").value;
+    writeAddress();
+  });
   byId("frame").addEventListener("change", () => {
     const wrong = FIELDS.frame.wrong(byId("frame").value);
     if (wrong) sayWrong(`The frame ${wrong}.`);
@@ -101,7 +105,7 @@ function goToFrame(frame) {
 /** Runs with the screen: asks for a frame whenever the last one has arrived. @param {number} now */
 function animate(now) {
   requestAnimationFrame(animate);
-  const pace = Number(byId("pace").value);
+  const pace = Number(settings.fields.pace);
   if (settings.fields.mode !== "explore" || explore.isPaused || now - explore.askedAt < pace - 4) return;
   if (lookAtFrame()) explore.askedAt = now;
 }

@@ -47,7 +47,7 @@ function makeTabs() {
 function showFields() {
   const { fields } = settings;
   const places = { frame: "frame", frames: "good-frames", measure: "measure", curve: "curve-detector", message: "message",
-    detector: "send-detector", fps: "fps", rate: "symbol-rate" };
+    detector: "send-detector", fps: "fps", rate: "symbol-rate", pace: "pace", sendpace: "send-pace" };
   for (const [name, id] of Object.entries(places)) byId(id).value = fields[name];
   byId("as-film").checked = fields.film === "yes";
   for (const choice of document.querySelectorAll('input[name="show"]')) {

@@ -22,6 +22,10 @@ function makeSend() {
     writeAddress();
     showCommand();
   });
+  byId("send-pace").addEventListener("change", () => {
+    settings.fields.sendpace = byId("send-pace").value;
+    writeAddress();
+  });
   byId("send-form").addEventListener("submit", (/** @type {Event} */ event) => {
     event.preventDefault();
     startSending();
@@ -93,7 +97,7 @@ async function runSending(run, message) {
     showSentFrame(told, heard.bytes, begun);
     if (told.delivered) break;
     // Slow enough to look at, or as fast as the screen shows.
-    const pace = Number(byId("send-pace").value);
+    const pace = Number(settings.fields.sendpace);
     if (pace > 0) await wait(Math.max(0, pace - (performance.now() - began)));
     else if (frame % 8 === 7) await new Promise((done) => requestAnimationFrame(done));
   }

@@ -108,6 +108,15 @@ test("receive: the webcam films a panel, and the text appears", async (t) => {
   await page.waitForFunction(() => !window.filming.active);
 });
 
+test("every setting is in the address", async (t) => {
+  const page = await open(t, { address: "#mode=send&scene=day&pose.distance_m=33&seed=9&pace=1000&detector=kmeans" });
+  assert.equal(await page.inputValue("#pace"), "1000");
+  await page.selectOption("#send-pace", "0");
+  await page.fill("#message", "Ice & snow");
+  await page.waitForFunction(() => location.hash.includes("sendpace=0") && location.hash.includes("message=Ice+%26+snow"));
+  for (const part of ["pose.distance_m=33", "seed=9", "pace=1000", "detector=kmeans"]) assert.ok(page.url().includes(part), page.url());
+});
+
 test("an address is a scene, and the command gives the same", async (t) => {
   const page = await open(t, { address: "#mode=explore&scene=day&pose.distance_m=33&seed=9&frame=4" });
   const command = await page.inputValue("#command");

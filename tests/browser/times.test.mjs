@@ -11,6 +11,27 @@ const TURNS = 5;
 
 const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 
+/** Frames a second that are shown while each picture of the screen moves a slider. */
+async function whileMoving(page) {
+  return page.evaluate(() => new Promise((done) => {
+    const slider = document.querySelector("#sliders input[type=range]");
+    const [low, high] = [Number(slider.min), Number(slider.max)];
+    const begun = performance.now();
+    const before = window.vocc.stats.frames;
+    const move = (now) => {
+      const seconds = (now - begun) / 1000;
+      if (seconds > 3) {
+        done((window.vocc.stats.frames - before) / seconds);
+        return;
+      }
+      slider.value = low + (high - low) * (0.6 + 0.2 * Math.sin(3 * seconds));
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+      requestAnimationFrame(move);
+    };
+    requestAnimationFrame(move);
+  }));
+}
+
 /** Milliseconds for so many frames by the program, on one thread. */
 function native(frames, detector) {
   const words = ["evaluate", "day", "--frames", frames, "--detector", detector, "--threads", 1, "--json"].map(String);
@@ -29,6 +50,7 @@ test("times", { skip: !VOCC_TIMES }, async (t) => {
   const [firstMs, fps] = await page.evaluate(() => [window.vocc.firstPictureMs, window.vocc.stats.fps]);
   console.log(`page: ${statSync(VOCC_PAGE).size} bytes, ${gzipSync(readFileSync(VOCC_PAGE), { level: 9 }).length} gzipped`);
   console.log(`first picture after ${firstMs.toFixed(0)} ms; ${fps.toFixed(0)} frames a second`);
+  console.log(`while a slider moves: ${(await whileMoving(page)).toFixed(0)} frames a second`);
   await page.click("#pause");
   for (const [detector, frames] of [["kmeans", 10_000], ["best", 1000]]) {
     const pairs = [];
