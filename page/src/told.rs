@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sim::road;
-use sim::scene::Scene;
+use sim::scene::{L2a, Scene, TableWord};
 use sim::view::View;
 
 use crate::fault::Fault;
@@ -48,7 +48,8 @@ impl Settings {
     /// Of a scene, worked out.
     pub fn of(view: &View) -> Result<Self, Fault> {
         let scene = &view.scene;
-        let by_table = scene.with("the page", &["link.l2a=table".into()])?;
+        let mut by_table = scene.clone();
+        by_table.link.l2a = L2a::Table(TableWord::Table);
         let panel = &view.panels[0];
         let dimming = road::dimming(scene);
         let (luminance_cd_m2, duty) = match &dimming {
