@@ -15,14 +15,10 @@ use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 use sim::road::camera_of;
 use sim::scene::Scene;
+use studies::reception::still::{LIKELIHOOD_PIXELS, PANEL_PIXELS};
 
 use crate::fault::Fault;
 use crate::told::Settings;
-
-/// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 512 * 512;
-/// The most that the likelihood looks at; larger panels are binned.
-const LIKELIHOOD_PIXELS: usize = 128 * 128;
 
 /// What is seen of a frame.
 #[derive(Clone, Debug)]

@@ -11,6 +11,7 @@ const SCENES = {
   fog: "fog by day",
   phone: "by day, through a phone's camera",
   dashcam: "by day, through a dash camera",
+  hm01b0: "in a lit hall, through a microcontroller's camera",
 };
 
 /** Words and numbers change no more often while a slider moves. */

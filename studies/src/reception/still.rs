@@ -13,9 +13,9 @@ use rx_pipeline::receiver::{
 };
 
 /// The most pixels of a panel's bounding box.
-const PANEL_PIXELS: usize = 512 * 512;
+pub const PANEL_PIXELS: usize = 512 * 512;
 /// The most pixels that the likelihood looks at; larger panels are binned.
-const LIKELIHOOD_PIXELS: usize = 128 * 128;
+pub const LIKELIHOOD_PIXELS: usize = 128 * 128;
 /// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels. Boards end at
 /// edges that the largest pixels mix with LEDs, so there is room to find panels in smaller ones.
 const SEARCH_PIXELS: usize = 256 * 256;

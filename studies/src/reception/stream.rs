@@ -8,7 +8,7 @@ use std::io::{BufRead, Read};
 use super::colour::{Channel, Standard};
 
 /// The most columns or rows of a frame.
-pub const SIDE_MAX: usize = 8192;
+pub const SIDE_MAX: usize = sim::input::SIDE_MAX as usize;
 /// What a y4m stream begins with.
 const Y4M: &[u8] = b"YUV4MPEG2";
 /// What each of its frames begins with.
