@@ -300,16 +300,16 @@ const DASHCAM_RATE: &str = r#"[link]
 symbol_rate_hz = 54          # 0.9 of the frames
 "#;
 
-/// Himax's HM01B0 with its lens of 87 degrees from corner to corner (HM01B0-MNA-00FT870), read as public drivers set it: 260 lines of 376
-/// cycles of 3 MHz. What its pixels hold and read, and the lens's f-number, are assumed.
+/// Himax's HM01B0 with its lens of 87 degrees from corner to corner (HM01B0-MNA-00FT870), read as the receiver's boards set it: 266 lines of
+/// 376 cycles of 3 MHz. What its pixels hold and read, and the lens's f-number, are assumed.
 const HM01B0: &str = r#"
 [camera]
 focal_length_mm = 0.87       # 87 degrees across the diagonal of 324 x 324 pixels
 pixel_pitch_um = 3.6         # Himax HM01B0
 width_px = 324
 height_px = 244
-frame_rate_hz = 30
-exposure_max_s = 0.0325      # 258 lines
+frame_rate_hz = 29.995
+exposure_max_s = 0.0083      # 66 lines, a quarter of a frame: what the receiver's boards expose for at most
 f_number = 2.8               # assumed
 iso_min = 200                # assumed: full with 6000 electrons after 0.09 lx s; gain 1
 iso_max = 1600               # gain 8
@@ -327,7 +327,7 @@ illuminance_lx = 500
 "#;
 
 const HM01B0_RATE: &str = r#"[link]
-symbol_rate_hz = 20
+symbol_rate_hz = 20.4
 "#;
 
 /// What a road has and the paper has not: a table, PWM dimming, clocks that nobody synchronises.
