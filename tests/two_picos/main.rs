@@ -4,6 +4,7 @@
 //! The emulator is in `tests/emulator`, and takes Node; the images take a compiler for the Pico. Where one of them is absent and cannot be
 //! had, these tests are skipped.
 
+mod desk;
 mod faults;
 mod film;
 mod image;
@@ -26,8 +27,36 @@ const TESTS: &[(&str, Test)] = &[
         talk::text_goes_from_one_pico_to_the_other_by_light,
     ),
     (
+        "the_exposure_follows_the_light",
+        faults::the_exposure_follows_the_light,
+    ),
+    (
+        "a_moved_panel_is_found_again",
+        faults::a_moved_panel_is_found_again,
+    ),
+    (
         "frames_with_a_lost_line_are_left_out",
         faults::frames_with_a_lost_line_are_left_out,
+    ),
+    (
+        "a_camera_that_answers_wrongly_is_named",
+        faults::a_camera_that_answers_wrongly_is_named,
+    ),
+    (
+        "frames_that_stop_are_missed",
+        faults::frames_that_stop_are_missed,
+    ),
+    (
+        "a_receiver_whose_power_was_cut_reads_on",
+        faults::a_receiver_whose_power_was_cut_reads_on,
+    ),
+    (
+        "a_transmitter_whose_power_was_cut_is_read_on",
+        faults::a_transmitter_whose_power_was_cut_is_read_on,
+    ),
+    (
+        "a_flood_on_the_port_keeps_no_text_away",
+        faults::a_flood_on_the_port_keeps_no_text_away,
     ),
 ];
 

@@ -26,6 +26,8 @@ pub struct Event {
     pub ns: u64,
     /// Whose it is: `transmitter` or `receiver`.
     pub board: String,
+    /// The LEDs that the transmitter shows from now on: 16 hexadecimal digits.
+    pub panel: Option<String>,
     /// A line of text that the receiver sent.
     pub text: Option<String>,
     /// A frame begins: its number.
@@ -45,6 +47,19 @@ pub struct Event {
     listening: Option<String>,
     real_time: Option<bool>,
     error: Option<String>,
+}
+
+impl Event {
+    /// Whether it is a line of text that begins so.
+    pub fn says(&self, beginning: &str) -> bool {
+        let text = self.text.as_deref();
+        text.is_some_and(|text| text.starts_with(beginning))
+    }
+
+    /// How much the camera makes of light: exposure times gain.
+    pub fn sensitivity(&self) -> f64 {
+        self.exposure_ms * self.gain
+    }
 }
 
 /// Both boards: the transmitter under power, the receiver not yet.
@@ -131,11 +146,7 @@ impl Pair {
     pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
         for _ in 0..at_most_s * 1000 / STEP_MS {
             let happened = self.run_ms(STEP_MS);
-            let said = happened.iter().find(|event| {
-                let text = event.text.as_deref();
-                text.is_some_and(|text| text.starts_with(beginning))
-            });
-            if let Some(event) = said {
+            if let Some(event) = happened.iter().find(|event| event.says(beginning)) {
                 return event.clone();
             }
         }
@@ -151,6 +162,19 @@ impl Pair {
         let lines: Vec<&str> = lines.collect();
         let last = lines.len().saturating_sub(20);
         format!("it said: {:#?}", &lines[last..])
+    }
+
+    /// Simulated time, ns, as far as it has been told.
+    pub fn now_ns(&self) -> u64 {
+        let told = self.record.last();
+        told.map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)))
+    }
+
+    /// The frames that began from an event on, by its number in the record.
+    pub fn frames_since(&self, from: usize) -> impl DoubleEndedIterator<Item = &Event> {
+        self.record[from..]
+            .iter()
+            .filter(|event| event.frame.is_some())
     }
 
     fn until(&mut self, last: impl Fn(&Event) -> bool) {

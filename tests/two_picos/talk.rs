@@ -17,6 +17,8 @@ use crate::pair::{Event, Pair};
 pub const TEXT: &str = "Hello by light";
 /// How the receiver gives a text out.
 pub const MESSAGE: &str = "message: Hello by light";
+/// What is sent after it.
+pub const ANOTHER_TEXT: &str = "Hello again";
 /// In which a text has to arrive, simulated s: to find the panel, to set the exposure, and three repeats.
 pub const ARRIVES_IN_S: u32 = 30;
 
@@ -57,6 +59,28 @@ pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
     pair.run_ms(READY_MS);
 }
 
+/// Sends another text, since one that is repeated is given out once, and waits until it is there.
+pub fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path) {
+    let from = pair.record.len();
+    send(pair, programs, folder, ANOTHER_TEXT);
+    arrives(pair, from);
+}
+
+/// Waits until the other text is there, if it has not come since an event, by its number in the record.
+pub fn arrives(pair: &mut Pair, from: usize) -> Event {
+    text_arrives(pair, from, ANOTHER_TEXT)
+}
+
+/// The same of any text.
+pub fn text_arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
+    let line = format!("message: {text}");
+    let already = pair.record[from..].iter().find(|event| event.says(&line));
+    match already.cloned() {
+        Some(event) => event,
+        None => pair.wait_for(&line, ARRIVES_IN_S),
+    }
+}
+
 fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) {
     pair.real_time(true);
     let terminal = Terminal::open(&pair.socket("transmitter"));
@@ -78,10 +102,7 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     let mut pair = sending(programs, folder, &[]);
     let film = folder.join("film.pgm");
     pair.tell(&json!({ "film_to": film, "receiver": "on" }));
-    let on_ns = pair
-        .record
-        .last()
-        .map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)));
+    let on_ns = pair.now_ns();
     let mut arrived = None;
     for _ in 0..ARRIVES_IN_S {
         let happened = pair.run_ms(1_000);
