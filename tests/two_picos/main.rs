@@ -27,6 +27,10 @@ const TESTS: &[(&str, Test)] = &[
         talk::text_goes_from_one_pico_to_the_other_by_light,
     ),
     (
+        "a_computer_asks_the_receiver",
+        desk::a_computer_asks_the_receiver,
+    ),
+    (
         "the_exposure_follows_the_light",
         faults::the_exposure_follows_the_light,
     ),

@@ -50,13 +50,18 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
 
 /// Gives the transmitter another text, and waits until it shows it.
 pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
+    hand_over(pair, programs, folder, text);
+    pair.run_ms(READY_MS);
+}
+
+/// Gives the transmitter another text.
+pub fn hand_over(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
     tell_transmitter(
         pair,
         programs,
         folder,
         &["device", "send", "--message", text],
     );
-    pair.run_ms(READY_MS);
 }
 
 /// Sends another text, since one that is repeated is given out once, and waits until it is there.
