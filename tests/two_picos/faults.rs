@@ -32,6 +32,8 @@ const BRIGHT_LUX: f64 = 2_000.0;
 /// By which the exposure follows them, of the 5 and 20 times of the light; a transmitter shines less above the ambient light where there
 /// is more of it.
 const FOLLOWS: f64 = 2.0;
+/// The watchdog's 8 s, and some more, ms.
+const WATCHDOG_MS: u32 = 8_200;
 /// Garbage, and how long the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
@@ -151,7 +153,7 @@ pub fn a_receiver_whose_power_was_cut_reads_on(programs: &Programs, folder: &Pat
     pair.run_ms(1_000);
     let silent = |event: &Event| event.board != "receiver" || event.reset.is_some();
     assert!(pair.record[from..].iter().all(silent));
-    pair.tell(&json!({ "receiver": "on" }));
+    pair.turn_on();
     reads_on(&mut pair, programs, folder);
 }
 
@@ -165,6 +167,20 @@ pub fn a_transmitter_whose_power_was_cut_is_read_on(programs: &Programs, folder:
     pair.tell(&json!({ "transmitter": "on" }));
     pair.wait_for("state: following", ARRIVES_IN_S);
     reads_on(&mut pair, programs, folder);
+}
+
+/// The program hangs: the watchdog restarts it, it reads on, and says that it was restarted.
+pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "hang": true }));
+    pair.run_ms(WATCHDOG_MS);
+    let happened = &pair.record[from..];
+    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
+    assert_eq!(resets.collect::<Vec<_>>(), ["timed out"]);
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    let status = desk::status(&mut pair, programs, folder);
+    assert_eq!(status["was_reset"], true, "{status}");
 }
 
 /// Garbage comes over the serial line without end while a text arrives.

@@ -10,6 +10,7 @@ mod film;
 mod image;
 mod pair;
 mod talk;
+mod timing;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -26,6 +27,7 @@ const TESTS: &[(&str, Test)] = &[
         "text_goes_from_one_pico_to_the_other_by_light",
         talk::text_goes_from_one_pico_to_the_other_by_light,
     ),
+    ("frames_are_done_in_time", timing::frames_are_done_in_time),
     (
         "a_computer_asks_the_receiver",
         desk::a_computer_asks_the_receiver,
@@ -57,6 +59,10 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_transmitter_whose_power_was_cut_is_read_on",
         faults::a_transmitter_whose_power_was_cut_is_read_on,
+    ),
+    (
+        "a_receiver_that_hangs_is_restarted",
+        faults::a_receiver_that_hangs_is_restarted,
     ),
     (
         "a_flood_on_the_port_keeps_no_text_away",

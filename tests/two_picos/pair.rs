@@ -1,5 +1,6 @@
 //! A transmitter and a receiver on emulated boards, and light between.
 
+use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -43,7 +44,7 @@ pub struct Event {
     /// The answer to a run: the time it ended.
     pub ran: Option<u64>,
     /// Cycles by function or interrupt.
-    pub cycles: Option<Value>,
+    pub cycles: Option<HashMap<String, Tally>>,
     listening: Option<String>,
     real_time: Option<bool>,
     error: Option<String>,
@@ -60,6 +61,17 @@ impl Event {
     pub fn sensitivity(&self) -> f64 {
         self.exposure_ms * self.gain
     }
+}
+
+/// Cycles that a function took.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub struct Tally {
+    /// How often it ran.
+    pub count: u64,
+    /// Cycles each, on average.
+    pub mean: u64,
+    /// The most.
+    pub most: u64,
 }
 
 /// Both boards: the transmitter under power, the receiver not yet.
@@ -162,6 +174,27 @@ impl Pair {
         let lines: Vec<&str> = lines.collect();
         let last = lines.len().saturating_sub(20);
         format!("it said: {:#?}", &lines[last..])
+    }
+
+    /// Gives the receiver power.
+    pub fn turn_on(&mut self) {
+        self.tell(&json!({ "receiver": "on" }));
+    }
+
+    /// The cycles that a function took until the end of the last run.
+    pub fn tally(&self, function: &str) -> Tally {
+        let counted = self
+            .record
+            .iter()
+            .rev()
+            .find_map(|event| event.cycles.as_ref());
+        let tally = counted.and_then(|counted| counted.get(function));
+        tally.copied().unwrap_or_default()
+    }
+
+    /// Forgets the cycles so far.
+    pub fn count_anew(&mut self) {
+        self.tell(&json!({ "count_anew": true }));
     }
 
     /// Simulated time, ns, as far as it has been told.

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use vocc_tests::firmware::say;
 use vocc_tests::terminal::Terminal;
 use vocc_tests::vocc::vocc;
 
 use crate::film;
 use crate::image::Programs;
 use crate::pair::{Event, Pair};
+use crate::timing::tell_latency;
 
 /// What is sent.
 pub const TEXT: &str = "Hello by light";
@@ -97,7 +97,7 @@ fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: 
 /// The same, and the receiver has read the text once.
 pub fn talking(programs: &Programs, folder: &Path) -> Pair {
     let mut pair = sending(programs, folder, &[]);
-    pair.tell(&json!({ "receiver": "on" }));
+    pair.turn_on();
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
     pair
 }
@@ -125,16 +125,7 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     };
     let late = pair.record.iter().find_map(|event| event.late.as_deref());
     assert_eq!(late, None, "pixels may be lost on a chip");
-    let frames = || pair.record.iter().filter(|event| event.frame.is_some());
-    let last = frames()
-        .rfind(|event| event.ns < arrived.ns)
-        .expect("frames");
-    say(&format!(
-        "two Picos: the text came {:.2} s after the receiver's power, {:.0} ms after the first line of frame {}",
-        (arrived.ns - on_ns) as f64 / 1e9,
-        (arrived.ns - last.ns) as f64 / 1e6,
-        last.frame.unwrap_or_default(),
-    ));
+    tell_latency(&pair, on_ns, &arrived);
 }
 
 fn is_text(event: &Event) -> bool {
