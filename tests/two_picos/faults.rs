@@ -34,6 +34,9 @@ const BRIGHT_LUX: f64 = 2_000.0;
 const FOLLOWS: f64 = 2.0;
 /// The watchdog's 8 s, and some more, ms.
 const WATCHDOG_MS: u32 = 8_200;
+/// A function that panics when it is called again, as the linker names it.
+const ONLY_ONCE: &str = "vocc_receiver_pico11application";
+const LAST_WORDS: &str = "fault: the program ended before this start";
 /// Garbage, and how long the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
@@ -181,6 +184,18 @@ pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
     let status = desk::status(&mut pair, programs, folder);
     assert_eq!(status["was_reset"], true, "{status}");
+}
+
+/// A panic restarts the program, which then says why, and reads on.
+pub fn a_panic_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "enter": ONLY_ONCE }));
+    pair.wait_for(LAST_WORDS, SAID_IN_S);
+    let happened = &pair.record[from..];
+    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
+    assert_eq!(resets.collect::<Vec<_>>(), ["forced"]);
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
 }
 
 /// Garbage comes over the serial line without end while a text arrives.

@@ -65,6 +65,10 @@ const TESTS: &[(&str, Test)] = &[
         faults::a_receiver_that_hangs_is_restarted,
     ),
     (
+        "a_panic_is_told_at_the_next_start",
+        faults::a_panic_is_told_at_the_next_start,
+    ),
+    (
         "a_flood_on_the_port_keeps_no_text_away",
         faults::a_flood_on_the_port_keeps_no_text_away,
     ),
