@@ -13,13 +13,12 @@ use vocc_tests::hm01b0::{Eye, FrameRequest};
 
 use crate::here::{Here, MODE, SYMBOL_MILLIHERTZ, Said};
 
-pub const TEXT: &str = "Hello by light";
 /// The hall's light, lx.
 const LUX: f64 = 500.0;
 /// Frames of a film: 6.7 s, and as many as the board has memory for.
 const FRAMES: usize = 200;
 /// From the first frame on the transmitter has no power for so long; its symbols begin at another time than frames.
-const DARK_S: f64 = 1.01;
+pub const DARK_S: f64 = 1.01;
 /// When the first frame is read.
 const START_S: f64 = 1.0;
 /// Of the transmitter's dimming, cycles.
@@ -28,9 +27,10 @@ const LINE_NS: f64 = LINE_CLOCKS as f64 * 1e9 / PIXEL_CLOCK_HZ as f64;
 /// An exposure that is asked for after a frame is that of the next but one: the next is being read by then.
 const DELAY_FRAMES: usize = 2;
 
-/// How the panel stands, and moves once it is found.
+/// What a panel shows, where it stands, and how it moves once it is found.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct Panel {
+    pub text: &'static str,
     pub distance_m: f64,
     /// To the right, from frame to frame.
     pub drift_m: f64,
@@ -46,28 +46,28 @@ pub struct Film {
 }
 
 impl Film {
-    /// A panel that shows the text.
-    pub fn draw(place: Place) -> Self {
+    /// A film of a panel.
+    pub fn draw(panel: Panel) -> Self {
         let x_m = -0.2;
         let mut eye = Eye::new(
             "hm01b0",
             &[
-                format!("pose.distance_m={}", place.distance_m),
+                format!("pose.distance_m={}", panel.distance_m),
                 format!("pose.x_m={x_m}"),
                 format!("ambient.illuminance_lx={LUX}"),
             ],
         )
         .expect("a scene");
-        let symbols = symbols();
+        let symbols = symbols(panel.text);
         let mut here = Here::start();
         let mut exposures = vec![here.exposure(); DELAY_FRAMES];
         let (mut frames, mut said) = (vec![], Vec::<Said>::new());
         let mut followed_frames = 0.0;
         for number in 0..FRAMES {
             let is_found = said.last().is_some_and(|last| last.found > last.lost);
-            if is_found && place.drift_m != 0.0 {
+            if is_found && panel.drift_m != 0.0 {
                 followed_frames += 1.0;
-                let now_m = x_m + place.drift_m * followed_frames;
+                let now_m = x_m + panel.drift_m * followed_frames;
                 eye.change(&[format!("pose.x_m={now_m}")]).expect("a place");
             }
             let asked = request(number, exposures[number], &symbols);
@@ -91,9 +91,9 @@ impl Film {
 }
 
 /// When each symbol begins, ns, and its LEDs.
-fn symbols() -> Vec<(f64, String)> {
-    let code = Code::for_length(TEXT.len());
-    let mut framer = Framer::new(TEXT.as_bytes(), code, false).expect("a short text");
+fn symbols(text: &str) -> Vec<(f64, String)> {
+    let code = Code::for_length(text.len());
+    let mut framer = Framer::new(text.as_bytes(), code, false).expect("a short text");
     let symbol_ns = 1e12 / f64::from(SYMBOL_MILLIHERTZ);
     let count = (FRAMES as f64 * period_ns() / symbol_ns) as u32;
     let shown = (0..count).map(|number| {

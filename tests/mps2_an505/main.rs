@@ -39,6 +39,10 @@ const TESTS: &[(&str, Test)] = &[
         "a_moving_panel_is_read_as_on_this_computer",
         measure::a_moving_panel_is_read_as_on_this_computer,
     ),
+    (
+        "a_long_text_is_read_as_on_this_computer",
+        measure::a_long_text_is_read_as_on_this_computer,
+    ),
 ];
 
 const M33: &str = "thumbv8m.main-none-eabihf";

@@ -4,8 +4,8 @@ use vocc_tests::firmware::{median, say, size};
 
 use crate::Images;
 use crate::board::{self, Run};
-use crate::film::{Film, Place, TEXT};
-use crate::here::MODE;
+use crate::film::{DARK_S, Film, Panel};
+use crate::here::{MODE, Said};
 
 /// The Pico 2's clock, and all of its memory.
 const CYCLES_A_US: u64 = 150;
@@ -24,24 +24,48 @@ const FOLLOWED_AT_MOST: u64 = 3;
 /// and no more than one in so many does.
 const SELDOM: usize = 50;
 
+const TEXT: &str = "Hello by light";
+const LONG_TEXT: &str = "Ice on the bridge, 40 km/h, keep 50 m apart, ok.";
+
 pub fn a_panel_at_rest_is_read_as_on_this_computer(images: &Images) {
-    reads_as_here(images, "3.6 px pitch at rest", 4.0, 0.0);
+    let panel = Panel {
+        text: TEXT,
+        distance_m: 4.0,
+        drift_m: 0.0,
+    };
+    reads_as_here(images, "3.6 px pitch at rest", panel);
 }
 
 pub fn a_large_panel_is_read_as_on_this_computer(images: &Images) {
-    reads_as_here(images, "9.7 px pitch at rest", 1.5, 0.0);
+    let panel = Panel {
+        text: TEXT,
+        distance_m: 1.5,
+        drift_m: 0.0,
+    };
+    reads_as_here(images, "9.7 px pitch at rest", panel);
 }
 
 pub fn a_moving_panel_is_read_as_on_this_computer(images: &Images) {
-    reads_as_here(images, "4.8 px pitch, 0.2 px a frame", 3.0, 0.002_5);
+    let panel = Panel {
+        text: TEXT,
+        distance_m: 3.0,
+        drift_m: 0.002_5,
+    };
+    reads_as_here(images, "4.8 px pitch, 0.2 px a frame", panel);
 }
 
-fn reads_as_here(images: &Images, what: &str, distance_m: f64, drift_m: f64) {
-    let film = Film::draw(Place {
-        distance_m,
-        drift_m,
-    });
-    let text = format!("message: {TEXT}");
+pub fn a_long_text_is_read_as_on_this_computer(images: &Images) {
+    let panel = Panel {
+        text: LONG_TEXT,
+        distance_m: 5.0,
+        drift_m: 0.0,
+    };
+    reads_as_here(images, "2.9 px pitch at rest, 48 bytes", panel);
+}
+
+fn reads_as_here(images: &Images, what: &str, panel: Panel) {
+    let film = Film::draw(panel);
+    let text = format!("message: {}", panel.text);
     assert!(film.text.contains(&text), "here: {:?}", film.text);
     let run = board::read(&images.board, &film);
     let said = run.frames.iter().map(|(said, _)| *said);
@@ -54,8 +78,26 @@ fn reads_as_here(images: &Images, what: &str, distance_m: f64, drift_m: f64) {
     }
     assert_eq!(run.frames.len(), film.said.len());
     assert_eq!(run.text, film.text);
+    tell_times(what, &film);
     Costs::of(&run).hold(what);
     holds_in_memory(images, what, run.stack_bytes);
+}
+
+/// Tells after how much of the panel's light it was found, and the text was there, where no frame passes by.
+fn tell_times(what: &str, film: &Film) {
+    let after_s = |is_there: fn(&Said) -> bool| {
+        let frame = film
+            .said
+            .iter()
+            .position(is_there)
+            .expect("it is found and read");
+        (frame + 1) as f64 * f64::from(MODE.period_us()) / 1e6 - DARK_S
+    };
+    say(&format!(
+        "Cortex-M33, {what}: found after {:.2} s, the text after {:.2} s of light",
+        after_s(|said| said.found > 0),
+        after_s(|said| said.messages > 0),
+    ));
 }
 
 /// Instructions of each frame, by what it was.

@@ -16,6 +16,7 @@ use crate::talk::{ARRIVES_IN_S, MESSAGE, TEXT, sending};
 
 /// What takes a frame in, as the linker names it: `Application::frame`.
 const FRAME: &str = "E5frameNtNt";
+const FOLLOWING: &str = "state: following";
 /// The memory of an RP2040, bytes.
 const RAM_BYTES: u32 = 264 * 1024;
 /// A followed frame leaves so much of its time to all else, on average: one in so many is its own.
@@ -64,9 +65,12 @@ pub fn tell_latency(pair: &Pair, on_ns: u64, arrived: &Event) {
     let ends = repeats_end_ns(&pair.record);
     let end_ns = ends.iter().rfind(|ns| **ns < arrived.ns);
     let latency_ms = (arrived.ns - end_ns.expect("a whole repeat")) as f64 / 1e6;
+    let found = pair.record.iter().find(|event| event.says(FOLLOWING));
+    let since_on_s = |event: &Event| (event.ns - on_ns) as f64 / 1e9;
     say(&format!(
-        "two Picos: the text came {:.2} s after the receiver's power, {latency_ms:.0} ms after its last symbol",
-        (arrived.ns - on_ns) as f64 / 1e9,
+        "two Picos: the panel was found {:.2} s after the receiver's power; the text came {:.2} s after it, {latency_ms:.0} ms after its last symbol",
+        found.map_or(f64::NAN, since_on_s),
+        since_on_s(arrived),
     ));
     let period_ms = f64::from(Mode::BINNED.period_us()) / 1e3;
     assert!(latency_ms < AT_ONCE_FRAMES * period_ms, "{latency_ms} ms");
@@ -87,7 +91,7 @@ fn run_until(pair: &mut Pair, line: &str) {
 pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &["--time", FRAME]);
     pair.turn_on();
-    run_until(&mut pair, "state: following");
+    run_until(&mut pair, FOLLOWING);
     let searched = pair.tally(FRAME);
     pair.count_anew();
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
