@@ -19,7 +19,7 @@ const SEARCHED_AT_MOST: u64 = 2;
 const FOUND_AT_MOST: u64 = 2;
 /// Followed frames take half of their time, as a rule.
 const FOLLOWED_SHARE: u64 = 2;
-/// One that ends a segment which cannot be decoded takes long,
+/// One that ends a code word which can hardly be decoded takes long,
 const FOLLOWED_AT_MOST: u64 = 3;
 /// and no more than one in so many does.
 const SELDOM: usize = 50;
