@@ -163,10 +163,12 @@ pub fn a_receiver_whose_power_was_cut_reads_on(programs: &Programs, folder: &Pat
 /// The transmitter's supply goes: the panel is missed, and found again, and read at the rate that the transmitter has kept.
 pub fn a_transmitter_whose_power_was_cut_is_read_on(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
+    let cut = pair.record.len();
     pair.tell(&json!({ "transmitter": "brown-out" }));
     pair.run_ms(1_000);
     pair.tell(&json!({ "transmitter": "off" }));
-    pair.wait_for("state: searching", ARRIVES_IN_S);
+    pair.run_ms(2_000);
+    pair.wait_since(cut, "state: searching", ARRIVES_IN_S);
     pair.tell(&json!({ "transmitter": "on" }));
     pair.wait_for("state: following", ARRIVES_IN_S);
     reads_on(&mut pair, programs, folder);

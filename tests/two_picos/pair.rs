@@ -168,6 +168,20 @@ impl Pair {
         );
     }
 
+    /// The same where the line may have come already, since an event, by its number in the record.
+    ///
+    /// # Panics
+    /// When it has not, and does not.
+    pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
+        let already = self.record[from..]
+            .iter()
+            .find(|event| event.says(beginning));
+        match already.cloned() {
+            Some(event) => event,
+            None => self.wait_for(beginning, at_most_s),
+        }
+    }
+
     /// The receiver's last lines.
     pub fn said(&self) -> String {
         let lines = self.record.iter().filter_map(|event| event.text.as_deref());

@@ -78,12 +78,7 @@ pub fn arrives(pair: &mut Pair, from: usize) -> Event {
 
 /// The same of any text.
 pub fn text_arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
-    let line = format!("message: {text}");
-    let already = pair.record[from..].iter().find(|event| event.says(&line));
-    match already.cloned() {
-        Some(event) => event,
-        None => pair.wait_for(&line, ARRIVES_IN_S),
-    }
+    pair.wait_since(from, &format!("message: {text}"), ARRIVES_IN_S)
 }
 
 fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) {
