@@ -31,7 +31,7 @@ const BESIDE: &str = "pose.x_m=0.5";
 /// The light falls and rises to these, lx, from 500.
 const DIM_LUX: f64 = 100.0;
 const BRIGHT_LUX: f64 = 2_000.0;
-/// By which the exposure follows them, of the 5 and 20 times of the light; a transmitter shines less above the ambient light where there
+/// By which the exposure follows them, of the 5 and 4 times of the light: a transmitter shines less above the ambient light where there
 /// is more of it.
 const FOLLOWS: f64 = 2.0;
 /// The watchdog's 8 s, and some more, ms.
@@ -89,9 +89,10 @@ pub fn the_exposure_follows_the_light(programs: &Programs, folder: &Path) {
 /// The panel is elsewhere from one frame to the next: it is lost, and found there.
 pub fn a_moved_panel_is_found_again(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
+    let from = pair.record.len();
     pair.tell(&json!({ "scene": [BESIDE] }));
-    pair.wait_for("state: searching", ARRIVES_IN_S);
-    pair.wait_for("state: following", ARRIVES_IN_S);
+    pair.wait_since(from, "state: searching", ARRIVES_IN_S);
+    pair.wait_since(from, "state: following", ARRIVES_IN_S);
     reads_on(&mut pair, programs, folder);
     assert_no_reset(&pair);
 }
