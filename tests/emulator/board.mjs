@@ -45,11 +45,13 @@ export class Board {
     core.PC = mcu.readUint32(VECTORS + 4) & ~1;
   }
 
-  // By the watchdog: the chip starts over, and its register tells why.
+  // By the watchdog: the chip starts over, and its register tells why. What was in memory is still there.
   reset() {
+    const { sram } = this.mcu;
     const { reason } = this.mcu.peripherals[WATCHDOG];
     this.startedNanos += this.clock.nanos;
     this.powerUp();
+    this.mcu.sram.set(sram);
     this.mcu.peripherals[WATCHDOG].reason = reason;
     this.report({ reset: reason === TIMED_OUT ? 'timed out' : 'forced' });
   }

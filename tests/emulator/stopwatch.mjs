@@ -7,13 +7,19 @@ const THREAD = 0, FIRST_IRQ = 16;
 export class Stopwatch {
   // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number.
   constructor(elf, names) {
-    this.tallies = new Map(names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0 }]));
+    this.names = names;
+    this.forget();
     this.entries = new Map();
     for (const { name, address } of functions(elf)) {
       const known = names.find((part) => name.includes(part));
       if (known) this.entries.set(address, known);
     }
     this.running = [];
+  }
+
+  // Counts anew.
+  forget() {
+    this.tallies = new Map(this.names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0 }]));
   }
 
   attach(mcu) {

@@ -15,6 +15,7 @@
 //   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
 //   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
 //   {"receiver": "on"}               gives the receiver power; "off" takes it away, "brown-out" for a moment
+//   {"transmitter": "off"}           the same of the transmitter, which has power at first
 //   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen
 //   {"lost_lines": [40, 41]}         lines that no frame has from now on
 //   {"scene": ["pose.x_m=0.3"]}      changes what the camera sees
@@ -22,6 +23,7 @@
 //   {"film_to": "PATH"}              adds each frame to this file, as PGM
 //   {"hang": true}                   the receiver's processor executes nothing any more
 //   {"enter": "NAME"}                it goes on in the function of that (mangled) name
+//   {"count_anew": true}             forgets the cycles that were counted
 //
 // Events have the simulated time and say whose they are: {"ns", "board", …}. {"text"}: a line that the receiver's UART sent;
 // {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the PIO may be too slow for the pixels; {"reset"};
@@ -62,6 +64,7 @@ const transmitterLine = new SerialSocket(transmitter, inFolder('transmitter'), (
 const receiverLine = new SerialSocket(receiver, inFolder('receiver'), () => say({ listening: 'receiver' }), hear);
 let now = 0;
 let receiverIsOn = false;
+let transmitterIsOn = true;
 let realTime = null;
 let filmTo = null;
 let text = [];
@@ -83,7 +86,7 @@ async function advance(end) {
   while (now < end) {
     const { camera } = receiver;
     const next = receiverIsOn ? Math.min(end, Math.max(camera.dueNanos, now + 1)) : end;
-    runTo(transmitterLine, next);
+    if (transmitterIsOn) runTo(transmitterLine, next);
     if (receiverIsOn) runTo(receiverLine, next);
     now = next;
     if (receiverIsOn && receiver.nanos >= camera.dueNanos) await expose(camera);
@@ -93,7 +96,7 @@ async function advance(end) {
 async function expose(camera) {
   const frame = camera.begin();
   if (!frame) return;
-  runTo(transmitterLine, frame.ns + frame.height * frame.lineNanos);
+  if (transmitterIsOn) runTo(transmitterLine, frame.ns + frame.height * frame.lineNanos);
   const pixels = await eye.see(frame);
   if (filmTo) fs.appendFileSync(filmTo, Buffer.concat([Buffer.from(`P5 ${frame.width} ${frame.height} 255\n`), pixels]));
   camera.show(frame, pixels);
@@ -107,6 +110,17 @@ function power(receiverIs) {
   receiver.camera.powerUp();
   receiver.startedNanos = now;
   receiver.powerUp();
+}
+
+function powerTransmitter(transmitterIs) {
+  // It may be ahead of the receiver.
+  const since = Math.max(now, transmitter.nanos);
+  if (transmitterIs !== 'on') eye.goDark(since);
+  if (transmitterIs === 'brown-out') return transmitter.brownOut();
+  transmitterIsOn = transmitterIs === 'on';
+  if (!transmitterIsOn) return;
+  transmitter.startedNanos = since;
+  transmitter.powerUp();
 }
 
 let busy = Promise.resolve();
@@ -134,11 +148,13 @@ async function keepUp() {
 async function obey(command) {
   if ('lux' in command) transmitter.sensor.lux = command.lux;
   if ('receiver' in command) power(command.receiver);
+  if ('transmitter' in command) powerTransmitter(command.transmitter);
   if ('camera' in command) receiver.camera.fail(command.camera);
   if ('lost_lines' in command) receiver.camera.lostLines = command.lost_lines;
   if ('scene' in command) eye.change(command.scene);
   if ('film_to' in command) filmTo = command.film_to;
   if ('hang' in command) receiver.hang();
+  if ('count_anew' in command) stopwatch.forget();
   if ('enter' in command) receiver.enter(functions(receiverElf).find(({ name }) => name.includes(command.enter)).address);
   if ('real_time' in command) {
     realTime = command.real_time ? { at: performance.now(), nanos: now } : null;

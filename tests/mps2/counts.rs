@@ -13,12 +13,11 @@ use studies::detectors::{DETECTORS, DetectorChoice};
 use studies::monte_carlo::{self, Evaluator};
 use studies::stop::Stop;
 use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
-use vocc_tests::firmware::say;
+use vocc_tests::firmware::{median, say};
 
 use crate::board::{Board, instructions};
 use crate::compare::read;
 use crate::film::{Cut, Film, HEIGHT, WIDTH};
-use crate::measure::median;
 
 /// If this is set, the file is written anew and not compared.
 const WRITE: &str = "VOCC_WRITE_COUNTS";

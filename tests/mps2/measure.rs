@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rx_pipeline::profile::STAGES;
-use vocc_tests::firmware::{Size, say, size};
+use vocc_tests::firmware::{Size, median, say, size};
 
 use crate::board::instructions;
 
@@ -62,13 +62,6 @@ impl Costs {
         assert!(greatest(&self.frames) <= most, "{:?}", self.frames);
         assert!(self.stack_bytes <= stack_bytes, "{}", self.stack_bytes);
     }
-}
-
-/// The middle one.
-pub fn median(values: &[u64]) -> u64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable();
-    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
 }
 
 fn greatest(values: &[u64]) -> u64 {

@@ -51,6 +51,13 @@ pub fn size(elf: &[u8]) -> Size {
     size
 }
 
+/// The middle one of some counts; 0 of none.
+pub fn median(values: &[u64]) -> u64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+}
+
 /// Tells a measurement, past the test's own output.
 pub fn say(what: &str) {
     let _ = writeln!(std::io::stderr(), "measured: {what}");

@@ -1,7 +1,8 @@
 //! The `vocc` program at a serial port.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
@@ -36,10 +37,7 @@ impl Run {
 /// # Panics
 /// When it cannot be run.
 pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run {
-    let output = Command::new(program)
-        .current_dir(folder)
-        .args(command)
-        .args(["--json", "--port", port])
+    let output = at_port(program, folder, command, port)
         .output()
         .expect("vocc runs");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
@@ -48,4 +46,42 @@ pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run 
         output: text(output.stdout),
         errors: text(output.stderr),
     }
+}
+
+/// Runs `vocc` like [`vocc`] until it has printed a JSON object that `is_last` takes, and ends it; all objects.
+///
+/// # Panics
+/// When it cannot be run, prints anything else, or ends before.
+pub fn vocc_until(
+    program: &Path,
+    folder: &Path,
+    command: &[&str],
+    port: &str,
+    is_last: impl Fn(&Value) -> bool,
+) -> Vec<Value> {
+    let mut process = at_port(program, folder, command, port)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("vocc runs");
+    let output = process.stdout.take().expect("standard output is a pipe");
+    let mut objects = vec![];
+    for line in BufReader::new(output).lines() {
+        let line = line.expect("vocc prints text");
+        objects.push(serde_json::from_str(&line).unwrap_or_else(|_| panic!("no JSON: {line}")));
+        if objects.last().is_some_and(&is_last) {
+            break;
+        }
+    }
+    let _ = process.kill();
+    let _ = process.wait();
+    assert!(objects.last().is_some_and(is_last), "{objects:?}");
+    objects
+}
+
+fn at_port(program: &Path, folder: &Path, command: &[&str], port: &str) -> Command {
+    let mut vocc = Command::new(program);
+    vocc.current_dir(folder)
+        .args(command)
+        .args(["--json", "--port", port]);
+    vocc
 }

@@ -1,33 +1,224 @@
 //! What goes wrong on the way, and that the receiver reads on.
 
+use std::io::Write;
+use std::os::unix::net::UnixStream;
 use std::path::Path;
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
+use crate::desk;
 use crate::image::Programs;
 use crate::pair::{Event, Pair};
-use crate::talk::{ARRIVES_IN_S, send, talking};
+use crate::talk::{
+    ANOTHER_TEXT, ARRIVES_IN_S, MESSAGE, arrives, reads_on, send, sending, talking, text_arrives,
+};
 
-/// Another text, since one that is repeated is given out once, arrives.
-fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path) {
-    let from = pair.record.len();
-    send(pair, programs, folder, "Hello again");
-    let is_there = |event: &Event| event.text.as_deref() == Some("message: Hello again");
-    if !pair.record[from..].iter().any(is_there) {
-        pair.wait_for("message: Hello again", ARRIVES_IN_S);
-    }
-}
+/// A line through the panel.
+const LOST_LINE: u32 = 55;
+/// Of the frames without it one may have begun before, and one not have ended yet.
+const ONGOING_FRAMES: u64 = 2;
+/// In which a fault is said, s: two tries, a second apart, and some more.
+const SAID_IN_S: u32 = 3;
+const NO_FRAMES: &str = "fault: the camera sends no frames";
+/// No whole frame for a second is a fault of the camera, too.
+const CAMERA_FAULT: &str = "fault: the camera";
+const NO_CAMERA: &str = "fault: no camera answers";
+const WRONG_CAMERA: &str = "fault: the chip at I2C address 0x24 says it is 0x0360";
+/// Another place: more than the panel's own width, 0.42 m, beside the first.
+const BESIDE: &str = "pose.x_m=0.5";
+/// The light falls and rises to these, lx, from 500.
+const DIM_LUX: f64 = 100.0;
+const BRIGHT_LUX: f64 = 2_000.0;
+/// By which the exposure follows them, of the 5 and 4 times of the light: a transmitter shines less above the ambient light where there
+/// is more of it.
+const FOLLOWS: f64 = 2.0;
+/// The watchdog's 8 s, and some more, ms.
+const WATCHDOG_MS: u32 = 8_200;
+/// A function that panics when it is called again, as the linker names it.
+const ONLY_ONCE: &str = "vocc_receiver_pico11application";
+const LAST_WORDS: &str = "fault: the program ended before this start";
+/// Garbage, and how long the serial line takes to carry it at 115 200 baud.
+const FLOOD_BYTES: usize = 96 * 1024;
+const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
 
-/// Lines through the panel are lost, in every frame for a while.
-pub fn frames_with_a_lost_line_are_left_out(programs: &Programs, folder: &Path) {
-    let mut pair = talking(programs, folder);
-    pair.tell(&json!({ "lost_lines": [55] }));
-    pair.run_ms(3_000);
-    pair.tell(&json!({ "lost_lines": [] }));
-    reads_on(&mut pair, programs, folder);
+/// Nothing but the supply restarted the receiver.
+fn assert_no_reset(pair: &Pair) {
     let resets = pair
         .record
         .iter()
         .filter_map(|event| event.reset.as_deref());
     assert_eq!(resets.collect::<Vec<_>>(), [""; 0]);
+}
+
+/// The last frame's exposure times gain.
+fn sensitivity(pair: &Pair) -> f64 {
+    pair.frames_since(0)
+        .next_back()
+        .map(Event::sensitivity)
+        .expect("frames")
+}
+
+/// The light changes; the next text, and how the camera is exposed then.
+fn in_light(pair: &mut Pair, programs: &Programs, folder: &Path, lux: f64, text: &str) -> f64 {
+    pair.tell(&json!({ "lux": lux, "scene": [format!("ambient.illuminance_lx={lux}")] }));
+    let from = pair.record.len();
+    send(pair, programs, folder, text);
+    text_arrives(pair, from, text);
+    sensitivity(pair)
+}
+
+/// The light falls, and rises: the exposure follows, and texts arrive.
+pub fn the_exposure_follows_the_light(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let first = sensitivity(&pair);
+    let dim = in_light(&mut pair, programs, folder, DIM_LUX, "In the dark");
+    let bright = in_light(&mut pair, programs, folder, BRIGHT_LUX, "In the light");
+    assert!(
+        dim > FOLLOWS * first,
+        "{first} ms at gain 1, {dim} by {DIM_LUX} lx"
+    );
+    assert!(
+        bright * FOLLOWS < first,
+        "{first} ms at gain 1, {bright} by {BRIGHT_LUX} lx"
+    );
+    assert_no_reset(&pair);
+}
+
+/// The panel is elsewhere from one frame to the next: it is lost, and found there.
+pub fn a_moved_panel_is_found_again(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "scene": [BESIDE] }));
+    pair.wait_since(from, "state: searching", ARRIVES_IN_S);
+    pair.wait_since(from, "state: following", ARRIVES_IN_S);
+    reads_on(&mut pair, programs, folder);
+    assert_no_reset(&pair);
+}
+
+/// Lines through the panel are lost, in every frame for a while.
+pub fn frames_with_a_lost_line_are_left_out(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    pair.tell(&json!({ "lost_lines": [LOST_LINE] }));
+    let from = pair.record.len();
+    send(&mut pair, programs, folder, ANOTHER_TEXT);
+    let lost = pair.frames_since(from).count();
+    let is_said = |line: &str| pair.record[from..].iter().any(|event| event.says(line));
+    assert!(
+        !is_said("message") && is_said(CAMERA_FAULT),
+        "{}",
+        pair.said()
+    );
+    pair.tell(&json!({ "lost_lines": [] }));
+    arrives(&mut pair, from);
+    let status = desk::status(&mut pair, programs, folder);
+    let cut_short = status["cut_short"].as_u64().expect("a number");
+    assert!(
+        cut_short.abs_diff(lost as u64) <= ONGOING_FRAMES,
+        "{lost} frames without the line, {status}"
+    );
+    assert_no_reset(&pair);
+}
+
+/// A camera that fails on the bus in each way is named, again each time, and used once it is right.
+pub fn a_camera_that_answers_wrongly_is_named(programs: &Programs, folder: &Path) {
+    let mut pair = sending(programs, folder, &[]);
+    let mut first = json!({ "receiver": "on" });
+    for silent in ["missing", "deaf", "hanging"] {
+        first["camera"] = "wrong_id".into();
+        pair.tell(&first);
+        pair.wait_for(WRONG_CAMERA, SAID_IN_S);
+        first = json!({});
+        pair.tell(&json!({ "camera": silent }));
+        pair.wait_for(NO_CAMERA, SAID_IN_S);
+    }
+    pair.tell(&json!({ "camera": "none" }));
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    assert_no_reset(&pair);
+}
+
+/// Frames stop in the middle of a talk: that is said, and they are read on when they come again.
+pub fn frames_that_stop_are_missed(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    pair.tell(&json!({ "camera": "frozen" }));
+    pair.wait_for(NO_FRAMES, SAID_IN_S);
+    pair.tell(&json!({ "camera": "none" }));
+    reads_on(&mut pair, programs, folder);
+    assert_no_reset(&pair);
+}
+
+/// The receiver's supply, and the camera's with it, goes for a moment, and for a while.
+pub fn a_receiver_whose_power_was_cut_reads_on(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    pair.tell(&json!({ "receiver": "brown-out" }));
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    pair.tell(&json!({ "receiver": "off" }));
+    let from = pair.record.len();
+    pair.run_ms(1_000);
+    let silent = |event: &Event| event.board != "receiver" || event.reset.is_some();
+    assert!(pair.record[from..].iter().all(silent));
+    pair.turn_on();
+    reads_on(&mut pair, programs, folder);
+}
+
+/// The transmitter's supply goes: the panel is missed, and found again, and read at the rate that the transmitter has kept.
+pub fn a_transmitter_whose_power_was_cut_is_read_on(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let cut = pair.record.len();
+    pair.tell(&json!({ "transmitter": "brown-out" }));
+    pair.run_ms(1_000);
+    pair.tell(&json!({ "transmitter": "off" }));
+    pair.run_ms(2_000);
+    pair.wait_since(cut, "state: searching", ARRIVES_IN_S);
+    pair.tell(&json!({ "transmitter": "on" }));
+    pair.wait_for("state: following", ARRIVES_IN_S);
+    reads_on(&mut pair, programs, folder);
+}
+
+/// The program hangs: the watchdog restarts it, it reads on, and says that it was restarted.
+pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "hang": true }));
+    pair.run_ms(WATCHDOG_MS);
+    let happened = &pair.record[from..];
+    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
+    assert_eq!(resets.collect::<Vec<_>>(), ["timed out"]);
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    let status = desk::status(&mut pair, programs, folder);
+    assert_eq!(status["was_reset"], true, "{status}");
+}
+
+/// A panic restarts the program, which then says why, and reads on.
+pub fn a_panic_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "enter": ONLY_ONCE }));
+    pair.wait_for(LAST_WORDS, SAID_IN_S);
+    let happened = &pair.record[from..];
+    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
+    assert_eq!(resets.collect::<Vec<_>>(), ["forced"]);
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+}
+
+/// Garbage comes over the serial line without end while a text arrives.
+pub fn a_flood_on_the_port_keeps_no_text_away(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let mut line = UnixStream::connect(pair.socket("receiver")).expect("the emulator listens");
+    let mut garbage = vec![0; FLOOD_BYTES];
+    ChaCha8Rng::seed_from_u64(1).fill(&mut garbage[..]);
+    line.write_all(&garbage).expect("the emulator listens");
+    let from = pair.record.len();
+    let end_ns = pair.now_ns() + FLOOD_NS;
+    send(&mut pair, programs, folder, ANOTHER_TEXT);
+    let arrived = arrives(&mut pair, from);
+    assert!(arrived.ns < end_ns, "the flood had ended: {arrived:?}");
+    while pair.now_ns() < end_ns {
+        pair.run_ms(1_000);
+    }
+    drop(line);
+    let status = desk::status(&mut pair, programs, folder);
+    assert!(status["bad_frames"].as_u64() > Some(0), "{status}");
+    assert_no_reset(&pair);
 }

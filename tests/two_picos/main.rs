@@ -4,11 +4,13 @@
 //! The emulator is in `tests/emulator`, and takes Node; the images take a compiler for the Pico. Where one of them is absent and cannot be
 //! had, these tests are skipped.
 
+mod desk;
 mod faults;
 mod film;
 mod image;
 mod pair;
 mod talk;
+mod timing;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -25,9 +27,50 @@ const TESTS: &[(&str, Test)] = &[
         "text_goes_from_one_pico_to_the_other_by_light",
         talk::text_goes_from_one_pico_to_the_other_by_light,
     ),
+    ("frames_are_done_in_time", timing::frames_are_done_in_time),
+    (
+        "a_computer_asks_the_receiver",
+        desk::a_computer_asks_the_receiver,
+    ),
+    (
+        "the_exposure_follows_the_light",
+        faults::the_exposure_follows_the_light,
+    ),
+    (
+        "a_moved_panel_is_found_again",
+        faults::a_moved_panel_is_found_again,
+    ),
     (
         "frames_with_a_lost_line_are_left_out",
         faults::frames_with_a_lost_line_are_left_out,
+    ),
+    (
+        "a_camera_that_answers_wrongly_is_named",
+        faults::a_camera_that_answers_wrongly_is_named,
+    ),
+    (
+        "frames_that_stop_are_missed",
+        faults::frames_that_stop_are_missed,
+    ),
+    (
+        "a_receiver_whose_power_was_cut_reads_on",
+        faults::a_receiver_whose_power_was_cut_reads_on,
+    ),
+    (
+        "a_transmitter_whose_power_was_cut_is_read_on",
+        faults::a_transmitter_whose_power_was_cut_is_read_on,
+    ),
+    (
+        "a_receiver_that_hangs_is_restarted",
+        faults::a_receiver_that_hangs_is_restarted,
+    ),
+    (
+        "a_panic_is_told_at_the_next_start",
+        faults::a_panic_is_told_at_the_next_start,
+    ),
+    (
+        "a_flood_on_the_port_keeps_no_text_away",
+        faults::a_flood_on_the_port_keeps_no_text_away,
     ),
 ];
 

@@ -1,5 +1,6 @@
 //! A transmitter and a receiver on emulated boards, and light between.
 
+use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -26,6 +27,8 @@ pub struct Event {
     pub ns: u64,
     /// Whose it is: `transmitter` or `receiver`.
     pub board: String,
+    /// The LEDs that the transmitter shows from now on: 16 hexadecimal digits.
+    pub panel: Option<String>,
     /// A line of text that the receiver sent.
     pub text: Option<String>,
     /// A frame begins: its number.
@@ -41,10 +44,34 @@ pub struct Event {
     /// The answer to a run: the time it ended.
     pub ran: Option<u64>,
     /// Cycles by function or interrupt.
-    pub cycles: Option<Value>,
+    pub cycles: Option<HashMap<String, Tally>>,
     listening: Option<String>,
     real_time: Option<bool>,
     error: Option<String>,
+}
+
+impl Event {
+    /// Whether it is a line of text that begins so.
+    pub fn says(&self, beginning: &str) -> bool {
+        let text = self.text.as_deref();
+        text.is_some_and(|text| text.starts_with(beginning))
+    }
+
+    /// How much the camera makes of light: exposure times gain.
+    pub fn sensitivity(&self) -> f64 {
+        self.exposure_ms * self.gain
+    }
+}
+
+/// Cycles that a function took.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub struct Tally {
+    /// How often it ran.
+    pub count: u64,
+    /// Cycles each, on average.
+    pub mean: u64,
+    /// The most.
+    pub most: u64,
 }
 
 /// Both boards: the transmitter under power, the receiver not yet.
@@ -131,11 +158,7 @@ impl Pair {
     pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
         for _ in 0..at_most_s * 1000 / STEP_MS {
             let happened = self.run_ms(STEP_MS);
-            let said = happened.iter().find(|event| {
-                let text = event.text.as_deref();
-                text.is_some_and(|text| text.starts_with(beginning))
-            });
-            if let Some(event) = said {
+            if let Some(event) = happened.iter().find(|event| event.says(beginning)) {
                 return event.clone();
             }
         }
@@ -145,12 +168,60 @@ impl Pair {
         );
     }
 
+    /// The same where the line may have come already, since an event, by its number in the record.
+    ///
+    /// # Panics
+    /// When it has not, and does not.
+    pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
+        let already = self.record[from..]
+            .iter()
+            .find(|event| event.says(beginning));
+        match already.cloned() {
+            Some(event) => event,
+            None => self.wait_for(beginning, at_most_s),
+        }
+    }
+
     /// The receiver's last lines.
     pub fn said(&self) -> String {
         let lines = self.record.iter().filter_map(|event| event.text.as_deref());
         let lines: Vec<&str> = lines.collect();
         let last = lines.len().saturating_sub(20);
         format!("it said: {:#?}", &lines[last..])
+    }
+
+    /// Gives the receiver power.
+    pub fn turn_on(&mut self) {
+        self.tell(&json!({ "receiver": "on" }));
+    }
+
+    /// The cycles that a function took until the end of the last run.
+    pub fn tally(&self, function: &str) -> Tally {
+        let counted = self
+            .record
+            .iter()
+            .rev()
+            .find_map(|event| event.cycles.as_ref());
+        let tally = counted.and_then(|counted| counted.get(function));
+        tally.copied().unwrap_or_default()
+    }
+
+    /// Forgets the cycles so far.
+    pub fn count_anew(&mut self) {
+        self.tell(&json!({ "count_anew": true }));
+    }
+
+    /// Simulated time, ns, as far as it has been told.
+    pub fn now_ns(&self) -> u64 {
+        let told = self.record.last();
+        told.map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)))
+    }
+
+    /// The frames that began from an event on, by its number in the record.
+    pub fn frames_since(&self, from: usize) -> impl DoubleEndedIterator<Item = &Event> {
+        self.record[from..]
+            .iter()
+            .filter(|event| event.frame.is_some())
     }
 
     fn until(&mut self, last: impl Fn(&Event) -> bool) {

@@ -5,18 +5,20 @@ use std::time::Duration;
 
 use serde_json::json;
 
-use vocc_tests::firmware::say;
 use vocc_tests::terminal::Terminal;
 use vocc_tests::vocc::vocc;
 
 use crate::film;
 use crate::image::Programs;
 use crate::pair::{Event, Pair};
+use crate::timing::tell_latency;
 
 /// What is sent.
 pub const TEXT: &str = "Hello by light";
 /// How the receiver gives a text out.
 pub const MESSAGE: &str = "message: Hello by light";
+/// What is sent after it.
+pub const ANOTHER_TEXT: &str = "Hello again";
 /// In which a text has to arrive, simulated s: to find the panel, to set the exposure, and three repeats.
 pub const ARRIVES_IN_S: u32 = 30;
 
@@ -48,13 +50,35 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
 
 /// Gives the transmitter another text, and waits until it shows it.
 pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
+    hand_over(pair, programs, folder, text);
+    pair.run_ms(READY_MS);
+}
+
+/// Gives the transmitter another text.
+pub fn hand_over(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
     tell_transmitter(
         pair,
         programs,
         folder,
         &["device", "send", "--message", text],
     );
-    pair.run_ms(READY_MS);
+}
+
+/// Sends another text, since one that is repeated is given out once, and waits until it is there.
+pub fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path) {
+    let from = pair.record.len();
+    send(pair, programs, folder, ANOTHER_TEXT);
+    arrives(pair, from);
+}
+
+/// Waits until the other text is there, if it has not come since an event, by its number in the record.
+pub fn arrives(pair: &mut Pair, from: usize) -> Event {
+    text_arrives(pair, from, ANOTHER_TEXT)
+}
+
+/// The same of any text.
+pub fn text_arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
+    pair.wait_since(from, &format!("message: {text}"), ARRIVES_IN_S)
 }
 
 fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) {
@@ -68,7 +92,7 @@ fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: 
 /// The same, and the receiver has read the text once.
 pub fn talking(programs: &Programs, folder: &Path) -> Pair {
     let mut pair = sending(programs, folder, &[]);
-    pair.tell(&json!({ "receiver": "on" }));
+    pair.turn_on();
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
     pair
 }
@@ -78,10 +102,7 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     let mut pair = sending(programs, folder, &[]);
     let film = folder.join("film.pgm");
     pair.tell(&json!({ "film_to": film, "receiver": "on" }));
-    let on_ns = pair
-        .record
-        .last()
-        .map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)));
+    let on_ns = pair.now_ns();
     let mut arrived = None;
     for _ in 0..ARRIVES_IN_S {
         let happened = pair.run_ms(1_000);
@@ -99,16 +120,7 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     };
     let late = pair.record.iter().find_map(|event| event.late.as_deref());
     assert_eq!(late, None, "pixels may be lost on a chip");
-    let frames = || pair.record.iter().filter(|event| event.frame.is_some());
-    let last = frames()
-        .rfind(|event| event.ns < arrived.ns)
-        .expect("frames");
-    say(&format!(
-        "two Picos: the text came {:.2} s after the receiver's power, {:.0} ms after the first line of frame {}",
-        (arrived.ns - on_ns) as f64 / 1e9,
-        (arrived.ns - last.ns) as f64 / 1e6,
-        last.frame.unwrap_or_default(),
-    ));
+    tell_latency(&pair, on_ns, &arrived);
 }
 
 fn is_text(event: &Event) -> bool {

@@ -1,0 +1,101 @@
+//! A computer at the receiver's port.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use vocc_tests::terminal::Terminal;
+use vocc_tests::vocc::{vocc, vocc_until};
+
+use crate::image::Programs;
+use crate::pair::Pair;
+use crate::talk::{ANOTHER_TEXT, TEXT, hand_over, talking};
+
+const PICTURE: &str = "frame.png";
+/// Bright pixels that a panel has at least: some of each of four LEDs that are On, most have eight times as many.
+const BRIGHT_PIXELS: u32 = 16;
+
+/// What `vocc device status` tells of the receiver.
+pub fn status(pair: &mut Pair, programs: &Programs, folder: &Path) -> Value {
+    ask(pair, programs, folder, &["device", "status"])
+}
+
+fn ask(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) -> Value {
+    pair.real_time(true);
+    let terminal = Terminal::open(&pair.socket("receiver"));
+    let answer = vocc(&programs.vocc, folder, words, terminal.name()).json();
+    pair.real_time(false);
+    answer
+}
+
+/// `vocc` at the receiver's port: how it is, what it sees, and the next text as it comes.
+pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let status = status(&mut pair, programs, folder);
+    assert_eq!(status["state"], "following", "{status}");
+    assert_eq!(status["message"]["text"], TEXT, "{status}");
+    assert_eq!(status["camera"]["size_px"], json!([162, 122]), "{status}");
+    let snapshot = ["device", "snapshot", "--out", PICTURE];
+    let about = ask(&mut pair, programs, folder, &snapshot);
+    let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, &status);
+    assert!(
+        inside >= BRIGHT_PIXELS && outside == 0,
+        "{inside}, {outside} in {about}, {status}"
+    );
+
+    hand_over(&mut pair, programs, folder, ANOTHER_TEXT);
+    pair.real_time(true);
+    let terminal = Terminal::open(&pair.socket("receiver"));
+    let watch = ["device", "watch", "--interval", "0.5"];
+    let is_there = |line: &Value| line["message"]["text"] == ANOTHER_TEXT;
+    let lines = vocc_until(&programs.vocc, folder, &watch, terminal.name(), is_there);
+    assert!(
+        lines.len() > 1,
+        "it came before it was watched for: {lines:?}"
+    );
+    let earlier = lines.iter().filter(|line| line["message"]["text"] == TEXT);
+    assert!(earlier.count() <= 1, "told twice: {lines:?}");
+}
+
+/// How many of a picture's pixels are bright, inside the panel that the status tells of and outside.
+fn bright_pixels(file: &Path, about: &Value, status: &Value) -> [u32; 2] {
+    let picture = image::open(file).expect("a picture").into_luma8();
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let size = [&about["width"], &about["height"]].map(number);
+    assert_eq!(size, [picture.width(), picture.height()].map(f64::from));
+    let origin = [0, 1].map(|axis| number(&about["origin"][axis]));
+    let step = number(&about["step"]);
+    let levels = ["bright_grey", "dark_grey"].map(|level| number(&status["camera"][level]));
+    let middle = (levels[0] + levels[1]) / 2.0;
+    let outline = outline(status);
+    let mut counts = [0; 2];
+    for (x, y, _) in picture
+        .enumerate_pixels()
+        .filter(|(_, _, grey)| f64::from(grey.0[0]) > middle)
+    {
+        let at = [
+            origin[0] + step * f64::from(x),
+            origin[1] + step * f64::from(y),
+        ];
+        counts[usize::from(!is_inside(at, &outline))] += 1;
+    }
+    counts
+}
+
+/// The panel's outline in the frame, px: half a pitch around the corner LEDs.
+fn outline(status: &Value) -> [[f64; 2]; 4] {
+    let corners = serde_json::from_value(status["corners_px"].clone());
+    let corners: [[f64; 2]; 4] = corners.expect("a panel is followed");
+    let centre = [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0);
+    corners
+        .map(|corner| [0, 1].map(|axis| centre[axis] + (corner[axis] - centre[axis]) * 8.0 / 7.0))
+}
+
+/// Whether a point is on the same side of all edges, which are told clockwise.
+fn is_inside([x, y]: [f64; 2], corners: &[[f64; 2]; 4]) -> bool {
+    let next = corners.iter().cycle().skip(1);
+    corners
+        .iter()
+        .zip(next)
+        .all(|(from, to)| (to[0] - from[0]) * (y - from[1]) >= (to[1] - from[1]) * (x - from[0]))
+}

@@ -1,0 +1,114 @@
+//! How soon a text is there, and what frames take of the receiver's time.
+
+use std::iter;
+use std::path::Path;
+
+use link::fec::Code;
+use link::framing::Framer;
+use rx_pipeline::hm01b0::Mode;
+use vocc_tests::driven_panel::CLOCK_HZ;
+use vocc_tests::firmware::{say, size};
+
+use crate::desk;
+use crate::image::Programs;
+use crate::pair::{Event, Pair, Tally};
+use crate::talk::{ARRIVES_IN_S, MESSAGE, TEXT, sending};
+
+/// What takes a frame in, as the linker names it: `Application::frame`.
+const FRAME: &str = "E5frameNtNt";
+const FOLLOWING: &str = "state: following";
+/// The memory of an RP2040, bytes.
+const RAM_BYTES: u32 = 264 * 1024;
+/// A followed frame leaves so much of its time to all else, on average: one in so many is its own.
+const FOLLOWED_SHARE: u64 = 4;
+/// Shorter than from one frame to the next, ms.
+const STEP_MS: u32 = 10;
+/// For how long frames are counted after the text, ms.
+const FOLLOWED_MS: u32 = 3_000;
+/// The first frame that shows another symbol begins up to a frame's time after the text's last one, and is read within another.
+const AT_ONCE_FRAMES: f64 = 2.0;
+
+/// Cycles of the processor from one frame to the next.
+fn period_cycles() -> u64 {
+    (f64::from(Mode::BINNED.period_us()) * CLOCK_HZ / 1e6) as u64
+}
+
+/// When the transmitter had shown the last symbol of a repeat of the text, ns.
+fn repeats_end_ns(record: &[Event]) -> Vec<u64> {
+    let shown = record.iter().filter_map(|event| {
+        let panel = event.panel.as_deref()?;
+        Some((event.ns, u64::from_str_radix(panel, 16).ok()?))
+    });
+    let (ns, bits): (Vec<u64>, Vec<u64>) = shown.unzip();
+    let code = Code::for_length(TEXT.len());
+    let repeats = [false, true].map(|fresh| {
+        let mut framer = Framer::new(TEXT.as_bytes(), code, fresh).expect("a short text");
+        let count = framer.panels_per_repeat() as usize;
+        let panels = iter::repeat_with(|| framer.next_panel().bits());
+        panels.take(count).collect::<Vec<_>>()
+    });
+    let is_repeat = |from: usize, panels: &[u64]| {
+        let seen = bits[from..].iter().zip(panels);
+        seen.clone().all(|(seen, panel)| seen == panel)
+            || seen.clone().all(|(seen, panel)| *seen == !panel)
+    };
+    let length = repeats[0].len();
+    let ends = (length..ns.len()).filter(|end| {
+        let begins = |panels: &Vec<u64>| is_repeat(end - length, panels);
+        repeats.iter().any(begins)
+    });
+    ends.map(|end| ns[end]).collect()
+}
+
+/// Tells how long after the receiver's power, and after the last symbol of the text, it came; and holds the latter.
+pub fn tell_latency(pair: &Pair, on_ns: u64, arrived: &Event) {
+    let ends = repeats_end_ns(&pair.record);
+    let end_ns = ends.iter().rfind(|ns| **ns < arrived.ns);
+    let latency_ms = (arrived.ns - end_ns.expect("a whole repeat")) as f64 / 1e6;
+    let found = pair.record.iter().find(|event| event.says(FOLLOWING));
+    let since_on_s = |event: &Event| (event.ns - on_ns) as f64 / 1e9;
+    say(&format!(
+        "two Picos: the panel was found {:.2} s after the receiver's power; the text came {:.2} s after it, {latency_ms:.0} ms after its last symbol",
+        found.map_or(f64::NAN, since_on_s),
+        since_on_s(arrived),
+    ));
+    let period_ms = f64::from(Mode::BINNED.period_us()) / 1e3;
+    assert!(latency_ms < AT_ONCE_FRAMES * period_ms, "{latency_ms} ms");
+}
+
+/// Runs in small steps until the receiver says so, and no further.
+fn run_until(pair: &mut Pair, line: &str) {
+    for _ in 0..ARRIVES_IN_S * 1000 / STEP_MS {
+        let happened = pair.run_ms(STEP_MS);
+        if happened.iter().any(|event| event.says(line)) {
+            return;
+        }
+    }
+    panic!("no line {line:?}; {}", pair.said());
+}
+
+/// Frames are done before the next ones come, while a panel is looked for and while it is followed; and the stack has room.
+pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
+    let mut pair = sending(programs, folder, &["--time", FRAME]);
+    pair.turn_on();
+    run_until(&mut pair, FOLLOWING);
+    let searched = pair.tally(FRAME);
+    pair.count_anew();
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    pair.run_ms(FOLLOWED_MS);
+    let followed = pair.tally(FRAME);
+    let period = period_cycles();
+    for (kind, Tally { count, mean, most }) in [("searched", searched), ("followed", followed)] {
+        say(&format!(
+            "RP2040: {count} frames {kind}, {mean} cycles each on average, {most} at most, of {period}"
+        ));
+        assert!(count > 0 && most <= period, "{kind}: {most} cycles");
+    }
+    assert!(followed.mean <= period / FOLLOWED_SHARE, "{followed:?}");
+    let status = desk::status(&mut pair, programs, folder);
+    let stack_bytes = status["stack_bytes"].as_u64().expect("a number");
+    let elf = std::fs::read(&programs.receiver).expect("the image is built");
+    let left = RAM_BYTES.saturating_sub(size(&elf).ram);
+    say(&format!("RP2040: stack {stack_bytes} bytes of {left}"));
+    assert!(stack_bytes <= u64::from(left));
+}
