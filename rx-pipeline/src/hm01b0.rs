@@ -5,6 +5,7 @@
 //! [`BLACK_GREY`].
 
 use embedded_hal::i2c::I2c;
+use serde::{Deserialize, Serialize};
 
 /// Its address on the bus, 7 bits.
 pub const ADDRESS: u8 = 0x24;
@@ -138,7 +139,7 @@ impl Exposure {
 }
 
 /// What is wrong with a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum CameraError {
     /// Nobody acknowledges.
     #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
@@ -153,7 +154,7 @@ pub enum CameraError {
     },
     /// A register does not keep what is written to it.
     #[error(
-        "register {register:#06x} holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
+        "register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
     )]
     Register {
         /// Its address.

@@ -22,7 +22,9 @@ mod application;
 mod desk;
 mod follow;
 mod message;
+mod numbering;
 mod picture;
+mod say;
 #[cfg(test)]
 mod tests;
 
@@ -30,7 +32,7 @@ pub use application::{Application, ApplicationError, QUIET_US, Settings};
 pub use follow::{Follow, PanelReceiver, Seen, Sighting};
 pub use message::{
     ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX,
-    PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, State, Status,
+    PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, Status, Trouble,
 };
 pub use picture::PICTURE_PIXELS;
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
 use link::serial::{BodyError, Frame, Kind};
-use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, State, Status};
+use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, Status};
 use serde_json::{Value, json};
 
 use crate::device::{Client, DeviceError};
@@ -255,11 +255,11 @@ fn ask<P: Read + Write, R>(
         .with_context(|| port.to_owned())
 }
 
-fn state(state: State) -> String {
-    match state {
-        State::Searching => "searching".into(),
-        State::Following => "following".into(),
-        State::Faulty(fault) => fault.to_string(),
+fn state(status: &Status) -> &'static str {
+    if status.is_following {
+        "following"
+    } else {
+        "searching"
     }
 }
 
@@ -274,9 +274,9 @@ fn text(bytes: &[u8]) -> String {
 fn short(status: &Status) -> String {
     let counters = &status.counters;
     format!(
-        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame",
+        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame{}",
         status.uptime_ms as f64 / 1e3,
-        state(status.state),
+        state(status),
         status.confidence,
         counters.frames,
         counters.readings,
@@ -284,6 +284,10 @@ fn short(status: &Status) -> String {
         counters.cut_short,
         counters.messages,
         f64::from(status.frame_us) / 1e3,
+        status
+            .trouble
+            .map(|trouble| format!("  fault: {}", trouble.fault))
+            .unwrap_or_default(),
     )
 }
 
@@ -291,7 +295,9 @@ fn as_json(status: &Status) -> Value {
     let counters = &status.counters;
     json!({
         "uptime_s": status.uptime_ms as f64 / 1e3,
-        "state": state(status.state),
+        "state": state(status),
+        "fault": status.trouble.map(|trouble| trouble.fault.to_string()),
+        "fault_since_s": status.trouble.map(|trouble| trouble.since_ms as f64 / 1e3),
         "was_reset": status.was_reset,
         "corners_px": status.corners,
         "confidence": status.confidence,

@@ -3,7 +3,9 @@
 use super::*;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{Application, Camera, Clock, Machine, Port as Wire, Settings};
+use rx_pipeline::standalone::{
+    Application, Camera, Clock, Fault, Machine, Port as Wire, Settings, Trouble,
+};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 
@@ -128,11 +130,28 @@ fn status_and_message_are_told() {
     let mut client = client();
     let status = asked_status(&mut client, "p").unwrap();
     assert_eq!(
-        (status.state, status.stack_bytes, status.was_reset),
-        (State::Searching, 77, true)
+        (status.is_following, status.stack_bytes, status.was_reset),
+        (false, 77, true)
     );
     assert_eq!(as_json(&status)["symbol_rate_hz"], 9.0);
     assert!(short(&status).contains("searching"));
+    assert_eq!(as_json(&status)["state"], "searching");
+    assert_eq!(as_json(&status)["fault"], Value::Null);
+    let ill = Status {
+        is_following: true,
+        trouble: Some(Trouble {
+            fault: Fault::NoWholeFrames,
+            since_ms: 1500,
+        }),
+        ..status
+    };
+    assert!(short(&ill).contains("following") && short(&ill).contains("fault: the camera's"));
+    let values = as_json(&ill);
+    assert_eq!(
+        (&values["state"], &values["fault_since_s"]),
+        (&json!("following"), &json!(1.5))
+    );
+    assert!(values["fault"].as_str().unwrap().contains("cut short"));
     let message = asked_message(&mut client, "p").unwrap();
     assert_eq!(message_as_json(&message), Value::Null);
 }
