@@ -331,7 +331,7 @@ impl<F: Follow> Application<F> {
         }
     }
 
-    /// Serves the port and the lamp, and tells the board that it is alive.
+    /// Serves the port and the lamp, and tells the board that it is alive. One request is answered at most; more wait for the next time.
     pub fn serve(&mut self, board: &mut impl Board) {
         board.alive();
         for _ in 0..BYTES_AT_ONCE {
@@ -342,6 +342,8 @@ impl<F: Follow> Application<F> {
                     self.set_symbol_rate(millihertz);
                 }
                 self.answer(&asked, now_us, board);
+                // One at a time: an answer may take longer than a frame, and those that ask without end would be all that is served.
+                break;
             }
         }
         let now_us = board.micros();

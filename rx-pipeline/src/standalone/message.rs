@@ -27,7 +27,7 @@ pub enum Request {
     Message,
     /// Answered by [`Answer::Camera`].
     Camera,
-    /// A part of a picture; offset 0 takes a new one, which is kept until three seconds after its last part was asked for. Answered by
+    /// A part of the newest frame's picture, which is kept until half a second after a part of it was last asked for. Answered by
     /// [`Answer::Picture`].
     Picture {
         /// The first byte wanted.
