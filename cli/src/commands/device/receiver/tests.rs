@@ -9,6 +9,8 @@ use rx_pipeline::standalone::{
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 
+mod watch;
+
 #[derive(Default)]
 struct Board {
     now_us: u64,
@@ -189,4 +191,21 @@ fn refusals_are_told() {
 fn text_is_shown_as_it_is_and_other_bytes_are_escaped() {
     assert_eq!(text("Glätte".as_bytes()), "Glätte");
     assert_eq!(text(b"a\nb\xff"), "a\\nb\\xff");
+}
+
+/// A receiver tells its rate and takes another one; one that its camera is too slow for is refused, and so is what is no rate.
+#[test]
+fn a_rate_is_told_set_and_refused() {
+    let mut client = client();
+    let mut rate =
+        |wanted| set_rate(&mut client, "p", wanted).map_err(|error| format!("{error:#}"));
+    assert_eq!(rate(None), Ok(9.0));
+    assert_eq!(rate(Some(7.5)), Ok(7.5));
+    assert_eq!(rate(None), Ok(7.5));
+    assert!(rate(Some(13.3)).unwrap_err().contains("at most 13231"));
+    for wrong in [0.0, -1.0, 0.0004, f64::NAN, f64::INFINITY, 1e7] {
+        let refused = rate(Some(wrong)).unwrap_err();
+        assert!(refused.contains("give 0.001 or more"), "{refused}");
+    }
+    assert_eq!(rate(None), Ok(7.5));
 }
