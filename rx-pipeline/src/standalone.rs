@@ -37,7 +37,7 @@ pub use message::{
 pub use picture::PICTURE_PIXELS;
 
 use crate::hm01b0::{CameraError, Exposure, Hm01b0};
-use embedded_hal::i2c::I2c;
+use embedded_hal::{delay::DelayNs, i2c::I2c};
 
 /// A camera's registers.
 pub trait Camera {
@@ -54,7 +54,7 @@ pub trait Camera {
     fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError>;
 }
 
-impl<B: I2c> Camera for Hm01b0<B> {
+impl<B: I2c, D: DelayNs> Camera for Hm01b0<B, D> {
     fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
         Hm01b0::start(self, exposure)
     }

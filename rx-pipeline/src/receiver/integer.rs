@@ -25,7 +25,7 @@ use following::Outline;
 use link::framing::{Deframer, Event};
 use samples::Samples;
 
-pub use blinking::BlinkSearch;
+pub use blinking::{BlinkSearch, BlinkSearchError};
 pub use decision::FEATURE_ERROR_GREY;
 
 /// One frame's panel.
@@ -48,6 +48,8 @@ pub struct IntegerOutcome<'a> {
     pub is_following: bool,
     /// The panel, where it was read.
     pub reading: Option<IntegerReading>,
+    /// Whether a panel was looked for in the frame where none is followed, or why it could not be.
+    pub search: Result<(), BlinkSearchError>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
 }
@@ -109,8 +111,12 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         frame: &Frame<'_>,
         profile: &mut impl Profile,
     ) -> IntegerOutcome<'_> {
+        let mut search = Ok(());
         if self.track.is_none() {
-            self.track = self.find(frame, profile);
+            match self.find(frame, profile) {
+                Ok(found) => self.track = found,
+                Err(error) => search = Err(error),
+            }
         }
         let decision = self.track.and_then(|track| {
             profile.begins(Stage::Features);
@@ -175,17 +181,24 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         IntegerOutcome {
             is_following: self.track.is_some(),
             reading: reading.map(|(reading, _)| reading),
+            search,
             event,
         }
     }
 
-    fn find(&mut self, frame: &Frame<'_>, profile: &mut impl Profile) -> Option<Track> {
-        let found = profile.timed(Stage::Search, || self.search.find(frame))?;
+    fn find(
+        &mut self,
+        frame: &Frame<'_>,
+        profile: &mut impl Profile,
+    ) -> Result<Option<Track>, BlinkSearchError> {
+        let Some(found) = profile.timed(Stage::Search, || self.search.find(frame))? else {
+            return Ok(None);
+        };
         self.search.forget();
-        Some(Track {
+        Ok(Some(Track {
             outline: Outline::of(&found),
             usual: 0,
             missed: 0,
-        })
+        }))
     }
 }

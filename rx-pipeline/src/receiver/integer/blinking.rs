@@ -33,8 +33,33 @@ const LEAST_LEDS: usize = 60;
 const LEAST_PITCH_PX: f32 = 1.8;
 /// Rounds in which the corners are moved onto the LEDs.
 const ROUNDS: usize = 6;
+/// Pixels of the longest side of a frame that can be searched: sums over all pixels are within 32 bits.
+const LONGEST_SIDE: usize = 2048;
 /// All LEDs.
 const ALL: u64 = u64::MAX;
+
+/// Why a frame cannot be searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BlinkSearchError {
+    /// It is too large.
+    #[error(
+        "a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out"
+    )]
+    Size {
+        /// Its columns.
+        width: usize,
+        /// Its rows.
+        height: usize,
+    },
+    /// The search has been given too little memory.
+    #[error("{has} bytes for a search that needs {needed}: give it `BlinkSearch::bytes`")]
+    Room {
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes there are.
+        has: usize,
+    },
+}
 
 /// Looks for a panel by its blinking. `B` lends [`BlinkSearch::bytes`] bytes.
 pub struct BlinkSearch<B> {
@@ -47,7 +72,7 @@ pub struct BlinkSearch<B> {
 }
 
 impl BlinkSearch<[u8; 0]> {
-    /// What a search in frames of that size needs: two bytes a pixel.
+    /// What a search in frames of that size, up to 2048 pixels a side, needs: two bytes a pixel.
     pub const fn bytes(width: usize, height: usize) -> usize {
         2 * width * height
     }
@@ -74,12 +99,23 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
         (self.frames, self.settling) = (0, SETTLING_FRAMES);
     }
 
-    /// Takes in a frame; the panel, if it has blinked enough. Frames for which there is too little room bring nothing.
-    pub fn find(&mut self, frame: &Frame<'_>) -> Option<Corners> {
+    /// Takes in a frame; the panel, if it has blinked enough.
+    ///
+    /// # Errors
+    /// [`BlinkSearchError`] for a frame that is too large for this search, or for its memory. It is not looked at.
+    pub fn find(&mut self, frame: &Frame<'_>) -> Result<Option<Corners>, BlinkSearchError> {
         let size = [frame.width(), frame.height()];
-        let area = size[0] * size[1];
-        let (earlier, change) = self.room.borrow_mut().split_at_mut_checked(area)?;
-        let change = change.get_mut(..area)?;
+        let [width, height] = size;
+        if width.max(height) > LONGEST_SIDE {
+            return Err(BlinkSearchError::Size { width, height });
+        }
+        let area = width * height;
+        let has = self.room.borrow().len();
+        let needed = 2 * area;
+        let Some(room) = self.room.borrow_mut().get_mut(..needed) else {
+            return Err(BlinkSearchError::Room { needed, has });
+        };
+        let (earlier, change) = room.split_at_mut(area);
         if self.size != size {
             (self.size, self.frames, self.settling) = (size, 0, 1);
         }
@@ -90,20 +126,25 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
             for (to, from) in earlier.chunks_exact_mut(size[0]).zip(frame.rows()) {
                 to.copy_from_slice(from);
             }
-            return None;
+            return Ok(None);
         }
         let sum = keep_change(frame, earlier, change);
         self.frames += 1;
         if self.frames < LEAST_FRAMES {
-            return None;
+            return Ok(None);
         }
-        let most = change.iter().copied().max().unwrap_or(0);
-        let noise = OVER_NOISE * sum / area.max(1) as u32;
-        let enough = LEAST_CHANGE.max(noise.min(255) as u8).max(most / 3);
-        let change = Frame::new(change, size[0], size[1]).ok()?;
-        let outline = corner_leds(&change, enough)?;
-        settled(&change, outline, i32::from(enough) * GREY)
+        Ok(found(change, size, sum))
     }
+}
+
+/// The panel in a picture of what has changed, whose pixels add up to `sum`.
+fn found(change: &[u8], size: [usize; 2], sum: u32) -> Option<Corners> {
+    let most = change.iter().copied().max().unwrap_or(0);
+    let noise = OVER_NOISE * sum / change.len().max(1) as u32;
+    let enough = LEAST_CHANGE.max(noise.min(255) as u8).max(most / 3);
+    let change = Frame::new(change, size[0], size[1]).ok()?;
+    let outline = corner_leds(&change, enough)?;
+    settled(&change, outline, i32::from(enough) * GREY)
 }
 
 /// Keeps the greatest changes; the sum of all that are kept.
