@@ -9,6 +9,7 @@
 
 use core::borrow::BorrowMut;
 
+use super::blinked::Area;
 use super::following::Outline;
 use super::samples::{GREY, Samples};
 use crate::corners::Corners;
@@ -104,6 +105,15 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
     /// # Errors
     /// [`BlinkSearchError`] for a frame that is too large for this search, or for its memory. It is not looked at.
     pub fn find(&mut self, frame: &Frame<'_>) -> Result<Option<Corners>, BlinkSearchError> {
+        self.find_beside(frame, [])
+    }
+
+    /// The same, where some parts of the frame are passed over.
+    pub(super) fn find_beside(
+        &mut self,
+        frame: &Frame<'_>,
+        others: impl IntoIterator<Item = Area>,
+    ) -> Result<Option<Corners>, BlinkSearchError> {
         let size = [frame.width(), frame.height()];
         let [width, height] = size;
         if width.max(height) > LONGEST_SIDE {
@@ -128,7 +138,10 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
             }
             return Ok(None);
         }
-        let sum = keep_change(frame, earlier, change);
+        let mut sum = keep_change(frame, earlier, change);
+        for area in others {
+            sum -= wipe(change, width, area);
+        }
         self.frames += 1;
         if self.frames < LEAST_FRAMES {
             return Ok(None);
@@ -161,6 +174,14 @@ fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 
         }
     }
     sum
+}
+
+/// Wipes a part of a picture; what its pixels add up to.
+fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
+    let [[left, right], [top, bottom]] = area;
+    let rows = change.chunks_exact_mut(width).take(bottom).skip(top);
+    let pixels = rows.flat_map(|row| row.iter_mut().take(right).skip(left));
+    pixels.map(|pixel| u32::from(core::mem::take(pixel))).sum()
 }
 
 /// The ends of the largest group of changed pixels along the diagonals.

@@ -10,6 +10,8 @@ use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
+mod others;
+
 const SIDE_PX: usize = 80;
 
 /// Spots of a linear camera at `corners`.
