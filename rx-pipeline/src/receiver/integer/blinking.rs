@@ -186,9 +186,9 @@ fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
 
 /// The ends of the largest group of changed pixels along the diagonals.
 fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
-    let tile = change.width().max(change.height()).div_ceil(TILES);
-    let group = largest_group(change, enough, tile);
-    let is_in_group = |x: usize, y: usize| group.0[y / tile] >> (x / tile) & 1 == 1;
+    let tiles = Tiles::of(change);
+    let group = largest_group(change, enough, tiles);
+    let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
     // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
     let mut ends = [(i32::MAX, [0usize; 2]); 4];
     for y in 1..change.height() - 1 {
@@ -218,6 +218,32 @@ fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {
             .and_then(|row| row.get(x - 1..=x + 1))
             .is_some_and(|near| near.iter().all(|&other| other <= here))
     })
+}
+
+/// Which tile a column or a row is in. A processor without a divider takes some 40 cycles for a division, and this is asked for each
+/// pixel: so it is a product, which is the same for all places below [`LONGEST_SIDE`].
+#[derive(Clone, Copy)]
+struct Tiles {
+    /// One over the pixels along a tile, in 1/2¹⁸, rounded up.
+    inverse: u32,
+}
+
+impl Tiles {
+    const SHIFT: u32 = 18;
+
+    fn of(frame: &Frame<'_>) -> Self {
+        Self::of_pixels(frame.width().max(frame.height()).div_ceil(TILES))
+    }
+
+    fn of_pixels(tile: usize) -> Self {
+        Self {
+            inverse: (1u32 << Self::SHIFT).div_ceil(tile.max(1) as u32),
+        }
+    }
+
+    fn of_place(self, place: usize) -> usize {
+        ((place as u32).wrapping_mul(self.inverse) >> Self::SHIFT) as usize
+    }
 }
 
 /// A set of tiles.
@@ -266,11 +292,12 @@ impl Group {
 }
 
 /// The tiles of the group that has the most changed pixels.
-fn largest_group(change: &Frame<'_>, enough: u8, tile: usize) -> Group {
+fn largest_group(change: &Frame<'_>, enough: u8, tiles: Tiles) -> Group {
     let mut counts = [[0u16; TILES]; TILES];
     for (y, row) in change.rows().enumerate() {
+        let counts = &mut counts[tiles.of_place(y)];
         for (x, &here) in row.iter().enumerate() {
-            counts[y / tile][x / tile] += u16::from(here >= enough);
+            counts[tiles.of_place(x)] += u16::from(here >= enough);
         }
     }
     let mut left = Group::NONE;
@@ -333,4 +360,20 @@ fn ends_there(change: &Frame<'_>, outline: &Outline, mean: i32) -> bool {
         .filter_map(|point| super::samples::light(change, point))
         .fold((0, 0), |(sum, count), light| (sum + light, count + 1));
     2 * sum < mean * count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For each size of a tile that a frame can have, and each place in it.
+    #[test]
+    fn places_are_in_the_tiles_that_a_division_gives() {
+        for tile in 1..=LONGEST_SIDE.div_ceil(TILES) {
+            let tiles = Tiles::of_pixels(tile);
+            for place in 0..LONGEST_SIDE {
+                assert_eq!(tiles.of_place(place), place / tile, "{place} {tile}");
+            }
+        }
+    }
 }
