@@ -18,6 +18,7 @@ use std::string::String;
 use std::vec::Vec;
 
 mod faults;
+mod places;
 mod serial;
 
 /// Not a simple fraction of the frame rate: no exposure meets a change of symbols again and again.
