@@ -4,7 +4,8 @@
 //! Himax's own example and the drivers in the field write. There is no gamma in this camera: its grey levels are linear in light above
 //! [`BLACK_GREY`].
 
-use embedded_hal::i2c::I2c;
+use embedded_hal::{delay::DelayNs, i2c::I2c};
+use serde::{Deserialize, Serialize};
 
 /// Its address on the bus, 7 bits.
 pub const ADDRESS: u8 = 0x24;
@@ -20,6 +21,8 @@ pub const PIXEL_CLOCK_HZ: u32 = MASTER_CLOCK_HZ / 8;
 pub const BLACK_GREY: u8 = 8;
 /// The shortest exposure, lines.
 pub const LEAST_LINES: u16 = 2;
+/// After a software reset nothing is written for so long, ms.
+pub const RESET_MS: u32 = 100;
 /// Lines of a frame's period that cannot be exposed.
 const UNEXPOSED_LINES: u16 = 2;
 
@@ -43,8 +46,8 @@ const SIX_BITS: u16 = 0x3011;
 const WIDTH_OF_PORT: u16 = 0x3059;
 const CLOCKS: u16 = 0x3060;
 
-/// Black level, its correction, and the analog part.
-const ANALOG: [(u16, u8); 23] = [
+/// Black level, its correction, and the analog part: bits that the datasheet leaves open, and that need not read as they were written.
+const ANALOG: [(u16, u8); 24] = [
     (0x1003, BLACK_GREY),
     (0x1007, BLACK_GREY),
     (0x3044, 0x0a),
@@ -69,6 +72,7 @@ const ANALOG: [(u16, u8); 23] = [
     (0x1006, 0x01),
     // The correction of defective pixels stays off: to it a far LED is one.
     (0x1008, 0x00),
+    (SIX_BITS, 0x70),
 ];
 
 /// Which pixels are read, and how often.
@@ -138,7 +142,7 @@ impl Exposure {
 }
 
 /// What is wrong with a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum CameraError {
     /// Nobody acknowledges.
     #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
@@ -153,7 +157,7 @@ pub enum CameraError {
     },
     /// A register does not keep what is written to it.
     #[error(
-        "register {register:#06x} holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
+        "register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
     )]
     Register {
         /// Its address.
@@ -165,58 +169,70 @@ pub enum CameraError {
     },
 }
 
-/// A camera on a bus.
+/// A camera on a bus, and what waits for it.
 #[derive(Debug)]
-pub struct Hm01b0<B> {
+pub struct Hm01b0<B, D> {
     bus: B,
+    delay: D,
     mode: Mode,
 }
 
-impl<B: I2c> Hm01b0<B> {
+/// What frames of that mode depend on, by the datasheet.
+fn read_out(mode: Mode) -> [(u16, u8); 12] {
+    let (step, binning) = if mode.is_binned { (3, 3) } else { (1, 0) };
+    let [frame_high, frame_low] = mode.frame_lines.to_be_bytes();
+    let [line_high, line_low] = LINE_CLOCKS.to_be_bytes();
+    [
+        (AUTO_EXPOSURE, 0),
+        (MOTION_DETECTION, 0),
+        (READ_OUT_COLUMNS, step),
+        (READ_OUT_ROWS, step),
+        (BINNING, binning),
+        (QVGA_WINDOW, 1),
+        // Eight wires, and a pixel clock that stands still between lines: an eighth of the master clock.
+        (WIDTH_OF_PORT, 0x02),
+        (CLOCKS, 0x20),
+        (FRAME_LENGTH, frame_high),
+        (FRAME_LENGTH + 1, frame_low),
+        (LINE_LENGTH, line_high),
+        (LINE_LENGTH + 1, line_low),
+    ]
+}
+
+/// The registers of an exposure; digital gain, in steps of 1/256, is 1.
+fn exposing(exposure: Exposure) -> [(u16, u8); 5] {
+    let [high, low] = exposure.lines.to_be_bytes();
+    let gain = exposure.gain_log2.min(Exposure::GAIN_MAX) << 4;
+    [
+        (INTEGRATION, high),
+        (INTEGRATION + 1, low),
+        (ANALOG_GAIN, gain),
+        (DIGITAL_GAIN, 0x01),
+        (DIGITAL_GAIN + 1, 0x00),
+    ]
+}
+
+impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
     /// A camera that has not been talked to.
-    pub fn new(bus: B, mode: Mode) -> Self {
-        Self { bus, mode }
+    pub fn new(bus: B, delay: D, mode: Mode) -> Self {
+        Self { bus, delay, mode }
     }
 
-    /// Sets the camera up and starts its frames.
+    /// Sets the camera up and starts its frames. Takes [`RESET_MS`] and some 60 transfers.
     ///
     /// # Errors
-    /// [`CameraError`] if it is not there, is another one, or does not take its settings.
+    /// [`CameraError`] if it is not there, is another one, or does not keep a setting.
     pub fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        let mode = self.mode;
         self.identify()?;
         self.write(SOFTWARE_RESET, 0)?;
+        self.delay.delay_ms(RESET_MS);
         self.write(MODE_SELECT, 0)?;
-        for (register, value) in ANALOG {
+        for (register, value) in ANALOG.into_iter().chain(read_out(self.mode)) {
             self.write(register, value)?;
         }
-        self.write(AUTO_EXPOSURE, 0)?;
-        self.write(MOTION_DETECTION, 0)?;
-        let step = if mode.is_binned { 3 } else { 1 };
-        self.write(READ_OUT_COLUMNS, step)?;
-        self.write(READ_OUT_ROWS, step)?;
-        self.write(BINNING, if mode.is_binned { 3 } else { 0 })?;
-        self.write(QVGA_WINDOW, 1)?;
-        self.write(SIX_BITS, 0x70)?;
-        // Eight wires, and a pixel clock that stands still between lines: an eighth of the master clock.
-        self.write(WIDTH_OF_PORT, 0x02)?;
-        self.write(CLOCKS, 0x20)?;
-        self.write_pair(FRAME_LENGTH, mode.frame_lines)?;
-        self.write_pair(LINE_LENGTH, LINE_CLOCKS)?;
         self.expose(exposure)?;
-        // What was written last, and what frames depend on most.
-        for (register, written) in [
-            (AUTO_EXPOSURE, 0),
-            (BINNING, if mode.is_binned { 3 } else { 0 }),
-        ] {
-            let holds = self.read(register)?;
-            if holds != written {
-                return Err(CameraError::Register {
-                    register,
-                    written,
-                    holds,
-                });
-            }
+        for (register, value) in read_out(self.mode).into_iter().chain(exposing(exposure)) {
+            self.check(register, value)?;
         }
         self.write(MODE_SELECT, 1)
     }
@@ -226,10 +242,9 @@ impl<B: I2c> Hm01b0<B> {
     /// # Errors
     /// [`CameraError::Silent`].
     pub fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        self.write_pair(INTEGRATION, exposure.lines)?;
-        self.write(ANALOG_GAIN, exposure.gain_log2.min(Exposure::GAIN_MAX) << 4)?;
-        // In steps of 1/256: 1.
-        self.write_pair(DIGITAL_GAIN, 0x0100)?;
+        for (register, value) in exposing(exposure) {
+            self.write(register, value)?;
+        }
         self.write(UPDATE, 1)
     }
 
@@ -261,11 +276,17 @@ impl<B: I2c> Hm01b0<B> {
             .map_err(|_| CameraError::Silent)
     }
 
-    /// Two registers, the high byte first.
-    fn write_pair(&mut self, register: u16, value: u16) -> Result<(), CameraError> {
-        let [high, low] = value.to_be_bytes();
-        self.write(register, high)?;
-        self.write(register + 1, low)
+    /// Whether a register holds what was written.
+    fn check(&mut self, register: u16, written: u8) -> Result<(), CameraError> {
+        let holds = self.read(register)?;
+        if holds == written {
+            return Ok(());
+        }
+        Err(CameraError::Register {
+            register,
+            written,
+            holds,
+        })
     }
 }
 

@@ -17,7 +17,8 @@ mod view;
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
 pub use integer::{
-    BlinkSearch, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading, IntegerReceiver,
+    BlinkSearch, BlinkSearchError, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading,
+    IntegerReceiver,
 };
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, Outcome, Reading};

@@ -22,7 +22,9 @@ mod application;
 mod desk;
 mod follow;
 mod message;
+mod numbering;
 mod picture;
+mod say;
 #[cfg(test)]
 mod tests;
 
@@ -30,12 +32,12 @@ pub use application::{Application, ApplicationError, QUIET_US, Settings};
 pub use follow::{Follow, PanelReceiver, Seen, Sighting};
 pub use message::{
     ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX,
-    PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, State, Status,
+    PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, Status, Trouble,
 };
 pub use picture::PICTURE_PIXELS;
 
 use crate::hm01b0::{CameraError, Exposure, Hm01b0};
-use embedded_hal::i2c::I2c;
+use embedded_hal::{delay::DelayNs, i2c::I2c};
 
 /// A camera's registers.
 pub trait Camera {
@@ -52,7 +54,7 @@ pub trait Camera {
     fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError>;
 }
 
-impl<B: I2c> Camera for Hm01b0<B> {
+impl<B: I2c, D: DelayNs> Camera for Hm01b0<B, D> {
     fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
         Hm01b0::start(self, exposure)
     }

@@ -1,7 +1,18 @@
 use super::*;
+use core::cell::Cell;
 use core::convert::Infallible;
 use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Waits for nothing, and adds up for how long.
+struct Wait(Rc<Cell<u64>>);
+
+impl DelayNs for Wait {
+    fn delay_ns(&mut self, ns: u32) {
+        self.0.set(self.0.get() + u64::from(ns));
+    }
+}
 
 /// A camera's registers; those in `stuck` do not change.
 struct Fake {
@@ -9,6 +20,9 @@ struct Fake {
     stuck: Option<u16>,
     is_there: bool,
     order: std::vec::Vec<u16>,
+    waited_ns: Rc<Cell<u64>>,
+    /// Until when it resets, by what has been waited.
+    resets_until_ns: u64,
 }
 
 impl Fake {
@@ -18,6 +32,8 @@ impl Fake {
             stuck: None,
             is_there: true,
             order: std::vec::Vec::new(),
+            waited_ns: Rc::default(),
+            resets_until_ns: 0,
         }
     }
 }
@@ -50,10 +66,14 @@ impl I2c for &mut Fake {
         if !self.is_there || address != ADDRESS {
             return Err(NoAnswer);
         }
+        assert!(self.waited_ns.get() >= self.resets_until_ns, "it resets");
         match operations {
             [Operation::Write([high, low, value])] => {
                 let register = u16::from_be_bytes([*high, *low]);
                 self.order.push(register);
+                if register == SOFTWARE_RESET {
+                    self.resets_until_ns = self.waited_ns.get() + 100_000_000;
+                }
                 if self.stuck != Some(register) {
                     self.registers.insert(register, *value);
                 }
@@ -73,11 +93,16 @@ const EXPOSURE: Exposure = Exposure {
     gain_log2: 2,
 };
 
+fn start(fake: &mut Fake, mode: Mode) -> Result<(), CameraError> {
+    let wait = Wait(fake.waited_ns.clone());
+    Hm01b0::new(fake, wait, mode).start(EXPOSURE)
+}
+
 #[test]
 fn a_camera_is_set_up_and_streams_last() {
     for (mode, step, binning, frame_lines) in [(Mode::QVGA, 1, 0, 266), (Mode::BINNED, 3, 3, 603)] {
         let mut fake = Fake::new();
-        Hm01b0::new(&mut fake, mode).start(EXPOSURE).unwrap();
+        start(&mut fake, mode).unwrap();
         let held = |register: u16| fake.registers[&register];
         assert_eq!([held(0x0202), held(0x0203)], [0x01, 0x23]);
         assert_eq!(held(0x0205), 2 << 4);
@@ -96,8 +121,7 @@ fn a_camera_is_set_up_and_streams_last() {
 
 #[test]
 fn what_is_wrong_is_said() {
-    let start = |fake: &mut Fake| Hm01b0::new(fake, Mode::QVGA).start(EXPOSURE);
-
+    let start = |fake: &mut Fake| start(fake, Mode::QVGA);
     let mut silent = Fake::new();
     silent.is_there = false;
     assert_eq!(start(&mut silent), Err(CameraError::Silent));
@@ -114,6 +138,26 @@ fn what_is_wrong_is_said() {
         holds: 1,
     };
     assert_eq!(start(&mut stuck), Err(expected));
+}
+
+/// Whichever register of the read-out or the exposure does not keep its value, the first one is named, and no frames begin.
+#[test]
+fn each_setting_is_read_back() {
+    for mode in [Mode::QVGA, Mode::BINNED] {
+        for (register, written) in read_out(mode).into_iter().chain(exposing(EXPOSURE)) {
+            let mut fake = Fake::new();
+            let holds = !written;
+            fake.registers.insert(register, holds);
+            fake.stuck = Some(register);
+            let expected = CameraError::Register {
+                register,
+                written,
+                holds,
+            };
+            assert_eq!(start(&mut fake, mode), Err(expected));
+            assert_eq!(fake.registers[&MODE_SELECT], 0);
+        }
+    }
 }
 
 /// Datasheet: the line length and the frame length over the pixel clock make the frame rate.

@@ -1,9 +1,10 @@
 //! Panels followed and read in whole numbers, for processors that have no floating point.
 //!
-//! A panel is found by its blinking (`integer/blinking.rs`). From then on a frame costs 401 samples of it: five on each LED, one on each
-//! corner of its cell (`integer/samples.rs`). From these come the bits (`integer/decision.rs`), and by how much each corner of the panel has
-//! moved (`integer/following.rs`).
+//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`integer/blinked.rs`). From then on a frame
+//! costs 401 samples of it: five on each LED, one on each corner of its cell (`integer/samples.rs`). From these come the bits
+//! (`integer/decision.rs`), and by how much each corner of the panel has moved (`integer/following.rs`).
 
+mod blinked;
 mod blinking;
 mod decision;
 mod following;
@@ -20,12 +21,13 @@ use crate::frame::Frame;
 use crate::parameters::tracking::PATIENCE_FRAMES;
 use crate::profile::{Profile, Stage};
 use crate::symbols::SymbolClock;
+use blinked::{Barred, Blinked, PROOF_SYMBOLS, Verdict};
 use decision::Decision;
 use following::Outline;
 use link::framing::{Deframer, Event};
 use samples::Samples;
 
-pub use blinking::BlinkSearch;
+pub use blinking::{BlinkSearch, BlinkSearchError};
 pub use decision::FEATURE_ERROR_GREY;
 
 /// One frame's panel.
@@ -44,10 +46,12 @@ pub struct IntegerReading {
 /// What a frame brought.
 #[derive(Debug)]
 pub struct IntegerOutcome<'a> {
-    /// Whether a panel is followed, in this frame or through a gap.
+    /// Whether a panel is followed, in this frame or through a gap: what was found, and has proved to be one since.
     pub is_following: bool,
-    /// The panel, where it was read.
+    /// The panel, or what may be one, where it was read.
     pub reading: Option<IntegerReading>,
+    /// Whether a panel was looked for in the frame where none is followed, or why it could not be.
+    pub search: Result<(), BlinkSearchError>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
 }
@@ -59,15 +63,59 @@ pub struct IntegerReceiver<B> {
     clock: SymbolClock,
     deframer: Deframer,
     track: Option<Track>,
+    barred: Barred,
+    /// Frames in which [`PROOF_SYMBOLS`] are shown.
+    proof_frames: u64,
+}
+
+/// Frames in which [`PROOF_SYMBOLS`] are shown, at a rate above 0.
+fn proof_frames(symbols_per_frame: f32) -> u64 {
+    ((PROOF_SYMBOLS as f32 / symbols_per_frame) as u64).saturating_add(1)
 }
 
 /// A panel that is followed.
-#[derive(Clone, Copy)]
 struct Track {
     outline: Outline,
     /// How far apart the two groups of LEDs usually are, see [`Decision::distance`].
     usual: u32,
     missed: u32,
+    blinked: Blinked,
+}
+
+impl Track {
+    /// Reads the panel in a frame, and moves along with it.
+    fn read(
+        &mut self,
+        frame: &Frame<'_>,
+        profile: &mut impl Profile,
+    ) -> Option<(IntegerReading, Decision)> {
+        let samples = profile.timed(Stage::Features, || Samples::take(frame, &self.outline));
+        let decision = profile.timed(Stage::Detect, || samples.as_ref().and_then(Decision::of));
+        let (Some(samples), Some(decision)) = (samples, decision) else {
+            self.missed += 1;
+            return None;
+        };
+        let is_mixed = decision.distance.saturating_mul(3) < self.usual;
+        // Two symbols at once are a panel still; for long they are none.
+        self.missed = if is_mixed { self.missed + 1 } else { 0 };
+        if !is_mixed {
+            profile.timed(Stage::Follow, || self.follow(&samples, &decision));
+        }
+        let reading = IntegerReading {
+            corners: self.outline.corners()?,
+            bits: decision.bits,
+            confidence: decision.confidence(),
+            is_mixed,
+        };
+        Some((reading, decision))
+    }
+
+    fn follow(&mut self, samples: &Samples, decision: &Decision) {
+        let usual = 7 * u64::from(self.usual) + u64::from(decision.distance);
+        self.usual = usual.div_ceil(8) as u32;
+        self.outline.correct(samples, decision.bits);
+        self.blinked.see(decision.bits, decision.distance);
+    }
 }
 
 impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
@@ -81,6 +129,8 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             clock: SymbolClock::new(symbols_per_frame)?,
             deframer: Deframer::new(),
             track: None,
+            barred: Barred::NONE,
+            proof_frames: proof_frames(symbols_per_frame),
         })
     }
 
@@ -98,6 +148,8 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         self.clock = SymbolClock::new(symbols_per_frame)?;
         self.deframer = Deframer::new();
         self.track = None;
+        self.barred = Barred::NONE;
+        self.proof_frames = proof_frames(symbols_per_frame);
         self.search.forget();
         Ok(())
     }
@@ -109,55 +161,19 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         frame: &Frame<'_>,
         profile: &mut impl Profile,
     ) -> IntegerOutcome<'_> {
+        let mut search = Ok(());
         if self.track.is_none() {
-            self.track = self.find(frame, profile);
+            match self.find(number, frame, profile) {
+                Ok(found) => self.track = found,
+                Err(error) => search = Err(error),
+            }
         }
-        let decision = self.track.and_then(|track| {
-            profile.begins(Stage::Features);
-            let samples = Samples::take(frame, &track.outline);
-            profile.ends(Stage::Features);
-            profile.begins(Stage::Detect);
-            let decision = samples.as_ref().and_then(Decision::of);
-            profile.ends(Stage::Detect);
-            Some((samples?, decision?))
-        });
-        let reading = match (&mut self.track, decision) {
-            (Some(track), Some((samples, decision))) => {
-                let is_mixed = decision.distance.saturating_mul(3) < track.usual;
-                profile.begins(Stage::Follow);
-                if !is_mixed {
-                    track.usual = (7 * u64::from(track.usual) + u64::from(decision.distance))
-                        .div_ceil(8) as u32;
-                    track.outline.correct(&samples, decision.bits);
-                }
-                profile.ends(Stage::Follow);
-                // Two symbols at once are a panel still; for long they are none.
-                track.missed = if is_mixed { track.missed + 1 } else { 0 };
-                track
-                    .outline
-                    .corners()
-                    .map(|corners| IntegerReading {
-                        corners,
-                        bits: decision.bits,
-                        confidence: decision.confidence(),
-                        is_mixed,
-                    })
-                    .map(|reading| (reading, decision))
-            }
-            (Some(track), None) => {
-                track.missed += 1;
-                None
-            }
-            (None, _) => None,
-        };
-        if self
+        let read = self
             .track
-            .is_some_and(|track| track.missed >= PATIENCE_FRAMES)
-        {
-            self.track = None;
-        }
+            .as_mut()
+            .and_then(|track| track.read(frame, profile));
         profile.begins(Stage::Decode);
-        let ended = reading.as_ref().and_then(|(reading, decision)| {
+        let ended = read.and_then(|(reading, decision)| {
             if reading.is_mixed {
                 self.clock
                     .push_mixed(number, &decision.soft, &Mixture::INSEPARABLE)
@@ -172,20 +188,42 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             None => Event::Nothing,
         };
         profile.ends(Stage::Decode);
+        let mut is_following = false;
+        if let Some(track) = &mut self.track {
+            track.blinked.hear(&event);
+            let verdict = track.blinked.verdict(number, self.proof_frames);
+            is_following = verdict == Verdict::Panel;
+            if track.missed >= PATIENCE_FRAMES || verdict == Verdict::Other {
+                self.barred
+                    .add(&track.outline, verdict, number, self.proof_frames);
+                (self.track, is_following) = (None, false);
+            }
+        }
         IntegerOutcome {
-            is_following: self.track.is_some(),
-            reading: reading.map(|(reading, _)| reading),
+            is_following,
+            reading: read.map(|(reading, _)| reading),
+            search,
             event,
         }
     }
 
-    fn find(&mut self, frame: &Frame<'_>, profile: &mut impl Profile) -> Option<Track> {
-        let found = profile.timed(Stage::Search, || self.search.find(frame))?;
+    fn find(
+        &mut self,
+        number: u64,
+        frame: &Frame<'_>,
+        profile: &mut impl Profile,
+    ) -> Result<Option<Track>, BlinkSearchError> {
+        let others = self.barred.areas(number);
+        let found = profile.timed(Stage::Search, || self.search.find_beside(frame, others))?;
+        let Some(found) = found else {
+            return Ok(None);
+        };
         self.search.forget();
-        Some(Track {
+        Ok(Some(Track {
             outline: Outline::of(&found),
             usual: 0,
             missed: 0,
-        })
+            blinked: Blinked::new(number),
+        }))
     }
 }

@@ -1,16 +1,16 @@
 //! What runs on a receiver that stands alone.
 
-use core::fmt::Write;
-
 use super::desk::{Desk, Facts};
 use super::exposure::{self, BRACKET_FRAMES, Levels};
 use super::follow::{Follow, Sighting};
-use super::message::{CameraSettings, Counters, Fault, Message, State, Status};
+use super::message::{CameraSettings, Counters, Fault, Message, Status, Trouble};
+use super::numbering::Numbering;
 use super::picture::Picture;
-use super::{Board, Machine, Port};
+use super::say::{self, Said};
+use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::hm01b0::{Exposure, Mode};
+use crate::hm01b0::{CameraError, Exposure, Mode};
 use crate::profile::{Profile, Stage};
 use link::framing::MESSAGE_MAX;
 
@@ -22,6 +22,8 @@ const BYTES_AT_ONCE: usize = 512;
 const MESSAGE_SHOWN_US: u64 = 1_500_000;
 /// Frames between two changes of the exposure while a panel is followed: a change takes two frames to show.
 const SETTLING_FRAMES: u32 = 6;
+/// From one attempt to set a camera up whose frames come nevertheless to the next, µs.
+const SET_UP_AGAIN_US: u64 = 1_000_000;
 /// The exposure to begin with, in lines at gain 1.
 const FIRST_SENSITIVITY: u32 = 60;
 
@@ -58,14 +60,18 @@ pub enum ApplicationError {
 pub struct Application<F> {
     follower: F,
     settings: Settings,
-    state: State,
-    said: Option<State>,
+    is_following: bool,
+    trouble: Option<Trouble>,
+    said: Said,
+    /// Whether the camera has taken its settings.
+    is_set_up: bool,
+    set_up_us: u64,
     pub(super) exposure: Exposure,
     by_mean: Exposure,
     pub(super) levels: Levels,
     /// Frames since the exposure was changed, or the search began.
     steady_frames: u32,
-    last: Option<Last>,
+    numbering: Numbering,
     pub(super) corners: Option<Corners>,
     confidence: f32,
     counters: Counters,
@@ -77,13 +83,6 @@ pub struct Application<F> {
     message_corrected: u32,
     picture: Picture,
     pub(super) desk: Desk,
-}
-
-/// The frame before.
-#[derive(Clone, Copy)]
-struct Last {
-    number: u64,
-    ended_us: u64,
 }
 
 /// Tells the board that the program is alive while a frame is worked on.
@@ -118,13 +117,16 @@ impl<F: Follow> Application<F> {
         Ok(Self {
             follower,
             settings,
-            state: State::Searching,
-            said: None,
+            is_following: false,
+            trouble: None,
+            said: Said::default(),
+            is_set_up: false,
+            set_up_us: 0,
             exposure,
             by_mean: exposure,
             levels: Levels::default(),
             steady_frames: 0,
-            last: None,
+            numbering: Numbering::new(mode.period_us()),
             corners: None,
             confidence: 0.0,
             counters: Counters::default(),
@@ -139,9 +141,14 @@ impl<F: Follow> Application<F> {
         })
     }
 
-    /// What it is at.
-    pub fn state(&self) -> State {
-        self.state
+    /// Whether it follows a panel; otherwise it looks for one.
+    pub fn is_following(&self) -> bool {
+        self.is_following
+    }
+
+    /// What is wrong, if anything.
+    pub fn trouble(&self) -> Option<Trouble> {
+        self.trouble
     }
 
     /// How the camera exposes.
@@ -161,21 +168,42 @@ impl<F: Follow> Application<F> {
 
     /// Sets the camera up; says what is wrong if it cannot be.
     pub fn start(&mut self, board: &mut impl Board) {
-        add(&mut self.counters.starts, 1);
-        self.state = match board.start(self.exposure) {
-            Ok(()) => State::Searching,
-            Err(error) => State::Faulty(error.into()),
-        };
+        let started = self.set_up(board);
+        self.have(started.err().map(Fault::Camera), board.micros());
         self.serve(board);
     }
 
-    /// No frame has come for some time: says so, and sets the camera up anew.
+    /// No whole frame has come for some time: says so, and sets the camera up anew.
     pub fn no_frame(&mut self, board: &mut impl Board) {
-        let started = board.start(self.exposure);
-        add(&mut self.counters.starts, 1);
-        self.state = State::Faulty(started.map_or_else(Into::into, |()| Fault::NoFrames));
+        let lacking = match self.numbering.cut_since(board.cut_short()) {
+            0 => Fault::NoFrames,
+            _ => Fault::NoWholeFrames,
+        };
+        let fault = self.set_up(board).map_or_else(Fault::Camera, |()| lacking);
+        self.have(Some(fault), board.micros());
+        self.follow(false);
         self.corners = None;
         self.serve(board);
+    }
+
+    fn set_up(&mut self, board: &mut impl Board) -> Result<(), CameraError> {
+        add(&mut self.counters.starts, 1);
+        self.numbering.interrupt();
+        let started = board.start(self.exposure);
+        (self.is_set_up, self.set_up_us) = (started.is_ok(), board.micros());
+        started
+    }
+
+    /// Notes what is wrong from now on, if anything.
+    fn have(&mut self, fault: Option<Fault>, now_us: u64) {
+        if self.fault() != fault {
+            let since_ms = now_us / 1000;
+            self.trouble = fault.map(|fault| Trouble { fault, since_ms });
+        }
+    }
+
+    pub(super) fn fault(&self) -> Option<Fault> {
+        self.trouble.map(|trouble| trouble.fault)
     }
 
     /// Takes in a frame whose last line was read out at `ended_us`. Frames of another size than the camera's are not looked at.
@@ -185,7 +213,8 @@ impl<F: Follow> Application<F> {
         let began_us = board.micros();
         let (width, height) = (self.settings.mode.width(), self.settings.mode.height());
         if let Ok(frame) = Frame::new(pixels, width, height) {
-            let number = self.count(ended_us);
+            self.mend(board);
+            let number = self.count(ended_us, board.cut_short());
             self.look(number, &frame, board);
             self.expose(&frame, board);
             if !self.desk.keeps_picture(began_us) {
@@ -196,51 +225,45 @@ impl<F: Follow> Application<F> {
         self.frame_us = took_us.min(u32::MAX.into()) as u32;
         self.longest_us = self.longest_us.max(self.frame_us);
         self.serve(board);
+        self.numbering
+            .was_busy(board.micros().saturating_sub(began_us));
+    }
+
+    /// A whole frame is there: what was wrong with frames is so no more. A camera that could not be set up is tried again.
+    fn mend(&mut self, board: &mut impl Board) {
+        let now_us = board.micros();
+        if self.is_set_up {
+            if matches!(self.fault(), Some(Fault::NoFrames | Fault::NoWholeFrames)) {
+                self.have(None, now_us);
+            }
+        } else if now_us.saturating_sub(self.set_up_us) >= SET_UP_AGAIN_US {
+            let started = self.set_up(board);
+            self.have(started.err().map(Fault::Camera), board.micros());
+        }
     }
 
     /// The number of a frame, by when it ended: those that passed by are counted.
-    fn count(&mut self, ended_us: u64) -> u64 {
-        let period_us = u64::from(self.settings.mode.period_us());
-        let number = self.last.map_or(0, |last| {
-            let elapsed = ended_us.saturating_sub(last.ended_us);
-            let periods = ((elapsed + period_us / 2) / period_us).max(1);
-            add(
-                &mut self.counters.passed_by,
-                (periods - 1).min(u32::MAX.into()) as u32,
-            );
-            last.number.saturating_add(periods)
-        });
-        self.last = Some(Last { number, ended_us });
+    fn count(&mut self, ended_us: u64, cut_short: u32) -> u64 {
+        let (number, passed_by) = self.numbering.next(ended_us, cut_short);
+        add(&mut self.counters.passed_by, passed_by);
         add(&mut self.counters.frames, 1);
         number
     }
 
-    fn look(&mut self, number: u64, frame: &Frame<'_>, board: &mut impl Board) {
-        let seen = self.follower.frame(number, frame, &mut Pulse(board));
-        let was_following = self.state == State::Following;
-        self.state = if seen.is_following {
-            State::Following
-        } else {
-            State::Searching
-        };
-        match (was_following, seen.is_following) {
+    /// Notes whether a panel is followed.
+    fn follow(&mut self, is_following: bool) {
+        match (self.is_following, is_following) {
             (false, true) => add(&mut self.counters.found, 1),
             (true, false) => add(&mut self.counters.lost, 1),
-            _ => {}
+            _ => return,
         }
-        if was_following != seen.is_following {
-            (self.steady_frames, self.by_mean) = (0, self.exposure);
-        }
-        if let Some(Sighting {
-            corners,
-            confidence,
-        }) = seen.sighting
-        {
-            add(&mut self.counters.readings, 1);
-            (self.corners, self.confidence) = (Some(corners), confidence);
-        } else if !seen.is_following {
-            self.corners = None;
-        }
+        self.is_following = is_following;
+        (self.steady_frames, self.by_mean) = (0, self.exposure);
+    }
+
+    fn look(&mut self, number: u64, frame: &Frame<'_>, board: &mut impl Board) {
+        let seen = self.follower.frame(number, frame, &mut Pulse(board));
+        let (is_following, sighting) = (seen.is_following, seen.sighting);
         if let Some(delivery) = seen.message {
             self.message.clear();
             // A message is never longer than there is room for.
@@ -251,8 +274,19 @@ impl<F: Follow> Application<F> {
             add(&mut self.counters.messages, 1);
             add(&mut self.counters.corrected_bits, delivery.corrected_bits);
             if !self.desk.is_asked(self.message_us, QUIET_US) {
-                write_message(&self.message, board);
+                say::write_message(&self.message, board);
             }
+        }
+        self.follow(is_following);
+        if let Some(Sighting {
+            corners,
+            confidence,
+        }) = sighting
+        {
+            add(&mut self.counters.readings, 1);
+            (self.corners, self.confidence) = (Some(corners), confidence);
+        } else if !is_following {
+            self.corners = None;
         }
     }
 
@@ -272,10 +306,17 @@ impl<F: Follow> Application<F> {
             let is_due = self.steady_frames.is_multiple_of(BRACKET_FRAMES);
             is_due.then(|| exposure::for_search(&mut self.by_mean, now, self.levels, turn, mode))
         };
-        let Some(wanted) = wanted.filter(|wanted| *wanted != now) else {
+        // What was not written whole is written again.
+        let is_unsure = matches!(self.fault(), Some(Fault::Camera(_)));
+        let Some(wanted) = wanted.filter(|wanted| self.is_set_up && (is_unsure || *wanted != now))
+        else {
             return;
         };
-        match board.expose(wanted) {
+        let exposed = board.expose(wanted);
+        if exposed.is_err() || is_unsure {
+            self.have(exposed.err().map(Fault::Camera), board.micros());
+        }
+        match exposed {
             Ok(()) => {
                 self.exposure = wanted;
                 if self.corners.is_some() {
@@ -284,11 +325,13 @@ impl<F: Follow> Application<F> {
                     self.follower.expect_another_exposure();
                 }
             }
-            Err(error) => self.state = State::Faulty(error.into()),
+            // Not with each frame: a bus that hangs takes its time.
+            Err(_) if self.corners.is_some() => self.steady_frames = 0,
+            Err(_) => {}
         }
     }
 
-    /// Serves the port and the lamp, and tells the board that it is alive.
+    /// Serves the port and the lamp, and tells the board that it is alive. One request is answered at most; more wait for the next time.
     pub fn serve(&mut self, board: &mut impl Board) {
         board.alive();
         for _ in 0..BYTES_AT_ONCE {
@@ -299,12 +342,13 @@ impl<F: Follow> Application<F> {
                     self.set_symbol_rate(millihertz);
                 }
                 self.answer(&asked, now_us, board);
+                // One at a time: an answer may take longer than a frame, and those that ask without end would be all that is served.
+                break;
             }
         }
         let now_us = board.micros();
-        if self.said != Some(self.state) && !self.desk.is_asked(now_us, QUIET_US) {
-            write_state(self.state, board);
-            self.said = Some(self.state);
+        if !self.desk.is_asked(now_us, QUIET_US) {
+            self.said.update(self.is_following, self.fault(), board);
         }
         board.lamp(self.lamp(now_us));
     }
@@ -336,7 +380,8 @@ impl<F: Follow> Application<F> {
             firmware: B::FIRMWARE,
             status: Status {
                 uptime_ms: now_us / 1000,
-                state: self.state,
+                is_following: self.is_following,
+                trouble: self.trouble,
                 was_reset,
                 corners: self.corners.map(|corners| corners.points()),
                 confidence: self.confidence,
@@ -378,11 +423,10 @@ impl<F: Follow> Application<F> {
         let has_message =
             self.counters.messages > 0 && now_us.saturating_sub(self.message_us) < MESSAGE_SHOWN_US;
         let lit = |on_us: u64, period_us: u64| now_us % period_us < on_us;
-        match self.state {
-            State::Faulty(_) => lit(1_000_000, 2_000_000),
-            _ if has_message => lit(60_000, 120_000),
-            State::Following => true,
-            State::Searching => lit(80_000, 1_000_000),
+        match self.trouble {
+            Some(_) => lit(1_000_000, 2_000_000),
+            None if has_message => lit(60_000, 120_000),
+            None => self.is_following || lit(80_000, 1_000_000),
         }
     }
 }
@@ -399,41 +443,4 @@ const fn most_millihertz(mode: Mode) -> u32 {
 fn symbols_per_frame(millihertz: u32, mode: Mode) -> Option<f32> {
     let in_range = (1..=most_millihertz(mode)).contains(&millihertz);
     in_range.then(|| (millihertz as f32 * mode.period_us() as f32 * 1e-9).min(1.0))
-}
-
-/// What has no zeros in it, which answers begin and end with.
-struct Text<'a, P>(&'a mut P);
-
-impl<P: Port> Write for Text<'_, P> {
-    fn write_str(&mut self, text: &str) -> core::fmt::Result {
-        self.0.write(text.as_bytes());
-        Ok(())
-    }
-}
-
-pub(super) fn write_message(message: &[u8], port: &mut impl Port) {
-    let mut text = Text(port);
-    let _ = text.write_str("message: ");
-    for chunk in message.utf8_chunks() {
-        for character in chunk.valid().chars() {
-            let _ = if character.is_control() {
-                write!(text, "{}", character.escape_default())
-            } else {
-                text.write_char(character)
-            };
-        }
-        for byte in chunk.invalid() {
-            let _ = write!(text, "\\x{byte:02x}");
-        }
-    }
-    let _ = text.write_str("\r\n");
-}
-
-fn write_state(state: State, port: &mut impl Port) {
-    let mut text = Text(port);
-    let _ = match state {
-        State::Searching => text.write_str("state: searching\r\n"),
-        State::Following => text.write_str("state: following\r\n"),
-        State::Faulty(fault) => write!(text, "fault: {fault}\r\n"),
-    };
 }

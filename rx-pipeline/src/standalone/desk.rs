@@ -9,8 +9,8 @@ use link::serial::{BodyError, FrameReader, Hello, Kind, VERSION, encode, wire_le
 
 /// Bytes that an answer may take on the wire.
 const WIRE_MAX: usize = wire_length(ANSWER_MAX);
-/// How long a picture is kept after a part of it was asked for, µs.
-const KEPT_US: u64 = 3_000_000;
+/// How long a picture is kept after a part of it was last asked for, µs: longer than from one part to the next.
+const KEPT_US: u64 = 500_000;
 
 /// What is answered from.
 pub struct Facts<'a> {

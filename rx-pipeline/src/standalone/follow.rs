@@ -63,10 +63,13 @@ where
             receiver, search, ..
         } = &mut **self;
         if receiver.corners().is_none() {
-            let found = profile.timed(Stage::Search, || search.find(frame));
+            // The camera's frames are of a size that can be searched.
+            let found = profile.timed(Stage::Search, || search.find(frame)).ok();
             // A panel that does not fit into the memory is not one that can be read.
             let size = (frame.width(), frame.height());
-            let placed = found.is_some_and(|corners| receiver.place(corners, [0, 0], size).is_ok());
+            let placed = found
+                .flatten()
+                .is_some_and(|corners| receiver.place(corners, [0, 0], size).is_ok());
             if placed {
                 search.forget();
             }

@@ -6,7 +6,7 @@ use link::serial::{FRAME_OVERHEAD, Hello};
 use serde::{Deserialize, Serialize};
 
 /// The number of this set of messages, in [`Hello::schema`]; another number, other messages.
-pub const SCHEMA: u32 = 0x7ece_0001;
+pub const SCHEMA: u32 = 0x7ece_0002;
 /// What the name of each receiver's board begins with.
 pub const BOARD_PREFIX: &str = "receiver-";
 /// Bytes of a picture in one answer, at most.
@@ -27,7 +27,7 @@ pub enum Request {
     Message,
     /// Answered by [`Answer::Camera`].
     Camera,
-    /// A part of a picture; offset 0 takes a new one, which is kept until three seconds after its last part was asked for. Answered by
+    /// A part of the newest frame's picture, which is kept until half a second after a part of it was last asked for. Answered by
     /// [`Answer::Picture`].
     Picture {
         /// The first byte wanted.
@@ -91,64 +91,29 @@ pub enum Refusal {
     },
 }
 
-/// What a receiver is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum State {
-    /// It looks for a panel.
-    Searching,
-    /// It follows a panel.
-    Following,
-    /// No frames come.
-    Faulty(Fault),
-}
-
-/// Why no frames come.
+/// What keeps a receiver from seeing as it should.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Fault {
-    /// Nobody answers on the bus.
-    #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
-    NoCamera,
-    /// The chip is none that is known.
-    #[error(
-        "the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0"
-    )]
-    WrongCamera {
-        /// What it says it is.
-        id: u16,
-    },
-    /// The camera does not take its settings.
-    #[error(
-        "register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
-    )]
-    Register {
-        /// Its address.
-        register: u16,
-        /// What was written.
-        written: u8,
-        /// What it holds.
-        holds: u8,
-    },
+    /// The camera does not do what it is told.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// The camera is set up and sends nothing.
     #[error("the camera sends no frames: look at PCLK, HREF, VSYNC and the camera's clock")]
     NoFrames,
+    /// The camera's frames lack lines, all of them for a second.
+    #[error(
+        "the camera's frames are cut short, none was whole for a second: look at PCLK, HREF and VSYNC, and keep their wires short"
+    )]
+    NoWholeFrames,
 }
 
-impl From<CameraError> for Fault {
-    fn from(error: CameraError) -> Self {
-        match error {
-            CameraError::Silent => Self::NoCamera,
-            CameraError::WrongId { id } => Self::WrongCamera { id },
-            CameraError::Register {
-                register,
-                written,
-                holds,
-            } => Self::Register {
-                register,
-                written,
-                holds,
-            },
-        }
-    }
+/// A fault that has not gone yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trouble {
+    /// What is wrong.
+    pub fault: Fault,
+    /// Since when, milliseconds after the receiver's start.
+    pub since_ms: u64,
 }
 
 /// The state of a receiver.
@@ -156,8 +121,10 @@ impl From<CameraError> for Fault {
 pub struct Status {
     /// Milliseconds since it started.
     pub uptime_ms: u64,
-    /// What it is at.
-    pub state: State,
+    /// Whether it follows a panel; otherwise it looks for one.
+    pub is_following: bool,
+    /// What is wrong, if anything. A panel may be followed nevertheless.
+    pub trouble: Option<Trouble>,
     /// Whether the watchdog or a panic restarted it.
     pub was_reset: bool,
     /// Where the panel was last seen: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
@@ -181,7 +148,7 @@ pub struct Status {
 pub struct Counters {
     /// Frames taken in.
     pub frames: u32,
-    /// Frames of the camera that were not taken in, as the ones before took too long.
+    /// Whole frames of the camera that were not taken in, as the ones before took too long.
     pub passed_by: u32,
     /// Frames that ended too early.
     pub cut_short: u32,

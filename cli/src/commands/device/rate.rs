@@ -1,10 +1,11 @@
-//! `vocc device rate`: how many symbols a second a transmitter shows.
+//! `vocc device rate`: how many symbols a second a transmitter shows, or a receiver expects.
 
 use anyhow::Context;
 use link::serial::{Answer as Told, Refusal, Request};
 use link::symbol_rate::SymbolRate;
 use serde_json::json;
 
+use super::receiver;
 use crate::device::DeviceError;
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Answer, line};
@@ -12,7 +13,8 @@ use crate::output::{self, Answer, line};
 /// The rate that is wanted, if any.
 #[derive(clap::Args)]
 pub struct Wanted {
-    /// Symbols a second to show from now on, 9 to 300, stored for good; without it, the rate in use is told.
+    /// Symbols a second from now on; without it, the rate in use is told. A transmitter takes 9 to 300, and stores them for good; a receiver
+    /// takes up to as many as its camera takes frames, and forgets them when it is switched off.
     #[arg(value_name = "N", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// The rate for a camera of so many frames a second.
@@ -29,7 +31,7 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    fn rate(&self) -> anyhow::Result<Option<SymbolRate>> {
+    fn hz(&self) -> anyhow::Result<Option<f64>> {
         if let Some(frames_hz) = self.camera_fps {
             let rate = SymbolRate::for_camera(frames_hz, self.exposure).with_context(|| {
                 let exposure_s = self.exposure;
@@ -37,29 +39,40 @@ impl Wanted {
                     "a camera of {frames_hz} frames a second that exposes for {exposure_s} s cannot follow a transmitter"
                 )
             })?;
-            return Ok(Some(rate));
+            return Ok(Some(f64::from(rate.millihertz()) / 1e3));
         }
-        Ok(self.rate.map(SymbolRate::from_hz).transpose()?)
+        Ok(self.rate)
     }
 }
 
 /// Tells the rate, after changing it if another one is wanted.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Answer> {
-    let wanted = wanted.rate()?;
-    let mut client = port.greet()?;
-    let request = wanted.map_or(Request::ReadSymbolRate, |rate| Request::WriteSymbolRate {
-        millihertz: rate.millihertz(),
-    });
-    let shown = ask(&mut client, &request).with_context(|| {
-        let firmware = &client.identity().firmware;
-        format!("{} (firmware {firmware})", port.name())
-    })?;
+    let wanted = wanted.hz()?;
+    let mut client = port.greet_any()?;
+    let shown = if client.identity().is_receiver() {
+        receiver::rate(&mut client, port, wanted)?
+    } else {
+        drop(client);
+        of_transmitter(port, wanted)?
+    };
     if shared.json {
         output::json(&json!({ "port": port.name(), "symbol_rate_hz": shown }))?;
     } else {
         line(&format!("{}: {shown} symbols a second", port.name()))?;
     }
     Ok(Answer::Yes)
+}
+
+fn of_transmitter(port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
+    let wanted = wanted.map(SymbolRate::from_hz).transpose()?;
+    let mut client = port.greet()?;
+    let request = wanted.map_or(Request::ReadSymbolRate, |rate| Request::WriteSymbolRate {
+        millihertz: rate.millihertz(),
+    });
+    ask(&mut client, &request).with_context(|| {
+        let firmware = &client.identity().firmware;
+        format!("{} (firmware {firmware})", port.name())
+    })
 }
 
 /// The rate that a transmitter shows; none where its firmware is too old to say.

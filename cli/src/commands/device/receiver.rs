@@ -2,18 +2,21 @@
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use link::serial::{BodyError, Frame, Kind};
-use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, State, Status};
+use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, Status};
 use serde_json::{Value, json};
 
 use crate::device::{Client, DeviceError};
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Answer, line};
 use crate::pictures::write_png;
-use crate::stop::stop;
+
+mod watch;
+
+pub use watch::watch;
 
 /// Arguments of `vocc device snapshot`.
 #[derive(clap::Args)]
@@ -73,47 +76,31 @@ pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::
     Ok(Answer::Yes)
 }
 
-/// Prints a line about the receiver at each interval, and each message once.
-pub fn watch(
-    client: &mut Connection,
-    port: &Port,
-    interval: Duration,
-    count: Option<u64>,
-    shared: &Shared,
-) -> anyhow::Result<Answer> {
-    const NAP: Duration = Duration::from_millis(50);
+/// The symbols a second that the receiver expects, after telling it others if `wanted`.
+pub fn rate(client: &mut Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
     check(client, port)?;
-    let (stop, name) = (stop(), port.name());
-    let (mut told, mut last) = (0, None);
-    while !stop.is_asked() && count.is_none_or(|count| told < count) {
-        let asked = Instant::now();
-        let status = asked_status(client, &name)?;
-        let is_new = last.replace(status.counters.messages) != Some(status.counters.messages);
-        let message = if is_new && status.counters.messages > 0 {
-            Some(asked_message(client, &name)?)
-        } else {
-            None
+    set_rate(client, &port.name(), wanted)
+}
+
+fn set_rate<P: Read + Write>(
+    client: &mut Client<P>,
+    port: &str,
+    wanted: Option<f64>,
+) -> anyhow::Result<f64> {
+    if let Some(hz) = wanted {
+        let millihertz = (hz * 1e3).round();
+        ensure!(
+            (1.0..=f64::from(u32::MAX)).contains(&millihertz),
+            "{hz} symbols a second cannot be read: give 0.001 or more, at most as many as the receiver's camera takes frames"
+        );
+        let request = Request::SetSymbolRate {
+            millihertz: millihertz as u32,
         };
-        if shared.json {
-            let mut values = as_json(&status);
-            values["message"] = message.as_ref().map_or(Value::Null, message_as_json);
-            output::json(&values)?;
-        } else {
-            line(&short(&status))?;
-            if let Some(message) = message {
-                line(&format!(
-                    "message {}: {}",
-                    message.count,
-                    text(&message.bytes)
-                ))?;
-            }
-        }
-        told += 1;
-        while !stop.is_asked() && count != Some(told) && asked.elapsed() < interval {
-            std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
-        }
+        ask(client, port, &request, |answer| {
+            (answer == Told::Done).then_some(())
+        })?;
     }
-    Ok(Answer::Yes)
+    Ok(f64::from(asked_status(client, port)?.symbol_millihertz) / 1e3)
 }
 
 /// Writes what the camera sees.
@@ -255,11 +242,11 @@ fn ask<P: Read + Write, R>(
         .with_context(|| port.to_owned())
 }
 
-fn state(state: State) -> String {
-    match state {
-        State::Searching => "searching".into(),
-        State::Following => "following".into(),
-        State::Faulty(fault) => fault.to_string(),
+fn state(status: &Status) -> &'static str {
+    if status.is_following {
+        "following"
+    } else {
+        "searching"
     }
 }
 
@@ -274,9 +261,9 @@ fn text(bytes: &[u8]) -> String {
 fn short(status: &Status) -> String {
     let counters = &status.counters;
     format!(
-        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame",
+        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame{}",
         status.uptime_ms as f64 / 1e3,
-        state(status.state),
+        state(status),
         status.confidence,
         counters.frames,
         counters.readings,
@@ -284,6 +271,10 @@ fn short(status: &Status) -> String {
         counters.cut_short,
         counters.messages,
         f64::from(status.frame_us) / 1e3,
+        status
+            .trouble
+            .map(|trouble| format!("  fault: {}", trouble.fault))
+            .unwrap_or_default(),
     )
 }
 
@@ -291,7 +282,9 @@ fn as_json(status: &Status) -> Value {
     let counters = &status.counters;
     json!({
         "uptime_s": status.uptime_ms as f64 / 1e3,
-        "state": state(status.state),
+        "state": state(status),
+        "fault": status.trouble.map(|trouble| trouble.fault.to_string()),
+        "fault_since_s": status.trouble.map(|trouble| trouble.since_ms as f64 / 1e3),
         "was_reset": status.was_reset,
         "corners_px": status.corners,
         "confidence": status.confidence,

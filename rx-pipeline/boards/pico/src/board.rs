@@ -1,12 +1,15 @@
 //! What the application runs on: camera, clock, port, and the rest.
 
+use core::task::Poll;
+
+use embassy_futures::poll_once;
 use embassy_rp::{
     gpio::Output,
     uart::{BufferedUartRx, BufferedUartTx},
     watchdog::Watchdog,
 };
-use embassy_time::{Duration, Instant};
-use embedded_io_async::ReadReady;
+use embassy_time::{Delay, Duration, Instant};
+use embedded_io_async::Read;
 use rx_pipeline::{
     hm01b0::{CameraError, Exposure, Hm01b0},
     standalone::{Camera, Clock, Machine, Port},
@@ -19,7 +22,7 @@ pub const WATCHDOG: Duration = Duration::from_secs(8);
 
 /// The board.
 pub struct Pico {
-    pub camera: Hm01b0<Bus>,
+    pub camera: Hm01b0<Bus, Delay>,
     pub receive: BufferedUartRx,
     pub transmit: BufferedUartTx,
     pub lamp: Output<'static>,
@@ -45,9 +48,12 @@ impl Clock for Pico {
 impl Port for Pico {
     fn read(&mut self) -> Option<u8> {
         let mut byte = [0];
-        let is_there = self.receive.read_ready().unwrap_or(false);
-        // A line error spoils a frame, whose checksum tells.
-        (is_there && self.receive.blocking_read(&mut byte) == Ok(1)).then_some(byte[0])
+        // After a line error the driver takes no more bytes until a read has told of it, and that it does only where there is nothing else
+        // to tell: so it is read even when nothing is there. What the error spoilt is a frame, whose checksum tells.
+        match poll_once(self.receive.read(&mut byte)) {
+            Poll::Ready(Ok(1)) => Some(byte[0]),
+            _ => None,
+        }
     }
 
     fn write(&mut self, bytes: &[u8]) {

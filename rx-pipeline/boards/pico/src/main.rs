@@ -27,11 +27,12 @@ use embassy_rp::{
     gpio::{Level, Output},
     i2c, interrupt,
     interrupt::{InterruptExt, Priority},
+    pac,
     peripherals::{I2C0, UART0},
     uart,
     watchdog::Watchdog,
 };
-use embassy_time::{Duration, Instant, with_timeout};
+use embassy_time::{Delay, Duration, Instant, with_timeout};
 use rx_pipeline::{
     hm01b0::Hm01b0,
     standalone::{Application, Port, Settings},
@@ -51,7 +52,7 @@ const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") {
 } else {
     20_400
 };
-/// A camera that sends no frame for so long is set up anew.
+/// A camera that sends no whole frame for so long is set up anew.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// The port and the lamp are looked after so often where no frames come.
 const NAP: Duration = Duration::from_millis(40);
@@ -78,7 +79,7 @@ async fn capture_frames(mut capture: Capture) {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let pico = embassy_rp::init(Default::default());
+    let mut pico = embassy_rp::init(Default::default());
     let mut watchdog = Watchdog::new(pico.WATCHDOG);
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
@@ -94,12 +95,15 @@ async fn main(_spawner: Spawner) {
         RECEIVE.take(),
         uart::Config::default(),
     );
+    // Without an adapter the line stays high: no break.
+    pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     let (transmit, receive) = uart.split();
+    bus::free(pico.PIN_5.reborrow(), pico.PIN_4.reborrow());
     let mut bus = i2c::Config::default();
     bus.frequency = 400_000;
     let bus = i2c::I2c::new_async(pico.I2C0, pico.PIN_5, pico.PIN_4, Irqs, bus);
     let mut board = Pico {
-        camera: Hm01b0::new(Bus::new(bus), MODE),
+        camera: Hm01b0::new(Bus::new(bus), Delay, MODE),
         receive,
         transmit,
         lamp: Output::new(pico.PIN_25, Level::Low),

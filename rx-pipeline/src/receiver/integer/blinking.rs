@@ -9,6 +9,7 @@
 
 use core::borrow::BorrowMut;
 
+use super::blinked::Area;
 use super::following::Outline;
 use super::samples::{GREY, Samples};
 use crate::corners::Corners;
@@ -33,8 +34,33 @@ const LEAST_LEDS: usize = 60;
 const LEAST_PITCH_PX: f32 = 1.8;
 /// Rounds in which the corners are moved onto the LEDs.
 const ROUNDS: usize = 6;
+/// Pixels of the longest side of a frame that can be searched: sums over all pixels are within 32 bits.
+const LONGEST_SIDE: usize = 2048;
 /// All LEDs.
 const ALL: u64 = u64::MAX;
+
+/// Why a frame cannot be searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BlinkSearchError {
+    /// It is too large.
+    #[error(
+        "a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out"
+    )]
+    Size {
+        /// Its columns.
+        width: usize,
+        /// Its rows.
+        height: usize,
+    },
+    /// The search has been given too little memory.
+    #[error("{has} bytes for a search that needs {needed}: give it `BlinkSearch::bytes`")]
+    Room {
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes there are.
+        has: usize,
+    },
+}
 
 /// Looks for a panel by its blinking. `B` lends [`BlinkSearch::bytes`] bytes.
 pub struct BlinkSearch<B> {
@@ -47,7 +73,7 @@ pub struct BlinkSearch<B> {
 }
 
 impl BlinkSearch<[u8; 0]> {
-    /// What a search in frames of that size needs: two bytes a pixel.
+    /// What a search in frames of that size, up to 2048 pixels a side, needs: two bytes a pixel.
     pub const fn bytes(width: usize, height: usize) -> usize {
         2 * width * height
     }
@@ -74,12 +100,32 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
         (self.frames, self.settling) = (0, SETTLING_FRAMES);
     }
 
-    /// Takes in a frame; the panel, if it has blinked enough. Frames for which there is too little room bring nothing.
-    pub fn find(&mut self, frame: &Frame<'_>) -> Option<Corners> {
+    /// Takes in a frame; the panel, if it has blinked enough.
+    ///
+    /// # Errors
+    /// [`BlinkSearchError`] for a frame that is too large for this search, or for its memory. It is not looked at.
+    pub fn find(&mut self, frame: &Frame<'_>) -> Result<Option<Corners>, BlinkSearchError> {
+        self.find_beside(frame, [])
+    }
+
+    /// The same, where some parts of the frame are passed over.
+    pub(super) fn find_beside(
+        &mut self,
+        frame: &Frame<'_>,
+        others: impl IntoIterator<Item = Area>,
+    ) -> Result<Option<Corners>, BlinkSearchError> {
         let size = [frame.width(), frame.height()];
-        let area = size[0] * size[1];
-        let (earlier, change) = self.room.borrow_mut().split_at_mut_checked(area)?;
-        let change = change.get_mut(..area)?;
+        let [width, height] = size;
+        if width.max(height) > LONGEST_SIDE {
+            return Err(BlinkSearchError::Size { width, height });
+        }
+        let area = width * height;
+        let has = self.room.borrow().len();
+        let needed = 2 * area;
+        let Some(room) = self.room.borrow_mut().get_mut(..needed) else {
+            return Err(BlinkSearchError::Room { needed, has });
+        };
+        let (earlier, change) = room.split_at_mut(area);
         if self.size != size {
             (self.size, self.frames, self.settling) = (size, 0, 1);
         }
@@ -90,20 +136,28 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
             for (to, from) in earlier.chunks_exact_mut(size[0]).zip(frame.rows()) {
                 to.copy_from_slice(from);
             }
-            return None;
+            return Ok(None);
         }
-        let sum = keep_change(frame, earlier, change);
+        let mut sum = keep_change(frame, earlier, change);
+        for area in others {
+            sum -= wipe(change, width, area);
+        }
         self.frames += 1;
         if self.frames < LEAST_FRAMES {
-            return None;
+            return Ok(None);
         }
-        let most = change.iter().copied().max().unwrap_or(0);
-        let noise = OVER_NOISE * sum / area.max(1) as u32;
-        let enough = LEAST_CHANGE.max(noise.min(255) as u8).max(most / 3);
-        let change = Frame::new(change, size[0], size[1]).ok()?;
-        let outline = corner_leds(&change, enough)?;
-        settled(&change, outline, i32::from(enough) * GREY)
+        Ok(found(change, size, sum))
     }
+}
+
+/// The panel in a picture of what has changed, whose pixels add up to `sum`.
+fn found(change: &[u8], size: [usize; 2], sum: u32) -> Option<Corners> {
+    let most = change.iter().copied().max().unwrap_or(0);
+    let noise = OVER_NOISE * sum / change.len().max(1) as u32;
+    let enough = LEAST_CHANGE.max(noise.min(255) as u8).max(most / 3);
+    let change = Frame::new(change, size[0], size[1]).ok()?;
+    let outline = corner_leds(&change, enough)?;
+    settled(&change, outline, i32::from(enough) * GREY)
 }
 
 /// Keeps the greatest changes; the sum of all that are kept.
@@ -122,11 +176,19 @@ fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 
     sum
 }
 
+/// Wipes a part of a picture; what its pixels add up to.
+fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
+    let [[left, right], [top, bottom]] = area;
+    let rows = change.chunks_exact_mut(width).take(bottom).skip(top);
+    let pixels = rows.flat_map(|row| row.iter_mut().take(right).skip(left));
+    pixels.map(|pixel| u32::from(core::mem::take(pixel))).sum()
+}
+
 /// The ends of the largest group of changed pixels along the diagonals.
 fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
-    let tile = change.width().max(change.height()).div_ceil(TILES);
-    let group = largest_group(change, enough, tile);
-    let is_in_group = |x: usize, y: usize| group.0[y / tile] >> (x / tile) & 1 == 1;
+    let tiles = Tiles::of(change);
+    let group = largest_group(change, enough, tiles);
+    let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
     // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
     let mut ends = [(i32::MAX, [0usize; 2]); 4];
     for y in 1..change.height() - 1 {
@@ -156,6 +218,32 @@ fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {
             .and_then(|row| row.get(x - 1..=x + 1))
             .is_some_and(|near| near.iter().all(|&other| other <= here))
     })
+}
+
+/// Which tile a column or a row is in. A processor without a divider takes some 40 cycles for a division, and this is asked for each
+/// pixel: so it is a product, which is the same for all places below [`LONGEST_SIDE`].
+#[derive(Clone, Copy)]
+struct Tiles {
+    /// One over the pixels along a tile, in 1/2¹⁸, rounded up.
+    inverse: u32,
+}
+
+impl Tiles {
+    const SHIFT: u32 = 18;
+
+    fn of(frame: &Frame<'_>) -> Self {
+        Self::of_pixels(frame.width().max(frame.height()).div_ceil(TILES))
+    }
+
+    fn of_pixels(tile: usize) -> Self {
+        Self {
+            inverse: (1u32 << Self::SHIFT).div_ceil(tile.max(1) as u32),
+        }
+    }
+
+    fn of_place(self, place: usize) -> usize {
+        ((place as u32).wrapping_mul(self.inverse) >> Self::SHIFT) as usize
+    }
 }
 
 /// A set of tiles.
@@ -204,11 +292,12 @@ impl Group {
 }
 
 /// The tiles of the group that has the most changed pixels.
-fn largest_group(change: &Frame<'_>, enough: u8, tile: usize) -> Group {
+fn largest_group(change: &Frame<'_>, enough: u8, tiles: Tiles) -> Group {
     let mut counts = [[0u16; TILES]; TILES];
     for (y, row) in change.rows().enumerate() {
+        let counts = &mut counts[tiles.of_place(y)];
         for (x, &here) in row.iter().enumerate() {
-            counts[y / tile][x / tile] += u16::from(here >= enough);
+            counts[tiles.of_place(x)] += u16::from(here >= enough);
         }
     }
     let mut left = Group::NONE;
@@ -271,4 +360,20 @@ fn ends_there(change: &Frame<'_>, outline: &Outline, mean: i32) -> bool {
         .filter_map(|point| super::samples::light(change, point))
         .fold((0, 0), |(sum, count), light| (sum + light, count + 1));
     2 * sum < mean * count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For each size of a tile that a frame can have, and each place in it.
+    #[test]
+    fn places_are_in_the_tiles_that_a_division_gives() {
+        for tile in 1..=LONGEST_SIDE.div_ceil(TILES) {
+            let tiles = Tiles::of_pixels(tile);
+            for place in 0..LONGEST_SIDE {
+                assert_eq!(tiles.of_place(place), place / tile, "{place} {tile}");
+            }
+        }
+    }
 }

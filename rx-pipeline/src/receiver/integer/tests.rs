@@ -10,6 +10,8 @@ use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
+mod others;
+
 const SIDE_PX: usize = 80;
 
 /// Spots of a linear camera at `corners`.
@@ -178,5 +180,64 @@ fn confidence_is_that_of_the_soft_values() {
             (f64::from(decision.confidence()) - expected).abs() < 2e-5,
             "{soft}"
         );
+    }
+}
+
+/// A frame that is too large, or has too little room, is refused with a reason, and the next one is searched all the same.
+#[test]
+fn frames_that_cannot_be_searched_are_refused() {
+    let mut search = BlinkSearch::new(std::vec![0; 2 * 4096 + 1]);
+    let pixels = std::vec![0; 4096];
+    for (width, height, refused) in [
+        (2048, 2, None),
+        (2, 2048, None),
+        (
+            2049,
+            1,
+            Some(BlinkSearchError::Size {
+                width: 2049,
+                height: 1,
+            }),
+        ),
+        (
+            1,
+            4096,
+            Some(BlinkSearchError::Size {
+                width: 1,
+                height: 4096,
+            }),
+        ),
+        (1, 1, None),
+    ] {
+        let frame = Frame::new(&pixels, width, height).unwrap();
+        for _ in 0..40 {
+            assert_eq!(search.find(&frame).err(), refused);
+        }
+    }
+    let pixels = std::vec![0; 4097];
+    let frame = Frame::new(&pixels, 241, 17).unwrap();
+    let refused = BlinkSearchError::Room {
+        needed: 8194,
+        has: 8193,
+    };
+    assert_eq!(search.find(&frame), Err(refused));
+    let mut receiver = IntegerReceiver::new(1.0, [0; 7]).unwrap();
+    assert_eq!(
+        receiver.frame(0, &frame, &mut ()).search,
+        Err(BlinkSearchError::Room {
+            needed: 8194,
+            has: 7
+        })
+    );
+}
+
+/// The largest frame, all of whose pixels change by as much as can be: no sum overflows.
+#[test]
+fn the_largest_frames_are_searched() {
+    let mut search = BlinkSearch::new(std::vec![0; BlinkSearch::bytes(2048, 2048)]);
+    for grey in [0, 255, 0, 255, 0, 255, 0] {
+        let pixels = std::vec![grey; 2048 * 2048];
+        let frame = Frame::new(&pixels, 2048, 2048).unwrap();
+        assert_eq!(search.find(&frame), Ok(None));
     }
 }

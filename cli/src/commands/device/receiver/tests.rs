@@ -3,9 +3,13 @@
 use super::*;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{Application, Camera, Clock, Machine, Port as Wire, Settings};
+use rx_pipeline::standalone::{
+    Application, Camera, Clock, Fault, Machine, Port as Wire, Settings, Trouble,
+};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
+
+mod watch;
 
 #[derive(Default)]
 struct Board {
@@ -128,11 +132,28 @@ fn status_and_message_are_told() {
     let mut client = client();
     let status = asked_status(&mut client, "p").unwrap();
     assert_eq!(
-        (status.state, status.stack_bytes, status.was_reset),
-        (State::Searching, 77, true)
+        (status.is_following, status.stack_bytes, status.was_reset),
+        (false, 77, true)
     );
     assert_eq!(as_json(&status)["symbol_rate_hz"], 9.0);
     assert!(short(&status).contains("searching"));
+    assert_eq!(as_json(&status)["state"], "searching");
+    assert_eq!(as_json(&status)["fault"], Value::Null);
+    let ill = Status {
+        is_following: true,
+        trouble: Some(Trouble {
+            fault: Fault::NoWholeFrames,
+            since_ms: 1500,
+        }),
+        ..status
+    };
+    assert!(short(&ill).contains("following") && short(&ill).contains("fault: the camera's"));
+    let values = as_json(&ill);
+    assert_eq!(
+        (&values["state"], &values["fault_since_s"]),
+        (&json!("following"), &json!(1.5))
+    );
+    assert!(values["fault"].as_str().unwrap().contains("cut short"));
     let message = asked_message(&mut client, "p").unwrap();
     assert_eq!(message_as_json(&message), Value::Null);
 }
@@ -170,4 +191,21 @@ fn refusals_are_told() {
 fn text_is_shown_as_it_is_and_other_bytes_are_escaped() {
     assert_eq!(text("Glätte".as_bytes()), "Glätte");
     assert_eq!(text(b"a\nb\xff"), "a\\nb\\xff");
+}
+
+/// A receiver tells its rate and takes another one; one that its camera is too slow for is refused, and so is what is no rate.
+#[test]
+fn a_rate_is_told_set_and_refused() {
+    let mut client = client();
+    let mut rate =
+        |wanted| set_rate(&mut client, "p", wanted).map_err(|error| format!("{error:#}"));
+    assert_eq!(rate(None), Ok(9.0));
+    assert_eq!(rate(Some(7.5)), Ok(7.5));
+    assert_eq!(rate(None), Ok(7.5));
+    assert!(rate(Some(13.3)).unwrap_err().contains("at most 13231"));
+    for wrong in [0.0, -1.0, 0.0004, f64::NAN, f64::INFINITY, 1e7] {
+        let refused = rate(Some(wrong)).unwrap_err();
+        assert!(refused.contains("give 0.001 or more"), "{refused}");
+    }
+    assert_eq!(rate(None), Ok(7.5));
 }

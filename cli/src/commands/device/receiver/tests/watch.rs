@@ -1,0 +1,171 @@
+//! Each message is told once, before a receiver that is made up: what it has changes from one status to the next.
+
+use super::super::watch::News;
+use super::*;
+use link::serial::{FrameReader, Hello, encode, wire_length};
+use rx_pipeline::standalone::{ANSWER_MAX, Counters, Message as Kept, PART_MAX, REQUEST_MAX};
+
+/// How long it has run, s, and the messages that it has had since.
+type Moment = (u64, &'static [&'static str]);
+
+struct Scripted {
+    moments: VecDeque<Moment>,
+    now: Moment,
+    /// What comes between a status and the message that is asked for next.
+    between: Option<Moment>,
+    reader: FrameReader<REQUEST_MAX>,
+    output: VecDeque<u8>,
+}
+
+impl Scripted {
+    fn answer(&mut self, sequence: u32, request: Request) {
+        if request == Request::Status {
+            self.now = self.moments.pop_front().unwrap_or(self.now);
+        } else if let Some(between) = self.between.take_if(|_| request == Request::Message) {
+            self.now = between;
+        }
+        let (uptime_s, messages) = self.now;
+        let count = messages.len() as u32;
+        let answer = match request {
+            Request::Hello => Told::Hello(Hello {
+                schema: SCHEMA,
+                firmware: "1",
+                board: "receiver-script",
+                chunk_max: PART_MAX as u16,
+                message_max: 0,
+            }),
+            Request::Status => Told::Status(Status {
+                uptime_ms: 1000 * uptime_s,
+                is_following: true,
+                trouble: None,
+                was_reset: false,
+                corners: None,
+                confidence: 1.0,
+                symbol_millihertz: 9_000,
+                frame_us: 0,
+                longest_us: 0,
+                stack_bytes: 0,
+                counters: Counters {
+                    messages: count,
+                    ..Counters::default()
+                },
+            }),
+            Request::Message => Told::Message(Kept {
+                count,
+                bytes: messages.last().map_or(&[], |text| text.as_bytes()),
+                age_ms: 0,
+                frames: 0,
+                corrected_bits: 0,
+            }),
+            other => panic!("{other:?}"),
+        };
+        let mut wire = [0; wire_length(ANSWER_MAX)];
+        self.output
+            .extend(encode(Kind::Answer, sequence, &answer, &mut wire).unwrap());
+    }
+}
+
+impl Write for Scripted {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        for &byte in bytes {
+            let asked = self.reader.push(byte).and_then(|frame| {
+                let frame = frame.unwrap();
+                let request = frame.message(Kind::Request).ok()?;
+                Some((frame.sequence(), request))
+            });
+            if let Some((sequence, request)) = asked {
+                self.answer(sequence, request);
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Scripted {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        if self.output.is_empty() {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        self.output.read(bytes)
+    }
+}
+
+/// What is told at each moment: a message's text, and how many before it were missed.
+fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)>> {
+    let port = Scripted {
+        moments: moments.iter().copied().collect(),
+        now: (0, &[]),
+        between,
+        reader: FrameReader::new(),
+        output: VecDeque::new(),
+    };
+    let mut client = Client::greet_any(port, Duration::from_secs(1), 5).unwrap();
+    let mut status = asked_status(&mut client, "p").unwrap();
+    let mut news = News::since(&status);
+    let mut told = Vec::new();
+    for moment in 0..moments.len() {
+        if moment > 0 {
+            status = asked_status(&mut client, "p").unwrap();
+        }
+        let item = news.fetch(&mut client, "p", &status).unwrap();
+        told.push(item.map(|item| (text(&item.message.bytes), item.missed)));
+    }
+    told
+}
+
+fn new(text: &str, missed: u32) -> Option<(String, u32)> {
+    Some((text.into(), missed))
+}
+
+#[test]
+fn each_message_is_told_once_as_it_comes() {
+    let moments: &[Moment] = &[
+        (10, &[]),
+        (11, &["fog"]),
+        (12, &["fog"]),
+        (13, &["fog"]),
+        (14, &["fog", "fog"]),
+        (15, &["fog", "fog", "ice"]),
+        (16, &["fog", "fog", "ice"]),
+    ];
+    let expected = [
+        None,
+        new("fog", 0),
+        None,
+        None,
+        new("fog", 0),
+        new("ice", 0),
+        None,
+    ];
+    assert_eq!(told(moments, None), expected);
+}
+
+/// What was there before the watch began is not new.
+#[test]
+fn earlier_messages_are_not_told() {
+    let moments: &[Moment] = &[(10, &["old"]), (11, &["old"]), (12, &["old", "new"])];
+    assert_eq!(told(moments, None), [None, None, new("new", 0)]);
+}
+
+#[test]
+fn messages_that_were_too_fast_are_counted() {
+    let moments: &[Moment] = &[(10, &["a"]), (11, &["a", "b", "c", "d"])];
+    assert_eq!(told(moments, None), [None, new("d", 2)]);
+    // One more comes between the two answers: it is told, and not told again.
+    let moments: &[Moment] = &[(10, &[]), (11, &["a"]), (12, &["a", "b"])];
+    let expected = [None, new("b", 1), None];
+    assert_eq!(told(moments, Some((11, &["a", "b"]))), expected);
+}
+
+/// A receiver that starts anew counts from 1 again.
+#[test]
+fn messages_after_a_restart_are_new() {
+    let moments: &[Moment] = &[(10, &["a", "b"]), (1, &[]), (2, &["b"]), (3, &["b"])];
+    assert_eq!(told(moments, None), [None, None, new("b", 0), None]);
+    let moments: &[Moment] = &[(10, &["a"]), (3, &["b"]), (4, &["b"])];
+    assert_eq!(told(moments, None), [None, new("b", 0), None]);
+}

@@ -1,0 +1,139 @@
+//! `vocc device watch` with a receiver: a line at each interval, and each message once, as it comes.
+
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+use rx_pipeline::standalone::Status;
+use serde_json::Value;
+use studies::stop::Stop;
+
+use super::{Message, as_json, asked_message, asked_status, check, message_as_json, short, text};
+use crate::device::Client;
+use crate::options::{Connection, Port, Shared};
+use crate::output::{self, Answer, line};
+use crate::stop::stop;
+
+/// From one look for messages to the next: sooner than another one can be complete.
+const POLL: Duration = Duration::from_millis(250);
+/// From one look at whether to stop to the next.
+const NAP: Duration = Duration::from_millis(50);
+
+/// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
+pub fn watch(
+    client: &mut Connection,
+    port: &Port,
+    interval: Duration,
+    count: Option<u64>,
+    shared: &Shared,
+) -> anyhow::Result<Answer> {
+    check(client, port)?;
+    let (stop, name) = (stop(), port.name());
+    let mut status = asked_status(client, &name)?;
+    let mut news = News::since(&status);
+    let mut told = 0;
+    while !stop.is_asked() && count.is_none_or(|count| told < count) {
+        let due = Instant::now() + interval;
+        let item = news.fetch(client, &name, &status)?;
+        if shared.json {
+            tell_json(&status, item.as_ref())?;
+        } else {
+            line(&short(&status))?;
+            item.iter().try_for_each(tell)?;
+        }
+        told += 1;
+        while count != Some(told) && pause(&stop, due) {
+            status = asked_status(client, &name)?;
+            match news.fetch(client, &name, &status)? {
+                Some(item) if shared.json => tell_json(&status, Some(&item))?,
+                Some(item) => tell(&item)?,
+                None => {}
+            }
+        }
+        if count != Some(told) && !stop.is_asked() {
+            status = asked_status(client, &name)?;
+        }
+    }
+    Ok(Answer::Yes)
+}
+
+/// Waits until messages are to be looked for; whether that is before `due`, and nobody wants to stop.
+fn pause(stop: &Stop, due: Instant) -> bool {
+    let until = due.min(Instant::now() + POLL);
+    while !stop.is_asked() {
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return until < due;
+        }
+        std::thread::sleep(NAP.min(left));
+    }
+    false
+}
+
+fn tell(item: &Item) -> anyhow::Result<()> {
+    let Item { message, missed } = item;
+    if *missed > 0 {
+        line(&format!(
+            "{missed} messages came before the next one, too fast to be told"
+        ))?;
+    }
+    line(&format!(
+        "message {}: {}",
+        message.count,
+        text(&message.bytes)
+    ))
+}
+
+fn tell_json(status: &Status, item: Option<&Item>) -> anyhow::Result<()> {
+    let mut values = as_json(status);
+    values["message"] = item.map_or(Value::Null, |item| {
+        let mut message = message_as_json(&item.message);
+        message["missed"] = item.missed.into();
+        message
+    });
+    output::json(&values)
+}
+
+/// A message that has not been told.
+pub(super) struct Item {
+    pub message: Message,
+    /// Messages between the one that was told last and this one, which the receiver keeps no more.
+    pub missed: u32,
+}
+
+/// Which messages have been told, by their numbers.
+pub(super) struct News {
+    count: u32,
+    uptime_ms: u64,
+}
+
+impl News {
+    /// Of a receiver whose messages until now are old.
+    pub fn since(status: &Status) -> Self {
+        Self {
+            count: status.counters.messages,
+            uptime_ms: status.uptime_ms,
+        }
+    }
+
+    /// The message that has not been told, if there is one.
+    pub fn fetch<P: Read + Write>(
+        &mut self,
+        client: &mut Client<P>,
+        port: &str,
+        status: &Status,
+    ) -> anyhow::Result<Option<Item>> {
+        if status.uptime_ms < self.uptime_ms {
+            // It has started anew, and counts from 1.
+            self.count = 0;
+        }
+        self.uptime_ms = status.uptime_ms;
+        if [0, self.count].contains(&status.counters.messages) {
+            return Ok(None);
+        }
+        // By the time of this answer there may be another one still.
+        let message = asked_message(client, port)?;
+        let missed = message.count.saturating_sub(self.count).saturating_sub(1);
+        self.count = message.count;
+        Ok((message.count > 0).then_some(Item { message, missed }))
+    }
+}

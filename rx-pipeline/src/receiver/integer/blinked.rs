@@ -1,0 +1,270 @@
+//! Is what was found by its blinking a panel?
+//!
+//! Lamps of a sign that all switch together, a lit window or an edge that moves can look like 64 LEDs for a moment. A panel goes on
+//! otherwise: it shows one symbol after another in which about half of the LEDs are On, each time others, and frames of the link.
+
+use super::following::Outline;
+use link::framing::Event;
+use link::panel::LEDS;
+
+/// Symbols in which a place has to prove that it is a panel.
+pub const PROOF_SYMBOLS: u32 = 30;
+/// So many symbols must have been seen to tell by them.
+const LEAST_SYMBOLS: u32 = 16;
+/// LEDs that may not have blinked: they are broken.
+const MOST_STILL: usize = 4;
+/// An LED blinks if it is both On and Off in this part of the symbols: one over six. A panel's is Off or On less often once in 240 times
+/// (16 symbols) to 17 000 (30 symbols); of the LEDs that an edge moves over one row is On at a time, one over eight.
+const LEAST_PART: u32 = 6;
+/// LEDs by which two symbols differ at least; readings of one differ by less.
+const OTHER_SYMBOL: u32 = 13;
+/// The least [distance](super::decision::Decision::distance) of two groups: noise parts into two of 7, light that is evenly spread of 12.
+const LEAST_DISTANCE: u32 = 16;
+/// A place that has proved to be no panel is passed over for so many symbols.
+const REST_SYMBOLS: u32 = 90;
+/// A place that was lost before it could prove anything is passed over for so many symbols: others have their turn.
+const SHORT_REST_SYMBOLS: u32 = 15;
+/// Places that are remembered.
+const PLACES: usize = 4;
+
+/// What a place has shown since it was found.
+#[derive(Clone, Copy)]
+pub struct Blinked {
+    /// The frame in which it was found.
+    found: u64,
+    is_panel: bool,
+    symbols: u32,
+    last: u64,
+    /// In how many symbols each LED was On.
+    on: [u8; LEDS],
+}
+
+/// What a place is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It has not shown enough.
+    Unsure,
+    /// A panel.
+    Panel,
+    /// Something else.
+    Other,
+}
+
+impl Blinked {
+    /// Of a place that was found in that frame.
+    pub fn new(found: u64) -> Self {
+        Self {
+            found,
+            is_panel: false,
+            symbols: 0,
+            last: 0,
+            on: [0; LEDS],
+        }
+    }
+
+    /// It shows these bits, by groups of LEDs that are so far apart.
+    pub fn see(&mut self, bits: u64, distance: u32) {
+        let is_new = self.symbols == 0 || (bits ^ self.last).count_ones() >= OTHER_SYMBOL;
+        if self.is_panel
+            || distance < LEAST_DISTANCE
+            || !is_new
+            || self.symbols >= u32::from(u8::MAX)
+        {
+            return;
+        }
+        self.last = bits;
+        self.symbols += 1;
+        for (led, on) in self.on.iter_mut().enumerate() {
+            *on += (bits >> led & 1) as u8;
+        }
+        self.is_panel = self.symbols >= LEAST_SYMBOLS && self.still() <= MOST_STILL;
+    }
+
+    /// Its symbols meant this. What a reading happens to look like is never one of these: of 10⁸ random ones none was taken for a header.
+    pub fn hear(&mut self, event: &Event<'_>) {
+        self.is_panel |= matches!(
+            event,
+            Event::Header {
+                expected: false,
+                ..
+            } | Event::Segment { .. }
+                | Event::Beacon { .. }
+                | Event::Geometry(_)
+                | Event::Delivered(_)
+        );
+    }
+
+    /// What it is, by frame `number`, if [`PROOF_SYMBOLS`] take so many frames.
+    pub fn verdict(&self, number: u64, proof_frames: u64) -> Verdict {
+        if self.is_panel {
+            Verdict::Panel
+        } else if number.saturating_sub(self.found) >= proof_frames {
+            Verdict::Other
+        } else {
+            Verdict::Unsure
+        }
+    }
+
+    /// LEDs that have not blinked.
+    fn still(&self) -> usize {
+        let is_still = |&&on: &&u8| {
+            let on = u32::from(on);
+            on.min(self.symbols - on) * LEAST_PART < self.symbols
+        };
+        self.on.iter().filter(is_still).count()
+    }
+}
+
+/// A part of a frame: columns and rows from the first of each pair up to below the second.
+pub type Area = [[usize; 2]; 2];
+
+/// Places that are passed over for a while.
+#[derive(Clone, Copy)]
+pub struct Barred {
+    places: [Option<(Area, u64)>; PLACES],
+    /// Which one is forgotten next.
+    next: usize,
+}
+
+impl Barred {
+    pub const NONE: Self = Self {
+        places: [None; PLACES],
+        next: 0,
+    };
+
+    /// From frame `number` on passes a place over that was no panel, or was lost before anybody knew.
+    pub fn add(&mut self, outline: &Outline, verdict: Verdict, number: u64, proof_frames: u64) {
+        let symbols = match verdict {
+            Verdict::Panel => return,
+            Verdict::Other => REST_SYMBOLS,
+            Verdict::Unsure => SHORT_REST_SYMBOLS,
+        };
+        let frames = proof_frames.saturating_mul(symbols.into()) / u64::from(PROOF_SYMBOLS);
+        if let Some(place) = self.places.get_mut(self.next) {
+            *place = Some((around(outline), number.saturating_add(frames)));
+        }
+        self.next = (self.next + 1) % PLACES;
+    }
+
+    /// The places that are passed over in frame `number`.
+    pub fn areas(&self, number: u64) -> impl Iterator<Item = Area> {
+        let places = self.places.into_iter().flatten();
+        places
+            .filter(move |&(_, until)| number < until)
+            .map(|(area, _)| area)
+    }
+}
+
+/// What is within one pitch of a panel.
+fn around(outline: &Outline) -> Area {
+    let Some(corners) = outline.corners() else {
+        return [[0; 2]; 2];
+    };
+    let pitch = corners.pitch_px();
+    [0, 1].map(|axis| {
+        let ends = corners.points().map(|point| point[axis]);
+        let least = ends.iter().fold(f32::MAX, |least, &end| least.min(end));
+        let most = ends.iter().fold(f32::MIN, |most, &end| most.max(end));
+        [(least - pitch) as usize, (most + pitch) as usize + 1]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROOF_FRAMES: u64 = 45;
+
+    fn random(seed: &mut u64) -> u64 {
+        *seed ^= *seed << 13;
+        *seed ^= *seed >> 7;
+        *seed ^= *seed << 17;
+        *seed
+    }
+
+    /// What a place is after the time of its proof, of which each frame shows what `bits` says.
+    fn judged(distance: u32, mut bits: impl FnMut(u64) -> u64) -> Verdict {
+        let mut blinked = Blinked::new(7);
+        for number in 7..7 + PROOF_FRAMES {
+            assert_ne!(blinked.verdict(number, PROOF_FRAMES), Verdict::Other);
+            blinked.see(bits(number), distance);
+        }
+        blinked.verdict(7 + PROOF_FRAMES, PROOF_FRAMES)
+    }
+
+    /// Each symbol seen in one and a half frames, and three LEDs broken: of 10 000 each is taken for a panel.
+    #[test]
+    fn panels_prove_to_be_panels() {
+        let mut seed = 0x1234_5678_9abc_def1;
+        for trial in 0..10_000u64 {
+            let broken = 0x8000_0400_0020_0000u64;
+            let (mut symbol, mut index) = (random(&mut seed), 0);
+            let verdict = judged(40, |number| {
+                if number * 2 / 3 != index {
+                    (symbol, index) = (random(&mut seed), number * 2 / 3);
+                }
+                let dark = symbol & !broken;
+                if trial % 2 == 0 { dark } else { dark | broken }
+            });
+            assert_eq!(verdict, Verdict::Panel, "{trial}");
+        }
+    }
+
+    #[test]
+    fn lamps_that_switch_together_are_no_panel() {
+        let halves = 0xf0f0_f0f0_0f0f_0f0fu64;
+        assert_eq!(judged(256, |_| halves), Verdict::Other);
+        // Off, all of them are alike, which shows as noise or as nothing.
+        let mut seed = 77;
+        let verdict = judged(12, |_| random(&mut seed));
+        assert_eq!(verdict, Verdict::Other);
+        assert_eq!(judged(256, |number| halves * (number % 2)), Verdict::Other);
+    }
+
+    #[test]
+    fn a_few_lamps_that_blink_at_random_are_no_panel() {
+        let mut seed = 99;
+        let few = 0x0100_0040_0010_0802u64;
+        let verdict = judged(256, |_| 0xffff_0000_ffff_0000 ^ random(&mut seed) & few);
+        assert_eq!(verdict, Verdict::Other);
+    }
+
+    /// An edge that goes to and fro: one column at a time stands out.
+    #[test]
+    fn a_moving_edge_is_no_panel() {
+        for inverted in [0, u64::MAX] {
+            let verdict = judged(256, |number| {
+                inverted ^ 0x0101_0101_0101_0101 << (number % 8)
+            });
+            assert_eq!(verdict, Verdict::Other);
+            let verdict = judged(256, |number| inverted ^ 0xff << (8 * (number * 3 % 8)));
+            assert_eq!(verdict, Verdict::Other);
+        }
+    }
+
+    #[test]
+    fn what_the_link_says_is_proof_enough() {
+        let mut blinked = Blinked::new(0);
+        blinked.hear(&Event::Nothing);
+        assert_eq!(blinked.verdict(9, PROOF_FRAMES), Verdict::Unsure);
+        assert_eq!(blinked.verdict(PROOF_FRAMES, PROOF_FRAMES), Verdict::Other);
+        blinked.hear(&Event::Beacon { inverted: false });
+        assert_eq!(blinked.verdict(u64::MAX, PROOF_FRAMES), Verdict::Panel);
+    }
+
+    #[test]
+    fn places_are_passed_over_for_a_while() {
+        let corners = [[20.0, 30.0], [41.0, 30.0], [41.0, 51.0], [20.0, 51.0]];
+        let outline = Outline::of(&crate::corners::Corners::new(corners).unwrap());
+        let mut barred = Barred::NONE;
+        barred.add(&outline, Verdict::Panel, 100, PROOF_FRAMES);
+        assert_eq!(barred.areas(100).count(), 0);
+        barred.add(&outline, Verdict::Other, 100, PROOF_FRAMES);
+        assert_eq!(barred.areas(234).next(), Some([[17, 45], [27, 55]]));
+        assert_eq!(barred.areas(235).count(), 0);
+        for number in 0..9 {
+            barred.add(&outline, Verdict::Unsure, number, PROOF_FRAMES);
+        }
+        assert_eq!((barred.areas(8).count(), barred.areas(28).count()), (4, 2));
+    }
+}
