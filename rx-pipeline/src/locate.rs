@@ -42,7 +42,7 @@ use crate::profile::{Profile, Stage};
 use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
-pub(crate) use memory::Workspace;
+pub(crate) use memory::{Suspects, Workspace};
 use pose_candidates::{Ground, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use verification::{Scope, Verified};
@@ -208,9 +208,11 @@ impl Locator {
         let SearchMemory {
             busy,
             changed,
-            suspect,
+            suspects,
         } = search;
-        let suspected = suspect.take();
+        let suspected = *suspects;
+        suspects.rotate_right(1);
+        suspects[0] = None;
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
@@ -226,7 +228,7 @@ impl Locator {
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
         for peak in survey.changed.iter().filter(unknown).take(CHANGED_PEAKS) {
-            let mut faint = suspected;
+            let mut faint = None;
             for before in earlier.iter().filter(same_size) {
                 let view = self.view(frame, Some(before), survey.noise_of_change_grey);
                 let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) else {
@@ -241,7 +243,11 @@ impl Locator {
                     UNEXPECTED
                 };
                 let enough = surprise * enough / (apart * apart);
-                let confirmed = faint.is_some_and(|other| here.is_close_to(&other));
+                let confirmed = suspected
+                    .iter()
+                    .chain([&faint])
+                    .flatten()
+                    .any(|other| here.is_close_to(other));
                 if found.signal_to_noise >= enough || confirmed && !in_motion {
                     return Ok(found);
                 }
@@ -250,10 +256,10 @@ impl Locator {
                     needed: enough,
                 });
                 faint = Some(here);
-                *suspect = faint;
+                suspects[0] = faint;
             }
             // The next frame confirms it sooner than all else is looked through; but not twice in a row is all else left for that.
-            if effort != Effort::Full && suspected.is_none() && faint.is_some() && !in_motion {
+            if effort != Effort::Full && suspected[0].is_none() && faint.is_some() && !in_motion {
                 return Err(attempt.failure());
             }
         }

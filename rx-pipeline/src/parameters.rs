@@ -211,12 +211,18 @@ pub mod verification {
     pub const LIKELIEST: usize = 2;
     /// Lines by which a single frame's lattice is moved to where LEDs are On, at most (count).
     pub const LINES_MOVED: usize = 2;
-    /// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 1 for one that is
-    /// Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
+    /// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 3 if it is just
+    /// like one, 1 for one that is Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
     pub const LEAST_LINES_LEAD: i32 = 3;
+    /// A place is just like an LED that stands out if it differs from these by less (share of what they have). Higher: a hot
+    /// pixel or a corner may make a line; lower: lines that one LED shows are doubted.
+    pub const JUST_LIKE: f32 = 0.3;
     /// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
     /// for other frames.
     pub const LINES_CLEARLY_WORSE: f32 = 1.6;
+    /// An LED of a line that is dimmer than the others shows more than these, being Off, usually do, at least by this (share of an LED
+    /// that is On). Higher: panels with a dim outer line are a line off; lower: noise makes lines.
+    pub const LEAST_DIM: f32 = 0.25;
     /// LEDs that are Off show if their places stand out by more (share of an LED that is On).
     pub const LEAST_OFF: f32 = 0.1;
     /// The same (multiple of their median deviation, for eight of them together).
@@ -291,7 +297,7 @@ pub mod verification {
     /// patch looks like them.
     pub const LEAST_PITCH_PX: f32 = 2.0;
     /// Rows and columns are no further from right angles (cosine).
-    pub const MOST_SHEAR: f32 = 0.15;
+    pub const MOST_SHEAR: f32 = 0.2;
     /// Rows are turned by no more (rad): 23°.
     pub const MOST_ROLL_RAD: f32 = 0.4;
     /// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other
@@ -327,6 +333,8 @@ pub mod search {
     /// A change fainter than this has to show from another earlier frame too (amplitude ratio): moving things may look
     /// like a panel once.
     pub const FAINT: f32 = 55.0;
+    /// Frames back in which it may have shown (count). More: faint panels are found sooner.
+    pub const LOOKS_BACK: usize = 3;
     /// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
     /// look like anything.
     pub const FAINT_IN_MOTION: f32 = 200.0;

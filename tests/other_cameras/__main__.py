@@ -24,6 +24,7 @@ def arguments():
     parser.add_argument("--photographs", type=pathlib.Path, default=ROOT / "target/photographs")
     parser.add_argument("--vocc", default=str(ROOT / "target/release/vocc"), help="the tool, which also says what the panel sends")
     parser.add_argument("--evaluate", action="store_true", help="receive all films of the folder and decode all pictures")
+    parser.add_argument("--at-least", metavar="FILMS,PICTURES", help="end with status 1 if fewer are delivered and found, or any is misplaced")
     parser.add_argument("--json", action="store_true", help="print the evaluation as JSON")
     return parser.parse_args()
 
@@ -43,8 +44,18 @@ def main():
             draw_single(given.seed, index, pictures, given.photographs, (1920, 1080))
         print(f"{given.pictures} pictures in {pictures}", flush=True)
     if given.evaluate:
-        report(evaluate_films(given.vocc, given.out), "films", "delivered", given.json)
-        report(evaluate_pictures(given.vocc, given.out / "single"), "pictures", "found", given.json)
+        films = report(evaluate_films(given.vocc, given.out), "films", "delivered", given.json)
+        pictures = report(evaluate_pictures(given.vocc, given.out / "single"), "pictures", "found", given.json)
+        if given.at_least:
+            demand(given.at_least, films, pictures)
+
+
+def demand(at_least, films, pictures):
+    """Ends with status 1 where a set comes out worse."""
+    least_films, least_pictures = (int(count) for count in at_least.split(","))
+    misplaced = films["misplaced"] + pictures["misplaced"]
+    if films["delivered"] < least_films or pictures["found"] < least_pictures or misplaced:
+        raise SystemExit(f"fewer than {least_films} films or {least_pictures} pictures, or {misplaced} misplaced")
 
 
 if __name__ == "__main__":

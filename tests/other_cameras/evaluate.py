@@ -88,7 +88,7 @@ def summary(results, what, good):
 
 
 def report(results, what, good, as_json):
-    """Prints each result as it comes, and the sums."""
+    """Prints each result as it comes, and the sums, which it gives."""
     kept = []
     for result in results:
         kept.append(result)
@@ -100,6 +100,7 @@ def report(results, what, good, as_json):
         share = total["errors"] / max(1, total["bits"])
         arrived = f"{total[good]} of {total['of']} {good}, {total['misplaced']} misplaced"
         print(f"{what}: {arrived}, {total['errors']} of {total['bits']} bits wrong ({share:.3%})")
+    return total
 
 
 def words(result):

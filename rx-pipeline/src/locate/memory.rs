@@ -2,14 +2,17 @@
 
 use super::survey::Tiles;
 use crate::lattice::Lattice;
+use crate::parameters::search::LOOKS_BACK;
 use crate::spots::Residuals;
+
+/// Where each of the last frames showed a change too faint to be sure, the latest first.
+pub(crate) type Suspects = [Option<Lattice>; LOOKS_BACK];
 
 /// What a search through frames of any size needs: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of stack.
 pub struct SearchMemory {
     pub(super) busy: Tiles,
     pub(super) changed: Tiles,
-    /// Where the frame before showed a change too faint to be sure.
-    pub(crate) suspect: Option<Lattice>,
+    pub(crate) suspects: Suspects,
 }
 
 impl SearchMemory {
@@ -17,7 +20,7 @@ impl SearchMemory {
     const EMPTY: Self = Self {
         busy: Tiles::new(),
         changed: Tiles::new(),
-        suspect: None,
+        suspects: [None; LOOKS_BACK],
     };
 
     /// Memory that holds nothing. On a computer, `Box::default()` makes it where it stays.

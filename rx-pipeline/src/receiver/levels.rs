@@ -8,8 +8,7 @@ use super::history::{History, SLOTS};
 use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::lattice::Lattice;
-use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Workspace};
+use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Suspects, Workspace};
 use crate::parameters::coarse::LEVEL_SIDE;
 use crate::profile::Profile;
 use crate::spots::Residuals;
@@ -17,9 +16,6 @@ use heapless::Vec;
 
 /// Levels beside the frame itself.
 const LEVELS: usize = 2;
-
-/// Where the frame before showed a change too faint to be sure.
-pub(super) type Suspect = Option<Lattice>;
 
 /// What is asked of each level.
 pub(super) struct Asked<'a, const PIXELS: usize> {
@@ -38,14 +34,14 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
         grid: &Grid,
         frame: &Frame<'_>,
         earlier: &[Frame<'_>],
-        suspect: &mut Suspect,
+        suspects: &mut Suspects,
         profile: &mut impl Profile,
     ) -> Result<Location, LocateError> {
         let workspace = Workspace {
             residuals: &mut *self.residuals,
             search: &mut *self.search,
         };
-        workspace.search.suspect = suspect.take();
+        workspace.search.suspects = core::mem::take(suspects);
         let found = if *grid == Grid::FRAME {
             let known = self.known;
             self.locator
@@ -66,7 +62,7 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
                 .search(frame, earlier, &known, effort, workspace, profile)
                 .and_then(|location| location.in_frame(grid))
         };
-        *suspect = self.search.suspect.take();
+        *suspects = core::mem::take(&mut self.search.suspects);
         found
     }
 }
@@ -85,7 +81,7 @@ pub(super) struct Levels {
 #[derive(Clone, Debug, Default)]
 struct Level {
     history: History,
-    suspect: Suspect,
+    suspects: Suspects,
     /// Of the latest frame; none where it was too small, or there is no room.
     size: Option<(usize, usize)>,
 }
@@ -157,8 +153,8 @@ impl Levels {
         let frames = level.history.frames(buffer.get(start..)?, size, SLOTS);
         let (latest, earlier) = frames.split_first()?;
         let grid = Grid::of_side(LEVEL_SIDE.pow(self.turn as u32 + 1));
-        let suspect = &mut level.suspect;
-        asked.at(&grid, latest, earlier, suspect, profile).ok()
+        let suspects = &mut level.suspects;
+        asked.at(&grid, latest, earlier, suspects, profile).ok()
     }
 }
 

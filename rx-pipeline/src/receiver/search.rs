@@ -3,12 +3,12 @@
 use core::borrow::BorrowMut;
 
 use super::history::History;
-use super::levels::{Asked, Levels, Suspect};
+use super::levels::{Asked, Levels};
 use super::outcome::Loss;
 use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::locate::{Effort, Location, Locator, SearchMemory};
+use crate::locate::{Effort, Location, Locator, SearchMemory, Suspects};
 use crate::profile::{Profile, Stage};
 use crate::spots::Residuals;
 
@@ -66,8 +66,7 @@ pub struct FrameSearch<L, H = [u8; 0]> {
     kept: H,
     history: History,
     levels: Levels,
-    /// Where the frame before showed a change too faint to be sure.
-    suspect: Suspect,
+    suspects: Suspects,
     is_thorough: bool,
 }
 
@@ -95,7 +94,7 @@ impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
             kept: history,
             history: History::default(),
             levels: Levels::default(),
-            suspect: None,
+            suspects: Suspects::default(),
             is_thorough: false,
         }
     }
@@ -151,7 +150,7 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             Some(location) => Ok(location),
             None => {
                 let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
-                asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspect, profile)
+                asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
             }
         };
         self.history.keep(for_frames, frame, KEPT_FRAMES);
@@ -161,6 +160,6 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
     fn forget(&mut self) {
         self.history.forget();
         self.levels.forget();
-        self.suspect = None;
+        self.suspects = Suspects::default();
     }
 }

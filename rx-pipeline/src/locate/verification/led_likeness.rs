@@ -7,7 +7,9 @@ use super::shows_off;
 use crate::frame::Frame;
 use crate::locate::verification::Observation;
 use crate::parameters::spots::REACH_FITTED;
-use crate::parameters::verification::{LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN};
+use crate::parameters::verification::{
+    JUST_LIKE, LEAST_DIM, LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN,
+};
 use crate::spots::LatticeModel;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
@@ -66,16 +68,18 @@ impl LedLikeness {
     }
 
     /// By how many columns and rows a lattice has to move to hold the most LEDs: one that stands out counts as much as two others, where
-    /// these show. All that hold nearly as many, the best first.
+    /// these show, or as one of a dim line, and as three if nothing else looks so. All that hold nearly as many, the best first.
     pub fn best_lines(&self) -> Vec<(i32, i32), 9> {
         let others = self.others();
+        let dimmest = self.dimmest();
         let worth = |column: usize, row: usize| {
             let looks_like =
                 |other: f32| (self.place[row][column] / other - 1.0).abs() < OFF_WITHIN;
             if self.stands_out(column, row) {
-                2
+                let is_just_like = (self.place[row][column] - 1.0).abs() < JUST_LIKE;
+                if is_just_like { 3 } else { 2 }
             } else {
-                i32::from(others.is_some_and(looks_like))
+                i32::from(self.place[row][column] > dimmest || others.is_some_and(looks_like))
             }
         };
         let held = |(column, row): (i32, i32)| -> i32 {
@@ -96,6 +100,24 @@ impl LedLikeness {
 
     /// What the LEDs within the lattice that do not stand out usually show; `None` where that is next to nothing.
     fn others(&self) -> Option<f32> {
+        let Usual {
+            middle,
+            deviation,
+            count,
+        } = self.usual()?;
+        let spread = deviation / libm::sqrtf(count.min(SIDE) as f32);
+        (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
+    }
+
+    /// What an LED of a dim line shows at least: more than any other that does not stand out.
+    fn dimmest(&self) -> f32 {
+        self.usual().map_or(f32::INFINITY, |usual| {
+            usual.middle.max(0.0) + (SEEN * usual.deviation).max(LEAST_DIM)
+        })
+    }
+
+    /// The LEDs within the lattice that do not stand out.
+    fn usual(&self) -> Option<Usual> {
         let mut seen: Vec<f32, LEDS> = Vec::new();
         for row in 1..=SIDE {
             for column in 1..=SIDE {
@@ -105,13 +127,22 @@ impl LedLikeness {
                 }
             }
         }
-        let count = seen.len() as f32;
         let middle = median_of(&mut seen)?;
         seen.iter_mut()
             .for_each(|value| *value = (*value - middle).abs());
-        let spread = median_of(&mut seen)? / libm::sqrtf(count.min(SIDE as f32));
-        (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
+        Some(Usual {
+            middle,
+            deviation: median_of(&mut seen)?,
+            count: seen.len(),
+        })
     }
+}
+
+/// What some places show: the median, and the median deviation from it.
+struct Usual {
+    middle: f32,
+    deviation: f32,
+    count: usize,
 }
 
 fn median_of(values: &mut [f32]) -> Option<f32> {
