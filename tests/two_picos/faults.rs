@@ -38,7 +38,7 @@ const FOLLOWS: f64 = 2.0;
 const WATCHDOG_MS: u32 = 8_200;
 /// A function that panics when it is called again, as the linker names it.
 const ONLY_ONCE: &str = "vocc_receiver_pico11application";
-const LAST_WORDS: &str = "fault: the program ended before this start";
+const LAST_WORDS: &str = "fault: the program ended before this start: panicked at";
 /// Garbage, and how long the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;

@@ -110,7 +110,7 @@ async fn main(_spawner: Spawner) {
         watchdog,
     };
     if let Some(words) = halt::last_words() {
-        let mut line = heapless::String::<192>::new();
+        let mut line = heapless::String::<256>::new();
         let _ = write!(
             line,
             "fault: the program ended before this start: {words}\r\n"
