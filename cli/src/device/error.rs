@@ -88,7 +88,8 @@ pub enum DeviceError {
     },
     /// A receiver is there, and the command is for transmitters.
     #[error(
-        "{board} is a receiver, and this is for transmitters: receivers know `vocc device status`, `watch`, `snapshot` and `rate`; is this the port?"
+        "{board} is a receiver, and this is for transmitters: receivers know `vocc device status`, `watch`, `snapshot` and `rate`; \
+         is this the port?"
     )]
     IsReceiver {
         /// The name of its board.

@@ -13,8 +13,8 @@ use crate::output::{self, Answer, line};
 /// The rate that is wanted, if any.
 #[derive(clap::Args)]
 pub struct Wanted {
-    /// Symbols a second from now on; without it, the rate in use is told. A transmitter takes 9 to 300, and stores them for good; a receiver
-    /// takes up to as many as its camera takes frames, and forgets them when it is switched off.
+    /// Symbols a second from now on; without it, the rate in use is told. A transmitter takes 9 to 300, and stores them for good; a
+    /// receiver takes up to as many as its camera takes frames, and forgets them when it is switched off.
     #[arg(value_name = "N", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// The rate for a camera of so many frames a second.

@@ -8,6 +8,7 @@ use rx_pipeline::standalone::{
 };
 use std::collections::VecDeque;
 use std::io::ErrorKind;
+use std::time::Duration;
 
 mod watch;
 
