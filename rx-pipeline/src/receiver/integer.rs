@@ -193,7 +193,8 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             track.blinked.hear(&event);
             let verdict = track.blinked.verdict(number, self.proof_frames);
             is_following = verdict == Verdict::Panel;
-            if track.missed >= PATIENCE_FRAMES || verdict == Verdict::Other {
+            if track.missed >= PATIENCE_FRAMES || matches!(verdict, Verdict::Other | Verdict::Gone)
+            {
                 self.barred
                     .add(&track.outline, verdict, number, self.proof_frames);
                 (self.track, is_following) = (None, false);

@@ -200,25 +200,22 @@ impl Scene {
         let mut light = std::vec![self.ground; width * height];
         if let Some(corners) = &self.corners {
             let panel = corners.homography();
-            let at = |us: u64| {
-                (us as f64 * 1e-6 / self.symbol_s + self.phase) as usize % self.symbols.len()
-            };
-            let exposed = u64::from(exposure.time_us());
-            let ends = [at(end_us.saturating_sub(exposed)), at(end_us)];
+            let ends = [end_us.saturating_sub(exposure.time_us().into()), end_us]
+                .map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
+            // An exposure that meets a change of symbols has as much of each as it lasts.
+            let next = ((ends[1] - ends[1].floor()) / (ends[1] - ends[0])).min(1.0);
+            let shown = ends.map(|symbol| self.symbols[symbol as usize % self.symbols.len()]);
             for led in 0..64 {
-                let share = ends
-                    .iter()
-                    .filter(|&&s| self.symbols[s] >> led & 1 == 1)
-                    .count();
-                if share == 0 {
+                let [before, after] = shown.map(|bits| (bits >> led & 1) as f64);
+                let share = before + next * (after - before);
+                if share == 0.0 {
                     continue;
                 }
                 let [x, y] = panel.to_image([f64::from(led % 8), f64::from(led / 8)]);
                 for row in (y as usize).saturating_sub(4)..(y as usize + 5).min(height) {
                     for column in (x as usize).saturating_sub(4)..(x as usize + 5).min(width) {
                         let square = (column as f64 - x).powi(2) + (row as f64 - y).powi(2);
-                        light[row * width + column] +=
-                            0.5 * share as f64 * self.led * (-square / 2.0).exp();
+                        light[row * width + column] += share * self.led * (-square / 2.0).exp();
                     }
                 }
             }

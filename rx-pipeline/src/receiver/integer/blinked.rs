@@ -1,13 +1,14 @@
 //! Is what was found by its blinking a panel?
 //!
 //! Lamps of a sign that all switch together, a lit window or an edge that moves can look like 64 LEDs for a moment. A panel goes on
-//! otherwise: it shows one symbol after another in which about half of the LEDs are On, each time others, and frames of the link.
+//! otherwise: it shows one symbol after another in which about half of the LEDs are On, each time others, and frames of the link. It has to
+//! do so all the time: after a knock LEDs of a panel that is elsewhere may lie where others were.
 
 use super::following::Outline;
 use link::framing::Event;
 use link::panel::LEDS;
 
-/// Symbols in which a place has to prove that it is a panel.
+/// Symbols in which a place has to prove that it is a panel; and once more after each proof.
 pub const PROOF_SYMBOLS: u32 = 30;
 /// So many symbols must have been seen to tell by them.
 const LEAST_SYMBOLS: u32 = 16;
@@ -30,9 +31,11 @@ const PLACES: usize = 4;
 /// What a place has shown since it was found.
 #[derive(Clone, Copy)]
 pub struct Blinked {
-    /// The frame in which it was found.
-    found: u64,
-    is_panel: bool,
+    /// The frame in which it was found, or proved to be a panel.
+    since: u64,
+    /// Whether it has proved to be a panel before.
+    was_panel: bool,
+    is_proved: bool,
     symbols: u32,
     last: u64,
     /// In how many symbols each LED was On.
@@ -46,6 +49,8 @@ pub enum Verdict {
     Unsure,
     /// A panel.
     Panel,
+    /// It was a panel, and has shown none for as long as a proof takes.
+    Gone,
     /// Something else.
     Other,
 }
@@ -54,8 +59,9 @@ impl Blinked {
     /// Of a place that was found in that frame.
     pub fn new(found: u64) -> Self {
         Self {
-            found,
-            is_panel: false,
+            since: found,
+            was_panel: false,
+            is_proved: false,
             symbols: 0,
             last: 0,
             on: [0; LEDS],
@@ -65,7 +71,7 @@ impl Blinked {
     /// It shows these bits, by groups of LEDs that are so far apart.
     pub fn see(&mut self, bits: u64, distance: u32) {
         let is_new = self.symbols == 0 || (bits ^ self.last).count_ones() >= OTHER_SYMBOL;
-        if self.is_panel
+        if self.is_proved
             || distance < LEAST_DISTANCE
             || !is_new
             || self.symbols >= u32::from(u8::MAX)
@@ -77,12 +83,12 @@ impl Blinked {
         for (led, on) in self.on.iter_mut().enumerate() {
             *on += (bits >> led & 1) as u8;
         }
-        self.is_panel = self.symbols >= LEAST_SYMBOLS && self.still() <= MOST_STILL;
+        self.is_proved = self.symbols >= LEAST_SYMBOLS && self.still() <= MOST_STILL;
     }
 
     /// Its symbols meant this. What a reading happens to look like is never one of these: of 10⁸ random ones none was taken for a header.
     pub fn hear(&mut self, event: &Event<'_>) {
-        self.is_panel |= matches!(
+        self.is_proved |= matches!(
             event,
             Event::Header {
                 expected: false,
@@ -95,13 +101,19 @@ impl Blinked {
     }
 
     /// What it is, by frame `number`, if [`PROOF_SYMBOLS`] take so many frames.
-    pub fn verdict(&self, number: u64, proof_frames: u64) -> Verdict {
-        if self.is_panel {
-            Verdict::Panel
-        } else if number.saturating_sub(self.found) >= proof_frames {
-            Verdict::Other
-        } else {
-            Verdict::Unsure
+    pub fn verdict(&mut self, number: u64, proof_frames: u64) -> Verdict {
+        if self.is_proved {
+            *self = Self {
+                was_panel: true,
+                ..Self::new(number)
+            };
+        }
+        let is_due = number.saturating_sub(self.since) >= proof_frames;
+        match (self.was_panel, is_due) {
+            (true, false) => Verdict::Panel,
+            (true, true) => Verdict::Gone,
+            (false, true) => Verdict::Other,
+            (false, false) => Verdict::Unsure,
         }
     }
 
@@ -135,7 +147,7 @@ impl Barred {
     /// From frame `number` on passes a place over that was no panel, or was lost before anybody knew.
     pub fn add(&mut self, outline: &Outline, verdict: Verdict, number: u64, proof_frames: u64) {
         let symbols = match verdict {
-            Verdict::Panel => return,
+            Verdict::Panel | Verdict::Gone => return,
             Verdict::Other => REST_SYMBOLS,
             Verdict::Unsure => SHORT_REST_SYMBOLS,
         };
@@ -249,7 +261,22 @@ mod tests {
         assert_eq!(blinked.verdict(9, PROOF_FRAMES), Verdict::Unsure);
         assert_eq!(blinked.verdict(PROOF_FRAMES, PROOF_FRAMES), Verdict::Other);
         blinked.hear(&Event::Beacon { inverted: false });
-        assert_eq!(blinked.verdict(u64::MAX, PROOF_FRAMES), Verdict::Panel);
+        assert_eq!(blinked.verdict(99, PROOF_FRAMES), Verdict::Panel);
+    }
+
+    #[test]
+    fn what_was_a_panel_has_to_prove_it_again() {
+        let mut blinked = Blinked::new(0);
+        blinked.hear(&Event::Beacon { inverted: false });
+        assert_eq!(blinked.verdict(20, PROOF_FRAMES), Verdict::Panel);
+        assert_eq!(
+            blinked.verdict(19 + PROOF_FRAMES, PROOF_FRAMES),
+            Verdict::Panel
+        );
+        assert_eq!(
+            blinked.verdict(20 + PROOF_FRAMES, PROOF_FRAMES),
+            Verdict::Gone
+        );
     }
 
     #[test]
