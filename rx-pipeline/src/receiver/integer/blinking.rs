@@ -191,10 +191,20 @@ fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
     let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
     // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
     let mut ends = [(i32::MAX, [0usize; 2]); 4];
-    for y in 1..change.height() - 1 {
-        for x in 1..change.width() - 1 {
-            let here = change.pixel(x, y)?;
-            if here < enough || !is_in_group(x, y) || !is_peak(change, x, y, here) {
+    let inner_rows = change
+        .rows()
+        .enumerate()
+        .skip(1)
+        .take(change.height().saturating_sub(2));
+    for (y, row) in inner_rows {
+        let inner = row
+            .iter()
+            .enumerate()
+            .skip(1)
+            .take(row.len().saturating_sub(2));
+        // Most pixels have not changed: this comes first.
+        for (x, &here) in inner.filter(|&(_, &here)| here >= enough) {
+            if !is_in_group(x, y) || !is_peak(change, x, y, here) {
                 continue;
             }
             let (u, v) = (x as i32, y as i32);
@@ -296,8 +306,8 @@ fn largest_group(change: &Frame<'_>, enough: u8, tiles: Tiles) -> Group {
     let mut counts = [[0u16; TILES]; TILES];
     for (y, row) in change.rows().enumerate() {
         let counts = &mut counts[tiles.of_place(y)];
-        for (x, &here) in row.iter().enumerate() {
-            counts[tiles.of_place(x)] += u16::from(here >= enough);
+        for (x, _) in row.iter().enumerate().filter(|&(_, &here)| here >= enough) {
+            counts[tiles.of_place(x)] += 1;
         }
     }
     let mut left = Group::NONE;
