@@ -14,7 +14,7 @@ use crate::parameters::verification::*;
 use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals};
 use criteria::examine;
 use led_likeness::LedLikeness;
-use link::panel::{LEDS, SIDE};
+use link::panel::LEDS;
 use settling::Settling;
 
 /// A lattice that is a panel.
@@ -163,25 +163,17 @@ fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
 }
 
 /// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
-/// standard deviation within states. One line of LEDs may be dimmer: that without which it is greatest does not count.
+/// standard deviation within states.
 fn distinctness(fitted: &Fit) -> f32 {
     let Fit { spots, slope } = fitted;
     let off_by: [f32; LEDS] = core::array::from_fn(|led| {
         slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE)
     });
-    let lines = (0..SIDE).flat_map(|line| [0xff << (SIDE * line), 0x0101_0101_0101_0101 << line]);
-    lines
-        .map(|line: u64| distinctness_among(&spots.state, &off_by, !line))
-        .fold(0.0, f32::max)
-}
-
-/// The same of the LEDs `counted`, whose brightness differs from the model's by shares of the step from Off to On.
-fn distinctness_among(state: &[f32; LEDS], off_by: &[f32; LEDS], counted: u64) -> f32 {
     let (mut squares, mut least, mut before) = (0.0, f32::INFINITY, None);
-    for level in [-1.0, 0.0, 1.0] {
+    for state in [-1.0, 0.0, 1.0] {
         let members = || {
             (0..LEDS)
-                .filter(|&led| state[led] == level && counted >> led & 1 == 1)
+                .filter(|&led| spots.state[led] == state)
                 .map(|led| off_by[led])
         };
         let count = members().count() as f32;
@@ -193,15 +185,13 @@ fn distinctness_among(state: &[f32; LEDS], off_by: &[f32; LEDS], counted: u64) -
             .map(|value| (value - mean) * (value - mean))
             .sum::<f32>();
         if let Some((last, below)) = before {
-            least = least.min(level - last + mean - below);
+            least = least.min(state - last + mean - below);
         }
-        before = Some((level, mean));
+        before = Some((state, mean));
     }
-    if least == f32::INFINITY {
-        // There is nothing to tell apart.
-        return 0.0;
-    }
-    (least / libm::sqrtf(squares / counted.count_ones() as f32 + 1e-6)).max(0.0)
+    let distinctness = least / libm::sqrtf(squares / LEDS as f32 + 1e-6);
+    // No number where there is nothing to tell apart.
+    distinctness.max(0.0)
 }
 
 /// Whether LEDs that are Off stand out from the ground more than those that are On: a bright board, on which they are dark. Spots that
