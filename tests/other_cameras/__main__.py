@@ -26,7 +26,10 @@ def arguments():
     parser.add_argument("--evaluate", action="store_true", help="receive all films of the folder and decode all pictures")
     parser.add_argument("--at-least", metavar="FILMS,PICTURES", help="end with status 1 if fewer are delivered and found, or any is misplaced")
     parser.add_argument("--json", action="store_true", help="print the evaluation as JSON")
-    return parser.parse_args()
+    given = parser.parse_args()
+    if given.at_least and not given.evaluate:
+        parser.error("--at-least asks for --evaluate")
+    return given
 
 
 def main():

@@ -65,7 +65,7 @@ enum Action {
     Calibrate(calibrate::Arguments),
     /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
     Simulate(simulate::Arguments),
-    /// How many symbols a second a transmitter shows, or a receiver expects: print it, or set it. A receiver forgets it at power-off.
+    /// How many symbols a second a transmitter shows, or a receiver expects: print it, or set it. A receiver forgets it when it starts anew.
     Rate {
         #[command(flatten)]
         port: Port,

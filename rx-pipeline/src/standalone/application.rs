@@ -210,10 +210,13 @@ impl<F: Follow> Application<F> {
     // Not inlined, so that it can be timed.
     #[inline(never)]
     pub fn frame(&mut self, pixels: &[u8], ended_us: u64, board: &mut impl Board) {
-        let began_us = board.micros();
         let (width, height) = (self.settings.mode.width(), self.settings.mode.height());
-        if let Ok(frame) = Frame::new(pixels, width, height) {
+        let frame = Frame::new(pixels, width, height);
+        if frame.is_ok() {
             self.mend(board);
+        }
+        let began_us = board.micros();
+        if let Ok(frame) = frame {
             let number = self.count(ended_us, board.cut_short());
             self.look(number, &frame, board);
             self.expose(&frame, board);

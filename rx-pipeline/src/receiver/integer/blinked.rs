@@ -33,6 +33,8 @@ const PLACES: usize = 4;
 pub struct Blinked {
     /// The frame in which it was found, or proved to be a panel.
     since: u64,
+    /// The frame that was judged last.
+    latest: u64,
     /// Whether it has proved to be a panel before.
     was_panel: bool,
     is_proved: bool,
@@ -60,6 +62,7 @@ impl Blinked {
     pub fn new(found: u64) -> Self {
         Self {
             since: found,
+            latest: found,
             was_panel: false,
             is_proved: false,
             symbols: 0,
@@ -87,21 +90,23 @@ impl Blinked {
     }
 
     /// Its symbols meant this. What a reading happens to look like is never one of these: of 10⁸ random ones none was taken for a header.
+    /// The end of a segment is no proof: one that a lost panel began ends by itself.
     pub fn hear(&mut self, event: &Event<'_>) {
         self.is_proved |= matches!(
             event,
             Event::Header {
                 expected: false,
                 ..
-            } | Event::Segment { .. }
-                | Event::Beacon { .. }
+            } | Event::Beacon { .. }
                 | Event::Geometry(_)
-                | Event::Delivered(_)
         );
     }
 
-    /// What it is, by frame `number`, if [`PROOF_SYMBOLS`] take so many frames.
+    /// What it is, by frame `number`, if [`PROOF_SYMBOLS`] take so many frames. Frames that nobody saw do not count.
     pub fn verdict(&mut self, number: u64, proof_frames: u64) -> Verdict {
+        let unseen = number.saturating_sub(self.latest).saturating_sub(1);
+        self.since = self.since.saturating_add(unseen);
+        self.latest = number;
         if self.is_proved {
             *self = Self {
                 was_panel: true,
@@ -258,7 +263,9 @@ mod tests {
     fn what_the_link_says_is_proof_enough() {
         let mut blinked = Blinked::new(0);
         blinked.hear(&Event::Nothing);
-        assert_eq!(blinked.verdict(9, PROOF_FRAMES), Verdict::Unsure);
+        for number in 0..PROOF_FRAMES {
+            assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Unsure);
+        }
         assert_eq!(blinked.verdict(PROOF_FRAMES, PROOF_FRAMES), Verdict::Other);
         blinked.hear(&Event::Beacon { inverted: false });
         assert_eq!(blinked.verdict(99, PROOF_FRAMES), Verdict::Panel);
@@ -268,15 +275,18 @@ mod tests {
     fn what_was_a_panel_has_to_prove_it_again() {
         let mut blinked = Blinked::new(0);
         blinked.hear(&Event::Beacon { inverted: false });
-        assert_eq!(blinked.verdict(20, PROOF_FRAMES), Verdict::Panel);
-        assert_eq!(
-            blinked.verdict(19 + PROOF_FRAMES, PROOF_FRAMES),
-            Verdict::Panel
-        );
-        assert_eq!(
-            blinked.verdict(20 + PROOF_FRAMES, PROOF_FRAMES),
-            Verdict::Gone
-        );
+        for number in 20..20 + PROOF_FRAMES {
+            assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Panel);
+        }
+        let verdict = blinked.verdict(20 + PROOF_FRAMES, PROOF_FRAMES);
+        assert_eq!(verdict, Verdict::Gone);
+    }
+
+    #[test]
+    fn frames_that_nobody_saw_say_nothing() {
+        let mut blinked = Blinked::new(7);
+        assert_eq!(blinked.verdict(8, PROOF_FRAMES), Verdict::Unsure);
+        assert_eq!(blinked.verdict(1000, PROOF_FRAMES), Verdict::Unsure);
     }
 
     #[test]
