@@ -265,7 +265,8 @@ mod tests {
                 // The whole panel is in it, as far as it is in the frame.
                 for corner in lattice.corners() {
                     let [x, y] = view.grid.place_of_frame(corner);
-                    let in_frame = (0.0..4000.0).contains(&corner[0]) && (0.0..3000.0).contains(&corner[1]);
+                    // The last pixel's centre is at one less than their count, its rim half a pixel further.
+                    let in_frame = (0.0..3999.5).contains(&corner[0]) && (0.0..2999.5).contains(&corner[1]);
                     let seen = x > -0.5 && y > -0.5 && x < view.size[0] as f32 - 0.5 && y < view.size[1] as f32 - 0.5;
                     prop_assert!(seen || !in_frame, "{corner:?} in {view:?}");
                 }
