@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
-use sim::scene::PRESETS;
+use sim::scene::{PRESETS, Preset, Scene};
 use studies::detectors::DetectorChoice;
 
 use crate::compare;
@@ -175,7 +175,7 @@ impl Page {
 
     fn answer(&mut self, request: Request, bytes: &[u8]) -> Result<Value, Fault> {
         match request {
-            Request::Presets => Ok(presets()),
+            Request::Presets => presets(),
             Request::Open { scene, level, seed } => {
                 let explore = Explore::new(&scene.scene()?, level, seed)?;
                 let opened = explore.opened()?;
@@ -334,14 +334,16 @@ impl Page {
     }
 }
 
-/// What there is to choose from.
-fn presets() -> Value {
-    let presets = PRESETS
-        .iter()
-        .map(|preset| json!({ "name": preset.name, "summary": preset.summary }));
-    json!({
-        "presets": presets.collect::<Vec<_>>(),
-    })
+/// What there is to choose from: scenes, and the camera of each.
+fn presets() -> Result<Value, Fault> {
+    let told = |preset: &Preset| {
+        let scene = Scene::load(preset.name, &[])?;
+        Ok(json!({
+            "name": preset.name, "summary": preset.summary, "camera": scene.camera, "symbol_rate_hz": scene.link.symbol_rate_hz,
+        }))
+    };
+    let presets: Vec<Value> = PRESETS.iter().map(told).collect::<Result<_, Fault>>()?;
+    Ok(json!({ "presets": presets }))
 }
 
 /// A level that many frames are drawn at.

@@ -42,6 +42,7 @@ const CONTROLS = [
 const VELOCITY = "pose.velocity_m_s";
 const L2A = "link.l2a";
 const NOISE = "effects.noise";
+const AIRLIGHT = "atmosphere.airlight";
 const TABLE = "table";
 
 /**

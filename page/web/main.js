@@ -93,7 +93,9 @@ async function begin() {
   window.addEventListener("resize", redraw);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   const { answer } = await live.ask({ do: "presets" });
-  fillScenes(answer.presets);
+  presets = answer.presets;
+  fillScenes();
+  fillCameras();
   const wrong = FIELDS.scene.wrong(settings.fields.scene);
   if (wrong) {
     sayNonsense(`The scene ${wrong}, not “${settings.fields.scene.slice(0, 40)}”.`);

@@ -80,7 +80,7 @@ async function openOnce() {
  * @param {Error} error
  */
 async function openWithoutNonsense(error) {
-  const usual = new Set([...CONTROLS.map(({ key }) => key), NOISE]);
+  const usual = new Set([...CONTROLS.map(({ key }) => key), NOISE, AIRLIGHT]);
   const unusual = [...settings.keys.keys()].filter((key) => !usual.has(key));
   if (unusual.length > 0) unusual.forEach((key) => settings.keys.delete(key));
   else if (settings.keys.size > 0) settings.keys.clear();

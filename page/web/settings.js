@@ -92,6 +92,7 @@ function makeSettings() {
     setKey(L2A, event.target.checked ? TABLE : String(Number((scene.opened?.l2a ?? 1).toPrecision(3))));
   });
   byId("noise").addEventListener("change", (/** @type {any} */ event) => setKey(NOISE, event.target.checked ? "on" : "off"));
+  byId("airlight").addEventListener("change", (/** @type {any} */ event) => setKey(AIRLIGHT, String(event.target.checked)));
   byId("scene").addEventListener("change", (/** @type {any} */ event) => chooseScene(event.target.value));
   byId("level").addEventListener("change", (/** @type {any} */ event) => setField("level", event.target.value));
   byId("seed").addEventListener("change", (/** @type {any} */ event) => setField("seed", event.target.value));
@@ -105,8 +106,7 @@ function makeSettings() {
   if (matchMedia("(max-width: 61.99rem)").matches) byId("settings").open = false;
 }
 
-/** @param {{name: string, summary: string}[]} presets */
-function fillScenes(presets) {
+function fillScenes() {
   FIELDS.scene.wrong = oneOf(presets.map(({ name }) => name));
   const options = presets.map(({ name, summary }) => make("option", { value: name, textContent: `${name}: ${SCENES[name] ?? summary}` }));
   byId("scene").replaceChildren(...options);
@@ -156,10 +156,11 @@ function showValues() {
   byId("table-says").textContent = byTable === null ? " (it has none here)" : ` (${short(byTable)}, green mark)`;
   const noise = scene.opened.plan.find((/** @type {any} */ { effect }) => effect === "noise");
   byId("noise").checked = Boolean(noise?.included);
+  byId("airlight").checked = scene.opened.values.atmosphere.airlight;
   const { ambient, pose } = scene.opened.values;
   const light = `${short(ambient.illuminance_lx)} lx, ${short(pose.distance_m)} m, L2A ${short(scene.opened.l2a)}`;
   byId("scene-summary").textContent = `${settings.fields.scene}, ${light}`;
-  const known = new Set([...CONTROLS.map(({ key }) => key), NOISE]);
+  const known = new Set([...CONTROLS.map(({ key }) => key), NOISE, AIRLIGHT, ...showCamera()]);
   const others = [...settings.keys].filter(([key]) => !known.has(key)).map(([key, text]) => `${key} = ${text}`);
   byId("other-keys").textContent = others.length > 0 ? `Also set by the address: ${others.join(", ")}` : "";
 }

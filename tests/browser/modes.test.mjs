@@ -22,6 +22,29 @@ test("explore: frames follow one another, and a slider changes the scene", async
   assert.ok((await page.locator("#plan tbody tr").count()) > 15);
 });
 
+test("explore: a slider is moved by keys, and each step is in the address", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day" });
+  const apart = await page.locator("#numbers").textContent();
+  await page.focus("#set-distance_m");
+  for (let step = 0; step < 30; step += 1) await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction((apart) => document.querySelector("#numbers").textContent !== apart, apart);
+  await page.waitForFunction(() => /pose\.distance_m=4\d/.test(location.hash));
+});
+
+test("explore: each camera films the scene, with as many symbols a frame", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=night" });
+  await page.selectOption("#camera", "phone");
+  await textOf(page, "#numbers", /30 frames\/s.*27 a second/);
+  await page.waitForFunction(() => location.hash.includes("scene=night") && location.hash.includes("camera.focal_length_mm=3.04"));
+  assert.match(await page.inputValue("#command"), /render night .*--set camera\.frame_rate_hz=30 /);
+  // Whoever opens that address sees which camera it is.
+  const another = await open(t, { address: new URL(page.url()).hash });
+  await another.waitForFunction(() => document.querySelector("#camera").value === "phone");
+  assert.equal(await another.textContent("#other-keys"), "");
+  await page.selectOption("#camera", "paper");
+  await page.waitForFunction(() => !location.hash.includes("camera."));
+});
+
 test("all of it is one file of less than 1 MB, packed", () => {
   assert.ok(gzipSync(readFileSync(process.env.VOCC_PAGE), { level: 9 }).length < 1_000_000);
 });
