@@ -67,6 +67,17 @@ test("by the keyboard alone one goes from mode to mode", async (t) => {
   }
 });
 
+test("whoever does not see the page is told what each thing is", async (t) => {
+  for (const mode of ["explore", "good", "accuracy", "send", "receive"]) {
+    const page = await open(t, { address: `#mode=${mode}&scene=day` });
+    const unnamed = await page.evaluate(() => [...document.querySelectorAll("input, select, textarea, button, [role=img], [role=region]")]
+      .filter((element) => element.checkVisibility())
+      .filter((element) => !element.ariaLabel && !element.labels?.length && !(element.tagName === "BUTTON" && element.textContent))
+      .map((element) => element.outerHTML));
+    assert.deepEqual(unnamed, [], mode);
+  }
+});
+
 test("accuracy: four ways of drawing, each with its error and time", async (t) => {
   const page = await open(t, { address: "#mode=accuracy&scene=paper" });
   await page.waitForFunction(() => document.querySelectorAll("#levels tbody tr").length === 4);
