@@ -42,11 +42,19 @@ async function openScene() {
       scene.isStale = false;
       await openOnce();
     }
+    showWhetherOld(false);
   } catch (error) {
+    // What is seen is still the scene of before.
+    showWhetherOld(true);
     sayError(error);
   } finally {
     scene.isOpening = false;
   }
+}
+
+/** @param {boolean} isOld */
+function showWhetherOld(isOld) {
+  byId("main").classList.toggle("old", isOld);
 }
 
 /** How frames are drawn in this mode. Links are not filmed by the reference, and bits are counted in frames drawn quickly. */

@@ -40,6 +40,17 @@ test("an address with nonsense", async (t) => {
   }
 });
 
+test("a camera that sees no panel, over a picture that is no longer the scene's", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day" });
+  await page.selectOption("#camera", "hm01b0");
+  await says(page, /LEDs are 0\.\d+ px apart/);
+  const opacity = () => page.evaluate(() => Number(getComputedStyle(document.querySelector("#panel-explore .stage")).opacity));
+  assert.ok((await opacity()) < 1);
+  await page.fill("#set-distance_m", "100");
+  await page.waitForFunction(() => document.querySelector("#alert").textContent === "");
+  await page.waitForFunction(() => Number(getComputedStyle(document.querySelector("#panel-explore .stage")).opacity) === 1);
+});
+
 test("files that are none", async (t) => {
   const folder = workshop(t);
   const made = (name, bytes) => {
