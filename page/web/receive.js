@@ -17,6 +17,8 @@ const receiving = {
   /** What the status says, so that it is said once. */
   state: "",
   cameraText: "",
+  /** What `vocc` would be told to read the same. */
+  command: "receive film.y4m",
 };
 
 function makeReceive() {
@@ -88,13 +90,22 @@ function takeFiles(files) {
     if (films.length === 1) {
       const [film] = films;
       const isPlain = kinds[files.indexOf(film)] === "y4m";
+      sayReceived(`receive ${quoted(film.name)}`);
       await receiveFilm(run, (isWanted) => (isPlain ? openY4m(film, isWanted) : openVideo(film, toldRate("fps"), isWanted)));
     } else if (files.length > 1 && byId("as-film").checked) {
+      sayReceived("receive pictures/");
       await receiveFilm(run, () => openPictures(files, toldRate("fps")));
     } else {
+      sayReceived(`decode ${files.map(({ name }) => quoted(name)).join(" ")}`);
       await readPictures(run, files);
     }
   });
+}
+
+/** @param {string} command What `vocc` would be told to read the same. */
+function sayReceived(command) {
+  receiving.command = command;
+  showCommand();
 }
 
 /** @param {File} file */
@@ -248,9 +259,10 @@ function showText({ text, first_frame: first, last_frame: last, corrected_bits: 
   receiving.texts.set(text, { place, times });
 }
 
+/** What is learnt, in the order in which it is shown. */
 const LEARNT_NAMES = {
-  encoding: "Curve", black_grey: "Grey of no light", blur_sigma_px: "Blur, px", blur_aspect: "Blur along x over along y",
-  read_noise_e: "Read noise, electrons", blur_deviation_px: "Blur, how sure, px", noise_grey: "Noise, grey levels",
+  encoding: "Curve", black_grey: "Grey of no light", blur_sigma_px: "Blur, px", blur_deviation_px: "Blur, how sure, px",
+  blur_aspect: "Blur along x over along y", noise_grey: "Noise, grey levels", read_noise_e: "Read noise, electrons",
   line_delay_exposures: "Line after line, exposures", broken_leds: "Broken LEDs", frames: "Learnt from frames",
 };
 
@@ -258,7 +270,9 @@ const LEARNT_NAMES = {
 function showLearnt(learnt) {
   if (!learnt) return;
   byId("learnt-card").hidden = false;
-  const rows = Object.entries(learnt).map(([key, value]) => [LEARNT_NAMES[key] ?? key.replace(/_/g, " "), plainValue(value)]);
+  const keys = new Set([...Object.keys(LEARNT_NAMES), ...Object.keys(learnt)]);
+  const known = [...keys].filter((key) => key in learnt);
+  const rows = known.map((key) => [LEARNT_NAMES[key] ?? key.replace(/_/g, " "), plainValue(learnt[key])]);
   fillTerms(byId("learnt"), /** @type {[string, string][]} */ (rows));
 }
 

@@ -24,10 +24,15 @@ function commandOfSettings() {
     case "send":
       return `vocc link ${sceneWords()} --message=${quoted(message)} --level ${levelHere()} --detector ${detector}`;
     case "receive":
-      return `vocc receive film.y4m${fps ? ` --fps ${fps}` : ""}${rate ? ` --symbol-rate ${rate}` : ""}`;
+      return `vocc ${receiving.command}${receiving.command.startsWith("receive") ? ratesTold(fps, rate) : ""}`;
     default:
       return render;
   }
+}
+
+/** @param {string} fps @param {string} rate */
+function ratesTold(fps, rate) {
+  return `${fps ? ` --fps ${fps}` : ""}${rate ? ` --symbol-rate ${rate}` : ""}`;
 }
 
 /** The search for the optimum; by itself the command looks at other panels, too. @returns {string[]} */

@@ -107,6 +107,7 @@ test("receive: pictures are decoded as vocc decode does", async (t) => {
   const page = await open(t, { address: "#mode=receive" });
   await page.setInputFiles("#files", file);
   await textOf(page, "#pictures tbody", new RegExp(bits));
+  assert.equal(await page.inputValue("#command"), "vocc decode one.png");
 });
 
 test("receive: a y4m film says its text", async (t) => {
