@@ -66,7 +66,7 @@ async function compareOnce() {
 /** @param {number | null} ms @param {number} quickest @param {string | null} why It cannot draw the scene, where it cannot. */
 function timeWords(ms, quickest, why) {
   if (ms === null) return sentence(why ?? "");
-  return ms > 0 ? `${shortTime(ms / 1000)} (${short(ms / quickest, 2)} ×)` : "too short for this clock";
+  return ms > 0 ? `${shortTime(ms / 1000)} (${short(ms / quickest, 2)}${NO_BREAK}×)` : "too short for this clock";
 }
 
 /** @param {any[]} rows @param {string} show */

@@ -42,11 +42,14 @@ function short(value, digits = 3) {
   return `${rounded < 0 ? "−" : ""}${grouped}${part ? `.${part}` : ""}`;
 }
 
+/** Between a number and its unit no line ends. */
+const NO_BREAK = "\u00a0";
+
 /** @param {number} seconds */
 function shortTime(seconds) {
-  if (seconds >= 1) return `${short(seconds)} s`;
-  if (seconds >= 1e-3) return `${short(seconds * 1e3)} ms`;
-  return `${short(seconds * 1e6)} µs`;
+  if (seconds >= 1) return `${short(seconds)}${NO_BREAK}s`;
+  if (seconds >= 1e-3) return `${short(seconds * 1e3)}${NO_BREAK}ms`;
+  return `${short(seconds * 1e6)}${NO_BREAK}µs`;
 }
 
 /** @param {number} count @param {string} thing */

@@ -174,6 +174,8 @@ test("pictures of the page at three widths, light and dark", async (t) => {
     await page.waitForFunction(() => document.querySelectorAll("#plan tbody tr").length > 15);
     const isWide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
     assert.ok(!isWide, `nothing reaches beyond ${width} px`);
+    const tops = await page.locator("[role=tab]").evaluateAll((tabs) => tabs.map((tab) => tab.getBoundingClientRect().top));
+    assert.equal(new Set(tops).size, 1, `the tabs stand in one line of ${width} px`);
     await page.screenshot({ path: path.join(shots, `page-${width}.png`) });
   }
 });
