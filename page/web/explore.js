@@ -189,8 +189,8 @@ function sayFrame(seen) {
   const { frames, kmeans: tallyKmeans, ml: tallyMl } = explore.tally;
   // While frames run, a share that can be read; of one that stands, its own number.
   const share = (/** @type {number} */ count) => `${short((100 * count) / (64 * frames), 2)} % wrong`;
-  byId("wrong-kmeans").textContent = explore.isPaused ? words[0] : share(tallyKmeans);
-  byId("wrong-ml").textContent = explore.isPaused ? words[1] : share(tallyMl);
+  byId("wrong-kmeans").textContent = explore.isPaused || !byKmeans ? words[0] : share(tallyKmeans);
+  byId("wrong-ml").textContent = explore.isPaused || !byMl ? words[1] : share(tallyMl);
   if (document.activeElement !== byId("frame")) byId("frame").value = seen.number;
   byId("rate").textContent = explore.isPaused ? "" : `${Math.round(stats.fps)} a second`;
   byId("explore-text").textContent = [

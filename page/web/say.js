@@ -19,8 +19,11 @@ function sayError(error) {
 
 /** @param {string} text As the receiver and the simulator say it. @returns {string} The same as a sentence. */
 function sentence(text) {
-  const words = text.trim();
-  return `${words.charAt(0).toUpperCase()}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
+  // More digits than anyone reads.
+  const words = text.trim().replace(/\d+\.\d{4,}/g, (number) => short(Number(number), 4));
+  // A scene's key is written as it is, such as link.l2a.
+  const first = /^\w+\.\w/.test(words) ? words.charAt(0) : words.charAt(0).toUpperCase();
+  return `${first}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
 }
 
 /** What a request ends with when its worker was ended on purpose. */
