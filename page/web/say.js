@@ -19,9 +19,10 @@ function sayError(error) {
 
 /** @param {string} text As the receiver and the simulator say it. @returns {string} The same as a sentence. */
 function sentence(text) {
-  // More digits than anyone reads.
-  const words = text.trim().replace(/\d+\.\d{4,}/g, (number) => short(Number(number), 4));
-  // A scene's key is written as it is, such as link.l2a.
+  // A key of scene files is called as its slider is, and no number has more digits than anyone reads.
+  const named = CONTROLS.reduce((known, { key, label }) => known.replaceAll(key, label), text.trim());
+  const words = named.replace(/\d+\.\d{4,}/g, (number) => short(Number(number), 4));
+  // A key without a slider is written as it is, such as camera.gamma.
   const first = /^\w+\.\w/.test(words) ? words.charAt(0) : words.charAt(0).toUpperCase();
   return `${first}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
 }

@@ -43,7 +43,7 @@ test("an address with nonsense", async (t) => {
 test("a camera that sees no panel, over a picture that is no longer the scene's", async (t) => {
   const page = await open(t, { address: "#mode=explore&scene=day" });
   await page.selectOption("#camera", "hm01b0");
-  await says(page, /LEDs are 0\.\d+ px apart/);
+  await says(page, /LEDs are 0\.\d+ px apart.* lower Distance or raise Interval/);
   const opacity = () => page.evaluate(() => Number(getComputedStyle(document.querySelector("#panel-explore .stage")).opacity));
   assert.ok((await opacity()) < 1);
   await page.fill("#set-distance_m", "100");
