@@ -177,7 +177,8 @@ fn a_stop_at_any_moment_changes_nothing() {
     let mut results = Results::new(sweep.clone());
     let mut stops = 0;
     loop {
-        let flag: &AtomicBool = Box::leak(Box::default());
+        // The first is there before the run, however long a thread waits for its turn.
+        let flag: &AtomicBool = Box::leak(Box::new(AtomicBool::new(stops == 0)));
         let engine = Run::new(&sweep, Shard::WHOLE, None).unwrap();
         let timer = std::thread::spawn(move || {
             // Ever later, so that some chunk is finished at last.
