@@ -208,14 +208,19 @@ impl SymbolClock {
     /// of which it is the end, or which was over before.
     ///
     /// Where the two cannot be told apart, and yet the frame's `reading` is sure of nearly all LEDs, it is taken for what it shows: one
-    /// symbol, which had most of the exposure, or the On LEDs of both.
+    /// symbol, which had most of the exposure, or the On LEDs of both. So is a sure reading of the symbol shown before, where little is
+    /// known of the next: a trace of another symbol may be other light, and the next frame shows it better.
     pub fn push_mixed(
         &mut self,
         frame: u64,
         reading: &SoftPanel,
         mixture: &Mixture,
     ) -> Option<Symbol> {
-        if *mixture == Mixture::INSEPARABLE && is_sure(reading) {
+        let is_repeat =
+            |current: &Current| correlation(&current.reading, reading) >= REPEAT_CORRELATION;
+        let is_of_one = *mixture == Mixture::INSEPARABLE
+            || !is_sure(&mixture.beginning) && self.current.as_ref().is_some_and(is_repeat);
+        if is_of_one && is_sure(reading) {
             self.push(frame, reading)
         } else {
             self.count(true);
@@ -606,6 +611,30 @@ mod tests {
         clock.push_mixed(20, &panel(shown(10)), &Mixture::INSEPARABLE);
         assert_eq!(clock.current(), Some(10));
         assert_eq!(clock.before(21), SoftPanel::ERASED);
+    }
+
+    #[test]
+    fn a_trace_of_another_symbol_makes_none() {
+        let mut clock = SymbolClock::new(0.3).unwrap();
+        let symbol_of = |frame: u64| (0.05 + frame as f64 * 0.3) as u64;
+        for frame in 0..200 {
+            let sure = SoftPanel::certain(PanelFrame::from_bits(shown(symbol_of(frame))), 100);
+            if frame % 7 == 3 {
+                let mut trace = sure;
+                trace.0[20..].iter_mut().for_each(|llr| *llr /= 50);
+                trace.0[40..].iter_mut().for_each(|llr| *llr = -*llr);
+                let mixture = Mixture {
+                    share: 0.05,
+                    ending: sure,
+                    beginning: trace,
+                    ..Mixture::INSEPARABLE
+                };
+                clock.push_mixed(frame, &sure, &mixture);
+            } else {
+                clock.push(frame, &sure);
+            }
+            assert_eq!(clock.current().map(u64::from), Some(symbol_of(frame)));
+        }
     }
 
     #[test]
