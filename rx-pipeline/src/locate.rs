@@ -24,6 +24,7 @@ mod memory;
 mod patch;
 mod pose_candidates;
 mod survey;
+mod suspects;
 mod verification;
 
 pub use error::LocateError;
@@ -42,9 +43,11 @@ use crate::profile::{Profile, Stage};
 use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::Blob;
 use link::camera::{Camera, CameraError};
-pub(crate) use memory::{Suspects, Workspace};
+pub(crate) use memory::Workspace;
 use pose_candidates::{Ground, Sharpened, Trial, View};
 use survey::{Peak, Survey};
+use suspects::Suspect;
+pub(crate) use suspects::Suspects;
 use verification::{Scope, Verified};
 
 /// Finds panels in frames.
@@ -78,6 +81,8 @@ pub struct Location {
     pub noise_grey: f32,
     /// Amplitude of all LEDs together over the noise of a pixel.
     pub signal_to_noise: f32,
+    /// What is left unexplained over what may be (ratio of variances).
+    pub(crate) misfit: f32,
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
     pub(crate) spots: LatticeModel,
@@ -210,9 +215,7 @@ impl Locator {
             changed,
             suspects,
         } = search;
-        let suspected = *suspects;
-        suspects.rotate_right(1);
-        suspects[0] = None;
+        let suspected = suspects.begin();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
@@ -228,7 +231,7 @@ impl Locator {
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
         for peak in survey.changed.iter().filter(unknown).take(CHANGED_PEAKS) {
-            let mut faint = None;
+            let mut is_faint = false;
             for before in earlier.iter().filter(same_size) {
                 let view = self.view(frame, Some(before), survey.noise_of_change_grey);
                 let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) else {
@@ -243,23 +246,23 @@ impl Locator {
                     UNEXPECTED
                 };
                 let enough = surprise * enough / (apart * apart);
-                let confirmed = suspected
-                    .iter()
-                    .chain([&faint])
-                    .flatten()
-                    .any(|other| here.is_close_to(other));
-                if found.signal_to_noise >= enough || confirmed && !in_motion {
+                let suspect = Suspect {
+                    lattice: here,
+                    is_misfit: found.misfit > 1.0,
+                };
+                let is_clear = found.signal_to_noise >= enough && !suspect.is_misfit;
+                if is_clear || suspected.confirm(&suspect, !in_motion) {
                     return Ok(found);
                 }
                 attempt.failure.get_or_insert(LocateError::ContrastTooLow {
                     signal_to_noise: found.signal_to_noise,
                     needed: enough,
                 });
-                faint = Some(here);
-                suspects[0] = faint;
+                is_faint |= !suspect.is_misfit;
+                suspects.keep(suspect);
             }
             // The next frame confirms it sooner than all else is looked through; but not twice in a row is all else left for that.
-            if effort != Effort::Full && suspected[0].is_none() && faint.is_some() && !in_motion {
+            if effort != Effort::Full && !suspected.was_faint() && is_faint && !in_motion {
                 return Err(attempt.failure());
             }
         }
@@ -392,17 +395,23 @@ impl<const N: usize> Attempt<'_, N> {
                     }
                     let _full = tried.push((pose.lattice, scope));
                     match self.verified(&view, scope, &pose) {
-                        Ok(verified) if verified.is_beyond_doubt() => {
+                        Ok(verified) if verified.misfit <= 1.0 && verified.is_beyond_doubt() => {
                             return Some(verified.location());
                         }
                         // What passes may still be the second best of all poses.
                         Ok(verified) => {
-                            let better =
-                                |best: &Verified| verified.residual_grey < best.residual_grey;
+                            let is_misfit = verified.misfit > 1.0;
+                            let better = |best: &Verified| match (is_misfit, best.misfit > 1.0) {
+                                (false, true) => true,
+                                (true, false) => false,
+                                _ => verified.residual_grey < best.residual_grey,
+                            };
                             if best.as_ref().is_none_or(better) {
                                 best = Some(verified);
                             }
-                            break;
+                            if !is_misfit {
+                                break;
+                            }
                         }
                         Err(why) => {
                             failure.get_or_insert(why);
@@ -410,7 +419,7 @@ impl<const N: usize> Attempt<'_, N> {
                     }
                 }
             }
-            if best.is_some() {
+            if best.as_ref().is_some_and(|best| best.misfit <= 1.0) {
                 break;
             }
         }

@@ -254,6 +254,9 @@ pub mod verification {
     pub const EXCUSED_IF_DISTINCT: f32 = 0.17;
     /// But no more than that.
     pub const EXCUSED_MOST: f32 = 0.3;
+    /// What a lattice in the change between two frames may leave, if it is then seen there again and again (multiple of what is excused).
+    /// Higher: lenses and codecs of other kinds are excused, and more that is no panel is remembered.
+    pub const MOST_MISFIT: f32 = 2.5;
     /// A single frame in which what lies around the panel was taken for its ground is looked at within the panel's outline too if it leaves
     /// no more than this (ratio to what would do). Higher: slower.
     pub const NEARLY_FITS: f32 = 1.25;
@@ -335,6 +338,11 @@ pub mod search {
     pub const FAINT: f32 = 55.0;
     /// Frames back in which it may have shown (count). More: faint panels are found sooner.
     pub const LOOKS_BACK: usize = 3;
+    /// Frames back in which a lattice that leaves too much, or shows as faintly as what moves, may have shown (count), and those in which
+    /// it has to (count). More of the first: such panels are found sooner; of the second: more surely.
+    pub const REMEMBERED: usize = 8;
+    /// See there.
+    pub const SIGHTINGS: usize = 2;
     /// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
     /// look like anything.
     pub const FAINT_IN_MOTION: f32 = 200.0;
@@ -395,6 +403,11 @@ pub mod tracking {
     pub const GATE_LEAST: f32 = 0.25;
     /// The same where the panel is not expected: clutter explains some of itself too.
     pub const GATE_LEAST_ELSEWHERE: f32 = 0.7;
+    /// A frame shows the panel too if it leaves less of each pixel than this (multiple of what frames usually leave), and explains more
+    /// than this (share of what they usually explain): a symbol with few LEDs On. Higher and lower: what is no panel is followed.
+    pub const LEFT_MOST: f32 = 1.3;
+    /// See there.
+    pub const SIGNAL_LEAST: f32 = 0.3;
     /// A panel that has lately been nearer to where it was expected has not jumped by a line (pitches). Lower: slower where
     /// cameras shake.
     pub const ON_COURSE: f32 = 0.1;

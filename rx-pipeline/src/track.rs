@@ -41,6 +41,42 @@ impl Gate {
     };
 }
 
+/// What frames that show the panel are like, on average.
+#[derive(Clone, Copy, Debug)]
+struct Usual {
+    /// Share of the light that the panel explains.
+    explained: f32,
+    /// What it explains and what it leaves of each pixel (grey levels squared).
+    signal: f32,
+    left: f32,
+}
+
+impl Usual {
+    fn of(slope: &Slope) -> Self {
+        let pixels = slope.pixels.max(1) as f32;
+        Self {
+            explained: slope.explained(),
+            signal: (slope.total - slope.squares) / pixels,
+            left: slope.squares / pixels,
+        }
+    }
+
+    /// With another frame.
+    fn and(self, other: Self) -> Self {
+        let mean = |usual: f32, now: f32| usual + (now - usual) / MEMORY_FRAMES;
+        Self {
+            explained: mean(self.explained, other.explained),
+            signal: mean(self.signal, other.signal),
+            left: mean(self.left, other.left),
+        }
+    }
+
+    /// Whether another frame leaves no more, though its symbol may have fewer LEDs On.
+    fn leaves_as_little(self, other: Self) -> bool {
+        other.left < LEFT_MOST * self.left && other.signal > SIGNAL_LEAST * self.signal
+    }
+}
+
 /// Where a panel is, how it moves, and how bright it is.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track {
@@ -48,7 +84,7 @@ pub(crate) struct Track {
     /// Change of the lattice in a frame.
     speed: Lattice,
     speed_known: bool,
-    usual: Option<f32>,
+    usual: Option<Usual>,
     /// How far from where it was expected it has been lately (pitches); none of a panel whose place was told, and so its lines.
     astray: Option<f32>,
     last_seen: u64,
@@ -237,7 +273,9 @@ impl Track {
             state,
             ..self.spots
         };
-        let needed = self.usual.map_or(gate.least, |usual| gate.share * usual);
+        let needed = self
+            .usual
+            .map_or(gate.least, |usual| gate.share * usual.explained);
         let nothing = TrackError::DoesNotFit {
             explained: 0.0,
             needed,
@@ -250,8 +288,10 @@ impl Track {
         let (spots, slope) = self
             .settled(start, observation, window, residuals)
             .ok_or(nothing)?;
-        let explained = slope.explained();
-        if explained.is_nan() || explained < needed {
+        let now = Usual::of(&slope);
+        let explained = now.explained;
+        let is_as_usual = self.usual.is_some_and(|usual| usual.leaves_as_little(now));
+        if explained.is_nan() || explained < needed && !is_as_usual {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
         let levels = spots
@@ -269,9 +309,7 @@ impl Track {
         let speed = self.corrected_speed(&seen, &off, elapsed);
         let [dx, dy] = difference(&shaped.lattice, &self.predicted(number)).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
-        let usual = self.usual.map_or(explained, |usual| {
-            usual + (explained - usual) / MEMORY_FRAMES
-        });
+        let usual = self.usual.map_or(now, |usual| usual.and(now));
         let sigma = self.spots.sigma + WIDTH_GAIN * (shaped.sigma - self.spots.sigma);
         let track = Self {
             spots: LatticeModel {
@@ -299,7 +337,7 @@ impl Track {
     /// Whether it may be seen halfway between two lines, by the share of the light that it explains: it is not where it was expected, and
     /// explains less than usual.
     pub fn may_be_elsewhere(&self, explained: f32) -> bool {
-        let usual = self.usual.unwrap_or(1.0);
+        let usual = self.usual.map_or(1.0, |usual| usual.explained);
         self.astray.is_some_and(|astray| astray > NEAR_COURSE)
             && explained < LESS_THAN_USUAL * usual
     }
@@ -350,7 +388,7 @@ impl Track {
             return Some((fit.spots, fit.slope));
         }
         for _ in 0..ROUNDS {
-            if slope.explained() >= SETTLED * self.usual.unwrap_or(1.0) {
+            if slope.explained() >= SETTLED * self.usual.map_or(1.0, |usual| usual.explained) {
                 break;
             }
             let place = self.reshaped(&spots, &slope)?.lattice;
@@ -407,4 +445,30 @@ fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {
 
 fn difference(a: &Lattice, b: &Lattice) -> Lattice {
     moved(a, b, [-1.0; 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_symbol_of_few_leds_is_known_by_what_it_leaves() {
+        let usual = Usual {
+            explained: 0.95,
+            signal: 400.0,
+            left: 20.0,
+        };
+        let few = Usual {
+            explained: 0.88,
+            signal: 150.0,
+            ..usual
+        };
+        assert!(usual.leaves_as_little(few));
+        assert!(!usual.leaves_as_little(Usual { left: 30.0, ..few }));
+        let dark = Usual {
+            signal: 100.0,
+            ..few
+        };
+        assert!(!usual.leaves_as_little(dark));
+    }
 }

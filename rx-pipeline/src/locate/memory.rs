@@ -1,12 +1,8 @@
 //! The working memory of a search.
 
 use super::survey::Tiles;
-use crate::lattice::Lattice;
-use crate::parameters::search::LOOKS_BACK;
+use super::suspects::Suspects;
 use crate::spots::Residuals;
-
-/// Where each of the last frames showed a change too faint to be sure, the latest first.
-pub(crate) type Suspects = [Option<Lattice>; LOOKS_BACK];
 
 /// What a search through frames of any size needs: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of stack.
 pub struct SearchMemory {
@@ -20,7 +16,7 @@ impl SearchMemory {
     const EMPTY: Self = Self {
         busy: Tiles::new(),
         changed: Tiles::new(),
-        suspects: [None; LOOKS_BACK],
+        suspects: Suspects::NONE,
     };
 
     /// Memory that holds nothing. On a computer, `Box::default()` makes it where it stays.

@@ -12,7 +12,7 @@ use crate::corners::Corners;
 use crate::fit::Fit;
 use crate::parameters::verification::*;
 use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals};
-use criteria::examine;
+use criteria::{Passed, examine};
 use led_likeness::LedLikeness;
 use link::panel::LEDS;
 use settling::Settling;
@@ -24,6 +24,8 @@ pub(super) struct Verified {
     pub residual_grey: f32,
     pub noise_grey: f32,
     pub signal_to_noise: f32,
+    /// What is left unexplained over what may be (ratio of variances).
+    pub misfit: f32,
     pub is_amid_clutter: bool,
 }
 
@@ -39,6 +41,7 @@ impl Verified {
             residual_grey: self.residual_grey,
             noise_grey: self.noise_grey,
             signal_to_noise: self.signal_to_noise,
+            misfit: self.misfit,
             spot_sigma_px: self.spots.sigma,
             spots: self.spots,
             is_amid_clutter: self.is_amid_clutter,
@@ -129,7 +132,10 @@ pub(super) fn verify<const N: usize>(
         residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
-    let signal_to_noise = examine(&fitted, noise, scope)?;
+    let Passed {
+        signal_to_noise,
+        misfit,
+    } = examine(&fitted, noise, scope)?;
     let lit_around = match scope {
         Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
         _ => residuals.lit_around(&fitted.spots, window),
@@ -148,6 +154,7 @@ pub(super) fn verify<const N: usize>(
         residual_grey: fitted.residual_grey(),
         noise_grey: libm::sqrtf(noise),
         signal_to_noise,
+        misfit,
         is_amid_clutter: scope == Scope::Board,
         spots: fitted.spots,
     })

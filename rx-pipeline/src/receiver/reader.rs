@@ -243,6 +243,13 @@ impl Reader {
                 }
                 here
             }
+            // What has been at rest does not jump.
+            Err(_) if track.speed_known() && track.is_on_course() => {
+                match self.attempt(track, expected, Gate::STILL, input, profile) {
+                    Ok(here) => return Ok(here),
+                    here => here,
+                }
+            }
             here => here,
         };
         let near = profile.timed(Stage::Search, || {

@@ -8,11 +8,18 @@ use crate::parameters::verification::*;
 use crate::spots::{LatticeModel, Slope};
 use link::framing::SYNC;
 
-/// All that needs nothing but the fit, with `noise` the variance of a pixel; gives the signal-to-noise ratio.
-pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, LocateError> {
+/// What a lattice that passes is like.
+pub(super) struct Passed {
+    pub signal_to_noise: f32,
+    /// What is left unexplained over what may be (ratio of variances): above 1 only in the change between two frames.
+    pub misfit: f32,
+}
+
+/// All that needs nothing but the fit, with `noise` the variance of a pixel.
+pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<Passed, LocateError> {
     let Fit { spots, slope } = fitted;
     unsaturated(slope)?;
-    explained_down_to_noise(fitted, noise, scope)?;
+    let misfit = explained_down_to_noise(fitted, noise, scope)?;
     let signal_to_noise = clear(slope, noise, scope)?;
     random(spots, scope)?;
     all_edges_seen(spots, slope, noise)?;
@@ -26,7 +33,10 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, Loc
     }
     seen_from_before(&spots.lattice)?;
     as_wide_as_leds(spots)?;
-    Ok(signal_to_noise)
+    Ok(Passed {
+        signal_to_noise,
+        misfit,
+    })
 }
 
 fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
@@ -38,7 +48,8 @@ fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
     Ok(())
 }
 
-fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<(), LocateError> {
+/// What is left over what may be.
+fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     let Fit { spots, slope } = fitted;
     let pixels = slope.pixels as f32;
     let signal = (slope.total - noise * pixels).max(0.0);
@@ -53,13 +64,15 @@ fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<(),
     };
     let allowed =
         EXCUSED_NOISE[mode] * noise * pixels + excused * apart * apart * apart * apart * signal;
-    if slope.squares.is_nan() || slope.squares > allowed {
+    let most = if scope.is_single() { 1.0 } else { MOST_MISFIT };
+    let misfit = slope.squares / allowed;
+    if misfit.is_nan() || misfit > most {
         return Err(LocateError::GridDoesNotFit {
             residual_grey: fitted.residual_grey(),
             allowed_grey: libm::sqrtf(allowed / pixels.max(1.0)),
         });
     }
-    Ok(())
+    Ok(misfit)
 }
 
 /// The signal-to-noise ratio, in amplitude.

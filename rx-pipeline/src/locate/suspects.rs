@@ -1,0 +1,119 @@
+//! Changes that may be a panel's, but are not sure: what is seen again is one.
+
+use crate::lattice::Lattice;
+use crate::parameters::search::{LOOKS_BACK, REMEMBERED, SIGHTINGS};
+
+/// A change that may be a panel's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Suspect {
+    pub lattice: Lattice,
+    /// Whether it leaves more than is excused.
+    pub is_misfit: bool,
+}
+
+/// The suspects of the last searches, the latest first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Suspects([Option<Suspect>; REMEMBERED]);
+
+impl Suspects {
+    /// Suspects of no search.
+    pub const NONE: Self = Self([None; REMEMBERED]);
+
+    /// Those of the searches before this one, whose own are still to come.
+    pub fn begin(&mut self) -> Self {
+        let before = *self;
+        self.0.rotate_right(1);
+        self.0[0] = None;
+        before
+    }
+
+    /// Keeps a suspect of this search: the first one, and rather one that fits.
+    pub fn keep(&mut self, suspect: Suspect) {
+        if self.0[0].is_none_or(|kept| kept.is_misfit && !suspect.is_misfit) {
+            self.0[0] = Some(suspect);
+        }
+    }
+
+    /// Whether the last search had one that fits.
+    pub fn was_faint(&self) -> bool {
+        self.0[0].is_some_and(|suspect| !suspect.is_misfit)
+    }
+
+    /// Whether these searches saw the same lattice: one that fits was seen lately while the camera is `at_rest`; any, again and again.
+    pub fn confirm(&self, suspect: &Suspect, at_rest: bool) -> bool {
+        let same = |other: &&Suspect| suspect.lattice.is_close_to(&other.lattice);
+        let mut lately = self.0[..LOOKS_BACK].iter().flatten().filter(same);
+        let sightings = self.0.iter().flatten().filter(same).count();
+        at_rest && !suspect.is_misfit && lately.any(|other| !other.is_misfit)
+            || sightings >= SIGHTINGS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    const HERE: Lattice = Lattice {
+        centre: [60.0, 50.0],
+        column: [5.0, 0.0],
+        row: [0.0, 5.0],
+        tilt: [0.0; 2],
+    };
+    const ELSEWHERE: Lattice = Lattice {
+        centre: [65.0, 50.0],
+        ..HERE
+    };
+
+    fn seen(lattice: Lattice, is_misfit: bool) -> Option<Suspect> {
+        Some(Suspect { lattice, is_misfit })
+    }
+
+    /// Whether each search would have found its suspect a panel.
+    fn confirmed(searches: &[Option<Suspect>], at_rest: bool) -> Vec<bool> {
+        let mut suspects = Suspects::NONE;
+        let search = |suspect: &Option<Suspect>| {
+            let before = suspects.begin();
+            suspect.is_some_and(|suspect| {
+                suspects.keep(suspect);
+                before.confirm(&suspect, at_rest)
+            })
+        };
+        searches.iter().map(search).collect()
+    }
+
+    #[test]
+    fn a_faint_panel_at_rest_is_one_when_another_frame_shows_it() {
+        let faint = seen(HERE, false);
+        assert_eq!(confirmed(&[faint, faint], true), [false, true]);
+        assert_eq!(
+            confirmed(&[faint, seen(ELSEWHERE, false)], true),
+            [false; 2]
+        );
+        let later = [&[faint][..], &[None; LOOKS_BACK], &[faint]].concat();
+        assert!(!confirmed(&later, true).contains(&true));
+    }
+
+    #[test]
+    fn misfits_and_what_moves_have_to_be_seen_again_and_again() {
+        for (suspect, at_rest) in [(seen(HERE, true), true), (seen(HERE, false), false)] {
+            let other = seen(ELSEWHERE, false);
+            let searches = [suspect, None, suspect, other, None, suspect];
+            let expected = [false, false, false, false, false, true];
+            assert_eq!(confirmed(&searches, at_rest), expected);
+            let rarely = [&[suspect, suspect][..], &[None; REMEMBERED], &[suspect]].concat();
+            assert!(!confirmed(&rarely, at_rest).contains(&true));
+        }
+    }
+
+    #[test]
+    fn one_that_fits_takes_the_place_of_one_that_does_not() {
+        let mut suspects = Suspects::NONE;
+        suspects.keep(seen(ELSEWHERE, true).unwrap());
+        assert!(!suspects.was_faint());
+        suspects.keep(seen(HERE, false).unwrap());
+        suspects.keep(seen(ELSEWHERE, false).unwrap());
+        assert!(suspects.was_faint());
+        assert!(suspects.confirm(&seen(HERE, false).unwrap(), true));
+    }
+}
