@@ -424,6 +424,9 @@ pub mod tracking {
     pub const LINE_LEFT: f32 = 0.8;
     /// What frames usually explain is the mean over about so many (frames).
     pub const MEMORY_FRAMES: f32 = 16.0;
+    /// A panel whose bits are less sure over these frames is looked for again (probability that a bit is right). Higher: slower where
+    /// noise makes bits unsure.
+    pub const TRUST_LEAST: f32 = 0.95;
     /// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
     /// track, since simpler bits are too often wrong, and a fit in several steps, since place, width and levels hang together. Higher:
     /// slower.
@@ -433,7 +436,7 @@ pub mod tracking {
     /// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
     pub const ROUNDS: usize = 3;
     /// What explains more is settled (share of what frames usually explain).
-    pub const SETTLED: f32 = 0.9;
+    pub const SETTLED: f32 = 0.95;
     /// The damping of the steps (share of the curvature).
     pub const DAMPING: f32 = 0.05;
 }

@@ -164,6 +164,7 @@ impl<
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
+        let mut is_searched = false;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, deframer } = panel;
             let tools = &mut memory.tools(residuals);
@@ -172,7 +173,23 @@ impl<
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
-                Some(reading) if !twice => {
+                Some(mut reading) if !twice => {
+                    if reader.is_doubtful() && !is_searched {
+                        is_searched = true;
+                        let query = Query {
+                            number,
+                            frame,
+                            locator: &self.locator,
+                            known: &known,
+                            residuals,
+                        };
+                        if let Ok(location) = self.search.find(query, profile) {
+                            let tools = &mut memory.tools(residuals);
+                            let found =
+                                reader.find_again(number, frame, &location, tools, canvas, profile);
+                            reading = found.unwrap_or(reading);
+                        }
+                    }
                     known.extend(reader.corners());
                     if !reader.is_following() {
                         vacant.get_or_insert(None);
@@ -186,10 +203,12 @@ impl<
             }
         }
         let Some(vacant) = vacant else {
-            self.search.forget();
+            if !is_searched {
+                self.search.forget();
+            }
             return;
         };
-        let Some((index, reader, deframer, memory)) = vacant else {
+        let Some((index, reader, deframer, memory)) = vacant.filter(|_| !is_searched) else {
             return;
         };
         let query = Query {

@@ -16,6 +16,7 @@ use crate::lattice::Lattice;
 pub(crate) use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
 use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, SAME_CELLS};
+use crate::parameters::tracking::{MEMORY_FRAMES, TRUST_LEAST};
 use crate::profile::{Profile, Stage};
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::symbols::{Symbol, SymbolClock};
@@ -70,6 +71,8 @@ pub(crate) struct Reader {
     cells: Option<Corners>,
     /// Where in the frame the panel was seen.
     seen: Option<Corners>,
+    /// How sure the bits of the last frames were, on average.
+    trust: f32,
 }
 
 impl Reader {
@@ -86,6 +89,7 @@ impl Reader {
             frame_size: (0, 0),
             cells: None,
             seen: None,
+            trust: 1.0,
         })
     }
 
@@ -183,6 +187,9 @@ impl Reader {
                     }
                 };
                 self.track = Some(track);
+                if reading.detection.mixed.is_none() {
+                    self.trust += (reading.detection.confidence - self.trust) / MEMORY_FRAMES;
+                }
                 self.in_frame(reading)
             }
             Err(loss) => Err(self.miss(track, view.loss_in_frame(loss, self.frame_size))),
@@ -305,6 +312,30 @@ impl Reader {
         }
     }
 
+    /// Whether bits are so unsure that what is followed may be no panel, or lie beside one. Other methods than maximum likelihood do not
+    /// tell.
+    pub fn is_doubtful(&self) -> bool {
+        self.method == Method::MaximumLikelihood && self.trust < TRUST_LEAST
+    }
+
+    /// Reads a panel that was looked for although one is followed, and follows it from now on; `None` if it is the same.
+    pub fn find_again<const N: usize>(
+        &mut self,
+        number: u64,
+        frame: &Frame<'_>,
+        location: &Location,
+        tools: &mut Tools<'_, N>,
+        canvas: &mut [u8],
+        profile: &mut impl Profile,
+    ) -> Option<Result<Reading, Loss>> {
+        let followed = self.corners().map(|corners| Lattice::through(&corners));
+        if followed.is_some_and(|lattice| lattice.is_close_to(&location.spots.lattice)) {
+            self.trust = 1.0;
+            return None;
+        }
+        Some(self.begin(number, frame, location, tools, canvas, profile))
+    }
+
     /// Reads a panel just found, and follows it.
     pub fn begin<const N: usize>(
         &mut self,
@@ -329,6 +360,7 @@ impl Reader {
             .and_then(|reading| self.read_well(number, &drawn, spots, reading, tools, profile))
             .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
         self.track = Some(track);
+        self.trust = 1.0;
         self.in_frame(reading)
     }
 
