@@ -66,7 +66,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         ascent.gains_by_flips(schur, gains);
         let mut groups = gains.groups();
         *flip_cost = groups.map(|group| (-group.gain).max(0.0));
-        groups.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+        FlipSet::sort(&mut groups);
         self.take_best(estimate, &mut groups[..TRIES], prior)
     }
 

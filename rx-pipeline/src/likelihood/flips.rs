@@ -10,6 +10,15 @@ pub(super) struct FlipSet {
     pub gain: f32,
 }
 
+impl FlipSet {
+    /// Those that gain most first.
+    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    #[inline(never)]
+    pub fn sort(sets: &mut [Self]) {
+        sets.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+    }
+}
+
 /// What flips gain, in nats, as a quadratic form: Σ slope·δ + ½·Σ pair·δ·δ over the LEDs, δ = 1 for those that flip.
 pub(super) struct FlipGains {
     /// By how much the likelihood rises with each flip alone: what it gains, less what its pair with itself takes off.

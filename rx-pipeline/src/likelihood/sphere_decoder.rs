@@ -86,7 +86,7 @@ pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
             return None;
         }
     }
-    sets[..count].sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
+    FlipSet::sort(&mut sets[..count]);
     Some(Candidates { sets, count })
 }
 
