@@ -171,6 +171,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.experience.levels = LevelPrior::NONE;
     }
 
+    /// Goes on with LEDs of which nothing is known, as those of another place are.
+    #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
+    pub(crate) fn forget_leds(&mut self) {
+        self.experience.leds = LedMoments::NONE;
+    }
+
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;

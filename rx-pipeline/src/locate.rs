@@ -254,9 +254,16 @@ impl Locator {
                 if is_clear || suspected.confirm(&suspect, !in_motion) {
                     return Ok(found);
                 }
-                attempt.failure.get_or_insert(LocateError::ContrastTooLow {
-                    signal_to_noise: found.signal_to_noise,
-                    needed: enough,
+                attempt.failure.get_or_insert(if suspect.is_misfit {
+                    LocateError::GridDoesNotFit {
+                        residual_grey: found.residual_grey,
+                        allowed_grey: found.residual_grey / libm::sqrtf(found.misfit),
+                    }
+                } else {
+                    LocateError::ContrastTooLow {
+                        signal_to_noise: found.signal_to_noise,
+                        needed: enough,
+                    }
                 });
                 is_faint |= !suspect.is_misfit;
                 suspects.keep(suspect);

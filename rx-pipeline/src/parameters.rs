@@ -333,19 +333,18 @@ pub mod search {
     pub const LEAST_NOISE_GREY: f32 = 0.3;
     /// Columns and rows around a known panel in which no other is looked for (pitches, from the first LED on).
     pub const KNOWN: RangeInclusive<f64> = -3.0..=10.0;
-    /// A change fainter than this has to show from another earlier frame too (amplitude ratio): moving things may look
-    /// like a panel once.
+    /// A change fainter than this has to show in another search too (amplitude ratio): moving things may look like a panel once.
     pub const FAINT: f32 = 55.0;
-    /// Frames back in which it may have shown (count). More: faint panels are found sooner.
-    pub const LOOKS_BACK: usize = 3;
-    /// Frames back in which a lattice that leaves too much, or shows as faintly as what moves, may have shown (count), and those in which
-    /// it has to (count). More of the first: such panels are found sooner; of the second: more surely.
-    pub const REMEMBERED: usize = 8;
-    /// See there.
-    pub const SIGHTINGS: usize = 2;
     /// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
     /// look like anything.
     pub const FAINT_IN_MOTION: f32 = 200.0;
+    /// Searches back in which it may have shown (count). More: faint panels are found sooner.
+    pub const LOOKS_BACK: usize = 3;
+    /// Searches back in which a lattice may have shown that leaves too much, or is faint while the camera moves, and those in which it has
+    /// to (count). More of the first: such panels are found sooner; of the second: more surely.
+    pub const REMEMBERED: usize = 8;
+    /// See there.
+    pub const SIGHTINGS: usize = 2;
     /// Spots of another width than expected have to show so much more clearly (factor): any width fits some edge that moves.
     pub const UNEXPECTED: f32 = 2.5;
     /// The width expected, over that of the narrowest and of the widest LED under the blur that was told (ratio).
@@ -397,7 +396,7 @@ pub mod tracking {
     /// Of what frames usually explain, a panel where it is expected explains this much, at least (share of the light
     /// there).
     pub const GATE_SHARE: f32 = 0.85;
-    /// The same where it also looks likeliest to be: a frame that straddles two symbols explains this little.
+    /// The same where it also looks likeliest to be, or has lately been on course: a frame that straddles two symbols explains this little.
     pub const GATE_SHARE_LIKELIEST: f32 = 0.5;
     /// What it explains as long as it is not known what is usual, at least (share of the light there).
     pub const GATE_LEAST: f32 = 0.25;

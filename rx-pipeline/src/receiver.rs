@@ -31,7 +31,7 @@ use crate::camera::Learnt;
 use crate::cells::CellsError;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::locate::{LocateError, Locator};
+use crate::locate::{LocateError, Location, Locator};
 use crate::profile::Profile;
 use heapless::Vec;
 use link::framing::{Deframer, Event};
@@ -164,7 +164,8 @@ impl<
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
-        let mut is_searched = false;
+        // The first panel that may not be where it is followed, and what was read there.
+        let mut doubtful = None;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, deframer } = panel;
             let tools = &mut memory.tools(residuals);
@@ -173,23 +174,10 @@ impl<
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
-                Some(mut reading) if !twice => {
-                    if reader.is_doubtful() && !is_searched {
-                        is_searched = true;
-                        let query = Query {
-                            number,
-                            frame,
-                            locator: &self.locator,
-                            known: &known,
-                            residuals,
-                        };
-                        if let Ok(location) = self.search.find(query, profile) {
-                            let tools = &mut memory.tools(residuals);
-                            let found =
-                                reader.find_again(number, frame, &location, tools, canvas, profile);
-                            reading = found.unwrap_or(reading);
-                        }
-                    }
+                Some(reading) if !twice && reader.is_doubtful() && doubtful.is_none() => {
+                    doubtful = Some((index, reader, deframer, memory, reading));
+                }
+                Some(reading) if !twice => {
                     known.extend(reader.corners());
                     if !reader.is_following() {
                         vacant.get_or_insert(None);
@@ -202,15 +190,13 @@ impl<
                 }
             }
         }
-        let Some(vacant) = vacant else {
-            if !is_searched {
-                self.search.forget();
-            }
+        if vacant.is_none() && doubtful.is_none() {
+            self.search.forget();
+        }
+        let vacant = vacant.flatten();
+        if vacant.is_none() && doubtful.is_none() {
             return;
-        };
-        let Some((index, reader, deframer, memory)) = vacant.filter(|_| !is_searched) else {
-            return;
-        };
+        }
         let query = Query {
             number,
             frame,
@@ -218,7 +204,25 @@ impl<
             known: &known,
             residuals,
         };
-        let found = self.search.find(query, profile);
+        let mut found = self.search.find(query, profile);
+        if let Some((index, reader, deframer, memory, mut reading)) = doubtful {
+            let place = reader.corners();
+            let is_here =
+                |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
+            if let Ok(location) = &found
+                && (vacant.is_none() || is_here(location))
+            {
+                let tools = &mut memory.tools(residuals);
+                let again = reader.find_again(number, frame, location, tools, canvas, profile);
+                reading = again.map_or(reading, Ok);
+                found = Err(Loss::NoPlace);
+            }
+            known.extend(reader.corners());
+            tell(index, reader.outcome(number, reading, deframer, profile));
+        }
+        let Some((index, reader, deframer, memory)) = vacant else {
+            return;
+        };
         let tools = &mut memory.tools(residuals);
         let reading = found
             .and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));

@@ -309,7 +309,12 @@ impl Track {
         let speed = self.corrected_speed(&seen, &off, elapsed);
         let [dx, dy] = difference(&shaped.lattice, &self.predicted(number)).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
-        let usual = self.usual.map_or(now, |usual| usual.and(now));
+        let usual = match self.usual {
+            // What few LEDs explain is not what to expect of others.
+            Some(usual) if explained < needed => usual,
+            Some(usual) => usual.and(now),
+            None => now,
+        };
         let sigma = self.spots.sigma + WIDTH_GAIN * (shaped.sigma - self.spots.sigma);
         let track = Self {
             spots: LatticeModel {

@@ -11,6 +11,13 @@ pub(crate) struct Suspect {
     pub is_misfit: bool,
 }
 
+impl Suspect {
+    /// Whether both are on the same lattice.
+    fn is_as(&self, other: &Self) -> bool {
+        self.lattice.is_close_to(&other.lattice)
+    }
+}
+
 /// The suspects of the last searches, the latest first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Suspects([Option<Suspect>; REMEMBERED]);
@@ -27,10 +34,15 @@ impl Suspects {
         before
     }
 
-    /// Keeps a suspect of this search: the first one, and rather one that fits.
+    /// Keeps a suspect of this search: rather one that was seen before, then rather one that fits, then the last one.
     pub fn keep(&mut self, suspect: Suspect) {
-        if self.0[0].is_none_or(|kept| kept.is_misfit && !suspect.is_misfit) {
-            self.0[0] = Some(suspect);
+        let [latest, before @ ..] = &mut self.0;
+        let rank = |one: &Suspect| {
+            let mut before = before.iter().flatten();
+            (before.any(|other| one.is_as(other)), !one.is_misfit)
+        };
+        if latest.is_none_or(|kept| rank(&kept) <= rank(&suspect)) {
+            *latest = Some(suspect);
         }
     }
 
@@ -41,7 +53,7 @@ impl Suspects {
 
     /// Whether these searches saw the same lattice: one that fits was seen lately while the camera is `at_rest`; any, again and again.
     pub fn confirm(&self, suspect: &Suspect, at_rest: bool) -> bool {
-        let same = |other: &&Suspect| suspect.lattice.is_close_to(&other.lattice);
+        let same = |other: &&Suspect| suspect.is_as(other);
         let mut lately = self.0[..LOOKS_BACK].iter().flatten().filter(same);
         let sightings = self.0.iter().flatten().filter(same).count();
         at_rest && !suspect.is_misfit && lately.any(|other| !other.is_misfit)
@@ -107,13 +119,22 @@ mod tests {
     }
 
     #[test]
-    fn one_that_fits_takes_the_place_of_one_that_does_not() {
-        let mut suspects = Suspects::NONE;
-        suspects.keep(seen(ELSEWHERE, true).unwrap());
-        assert!(!suspects.was_faint());
-        suspects.keep(seen(HERE, false).unwrap());
-        suspects.keep(seen(ELSEWHERE, false).unwrap());
-        assert!(suspects.was_faint());
-        assert!(suspects.confirm(&seen(HERE, false).unwrap(), true));
+    fn one_seen_before_is_kept_then_one_that_fits_then_the_last() {
+        let kept = |searches: &[&[Option<Suspect>]]| {
+            let mut suspects = Suspects::NONE;
+            for search in searches {
+                suspects.begin();
+                search
+                    .iter()
+                    .flatten()
+                    .for_each(|&suspect| suspects.keep(suspect));
+            }
+            suspects.0[0].unwrap().lattice
+        };
+        let [here, elsewhere] = [HERE, ELSEWHERE].map(|lattice| seen(lattice, false));
+        let misfit = seen(HERE, true);
+        assert_eq!(kept(&[&[misfit], &[misfit, elsewhere]]), HERE);
+        assert_eq!(kept(&[&[elsewhere, misfit]]), ELSEWHERE);
+        assert_eq!(kept(&[&[here, elsewhere]]), ELSEWHERE);
     }
 }

@@ -10,6 +10,9 @@ use link::panel::SoftPanel;
 /// No detector. No receiver goes by maximum likelihood without the feature, so that nobody asks it.
 pub(crate) struct MaximumLikelihood<const PIXELS: usize>;
 
+/// What it has learnt.
+pub(crate) struct Nothing;
+
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub const fn empty() -> Self {
         Self
@@ -18,6 +21,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub fn prepare(&mut self, _: Camera) {}
 
     pub fn go_on_in_pixels(&mut self, _: usize, _: f32) {}
+
+    pub fn forget_leds(&mut self) {}
+
+    pub fn experience(&self) -> Nothing {
+        Nothing
+    }
+
+    pub fn set_experience(&mut self, _: Nothing) {}
 
     pub fn learnt(&self) -> Option<Learnt> {
         None

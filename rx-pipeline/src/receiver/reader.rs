@@ -250,10 +250,13 @@ impl Reader {
                 }
                 here
             }
-            // What has been at rest does not jump.
-            Err(_) if track.speed_known() && track.is_on_course() => {
+            // What has been where it was expected is likeliest still there.
+            Err(Loss::Coasting {
+                why: TrackError::DoesNotFit { .. },
+                ..
+            }) if track.speed_known() && track.is_on_course() => {
                 match self.attempt(track, expected, Gate::STILL, input, profile) {
-                    Ok(here) => return Ok(here),
+                    Ok(here) if here.0.is_on_course() => return Ok(here),
                     here => here,
                 }
             }
@@ -315,10 +318,11 @@ impl Reader {
     /// Whether bits are so unsure that what is followed may be no panel, or lie beside one. Other methods than maximum likelihood do not
     /// tell.
     pub fn is_doubtful(&self) -> bool {
-        self.method == Method::MaximumLikelihood && self.trust < TRUST_LEAST
+        self.is_following() && self.method == Method::MaximumLikelihood && self.trust < TRUST_LEAST
     }
 
-    /// Reads a panel that was looked for although one is followed, and follows it from now on; `None` if it is the same.
+    /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are sure. Nothing has changed
+    /// if they are not, or if it is the same.
     pub fn find_again<const N: usize>(
         &mut self,
         number: u64,
@@ -327,13 +331,37 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Option<Result<Reading, Loss>> {
+    ) -> Option<Reading> {
         let followed = self.corners().map(|corners| Lattice::through(&corners));
         if followed.is_some_and(|lattice| lattice.is_close_to(&location.spots.lattice)) {
             self.trust = 1.0;
             return None;
         }
-        Some(self.begin(number, frame, location, tools, canvas, profile))
+        let (before, learnt) = (self.clone(), tools.likelihood.experience());
+        tools.likelihood.forget_leds();
+        let found = self.begin(number, frame, location, tools, canvas, profile);
+        let is_sure = |reading: &Reading| reading.detection.confidence >= TRUST_LEAST;
+        let found = found.ok().filter(is_sure);
+        if found.is_none() {
+            self.go_back(before, tools);
+            tools.likelihood.set_experience(learnt);
+        }
+        found
+    }
+
+    /// Goes on as `before`.
+    fn go_back<const N: usize>(&mut self, before: Self, tools: &mut Tools<'_, N>) {
+        let grid = before.view.grid;
+        let track = before.track.and_then(|track| {
+            let view = self.look_at(&grid.lattice_to_frame(&track.spots().lattice), tools)?;
+            Some(track.seen_in(&grid, &view.grid, view.frame_size()))
+        });
+        *self = Self {
+            track,
+            view: self.view,
+            cells: None,
+            ..before
+        };
     }
 
     /// Reads a panel just found, and follows it.
@@ -509,6 +537,7 @@ impl Reader {
         let track = Track::placed(spots, frame_size);
         let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
         (self.track, self.seen) = (Some(track), Some(corners));
+        self.trust = 1.0;
         Ok(())
     }
 

@@ -56,7 +56,7 @@ impl<const PIXELS: usize> Search<PIXELS> for NoSearch {
     fn forget(&mut self) {}
 }
 
-/// Looks through whole frames, as long as fewer panels are followed than there may be.
+/// Looks through whole frames, as long as fewer panels are followed than there may be, or maximum likelihood reads one with unsure bits.
 ///
 /// `L` is where its [memory](SearchMemory) is: `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` keeps the last frames,
 /// so that a panel that does not stand out is found by its blinking: anything that lends a slice of bytes. Where it also holds them in
