@@ -26,8 +26,8 @@
 //   {"count_anew": true}             forgets the cycles that were counted
 //
 // Events have the simulated time and say whose they are: {"ns", "board", …}. {"text"}: a line that the receiver's UART sent;
-// {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the PIO may be too slow for the pixels; {"reset"};
-// {"error"}. The transmitter's are `emulator.mjs`'s.
+// {"usb"}: one that came over USB, whose port is open; {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the
+// PIO may be too slow for the pixels; {"reset"}; {"error"}. The transmitter's are `emulator.mjs`'s.
 
 import fs from 'node:fs';
 import path from 'node:path';

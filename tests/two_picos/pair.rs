@@ -31,6 +31,10 @@ pub struct Event {
     pub panel: Option<String>,
     /// A line of text that the receiver sent.
     pub text: Option<String>,
+    /// A line that came over USB; an empty one when the computer had opened the port.
+    pub usb: Option<String>,
+    /// Whether the receiver's lamp is lit from now on.
+    pub lamp: Option<bool>,
     /// A frame begins: its number.
     pub frame: Option<u64>,
     /// How long each of its lines is exposed.

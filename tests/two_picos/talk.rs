@@ -89,6 +89,9 @@ fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: 
     pair.real_time(false);
 }
 
+/// How often the lamp is switched in a second while it blinks slowly or flashes, at most.
+const QUICKLY: usize = 4;
+
 /// The same, and the receiver has read the text once.
 pub fn talking(programs: &Programs, folder: &Path) -> Pair {
     let mut pair = sending(programs, folder, &[]);
@@ -118,9 +121,29 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
             pair.said()
         );
     };
+    assert!(
+        pair.record
+            .iter()
+            .any(|event| event.usb.as_deref() == Some(MESSAGE)),
+        "the text is on USB too"
+    );
     let late = pair.record.iter().find_map(|event| event.late.as_deref());
     assert_eq!(late, None, "pixels may be lost on a chip");
     tell_latency(&pair, on_ns, &arrived);
+    assert!(
+        lamp_changes(&pair.record) > 0,
+        "it flashes while it searches"
+    );
+    assert!(
+        lamp_changes(pair.run_ms(1_000)) > QUICKLY,
+        "it blinks after a message"
+    );
+}
+
+/// How often the lamp was switched.
+fn lamp_changes(events: &[Event]) -> usize {
+    let lit: Vec<bool> = events.iter().filter_map(|event| event.lamp).collect();
+    lit.windows(2).filter(|pair| pair[0] != pair[1]).count()
 }
 
 fn is_text(event: &Event) -> bool {

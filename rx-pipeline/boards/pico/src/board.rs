@@ -15,7 +15,7 @@ use rx_pipeline::{
     standalone::{Camera, Clock, Machine, Port},
 };
 
-use crate::{bus::Bus, capture, stack};
+use crate::{bus::Bus, capture, stack, usb};
 
 /// Longer than any part of a search that does not tell that it is alive.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
@@ -52,11 +52,12 @@ impl Port for Pico {
         // to tell: so it is read even when nothing is there. What the error spoilt is a frame, whose checksum tells.
         match poll_once(self.receive.read(&mut byte)) {
             Poll::Ready(Ok(1)) => Some(byte[0]),
-            _ => None,
+            _ => usb::read(),
         }
     }
 
     fn write(&mut self, bytes: &[u8]) {
+        usb::write(bytes);
         let mut rest = bytes;
         while let Ok(count) = self.transmit.blocking_write(rest) {
             match rest.get(count..) {

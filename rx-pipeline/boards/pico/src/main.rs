@@ -4,6 +4,7 @@
 //! |---|---|
 //! | hardware alone | pixels from the camera to memory ([`capture`]) |
 //! | interrupt executor | the next frame is begun when one has ended ([`capture`]) |
+//! | interrupt executor below it | the serial port over USB ([`usb`]) |
 //! | thread | all else: `rx_pipeline::standalone`, on what [`board`] has |
 //!
 //! `docs/hardware.md` has the wiring.
@@ -18,6 +19,7 @@ mod capture;
 mod halt;
 mod reader;
 mod stack;
+mod usb;
 
 use core::fmt::Write as _;
 
@@ -28,8 +30,9 @@ use embassy_rp::{
     i2c, interrupt,
     interrupt::{InterruptExt, Priority},
     pac,
-    peripherals::{I2C0, UART0},
+    peripherals::{I2C0, UART0, USB},
     uart,
+    usb::InterruptHandler,
     watchdog::Watchdog,
 };
 use embassy_time::{Delay, Duration, Instant, with_timeout};
@@ -60,6 +63,7 @@ const NAP: Duration = Duration::from_millis(40);
 bind_interrupts!(struct Irqs {
     UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
     I2C0_IRQ => i2c::InterruptHandler<I2C0>;
+    USBCTRL_IRQ => InterruptHandler<USB>;
 });
 
 /// What looks after the capture, before all else.
@@ -70,6 +74,16 @@ static EYE: InterruptExecutor = InterruptExecutor::new();
 unsafe fn SWI_IRQ_0() {
     // SAFETY: this is the interrupt that the executor was started with.
     unsafe { EYE.on_interrupt() }
+}
+
+/// What looks after USB.
+static PLUG: InterruptExecutor = InterruptExecutor::new();
+
+#[interrupt]
+#[allow(unsafe_code)]
+unsafe fn SWI_IRQ_1() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { PLUG.on_interrupt() }
 }
 
 #[embassy_executor::task]
@@ -139,6 +153,11 @@ async fn main(_spawner: Spawner) {
     // There is room for one, and one is begun.
     if let Ok(task) = capture_frames(capture) {
         eye.spawn(task);
+    }
+    interrupt::SWI_IRQ_1.set_priority(Priority::P3);
+    let plug = PLUG.start(interrupt::SWI_IRQ_1);
+    if let Ok(task) = usb::serve(pico.USB) {
+        plug.spawn(task);
     }
 
     let application = application(was_reset);

@@ -1,0 +1,116 @@
+//! The serial port over USB: what goes to UART 0 goes there too, and what comes from there is heard as well.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_futures::join::join3;
+use embassy_rp::{Peri, peripherals::USB, usb};
+use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, pipe::Pipe};
+use embassy_time::{Duration, with_timeout};
+use embassy_usb::{
+    Builder, UsbDevice,
+    class::cdc_acm::{CdcAcmClass, Receiver, Sender, State},
+    driver::EndpointError,
+};
+use static_cell::StaticCell;
+
+use crate::Irqs;
+
+/// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
+const PACKET: usize = 64;
+/// A computer that has the port open and takes nothing for so long does not listen.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+type Driver = usb::Driver<'static, USB>;
+
+static INCOMING: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
+static OUTGOING: Pipe<CriticalSectionRawMutex, 4096> = Pipe::new();
+/// Whether a computer listens.
+static IS_HEARD: AtomicBool = AtomicBool::new(false);
+
+/// A byte that has come.
+pub fn read() -> Option<u8> {
+    let mut byte = [0];
+    matches!(INCOMING.try_read(&mut byte), Ok(1)).then_some(byte[0])
+}
+
+/// Sends what there is room for, if anybody listens: the program never waits for a computer. A frame that is cut fails its checksum.
+pub fn write(mut bytes: &[u8]) {
+    while IS_HEARD.load(Ordering::Relaxed)
+        && let Ok(count) = OUTGOING.try_write(bytes)
+        && count < bytes.len()
+    {
+        bytes = &bytes[count..];
+    }
+}
+
+/// Serves the port.
+#[embassy_executor::task]
+pub async fn serve(usb: Peri<'static, USB>) {
+    let (mut device, port) = port(Driver::new(usb, Irqs));
+    let (sender, receiver) = port.split();
+    join3(device.run(), listen(receiver), speak(sender)).await;
+}
+
+async fn listen(mut port: Receiver<'static, Driver>) {
+    let mut bytes = [0; PACKET];
+    loop {
+        port.wait_connection().await;
+        while let Ok(count) = port.read_packet(&mut bytes).await {
+            for &byte in bytes.iter().take(count) {
+                INCOMING.write_all(&[byte]).await;
+            }
+        }
+    }
+}
+
+async fn speak(mut port: Sender<'static, Driver>) {
+    let mut bytes = [0; PACKET];
+    loop {
+        port.wait_connection().await;
+        IS_HEARD.store(true, Ordering::Relaxed);
+        loop {
+            let count = OUTGOING.read(&mut bytes).await;
+            // Nobody has the port open: what is said is lost, as on a UART without an adapter.
+            if !port.dtr() {
+                continue;
+            }
+            let sent = with_timeout(PATIENCE, write_packet(&mut port, &bytes[..count])).await;
+            if let Ok(Err(EndpointError::Disabled)) = sent {
+                break;
+            }
+        }
+        IS_HEARD.store(false, Ordering::Relaxed);
+    }
+}
+
+/// An empty packet after a full one tells the computer that nothing follows, where nothing does.
+async fn write_packet(
+    port: &mut Sender<'static, Driver>,
+    bytes: &[u8],
+) -> Result<(), EndpointError> {
+    port.write_packet(bytes).await?;
+    if bytes.len() == PACKET && OUTGOING.is_empty() {
+        port.write_packet(&[]).await?;
+    }
+    Ok(())
+}
+
+fn port(driver: Driver) -> (UsbDevice<'static, Driver>, CdcAcmClass<'static, Driver>) {
+    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
+    static CONTROL: StaticCell<[u8; PACKET]> = StaticCell::new();
+    static STATE: StaticCell<State> = StaticCell::new();
+    // Raspberry Pi's numbers for a serial port on a Pico.
+    let mut config = embassy_usb::Config::new(0x2e8a, 0x000a);
+    config.manufacturer = Some("vocc");
+    config.product = Some("vocc receiver");
+    let mut builder = Builder::new(
+        driver,
+        config,
+        CONFIGURATION.init([0; 128]),
+        &mut [],
+        &mut [],
+        CONTROL.init([0; PACKET]),
+    );
+    let port = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
+    (builder.build(), port)
+}
