@@ -321,7 +321,7 @@ impl Reader {
         self.is_following() && self.method == Method::MaximumLikelihood && self.trust < TRUST_LEAST
     }
 
-    /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are sure. Nothing has changed
+    /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are surer. Nothing has changed
     /// if they are not, or if it is the same.
     pub fn find_again<const N: usize>(
         &mut self,
@@ -340,8 +340,8 @@ impl Reader {
         let (before, learnt) = (self.clone(), tools.likelihood.experience());
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
-        let is_sure = |reading: &Reading| reading.detection.confidence >= TRUST_LEAST;
-        let found = found.ok().filter(is_sure);
+        let is_surer = |reading: &Reading| reading.detection.confidence > before.trust;
+        let found = found.ok().filter(is_surer);
         if found.is_none() {
             self.go_back(before, tools);
             tools.likelihood.set_experience(learnt);
