@@ -54,13 +54,16 @@ async function compareLevels() {
 async function compareOnce() {
   const { show, frame } = settings.fields;
   byId("level-says").textContent = `${LEVEL_SAYS[show]} Drawing and timing …`;
-  const { region } = scene.opened;
-  const drawn = await live.ask({ do: "frame", frame: Number(frame) });
-  if (drawn.bytes.length === region.width * region.height) accuracy.picture.showGrey(drawn.bytes, region.width, region.height);
-  const { answer, bytes } = await live.ask({ do: "compare", frame: Number(frame), show });
-  byId("level-says").textContent = LEVEL_SAYS[show];
-  showLevels(answer.rows, show);
-  showDifference(bytes, answer.difference, show);
+  try {
+    const { region } = scene.opened;
+    const drawn = await live.ask({ do: "frame", frame: Number(frame) });
+    if (drawn.bytes.length === region.width * region.height) accuracy.picture.showGrey(drawn.bytes, region.width, region.height);
+    const { answer, bytes } = await live.ask({ do: "compare", frame: Number(frame), show });
+    showLevels(answer.rows, show);
+    showDifference(bytes, answer.difference, show);
+  } finally {
+    byId("level-says").textContent = LEVEL_SAYS[show];
+  }
 }
 
 /** @param {number | null} ms @param {number} quickest @param {string | null} why It cannot draw the scene, where it cannot. */

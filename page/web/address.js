@@ -25,7 +25,7 @@ const FIELDS = {
   scene: { usual: "day", wrong: () => null },
   seed: { usual: "1", wrong: wholeFrom(0, Number.MAX_SAFE_INTEGER) },
   level: { usual: "fine", wrong: oneOf(LEVELS) },
-  frame: { usual: "0", wrong: wholeFrom(0, LAST_FRAME) },
+  frame: { usual: "", wrong: wholeFrom(0, LAST_FRAME) },
   frames: { usual: "1000", wrong: oneOf(["1000", "10000", "100000", "1000000"]) },
   measure: { usual: "b2w", wrong: oneOf(["b2w", "ber"]) },
   curve: { usual: "kmeans", wrong: oneOf(DETECTORS) },
@@ -55,7 +55,7 @@ function wrongMessage(text) {
 
 /** @param {string} text A value, with what an address may show as it is left readable. */
 function inAddress(text) {
-  return encodeURIComponent(text).replace(/%20/g, "+").replace(/%(2C|5B|5D|3A|2F)/g, decodeURIComponent);
+  return encodeURIComponent(text.toWellFormed?.() ?? text).replace(/%20/g, "+").replace(/%(2C|5B|5D|3A|2F)/g, decodeURIComponent);
 }
 
 /** The settings as the part of the address after `#`; what is usual is left out, but for the mode and the scene. */

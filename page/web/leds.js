@@ -26,6 +26,14 @@ function sharpCanvas(canvas) {
   return { context, width, height };
 }
 
+/** What was drawn last on each canvas. @type {Map<HTMLCanvasElement, [Uint8Array | null, Uint8Array | null]>} */
+const drawnLeds = new Map();
+
+/** Draws all lamps again: in another size, or in other colours. */
+function redrawLeds() {
+  for (const [canvas, [bits, truth]] of drawnLeds) drawLeds(canvas, bits, truth);
+}
+
 /**
  * Draws lamps: On filled, Off hollow; what differs from the truth on red and crossed out.
  * @param {HTMLCanvasElement} canvas
@@ -33,6 +41,7 @@ function sharpCanvas(canvas) {
  * @param {Uint8Array | null} [truth]
  */
 function drawLeds(canvas, bits, truth = null) {
+  drawnLeds.set(canvas, [bits, truth]);
   const { context, width } = sharpCanvas(canvas);
   if (!bits) return;
   const cell = width / 8;

@@ -46,9 +46,10 @@ function makeTabs() {
 /** Shows the settings beside the scene's where they are set. */
 function showFields() {
   const { fields } = settings;
-  const places = { frame: "frame", frames: "good-frames", measure: "measure", curve: "curve-detector", message: "message",
+  const places = { frames: "good-frames", measure: "measure", curve: "curve-detector", message: "message",
     detector: "send-detector", fps: "fps", rate: "symbol-rate", pace: "pace", sendpace: "send-pace" };
   for (const [name, id] of Object.entries(places)) byId(id).value = fields[name];
+  byId("frame").value = fields.frame || "0";
   byId("as-film").checked = fields.film === "yes";
   for (const choice of document.querySelectorAll('input[name="show"]')) {
     const input = /** @type {HTMLInputElement} */ (choice);
@@ -73,6 +74,7 @@ const redraw = whenRested(100, () => {
   readColours();
   if (explore.seen && settings.fields.mode === "explore") drawSeen(explore.seen);
   if (settings.fields.mode === "good") showCurve();
+  redrawLeds();
   if (accuracy.scale > 0 && settings.fields.mode === "accuracy") drawDifferenceScale(accuracy.scale);
 });
 

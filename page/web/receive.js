@@ -31,7 +31,11 @@ function makeReceive() {
     byId("files").value = "";
   });
   const film = (/** @type {number} */ run) => receiveFilm(run, (isWanted) => openCamera(toldRate("fps"), isWanted));
-  byId("webcam").addEventListener("click", () => startReceiving(film));
+  byId("webcam").addEventListener("click", () => {
+    // The program reads no webcam by itself: it is given what was recorded of it.
+    sayReceived("receive recording.mp4");
+    startReceiving(film);
+  });
   byId("receive-stop").addEventListener("click", stopReceiving);
   byId("save-camera").addEventListener("click", () => download("camera.toml", receiving.cameraText));
   for (const [id, field] of [["fps", "fps"], ["symbol-rate", "rate"]]) byId(id).addEventListener("change", () => setRate(id, field));

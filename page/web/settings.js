@@ -32,6 +32,7 @@ function makeSlider(control) {
   const track = make("span", { className: "track" }, [range, tick]);
   const label = make("label", { className: "name", htmlFor: id, textContent: control.label });
   const has = control.unset ? make("input", { type: "checkbox" }) : null;
+  has?.setAttribute("aria-label", `${control.label}: ${control.unset}`);
   const there = has ? [make("label", {}, [has, ` ${control.unset}`])] : [];
   const row = make("div", { className: "row" }, [label, ...there, number, make("span", { className: "unit", textContent: control.unit })]);
   const hint = make("p", { className: "hint", id: `${id}-hint`, textContent: control.hint });

@@ -14,7 +14,7 @@ function sceneWords() {
 /** The command that does what the page shows. */
 function commandOfSettings() {
   const { mode, frame, frames, show, message, detector, fps, rate } = settings.fields;
-  const render = `vocc render ${sceneWords()} --frame ${frame} --out frame.png --crop --level ${levelHere()}`;
+  const render = `vocc render ${sceneWords()} --frame ${frame || 0} --out frame.png --crop --level ${levelHere()}`;
   switch (mode) {
     case "good":
       return [...COUNTED.map((name) => `vocc evaluate ${sceneWords()} --frames ${frames} --level fast --detector ${name}`),

@@ -30,6 +30,7 @@ for (const [name, set, level] of SCENES) {
     const page = await open(t);
     const seed = 7;
     await ask(page, { do: "open", scene: { name, set }, level, seed });
+    let found = 0;
     for (const frame of [0, 5]) {
       const file = path.join(folder, "frame.png");
       const settings = set.flatMap((key) => ["--set", key]);
@@ -43,7 +44,9 @@ for (const [name, set, level] of SCENES) {
       assert.equal(seen.read.bits, decoded.bits);
       // Both are the same number of 32 bits.
       assert.equal(Math.fround(seen.read.confidence), Math.fround(decoded.confidence));
+      found += Number(decoded.found);
     }
+    assert.ok(found > 0, "one of the frames shows the panel");
   });
 }
 

@@ -1,11 +1,12 @@
 // Each mode does what it says.
 
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
 import { gzipSync } from "node:zlib";
-import { film, open, shots, textOf, vocc, workshop } from "./browser.mjs";
+import { ask, film, open, shots, textOf, vocc, workshop } from "./browser.mjs";
 
 /** A phone's film of a text: 30 frames a second, 27 symbols. */
 const TEXT = "Ice on the bridge";
@@ -131,6 +132,7 @@ test("receive: the webcam films a panel, and the text appears", async (t) => {
   const page = await open(t, { address: "#mode=receive&fps=30&rate=27", flags });
   await page.click("#webcam");
   await textOf(page, "#texts", new RegExp(TEXT), 120_000);
+  assert.equal(await page.inputValue("#command"), "vocc receive recording.mp4 --fps 30 --symbol-rate 27");
   // Who goes elsewhere is not filmed any longer.
   await page.evaluate(() => {
     const open = navigator.mediaDevices.getUserMedia.bind(navigator.mediaDevices);
@@ -152,13 +154,24 @@ test("every setting is in the address", async (t) => {
   for (const part of ["pose.distance_m=33", "seed=9", "pace=1000", "detector=kmeans"]) assert.ok(page.url().includes(part), page.url());
 });
 
+test("a picture that stands at the first frame is shared so", async (t) => {
+  const page = await open(t, { address: "#mode=explore&scene=day&frame=7" });
+  await page.fill("#frame", "0");
+  await page.dispatchEvent("#frame", "change");
+  await page.waitForFunction(() => location.hash.includes("frame=0"));
+});
+
 test("an address is a scene, and the command gives the same", async (t) => {
   const page = await open(t, { address: "#mode=explore&scene=day&pose.distance_m=33&seed=9&frame=4" });
   const command = await page.inputValue("#command");
   assert.match(command, /vocc render day/);
   for (const part of ["pose.distance_m=33", "--seed 9", "--frame 4"]) assert.ok(command.includes(part), command);
+  const folder = workshop(t);
+  const drawn = execFileSync("sh", ["-c", `${command.replace(/^vocc/, '"$VOCC"')} --json`], { cwd: folder, encoding: "utf8" });
+  const { answer } = await ask(page, { do: "picture", frame: 4 });
+  assert.equal(JSON.parse(drawn).bits, answer.sent);
   const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-scene")]);
-  const file = path.join(workshop(t), "scene.toml");
+  const file = path.join(folder, "scene.toml");
   writeFileSync(file, readFileSync(await download.path()));
   const said = JSON.parse(vocc("render", file, "--seed", "9", "--frame", "4", "--out", `${file}.png`, "--json"));
   assert.equal(said.bits, JSON.parse(vocc("render", "day", "--set", "pose.distance_m=33", "--seed", "9", "--frame", "4", "--out",
