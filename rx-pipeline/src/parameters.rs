@@ -434,10 +434,7 @@ pub mod tracking {
     pub const BLURRED_STEPS: usize = 6;
     /// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
     pub const ROUNDS: usize = 3;
-    /// What explains more needs no such round (share of what frames usually explain). Higher: slower; lower: panels that grow fast are
-    /// followed too small.
-    pub const AS_USUAL: f32 = 0.95;
-    /// What explains more after a round has settled (share of what frames usually explain).
+    /// What explains more is settled (share of what frames usually explain).
     pub const SETTLED: f32 = 0.9;
     /// The damping of the steps (share of the curvature).
     pub const DAMPING: f32 = 0.05;

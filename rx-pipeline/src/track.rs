@@ -392,10 +392,8 @@ impl Track {
                 fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
             return Some((fit.spots, fit.slope));
         }
-        let usual = self.usual.map_or(1.0, |usual| usual.explained);
-        for round in 0..ROUNDS {
-            let enough = if round == 0 { AS_USUAL } else { SETTLED };
-            if slope.explained() >= enough * usual {
+        for _ in 0..ROUNDS {
+            if slope.explained() >= SETTLED * self.usual.map_or(1.0, |usual| usual.explained) {
                 break;
             }
             let place = self.reshaped(&spots, &slope)?.lattice;
