@@ -25,6 +25,7 @@ const FIELDS = {
   scene: { usual: "day", wrong: () => null },
   seed: { usual: "1", wrong: wholeFrom(0, Number.MAX_SAFE_INTEGER) },
   level: { usual: "fine", wrong: oneOf(LEVELS) },
+  // None: frames run.
   frame: { usual: "", wrong: wholeFrom(0, LAST_FRAME) },
   frames: { usual: "1000", wrong: oneOf(["1000", "10000", "100000", "1000000"]) },
   measure: { usual: "b2w", wrong: oneOf(["b2w", "ber"]) },

@@ -29,9 +29,9 @@ function sharpCanvas(canvas) {
 /** What was drawn last on each canvas. @type {Map<HTMLCanvasElement, [Uint8Array | null, Uint8Array | null]>} */
 const drawnLeds = new Map();
 
-/** Draws all lamps again: in another size, or in other colours. */
+/** Draws all lamps again that are in view: in another size, or in other colours. */
 function redrawLeds() {
-  for (const [canvas, [bits, truth]] of drawnLeds) drawLeds(canvas, bits, truth);
+  for (const [canvas, [bits, truth]] of drawnLeds) if (canvas.clientWidth > 0) drawLeds(canvas, bits, truth);
 }
 
 /**

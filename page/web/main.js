@@ -17,6 +17,7 @@ function showMode(mode) {
   if (mode !== "send" && !byId("send-stop").disabled) stopSending("Stopped.");
   // A camera that nobody looks at is not left on.
   if (mode !== "receive") endFilm();
+  redrawLeds();
   showCommand();
 }
 
