@@ -402,21 +402,19 @@ impl<const N: usize> Attempt<'_, N> {
                     }
                     let _full = tried.push((pose.lattice, scope));
                     match self.verified(&view, scope, &pose) {
-                        Ok(verified) if verified.misfit <= 1.0 && verified.is_beyond_doubt() => {
+                        Ok(verified) if verified.is_beyond_doubt() => {
                             return Some(verified.location());
                         }
                         // What passes may still be the second best of all poses.
                         Ok(verified) => {
-                            let is_misfit = verified.misfit > 1.0;
-                            let better = |best: &Verified| match (is_misfit, best.misfit > 1.0) {
-                                (false, true) => true,
-                                (true, false) => false,
-                                _ => verified.residual_grey < best.residual_grey,
-                            };
-                            if best.as_ref().is_none_or(better) {
+                            let fits = verified.fits();
+                            if best
+                                .as_ref()
+                                .is_none_or(|best| verified.is_better_than(best))
+                            {
                                 best = Some(verified);
                             }
-                            if !is_misfit {
+                            if fits {
                                 break;
                             }
                         }
@@ -426,7 +424,7 @@ impl<const N: usize> Attempt<'_, N> {
                     }
                 }
             }
-            if best.as_ref().is_some_and(|best| best.misfit <= 1.0) {
+            if best.as_ref().is_some_and(Verified::fits) {
                 break;
             }
         }

@@ -190,11 +190,11 @@ impl<
                 }
             }
         }
+        let (are_all_followed, vacant) = (vacant.is_none(), vacant.flatten());
         if vacant.is_none() && doubtful.is_none() {
-            self.search.forget();
-        }
-        let vacant = vacant.flatten();
-        if vacant.is_none() && doubtful.is_none() {
+            if are_all_followed {
+                self.search.forget();
+            }
             return;
         }
         let query = Query {

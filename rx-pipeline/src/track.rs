@@ -87,6 +87,8 @@ pub(crate) struct Track {
     usual: Option<Usual>,
     /// How far from where it was expected it has been lately (pitches); none of a panel whose place was told, and so its lines.
     astray: Option<f32>,
+    /// How sure the bits of the last frames were, on average.
+    trust: f32,
     last_seen: u64,
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
@@ -146,6 +148,7 @@ impl Track {
             speed_known: false,
             usual: None,
             astray: Some(1.0),
+            trust: 1.0,
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -339,12 +342,34 @@ impl Track {
         self.astray.is_none_or(|astray| astray < ON_COURSE)
     }
 
+    /// How sure its bits were of late, on average: the probability that one is right.
+    pub fn trust(&self) -> f32 {
+        self.trust
+    }
+
+    /// The same after bits that were as sure as that.
+    pub fn read_with(self, confidence: f32) -> Self {
+        Self {
+            trust: self.trust + (confidence - self.trust) / MEMORY_FRAMES,
+            ..self
+        }
+    }
+
+    /// The same where nothing is held against it any longer.
+    pub fn trusted(self) -> Self {
+        Self { trust: 1.0, ..self }
+    }
+
+    /// The share of the light that it usually explains; all of it, as long as nothing is known.
+    fn usually_explained(&self) -> f32 {
+        self.usual.map_or(1.0, |usual| usual.explained)
+    }
+
     /// Whether it may be seen halfway between two lines, by the share of the light that it explains: it is not where it was expected, and
     /// explains less than usual.
     pub fn may_be_elsewhere(&self, explained: f32) -> bool {
-        let usual = self.usual.map_or(1.0, |usual| usual.explained);
         self.astray.is_some_and(|astray| astray > NEAR_COURSE)
-            && explained < LESS_THAN_USUAL * usual
+            && explained < LESS_THAN_USUAL * self.usually_explained()
     }
 
     /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
@@ -393,7 +418,7 @@ impl Track {
             return Some((fit.spots, fit.slope));
         }
         for _ in 0..ROUNDS {
-            if slope.explained() >= SETTLED * self.usual.map_or(1.0, |usual| usual.explained) {
+            if slope.explained() >= SETTLED * self.usually_explained() {
                 break;
             }
             let place = self.reshaped(&spots, &slope)?.lattice;

@@ -30,9 +30,20 @@ pub(super) struct Verified {
 }
 
 impl Verified {
+    /// Whether it leaves no more than is excused.
+    pub fn fits(&self) -> bool {
+        self.misfit <= 1.0
+    }
+
     /// Whether there is next to nothing but noise left.
     pub fn is_beyond_doubt(&self) -> bool {
-        self.residual_grey < BEYOND_DOUBT * self.noise_grey
+        self.fits() && self.residual_grey < BEYOND_DOUBT * self.noise_grey
+    }
+
+    /// Whether it fits where another does not, or leaves less.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        let rank = |one: &Self| (!one.fits(), one.residual_grey);
+        rank(self) < rank(other)
     }
 
     pub fn location(&self) -> Location {

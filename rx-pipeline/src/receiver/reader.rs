@@ -16,7 +16,7 @@ use crate::lattice::Lattice;
 pub(crate) use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
 use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, SAME_CELLS};
-use crate::parameters::tracking::{MEMORY_FRAMES, TRUST_LEAST};
+use crate::parameters::tracking::TRUST_LEAST;
 use crate::profile::{Profile, Stage};
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::symbols::{Symbol, SymbolClock};
@@ -71,8 +71,6 @@ pub(crate) struct Reader {
     cells: Option<Corners>,
     /// Where in the frame the panel was seen.
     seen: Option<Corners>,
-    /// How sure the bits of the last frames were, on average.
-    trust: f32,
 }
 
 impl Reader {
@@ -89,7 +87,6 @@ impl Reader {
             frame_size: (0, 0),
             cells: None,
             seen: None,
-            trust: 1.0,
         })
     }
 
@@ -186,10 +183,10 @@ impl Reader {
                         corrected_by_both(&track, mixture, number, observation, tools.residuals)
                     }
                 };
-                self.track = Some(track);
-                if reading.detection.mixed.is_none() {
-                    self.trust += (reading.detection.confidence - self.trust) / MEMORY_FRAMES;
-                }
+                self.track = Some(match reading.detection.mixed {
+                    None => track.read_with(reading.detection.confidence),
+                    Some(_) => track,
+                });
                 self.in_frame(reading)
             }
             Err(loss) => Err(self.miss(track, view.loss_in_frame(loss, self.frame_size))),
@@ -318,7 +315,8 @@ impl Reader {
     /// Whether bits are so unsure that what is followed may be no panel, or lie beside one. Other methods than maximum likelihood do not
     /// tell.
     pub fn is_doubtful(&self) -> bool {
-        self.is_following() && self.method == Method::MaximumLikelihood && self.trust < TRUST_LEAST
+        let is_unsure = |track: &Track| track.trust() < TRUST_LEAST;
+        self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 
     /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are surer. Nothing has changed
@@ -332,15 +330,15 @@ impl Reader {
         canvas: &mut [u8],
         profile: &mut impl Profile,
     ) -> Option<Reading> {
-        let followed = self.corners().map(|corners| Lattice::through(&corners));
-        if followed.is_some_and(|lattice| lattice.is_close_to(&location.spots.lattice)) {
-            self.trust = 1.0;
+        let (track, place) = (self.track?, Lattice::through(&self.corners()?));
+        if place.is_close_to(&location.spots.lattice) {
+            self.track = Some(track.trusted());
             return None;
         }
         let (before, learnt) = (self.clone(), tools.likelihood.experience());
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
-        let is_surer = |reading: &Reading| reading.detection.confidence > before.trust;
+        let is_surer = |reading: &Reading| reading.detection.confidence > track.trust();
         let found = found.ok().filter(is_surer);
         if found.is_none() {
             self.go_back(before, tools);
@@ -388,7 +386,6 @@ impl Reader {
             .and_then(|reading| self.read_well(number, &drawn, spots, reading, tools, profile))
             .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
         self.track = Some(track);
-        self.trust = 1.0;
         self.in_frame(reading)
     }
 
@@ -537,7 +534,6 @@ impl Reader {
         let track = Track::placed(spots, frame_size);
         let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
         (self.track, self.seen) = (Some(track), Some(corners));
-        self.trust = 1.0;
         Ok(())
     }
 
