@@ -12,6 +12,7 @@ export function repair(mcu) {
   mcu.pwm.channels.forEach(repairPwmOutputs);
   addFlashController(mcu);
   mcu.pio.forEach(repairPio);
+  keepBuffersAvailable(mcu);
   quickenInputs(mcu);
 }
 
@@ -50,6 +51,22 @@ function repairUart(mcu, uart) {
         alarm.schedule(byteNanos());
       }
     } else write(offset, value);
+  };
+}
+
+// 4.1.2.5: a buffer for what the computer says is taken back at once, as if it had been filled with nothing, and so the program asks without
+// end. Here it is taken back when the computer has filled it. Control transfers, of endpoint 0, are left as they are.
+function keepBuffersAvailable({ usbCtrl: usb, usbDPRAMView: memory }) {
+  const AVAILABLE = 1 << 10, CONTROL_OUT_1 = 0x8c, CONTROL_OUT_15 = 0xfc, OUT = 4;
+  const updated = usb.DPRAMUpdated.bind(usb), finished = usb.finishRead.bind(usb);
+  usb.DPRAMUpdated = (offset, value) => {
+    updated(offset, value);
+    if (offset >= CONTROL_OUT_1 && offset <= CONTROL_OUT_15 && offset & OUT) memory.setUint32(offset, value, true);
+  };
+  usb.finishRead = (endpoint, buffer) => {
+    const control = CONTROL_OUT_1 + 8 * (endpoint - 1);
+    memory.setUint32(control, memory.getUint32(control, true) & ~AVAILABLE, true);
+    finished(endpoint, buffer);
   };
 }
 

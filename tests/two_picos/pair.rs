@@ -31,7 +31,7 @@ pub struct Event {
     pub panel: Option<String>,
     /// A line of text that the receiver sent.
     pub text: Option<String>,
-    /// A line that came over USB; an empty one when the computer had opened the port.
+    /// A line that came over USB.
     pub usb: Option<String>,
     /// Whether the receiver's lamp is lit from now on.
     pub lamp: Option<bool>,

@@ -1,7 +1,5 @@
 //! The serial port over USB: what goes to UART 0 goes there too, and what comes from there is heard as well.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
 use embassy_futures::join::join3;
 use embassy_rp::{Peri, peripherals::USB, usb};
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, pipe::Pipe};
@@ -24,8 +22,6 @@ type Driver = usb::Driver<'static, USB>;
 
 static INCOMING: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
 static OUTGOING: Pipe<CriticalSectionRawMutex, 4096> = Pipe::new();
-/// Whether a computer listens.
-static IS_HEARD: AtomicBool = AtomicBool::new(false);
 
 /// A byte that has come.
 pub fn read() -> Option<u8> {
@@ -33,10 +29,9 @@ pub fn read() -> Option<u8> {
     matches!(INCOMING.try_read(&mut byte), Ok(1)).then_some(byte[0])
 }
 
-/// Sends what there is room for, if anybody listens: the program never waits for a computer. A frame that is cut fails its checksum.
+/// Sends what there is room for: the program never waits for a computer. A frame that is cut fails its checksum.
 pub fn write(mut bytes: &[u8]) {
-    while IS_HEARD.load(Ordering::Relaxed)
-        && let Ok(count) = OUTGOING.try_write(bytes)
+    while let Ok(count) = OUTGOING.try_write(bytes)
         && count < bytes.len()
     {
         bytes = &bytes[count..];
@@ -56,9 +51,7 @@ async fn listen(mut port: Receiver<'static, Driver>) {
     loop {
         port.wait_connection().await;
         while let Ok(count) = port.read_packet(&mut bytes).await {
-            for &byte in bytes.iter().take(count) {
-                INCOMING.write_all(&[byte]).await;
-            }
+            INCOMING.write_all(&bytes[..count]).await;
         }
     }
 }
@@ -66,20 +59,11 @@ async fn listen(mut port: Receiver<'static, Driver>) {
 async fn speak(mut port: Sender<'static, Driver>) {
     let mut bytes = [0; PACKET];
     loop {
-        port.wait_connection().await;
-        IS_HEARD.store(true, Ordering::Relaxed);
-        loop {
-            let count = OUTGOING.read(&mut bytes).await;
-            // Nobody has the port open: what is said is lost, as on a UART without an adapter.
-            if !port.dtr() {
-                continue;
-            }
-            let sent = with_timeout(PATIENCE, write_packet(&mut port, &bytes[..count])).await;
-            if let Ok(Err(EndpointError::Disabled)) = sent {
-                break;
-            }
+        let count = OUTGOING.read(&mut bytes).await;
+        // Where nobody has the port open, or takes anything, what is said is lost, as on a UART without an adapter.
+        if port.dtr() {
+            let _ = with_timeout(PATIENCE, write_packet(&mut port, &bytes[..count])).await;
         }
-        IS_HEARD.store(false, Ordering::Relaxed);
     }
 }
 
