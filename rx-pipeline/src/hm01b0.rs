@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 pub const ADDRESS: u8 = 0x24;
 /// What its identity registers hold.
 pub const MODEL_ID: u16 = 0x01b0;
+/// From one of its pixels to the next, µm.
+pub const PIXEL_PITCH_UM: f32 = 3.6;
+/// The focal length of the lens that it is sold with (HM01B0-MNA-00FT870), µm.
+pub const FOCAL_LENGTH_UM: f32 = 870.0;
 /// The clock that modules feed it, Hz.
 pub const MASTER_CLOCK_HZ: u32 = 24_000_000;
 /// Pixel clocks in a line: the least that the sensor takes.
@@ -104,6 +108,12 @@ impl Mode {
     /// Rows of a frame.
     pub const fn height(&self) -> usize {
         if self.is_binned { 122 } else { 244 }
+    }
+
+    /// The focal length of the module's own lens in pixels of a frame.
+    pub const fn focal_length_px(&self) -> f32 {
+        let pixels_as_one = if self.is_binned { 2.0 } else { 1.0 };
+        FOCAL_LENGTH_UM / (PIXEL_PITCH_UM * pixels_as_one)
     }
 
     /// From one frame to the next, µs.

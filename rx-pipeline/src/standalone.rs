@@ -3,7 +3,7 @@
 //! ```text
 //!   camera ─ frame ─ Application ─ Follow: search the whole frame, follow, read ─ text on the port
 //!      ▲                 │  ▲
-//!      └── exposure ─────┘  └── requests of a computer: status, last message, camera, picture
+//!      └── exposure ─────┘  └── requests of a computer: status, reading, message, camera, picture
 //! ```
 //!
 //! | part | what it is |
@@ -21,9 +21,11 @@ pub mod exposure;
 mod application;
 mod desk;
 mod follow;
+mod last_message;
 mod message;
 mod numbering;
 mod picture;
+mod range;
 mod say;
 #[cfg(test)]
 mod tests;
@@ -32,9 +34,10 @@ pub use application::{Application, ApplicationError, QUIET_US, Settings};
 pub use follow::{Follow, PanelReceiver, Seen, Sighting};
 pub use message::{
     ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX,
-    PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, Status, Trouble,
+    PicturePart, REQUEST_MAX, Reading, Refusal, Request, SCHEMA, Status, Trouble,
 };
 pub use picture::PICTURE_PIXELS;
+pub use range::range_pitches;
 
 use crate::hm01b0::{CameraError, Exposure, Hm01b0};
 use embedded_hal::{delay::DelayNs, i2c::I2c};

@@ -48,6 +48,9 @@ enum Action {
         /// How often; without it, until Ctrl-C.
         #[arg(long)]
         count: Option<u64>,
+        /// Of a receiver: what it reads in its last frame, too: LEDs, soft values, range.
+        #[arg(long)]
+        readings: bool,
     },
     /// What a receiver's camera sees, as PNG: the panel and what is around it, or the whole frame.
     Snapshot(receiver::Snapshot),
@@ -105,7 +108,15 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             port,
             interval,
             count,
-        } => watch(port, *interval, *count, shared),
+            readings,
+        } => {
+            let watched = receiver::Watched {
+                interval: Duration::from_secs_f64(*interval),
+                count: *count,
+                readings: *readings,
+            };
+            watch(port, watched, shared)
+        }
         Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
         Action::Calibration {
             template: Some(file),
@@ -156,19 +167,21 @@ fn list(shared: &Shared) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-fn watch(
-    port: &Port,
-    interval_s: f64,
-    count: Option<u64>,
-    shared: &Shared,
-) -> anyhow::Result<Answer> {
+fn watch(port: &Port, watched: receiver::Watched, shared: &Shared) -> anyhow::Result<Answer> {
     const NAP: Duration = Duration::from_millis(50);
     let stop = stop();
-    let interval = Duration::from_secs_f64(interval_s);
+    let receiver::Watched {
+        interval, count, ..
+    } = watched;
     let mut client = port.greet_any()?;
     if client.identity().is_receiver() {
-        return receiver::watch(&mut client, port, interval, count, shared);
+        return receiver::watch(&mut client, port, watched, shared);
     }
+    ensure!(
+        !watched.readings,
+        "{}: a transmitter is there, which reads nothing: --readings is for receivers",
+        port.name()
+    );
     drop(client);
     let mut client = port.greet()?;
     let mut told = 0;

@@ -25,6 +25,7 @@ use blinked::{Barred, Blinked, PROOF_SYMBOLS, Verdict};
 use decision::Decision;
 use following::Outline;
 use link::framing::{Deframer, Event};
+use link::panel::SoftPanel;
 use samples::Samples;
 
 pub use blinking::{BlinkSearch, BlinkSearchError};
@@ -37,6 +38,8 @@ pub struct IntegerReading {
     pub corners: Corners,
     /// Bit 8·row + column: 1 for On.
     pub bits: u64,
+    /// How sure that is of each LED.
+    pub soft: SoftPanel,
     /// The share of bits that are right if the soft values are: 0.5 to 1.
     pub confidence: f32,
     /// Whether the exposure seems to have caught two symbols.
@@ -104,6 +107,7 @@ impl Track {
         let reading = IntegerReading {
             corners: self.outline.corners()?,
             bits: decision.bits,
+            soft: decision.soft,
             confidence: decision.confidence(),
             is_mixed,
         };

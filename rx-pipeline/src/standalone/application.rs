@@ -1,18 +1,24 @@
 //! What runs on a receiver that stands alone.
 
+use core::array;
+
 use super::desk::{Desk, Facts};
 use super::exposure::{self, BRACKET_FRAMES, Levels};
 use super::follow::{Follow, Sighting};
-use super::message::{CameraSettings, Counters, Fault, Message, Status, Trouble};
+use super::last_message::LastMessage;
+use super::message::{CameraSettings, Counters, Fault, Message, Reading, Status, Trouble};
 use super::numbering::Numbering;
 use super::picture::Picture;
+use super::range::range_pitches;
 use super::say::{self, Said};
 use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::hm01b0::{CameraError, Exposure, Mode};
 use crate::profile::{Profile, Stage};
-use link::framing::MESSAGE_MAX;
+use link::framing::Event;
+use link::geometry::Geometry;
+use link::panel::SIDE;
 
 /// After a request text is held back so long, µs: a computer that asks gets answers alone.
 pub const QUIET_US: u64 = 5_000_000;
@@ -72,15 +78,15 @@ pub struct Application<F> {
     /// Frames since the exposure was changed, or the search began.
     steady_frames: u32,
     numbering: Numbering,
-    pub(super) corners: Option<Corners>,
+    /// The panel, and the number of the frame that last showed it.
+    sighting: Option<(u64, Sighting)>,
     confidence: f32,
+    /// The size that the panel has told.
+    geometry: Option<Geometry>,
     counters: Counters,
     frame_us: u32,
     longest_us: u32,
-    message: heapless::Vec<u8, MESSAGE_MAX>,
-    message_us: u64,
-    message_frames: u32,
-    message_corrected: u32,
+    message: LastMessage,
     picture: Picture,
     pub(super) desk: Desk,
 }
@@ -127,15 +133,13 @@ impl<F: Follow> Application<F> {
             levels: Levels::default(),
             steady_frames: 0,
             numbering: Numbering::new(mode.period_us()),
-            corners: None,
+            sighting: None,
             confidence: 0.0,
+            geometry: None,
             counters: Counters::default(),
             frame_us: 0,
             longest_us: 0,
-            message: heapless::Vec::new(),
-            message_us: 0,
-            message_frames: 0,
-            message_corrected: 0,
+            message: LastMessage::default(),
             picture: Picture::EMPTY,
             desk: Desk::new(),
         })
@@ -163,7 +167,7 @@ impl<F: Follow> Application<F> {
 
     /// The last message; empty before the first.
     pub fn message(&self) -> &[u8] {
-        &self.message
+        &self.message.bytes
     }
 
     /// Sets the camera up; says what is wrong if it cannot be.
@@ -181,8 +185,7 @@ impl<F: Follow> Application<F> {
         };
         let fault = self.set_up(board).map_or_else(Fault::Camera, |()| lacking);
         self.have(Some(fault), board.micros());
-        self.follow(false);
-        self.corners = None;
+        self.lose();
         self.serve(board);
     }
 
@@ -221,7 +224,8 @@ impl<F: Follow> Application<F> {
             self.look(number, &frame, board);
             self.expose(&frame, board);
             if !self.desk.keeps_picture(began_us) {
-                self.picture.draw(number, &frame, self.corners.as_ref());
+                let corners = self.corners();
+                self.picture.draw(number, &frame, corners.as_ref());
             }
         }
         let took_us = board.micros().saturating_sub(began_us);
@@ -267,41 +271,49 @@ impl<F: Follow> Application<F> {
     fn look(&mut self, number: u64, frame: &Frame<'_>, board: &mut impl Board) {
         let seen = self.follower.frame(number, frame, &mut Pulse(board));
         let (is_following, sighting) = (seen.is_following, seen.sighting);
-        if let Some(delivery) = seen.message {
-            self.message.clear();
-            // A message is never longer than there is room for.
-            let _ = self.message.extend_from_slice(delivery.message);
-            self.message_us = board.micros();
-            self.message_corrected = delivery.corrected_bits;
-            self.message_frames = delivery.last_stamp.saturating_sub(delivery.first_stamp) as u32;
-            add(&mut self.counters.messages, 1);
-            add(&mut self.counters.corrected_bits, delivery.corrected_bits);
-            if !self.desk.is_asked(self.message_us, QUIET_US) {
-                say::write_message(&self.message, board);
+        match seen.event {
+            Event::Delivered(delivery) => {
+                add(&mut self.counters.messages, 1);
+                add(&mut self.counters.corrected_bits, delivery.corrected_bits);
+                self.message.keep(&delivery, board.micros());
+                if !self.desk.is_asked(self.message.at_us, QUIET_US) {
+                    say::write_message(&self.message.bytes, board);
+                }
             }
+            Event::Geometry(geometry) => self.geometry = Some(geometry),
+            _ => {}
         }
         self.follow(is_following);
-        if let Some(Sighting {
-            corners,
-            confidence,
-        }) = sighting
-        {
+        if let Some(sighting) = sighting {
             add(&mut self.counters.readings, 1);
-            (self.corners, self.confidence) = (Some(corners), confidence);
+            self.confidence = sighting.confidence;
+            self.sighting = Some((number, sighting));
         } else if !is_following {
-            self.corners = None;
+            self.lose();
         }
+    }
+
+    /// Where the panel was last seen.
+    pub(super) fn corners(&self) -> Option<Corners> {
+        self.sighting.map(|(_, sighting)| sighting.corners)
+    }
+
+    /// No panel is seen: what another one is like, is not known.
+    fn lose(&mut self) {
+        self.follow(false);
+        (self.sighting, self.geometry) = (None, None);
     }
 
     /// Looks after the exposure.
     fn expose(&mut self, frame: &Frame<'_>, board: &mut impl Board) {
-        self.levels = match &self.corners {
+        let corners = self.corners();
+        self.levels = match &corners {
             Some(corners) => Levels::of_panel(frame, corners),
             None => Levels::of_frame(frame),
         };
         self.steady_frames = self.steady_frames.saturating_add(1);
         let (mode, now) = (self.settings.mode, self.exposure);
-        let wanted = if self.corners.is_some() {
+        let wanted = if corners.is_some() {
             let is_due = self.steady_frames >= SETTLING_FRAMES;
             is_due.then(|| exposure::for_panel(now, self.levels, mode))
         } else {
@@ -322,14 +334,14 @@ impl<F: Follow> Application<F> {
         match exposed {
             Ok(()) => {
                 self.exposure = wanted;
-                if self.corners.is_some() {
+                if corners.is_some() {
                     self.steady_frames = 0;
                 } else {
                     self.follower.expect_another_exposure();
                 }
             }
             // Not with each frame: a bus that hangs takes its time.
-            Err(_) if self.corners.is_some() => self.steady_frames = 0,
+            Err(_) if corners.is_some() => self.steady_frames = 0,
             Err(_) => {}
         }
     }
@@ -361,7 +373,7 @@ impl<F: Follow> Application<F> {
         let is_new = millihertz != self.settings.symbol_millihertz;
         if is_new && rate.and_then(|rate| self.follower.begin(rate)).is_some() {
             self.settings.symbol_millihertz = millihertz;
-            self.corners = None;
+            (self.sighting, self.geometry) = (None, None);
         }
     }
 
@@ -371,6 +383,7 @@ impl<F: Follow> Application<F> {
             symbol_millihertz,
             was_reset,
         } = self.settings;
+        let reading = self.reading();
         let Self {
             desk,
             picture,
@@ -386,7 +399,7 @@ impl<F: Follow> Application<F> {
                 is_following: self.is_following,
                 trouble: self.trouble,
                 was_reset,
-                corners: self.corners.map(|corners| corners.points()),
+                corners: reading.map(|reading| reading.corners),
                 confidence: self.confidence,
                 symbol_millihertz,
                 frame_us: self.frame_us,
@@ -409,22 +422,41 @@ impl<F: Follow> Application<F> {
             },
             message: Message {
                 count: self.counters.messages,
-                bytes: message,
-                age_ms: now_us.saturating_sub(self.message_us) / 1000,
-                frames: self.message_frames,
-                corrected_bits: self.message_corrected,
+                bytes: &message.bytes,
+                age_ms: now_us.saturating_sub(message.at_us) / 1000,
+                frames: message.frames,
+                corrected_bits: message.corrected_bits,
             },
+            reading,
             picture,
             most_millihertz: most_millihertz(mode),
         };
         board.write(desk.answer(asked, &facts));
     }
 
+    /// What the panel was last read as.
+    fn reading(&self) -> Option<Reading> {
+        let (frame, sighting) = self.sighting?;
+        let pitch_m = |geometry: Geometry| geometry.led_diameter_m() * (1.0 + geometry.interval());
+        Some(Reading {
+            frame,
+            bits: sighting.bits.bits(),
+            soft: array::from_fn(|row| {
+                array::from_fn(|column| sighting.soft.0[SIDE * row + column])
+            }),
+            is_mixed: sighting.is_mixed,
+            corners: sighting.corners.points(),
+            confidence: sighting.confidence,
+            range_pitches: range_pitches(&sighting.corners, self.settings.mode),
+            pitch_m: self.geometry.map(|geometry| pitch_m(geometry) as f32),
+        })
+    }
+
     /// Whether the lamp is lit: a short flash each second while searching, steadily while following, quickly blinking after a message, and
     /// slowly where something is wrong.
     fn lamp(&self, now_us: u64) -> bool {
-        let has_message =
-            self.counters.messages > 0 && now_us.saturating_sub(self.message_us) < MESSAGE_SHOWN_US;
+        let has_message = self.counters.messages > 0
+            && now_us.saturating_sub(self.message.at_us) < MESSAGE_SHOWN_US;
         let lit = |on_us: u64, period_us: u64| now_us % period_us < on_us;
         match self.trouble {
             Some(_) => lit(1_000_000, 2_000_000),

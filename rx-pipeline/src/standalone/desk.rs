@@ -1,8 +1,8 @@
 //! A receiver's end of the conversation with a computer.
 
 use super::message::{
-    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Refusal,
-    Request, SCHEMA, Status,
+    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading,
+    Refusal, Request, SCHEMA, Status,
 };
 use super::picture::Picture;
 use link::serial::{BodyError, FrameReader, Hello, Kind, VERSION, encode, wire_length};
@@ -19,6 +19,7 @@ pub struct Facts<'a> {
     pub firmware: &'a str,
     pub status: Status,
     pub camera: CameraSettings,
+    pub reading: Option<Reading>,
     pub message: Message<'a>,
     pub picture: &'a Picture,
     /// The most symbols a second that can be read, thousandths.
@@ -116,6 +117,7 @@ impl Desk {
             Ok(Request::Status) => Answer::Status(facts.status),
             Ok(Request::Message) => Answer::Message(facts.message),
             Ok(Request::Camera) => Answer::Camera(facts.camera),
+            Ok(Request::Reading) => Answer::Reading(facts.reading),
             Ok(Request::Picture { offset }) => self.part_of(facts.picture, offset, facts.now_us),
             Ok(Request::SetSymbolRate { millihertz }) => {
                 // It was set before this answer, if it could be.

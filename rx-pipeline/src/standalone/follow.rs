@@ -8,13 +8,20 @@ use crate::profile::{Profile, Stage};
 use crate::receiver::{
     BlinkSearch, IntegerReceiver, Loss, Receiver, ReceiverMemory, ReceiverSettings,
 };
-use link::framing::{Delivery, Event};
+use link::framing::Event;
+use link::panel::{PanelFrame, SoftPanel};
 
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Where the panel is.
     pub corners: Corners,
+    /// Which LEDs are On.
+    pub bits: PanelFrame,
+    /// How sure that is of each.
+    pub soft: SoftPanel,
+    /// Whether the exposure seems to have caught two symbols.
+    pub is_mixed: bool,
     /// The share of its bits that are right if the soft values are.
     pub confidence: f32,
 }
@@ -26,8 +33,8 @@ pub struct Seen<'a> {
     pub is_following: bool,
     /// The panel, where it was read.
     pub sighting: Option<Sighting>,
-    /// The message that the symbol before this frame's completed.
-    pub message: Option<Delivery<'a>>,
+    /// What the symbol before this frame's meant for the message.
+    pub event: Event<'a>,
 }
 
 /// Finds a panel in whole frames, follows it and reads it.
@@ -79,9 +86,12 @@ where
             is_following: matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. })),
             sighting: outcome.reading.ok().map(|reading| Sighting {
                 corners: reading.corners,
+                bits: reading.detection.bits,
+                soft: reading.detection.soft,
+                is_mixed: reading.detection.mixed.is_some(),
                 confidence: reading.detection.confidence,
             }),
-            message: delivered(outcome.event),
+            event: outcome.event,
         }
     }
 
@@ -109,9 +119,12 @@ impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
             is_following: outcome.is_following,
             sighting: outcome.reading.map(|reading| Sighting {
                 corners: reading.corners,
+                bits: PanelFrame::from_bits(reading.bits),
+                soft: reading.soft,
+                is_mixed: reading.is_mixed,
                 confidence: reading.confidence,
             }),
-            message: delivered(outcome.event),
+            event: outcome.event,
         }
     }
 
@@ -121,12 +134,5 @@ impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
 
     fn expect_another_exposure(&mut self) {
         IntegerReceiver::expect_another_exposure(self);
-    }
-}
-
-fn delivered(event: Event<'_>) -> Option<Delivery<'_>> {
-    match event {
-        Event::Delivered(delivery) => Some(delivery),
-        _ => None,
     }
 }

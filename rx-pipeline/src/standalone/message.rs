@@ -2,11 +2,12 @@
 
 use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
+use link::panel::SIDE;
 use link::serial::{FRAME_OVERHEAD, Hello};
 use serde::{Deserialize, Serialize};
 
 /// The number of this set of messages, in [`Hello::schema`]; another number, other messages.
-pub const SCHEMA: u32 = 0x7ece_0002;
+pub const SCHEMA: u32 = 0x7ece_0003;
 /// What the name of each receiver's board begins with.
 pub const BOARD_PREFIX: &str = "receiver-";
 /// Bytes of a picture in one answer, at most.
@@ -38,6 +39,8 @@ pub enum Request {
         /// Thousandths of a symbol a second.
         millihertz: u32,
     },
+    /// Answered by [`Answer::Reading`].
+    Reading,
 }
 
 /// An answer; it carries the sequence number of its request.
@@ -58,6 +61,8 @@ pub enum Answer<'a> {
     Picture(PicturePart<'a>),
     /// It is done.
     Done,
+    /// What the panel that is followed was last read as; nothing while none is seen.
+    Reading(Option<Reading>),
 }
 
 /// Why a receiver did not do what was asked.
@@ -168,6 +173,34 @@ pub struct Counters {
     pub requests: u32,
     /// Garbage between two zeros on the port.
     pub bad_frames: u32,
+}
+
+/// What a frame was read as.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// The frame's number.
+    pub frame: u64,
+    /// LEDs that are On: bit 8·row + column.
+    pub bits: u64,
+    /// How sure that is of each LED, by rows: ln(P(On)/P(Off)) in steps of [`LLR_STEP`](link::panel::LLR_STEP).
+    pub soft: [[i8; SIDE]; SIDE],
+    /// Whether the exposure seems to have caught two symbols: the bits are of neither then.
+    pub is_mixed: bool,
+    /// The corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
+    pub corners: [[f32; 2]; 4],
+    /// The share of the bits that are right if the soft values are: 0.5 to 1.
+    pub confidence: f32,
+    /// How far away the panel is, in distances from one of its LEDs to the next, by the module's own lens.
+    pub range_pitches: f32,
+    /// That distance, m, where the transmitter has told how large its panel is.
+    pub pitch_m: Option<f32>,
+}
+
+impl Reading {
+    /// How far away the panel is, m, where it has told its size.
+    pub fn range_m(&self) -> Option<f32> {
+        self.pitch_m.map(|pitch_m| pitch_m * self.range_pitches)
+    }
 }
 
 /// A message that was received whole.

@@ -10,6 +10,7 @@ use crate::receiver::{
 use link::camera::{Camera as Lens, Encoding};
 use link::fec::Code;
 use link::framing::Framer;
+use link::geometry::Geometry;
 use link::serial::{FrameReader, Kind, encode, wire_length};
 use proptest::prelude::*;
 use std::boxed::Box;
@@ -171,6 +172,11 @@ struct Scene {
 
 impl Scene {
     fn new(mode: Mode, symbol_millihertz: u32, message: &[u8]) -> Self {
+        Self::of_size(None, mode, symbol_millihertz, message)
+    }
+
+    /// A panel that tells how large it is.
+    fn of_size(size: Option<Geometry>, mode: Mode, symbol_millihertz: u32, message: &[u8]) -> Self {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
         let pitch = 4.3;
         let [x, y] = [0.41 * mode.width() as f32, 0.36 * mode.height() as f32];
@@ -188,7 +194,9 @@ impl Scene {
             led: 4.0,
             symbol_s: 1e3 / f64::from(symbol_millihertz),
             phase: 0.0,
-            symbols: (0..4000).map(|_| framer.next_panel().bits()).collect(),
+            symbols: (0..4000)
+                .map(|_| framer.next_panel_of(size).bits())
+                .collect(),
             seed: 1,
         }
     }
@@ -359,7 +367,7 @@ fn a_moving_panel_is_followed_in_integers() {
     let counters = application.counters();
     assert_eq!((counters.found, counters.lost), (1, 0), "{counters:?}");
     assert_eq!(application.message(), b"on the move");
-    let seen = application.corners.unwrap().points();
+    let seen = application.corners().unwrap().points();
     let truth = scene.corners.unwrap().points();
     for (seen, truth) in seen.iter().flatten().zip(truth.iter().flatten()) {
         assert!((seen - truth).abs() < 0.6, "{seen} instead of {truth}");
@@ -368,7 +376,7 @@ fn a_moving_panel_is_followed_in_integers() {
 
 /// Sends a request and gives the answer to `read`.
 fn ask<R>(
-    application: &mut Application<Follower>,
+    application: &mut Application<impl Follow>,
     bench: &mut Bench,
     sequence: u32,
     request: Request,

@@ -13,9 +13,11 @@ use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Answer, line};
 use crate::pictures::write_png;
 
+mod reading;
 mod watch;
 
-pub use watch::watch;
+use reading::{asked_reading, reading_as_json};
+pub use watch::{Watched, watch};
 
 /// Arguments of `vocc device snapshot`.
 #[derive(clap::Args)]
@@ -45,7 +47,7 @@ struct Picture {
     grey: Vec<u8>,
 }
 
-/// Prints how the receiver is, how its camera is set, and its last message.
+/// Prints how the receiver is, how its camera is set, its last message and what it reads.
 pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<Answer> {
     check(client, port)?;
     let name = port.name();
@@ -57,6 +59,7 @@ pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::
     values["camera"] = camera_as_json(&camera);
     let message = asked_message(client, &name)?;
     values["message"] = message_as_json(&message);
+    values["reading"] = reading_as_json(asked_reading(client, &name)?.as_ref());
     values["port"] = name.into();
     values["board"] = client.identity().board.clone().into();
     values["firmware"] = client.identity().firmware.clone().into();

@@ -65,7 +65,7 @@ fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[
         "{}",
         bench.text()
     );
-    let centre = application.corners.unwrap().centre_px();
+    let centre = application.corners().unwrap().centre_px();
     let truth = next.corners.unwrap().centre_px();
     assert!((centre[0] - truth[0]).hypot(centre[1] - truth[1]) < 1.0);
     assert!(took_us < 20_000_000, "{took_us}");

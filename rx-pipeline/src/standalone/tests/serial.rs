@@ -1,6 +1,7 @@
 //! What a computer asks does not keep frames from being read.
 
 use super::*;
+use link::l2a_table::Interval;
 
 fn put(bench: &mut Bench, sequence: u32, request: Request) {
     let mut wire = [0; wire_length(REQUEST_MAX)];
@@ -84,4 +85,62 @@ fn a_picture_is_kept_for_half_a_second() {
     // 14 frames take 0.47 s.
     assert_eq!([part(14, 512), part(14, 1024), part(14, 5000)], [first; 3]);
     assert_eq!(part(18, 0), first + 3 * 14 + 18);
+}
+
+fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Option<Reading> {
+    ask(
+        application,
+        bench,
+        7,
+        Request::Reading,
+        |answer| match answer {
+            Answer::Reading(reading) => reading,
+            other => panic!("{other:?}"),
+        },
+    )
+}
+
+/// What was read, by floating point and in integers alike: the LEDs, how sure that is, and how far away they are once they have told their
+/// size; and nothing any more once they have gone.
+#[test]
+fn readings_are_told_with_their_range() {
+    let size = Geometry::new(30_000, Interval::ONE).unwrap();
+    let mut floating = application(Mode::QVGA, SYMBOL_MILLIHERTZ);
+    tells_readings(&mut floating, Mode::QVGA, SYMBOL_MILLIHERTZ, size);
+    let mut whole = in_integers(Mode::BINNED, 9_000);
+    tells_readings(&mut whole, Mode::BINNED, 9_000, size);
+}
+
+fn tells_readings(
+    application: &mut Application<impl Follow>,
+    mode: Mode,
+    symbol_millihertz: u32,
+    size: Geometry,
+) {
+    let mut bench = Bench::default();
+    let mut scene = Scene::of_size(Some(size), mode, symbol_millihertz, b"here I am");
+    application.start(&mut bench);
+    assert_eq!(reading(application, &mut bench), None);
+    run(application, &mut bench, &mut scene, 600);
+    // The size is told between two repeats.
+    let told = (0..200).find_map(|_| {
+        run(application, &mut bench, &mut scene, 1);
+        reading(application, &mut bench).filter(|told| told.pitch_m.is_some() && !told.is_mixed)
+    });
+    let told = told.expect("the panel tells its size");
+    assert!(scene.symbols.contains(&told.bits), "{told:?}");
+    for (led, soft) in told.soft.as_flattened().iter().enumerate() {
+        assert_eq!(*soft > 0, told.bits >> led & 1 == 1, "{told:?}");
+    }
+    assert!(told.confidence > 0.9, "{told:?}");
+    assert_eq!(told.pitch_m, Some(0.06));
+    let range_m = 0.06 * range_pitches(&scene.corners.unwrap(), mode);
+    let found_m = told.range_m().unwrap();
+    assert!(
+        (found_m / range_m - 1.0).abs() < 0.02,
+        "{found_m} m of {range_m} m"
+    );
+    scene.corners = None;
+    run(application, &mut bench, &mut scene, 100);
+    assert_eq!(reading(application, &mut bench), None);
 }

@@ -1,10 +1,11 @@
 //! A conversation with the application that is flashed, without a board.
 
+use super::reading::reading_in_short;
 use super::*;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
 use rx_pipeline::standalone::{
-    Application, Camera, Clock, Fault, Machine, Port as Wire, Settings, Trouble,
+    Application, Camera, Clock, Fault, Machine, Port as Wire, Reading, Settings, Trouble,
 };
 use std::collections::VecDeque;
 use std::io::ErrorKind;
@@ -176,6 +177,34 @@ fn a_picture_comes_whole_and_of_one_frame() {
             .enumerate()
             .all(|(i, &grey)| grey == even(i))
     );
+}
+
+/// No panel is seen here; another one is told with what it takes to go on from it.
+#[test]
+fn readings_are_told() {
+    assert_eq!(asked_reading(&mut client(), "p").unwrap(), None);
+    assert_eq!(reading_as_json(None), Value::Null);
+    let reading = Reading {
+        frame: 7,
+        bits: 0x8000_0000_0000_0001,
+        soft: [[-4; 8]; 8],
+        is_mixed: false,
+        corners: [[0.0; 2]; 4],
+        confidence: 0.75,
+        range_pitches: 50.0,
+        pitch_m: None,
+    };
+    let told = reading_as_json(Some(&reading));
+    assert_eq!(
+        (&told["bits"], &told["soft"][63], &told["range_m"]),
+        (&"8000000000000001".into(), &(-1.0).into(), &Value::Null)
+    );
+    let of_size = Reading {
+        pitch_m: Some(0.06),
+        ..reading
+    };
+    assert!(reading_in_short(&reading).contains("50.0 times from LED to LED"));
+    assert!(reading_in_short(&of_size).contains("3.00 m away"));
 }
 
 #[test]

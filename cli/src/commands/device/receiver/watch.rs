@@ -3,10 +3,11 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use rx_pipeline::standalone::Status;
+use rx_pipeline::standalone::{Reading, Status};
 use serde_json::Value;
 use studies::stop::Stop;
 
+use super::reading::{asked_reading, reading_as_json, reading_in_short};
 use super::{Message, as_json, asked_message, asked_status, check, message_as_json, short, text};
 use crate::device::Client;
 use crate::options::{Connection, Port, Shared};
@@ -18,14 +19,29 @@ const POLL: Duration = Duration::from_millis(250);
 /// From one look at whether to stop to the next.
 const NAP: Duration = Duration::from_millis(50);
 
+/// What is to be watched.
+#[derive(Clone, Copy)]
+pub struct Watched {
+    /// From one line to the next.
+    pub interval: Duration,
+    /// How many lines; without it, until somebody wants to stop.
+    pub count: Option<u64>,
+    /// Whether what the last frame was read as is told, too.
+    pub readings: bool,
+}
+
 /// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
 pub fn watch(
     client: &mut Connection,
     port: &Port,
-    interval: Duration,
-    count: Option<u64>,
+    watched: Watched,
     shared: &Shared,
 ) -> anyhow::Result<Answer> {
+    let Watched {
+        interval,
+        count,
+        readings,
+    } = watched;
     check(client, port)?;
     let (stop, name) = (stop(), port.name());
     let mut status = asked_status(client, &name)?;
@@ -34,17 +50,22 @@ pub fn watch(
     while !stop.is_asked() && count.is_none_or(|count| told < count) {
         let due = Instant::now() + interval;
         let item = news.fetch(client, &name, &status)?;
+        let reading = readings.then(|| asked_reading(client, &name)).transpose()?;
         if shared.json {
-            tell_json(&status, item.as_ref())?;
+            tell_json(&status, item.as_ref(), reading.as_ref())?;
         } else {
             line(&short(&status))?;
+            let reading = reading.iter().flatten();
+            reading
+                .map(reading_in_short)
+                .try_for_each(|told| line(&told))?;
             item.iter().try_for_each(tell)?;
         }
         told += 1;
         while count != Some(told) && pause(&stop, due) {
             status = asked_status(client, &name)?;
             match news.fetch(client, &name, &status)? {
-                Some(item) if shared.json => tell_json(&status, Some(&item))?,
+                Some(item) if shared.json => tell_json(&status, Some(&item), None)?,
                 Some(item) => tell(&item)?,
                 None => {}
             }
@@ -83,8 +104,16 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     ))
 }
 
-fn tell_json(status: &Status, item: Option<&Item>) -> anyhow::Result<()> {
+/// The reading is told where it was asked for, as none while no panel is seen.
+fn tell_json(
+    status: &Status,
+    item: Option<&Item>,
+    reading: Option<&Option<Reading>>,
+) -> anyhow::Result<()> {
     let mut values = as_json(status);
+    if let Some(reading) = reading {
+        values["reading"] = reading_as_json(reading.as_ref());
+    }
     values["message"] = item.map_or(Value::Null, |item| {
         let mut message = message_as_json(&item.message);
         message["missed"] = item.missed.into();

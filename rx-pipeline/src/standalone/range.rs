@@ -1,0 +1,95 @@
+//! How far away a panel is, in its own measure: by how large it is in the picture.
+
+use crate::corners::Corners;
+use crate::hm01b0::Mode;
+
+/// The distance from the lens to a panel's centre over that from one of its LEDs to the next.
+///
+/// A view along the line of sight shows the panel's plane shortened in one direction at most: the greatest stretch of a step from LED to
+/// LED, at right angles to that line, is what the distance leaves of it, however the panel is turned. So it is exact for a lens without
+/// distortion; what corners are off, it is off by. The lens is the module's own, see [`Mode::focal_length_px`].
+pub fn range_pitches(corners: &Corners, mode: Mode) -> f32 {
+    let focal_length_px = mode.focal_length_px();
+    let [centre, along_row, along_column, _] = corners.homography().about_middle();
+    let middle = [mode.width(), mode.height()].map(|side| (side as f32 - 1.0) / 2.0);
+    let sight = [0, 1].map(|axis| (centre[axis] - middle[axis]) / focal_length_px);
+    // The line of sight is longer than the depth by this.
+    let slant = libm::sqrtf(1.0 + dot(sight, sight));
+    let across = |step: [f32; 2]| {
+        let along = dot(sight, step) / (slant * (slant + 1.0));
+        [0, 1].map(|axis| step[axis] - along * sight[axis])
+    };
+    slant * focal_length_px / greatest_stretch(across(along_row), across(along_column))
+}
+
+/// The greater singular value of the matrix of these columns.
+fn greatest_stretch(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let (aa, bb, ab) = (dot(a, a), dot(b, b), dot(a, b));
+    libm::sqrtf(((aa + bb) + libm::hypotf(aa - bb, 2.0 * ab)) / 2.0)
+}
+
+fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Corners are kept as 32-bit numbers: a panel of 14 px across is known to a millionth of that, and a bit of it is lost on the way.
+    const ROUNDING: f64 = 2e-4;
+
+    /// The corner LEDs of a panel whose centre is at `centre` (pitches, z along the optical axis), turned by roll, yaw and pitch.
+    fn seen(centre: [f64; 3], [roll, yaw, pitch]: [f64; 3], mode: Mode) -> Option<Corners> {
+        let corner = |u: f64, v: f64| {
+            let (x, y) = (
+                u * roll.cos() - v * roll.sin(),
+                u * roll.sin() + v * roll.cos(),
+            );
+            let (x, z) = (x * yaw.cos(), x * yaw.sin());
+            let (y, z) = (
+                y * pitch.cos() - z * pitch.sin(),
+                y * pitch.sin() + z * pitch.cos(),
+            );
+            let scale = f64::from(mode.focal_length_px()) / (centre[2] + z);
+            let middle = [mode.width(), mode.height()].map(|side| (side as f64 - 1.0) / 2.0);
+            [
+                (middle[0] + (centre[0] + x) * scale) as f32,
+                (middle[1] + (centre[1] + y) * scale) as f32,
+            ]
+        };
+        let half = 3.5;
+        let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+        Corners::new(corners.map(|(u, v)| corner(u, v))).ok()
+    }
+
+    proptest! {
+        #[test]
+        fn turned_panels_anywhere_in_view_are_as_far_away_as_they_are(
+            depth in 20.0..100.0f64,
+            x in -0.6..0.6f64,
+            y in -0.45..0.45f64,
+            turned in prop::array::uniform3(-0.6..0.6f64),
+        ) {
+            let centre = [x * depth, y * depth, depth];
+            let Some(corners) = seen(centre, turned, Mode::QVGA) else {
+                return Err(TestCaseError::reject("seen too small or too obliquely"));
+            };
+            let range = centre.iter().map(|side| side * side).sum::<f64>().sqrt();
+            let found = f64::from(range_pitches(&corners, Mode::QVGA));
+            prop_assert!((found / range - 1.0).abs() < ROUNDING, "{found} of {range}");
+        }
+    }
+
+    /// By the mean distance of LEDs in the picture, as one might reckon, a panel that is turned is too far away.
+    #[test]
+    fn the_mean_pitch_would_be_wrong() {
+        let turned = [0.0, 0.5, 0.0];
+        let corners = seen([0.0, 0.0, 30.0], turned, Mode::QVGA).unwrap();
+        let naive = Mode::QVGA.focal_length_px() / corners.pitch_px();
+        assert!(naive > 1.05 * 30.0, "{naive}");
+        let found = range_pitches(&corners, Mode::QVGA);
+        assert!((found / 30.0 - 1.0).abs() < ROUNDING as f32, "{found}");
+    }
+}
