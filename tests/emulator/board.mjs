@@ -7,6 +7,7 @@ import { repair } from './repairs.mjs';
 // Behind the 256 bytes of the second-stage boot loader, which the emulator does not need.
 const VECTORS = 0x10000100;
 const WATCHDOG = 0x40058, TIMED_OUT = 1;
+const HARD_FAULT = 3;
 const NANOS_PER_SECOND = 1e9;
 
 export class Board {
@@ -26,7 +27,7 @@ export class Board {
   powerUp() {
     const { rp2040: mcu, clock } = new Simulator();
     mcu.logger = { debug() {}, info() {}, warn() {}, error: (part, text) => this.report({ error: `${part}: ${text}` }) };
-    repair(mcu);
+    repair(mcu, () => this.hang());
     this.flash.map(mcu.flash);
     Object.assign(this, { mcu, clock, wanted: null, hung: false });
     this.rom = new BootRom(mcu, this.flash);
@@ -66,6 +67,19 @@ export class Board {
   // The processor executes nothing any more, as if it were in an endless loop with interrupts off.
   hang() {
     this.hung = true;
+  }
+
+  // The processor meets what it cannot do.
+  fault() {
+    const { core } = this.mcu;
+    core.waiting = false;
+    core.exceptionEntry(HARD_FAULT);
+    core.PC &= ~1;
+  }
+
+  // The stack is as deep as it may be, but for two words.
+  fillStack(end) {
+    this.mcu.core.SP = end + 8;
   }
 
   // The processor goes on in another function, with interrupts off.

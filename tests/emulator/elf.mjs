@@ -1,6 +1,6 @@
 // The parts of an ELF file that a flashing tool and a stop-watch need.
 
-const LOADED = 1, SYMBOL_TABLE = 2, FUNCTION = 2;
+const LOADED = 1, SYMBOL_TABLE = 2, FUNCTION = 2, TYPE = 0xf;
 
 // What goes into the flash: [{ address, bytes }].
 export function segments(elf) {
@@ -15,20 +15,27 @@ export function segments(elf) {
 
 // Functions by name: [{ name, address }].
 export function functions(elf) {
+  return symbols(elf).filter(({ type }) => type === FUNCTION).map(({ name, address }) => ({ name, address: address & ~1 }));
+}
+
+// The address that the linker gave a name.
+export function address(elf, wanted) {
+  return symbols(elf).find(({ name }) => name === wanted).address;
+}
+
+function symbols(elf) {
   const table = { start: elf.readUInt32LE(32), size: elf.readUInt16LE(46), count: elf.readUInt16LE(48) };
   const sections = rows(table).map((at) => ({
     type: elf.readUInt32LE(at + 4), offset: elf.readUInt32LE(at + 16),
     size: elf.readUInt32LE(at + 20), link: elf.readUInt32LE(at + 24),
   }));
-  const symbols = sections.find((section) => section.type === SYMBOL_TABLE);
-  if (!symbols) return [];
-  const names = sections[symbols.link].offset;
-  return rows({ start: symbols.offset, size: 16, count: symbols.size / 16 })
-    .filter((at) => (elf[at + 12] & 0xf) === FUNCTION)
-    .map((at) => {
-      const from = names + elf.readUInt32LE(at);
-      return { name: elf.toString('latin1', from, elf.indexOf(0, from)), address: elf.readUInt32LE(at + 4) & ~1 };
-    });
+  const all = sections.find((section) => section.type === SYMBOL_TABLE);
+  if (!all) return [];
+  const names = sections[all.link].offset;
+  return rows({ start: all.offset, size: 16, count: all.size / 16 }).map((at) => {
+    const from = names + elf.readUInt32LE(at);
+    return { type: elf[at + 12] & TYPE, name: elf.toString('latin1', from, elf.indexOf(0, from)), address: elf.readUInt32LE(at + 4) };
+  });
 }
 
 function rows({ start, size, count }) {

@@ -2,13 +2,14 @@
 
 import { spawn } from 'node:child_process';
 
+const LEDS = 64n;
 // The most symbols that a frame may see, from the one before it.
 const REMEMBERED = 64;
 
 export class Eye {
   // `command` is the drawing program and its arguments. It gets one JSON object a line, and answers a frame by its pixels.
   constructor([program, ...options]) {
-    Object.assign(this, { symbols: [], pulses: [], pulse: { lit_cycles: 0, period_cycles: 1, low_current: false } });
+    Object.assign(this, { share: 0, seed: 1, symbols: [], pulses: [], pulse: { lit_cycles: 0, period_cycles: 1, low_current: false } });
     this.process = spawn(program, options, { stdio: ['pipe', 'pipe', 'inherit'] });
     this.process.on('exit', (code) => this.fail(new Error(`the drawing program has ended: ${code}`)));
     this.process.stdin.on('error', () => {});
@@ -23,12 +24,31 @@ export class Eye {
 
   // Takes down what the transmitter's pins do.
   witness({ ns, panel, lit_cycles, period_cycles, low_current }) {
-    if (panel !== undefined) this.symbols.push([ns, panel]);
+    if (panel !== undefined) this.symbols.push([ns, this.spoilt(panel)]);
     if (this.symbols.length > 2 * REMEMBERED) this.symbols.splice(0, REMEMBERED);
     if (lit_cycles !== undefined) this.pulse = { ...this.pulse, lit_cycles, period_cycles };
     if (low_current !== undefined) this.pulse = { ...this.pulse, low_current };
     if (this.pulses.at(-1)?.[1] !== this.pulse) this.pulses.push([ns, this.pulse]);
     if (this.pulses.length > 2 * REMEMBERED) this.pulses.splice(0, REMEMBERED);
+  }
+
+  // So many of the LEDs are seen otherwise than they are from the next symbol on.
+  spoil(share) {
+    this.share = share;
+  }
+
+  spoilt(panel) {
+    let bits = BigInt(`0x${panel}`);
+    for (let led = 0n; led < LEDS; led++) if (this.chance() < this.share) bits ^= 1n << led;
+    return bits.toString(16).padStart(16, '0');
+  }
+
+  // The next of a sequence of numbers from 0 to 1 (mulberry32), the same each time.
+  chance() {
+    this.seed = (this.seed + 0x6d2b79f5) | 0;
+    let mixed = Math.imul(this.seed ^ (this.seed >>> 15), 1 | this.seed);
+    mixed = (mixed + Math.imul(mixed ^ (mixed >>> 7), 61 | mixed)) ^ mixed;
+    return ((mixed ^ (mixed >>> 14)) >>> 0) / 2 ** 32;
   }
 
   // A transmitter without power is dark.

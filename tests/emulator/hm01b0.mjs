@@ -11,6 +11,7 @@ const INTEGRATION = 0x0202, ANALOG_GAIN = 0x0205, DIGITAL_GAIN = 0x020e, FRAME_L
 const BLACK_TARGET = 0x1003;
 const READOUT_X = 0x0383, READOUT_Y = 0x0387, BINNING = 0x0390, QVGA_WINDOW = 0x3010, CLOCK_DIVIDER = 0x3060;
 const EVERY_OTHER = 3, STREAMING = 1;
+const CLOCK_PIN = 5, CLOCKS_LEFT = 7;
 
 // Of a module's own oscillator, and the columns and rows of the sensor.
 const MASTER_CLOCK_HZ = 24e6, NANOS_PER_SECOND = 1e9;
@@ -25,7 +26,7 @@ const RESET_VALUES = {
 export class Hm01b0 {
   // `report` takes what happens; the fault is one of
   //   none; missing: no acknowledge; wrong_id: another chip; deaf: data is not acknowledged; hanging: the clock line stays down;
-  //   frozen: frames stop
+  //   frozen: frames stop; misread: a register tells another value than it holds; holding: it holds the data line when the processor starts
   constructor(report) {
     Object.assign(this, { report, fault: 'none', lostLines: [] });
     this.powerUp();
@@ -49,6 +50,7 @@ export class Hm01b0 {
     this.bus = new I2cBus(board.mcu, board.mcu.i2c[0], this);
     this.port = new PixelPort(board.mcu, this.report);
     this.fail(this.fault);
+    if (this.fault === 'holding') this.bus.holdFor(CLOCKS_LEFT, board.mcu.gpio[CLOCK_PIN]);
   }
 
   fail(fault) {
@@ -80,7 +82,8 @@ export class Hm01b0 {
   get(address) {
     const id = this.fault === 'wrong_id' ? ANOTHER_ID : MODEL_ID;
     if (address === FRAME_COUNT) return this.frames & 0xff;
-    return id[address - MODEL_ID_HIGH] ?? this.registers.get(address) ?? 0;
+    const value = id[address - MODEL_ID_HIGH] ?? this.registers.get(address) ?? 0;
+    return this.fault === 'misread' && address === LINE_LENGTH ? value ^ 1 : value;
   }
 
   put(address, value) {

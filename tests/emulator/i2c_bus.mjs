@@ -1,6 +1,7 @@
-// A device on an I2C bus: bytes take nine clocks of the bus, and a device that hangs holds the clock line down.
+// A device on an I2C bus: bytes take nine clocks of the bus, and a device that hangs holds the clock line down. One that was read when the
+// processor was reset holds the data line, until it has been given the clocks of the rest of its byte.
 
-const WRITE = 0, BITS = 9, NANOS_PER_SECOND = 1e9;
+const WRITE = 0, BITS = 9, NANOS_PER_SECOND = 1e9, LOW = 0;
 
 export class I2cBus {
   // `device` has `answers(address)`, `started()`, `written(byte)`, which says whether it acknowledges, and `read()`.
@@ -29,6 +30,17 @@ export class I2cBus {
       written();
     };
     i2c.onReadByte = () => read();
+  }
+
+  // Holds the data line until so many clocks have come on the pin.
+  holdFor(clocks, pin) {
+    this.hang(true);
+    let left = clocks;
+    const stop = pin.addListener((level) => {
+      if (level !== LOW || --left > 0) return;
+      stop();
+      this.hang(false);
+    });
   }
 
   // Holds the clock line down from now on, or lets it go up.

@@ -3,7 +3,8 @@
 
 const NANOS_PER_SECOND = 1e9;
 
-export function repair(mcu) {
+// `lockUp` stops the processor.
+export function repair(mcu, lockUp) {
   mcu.uart.forEach((uart) => repairUart(mcu, uart));
   mcu.spi.forEach((spi) => giveShiftingTime(mcu, spi));
   mcu.i2c.forEach(repairI2c);
@@ -14,6 +15,7 @@ export function repair(mcu) {
   mcu.pio.forEach(repairPio);
   keepBuffersAvailable(mcu);
   quickenInputs(mcu);
+  lockUpBelowRam(mcu, lockUp);
 }
 
 // 4.2: the level-select and DMA registers are missing, the transmit interrupt is stuck at 1 and bytes leave in no time. Here
@@ -241,4 +243,15 @@ function quickenInputs(mcu) {
       return levels;
     },
   });
+}
+
+// 2.2: nothing is below the RAM, and the bus says so. What a stack that overflows writes there is a fault, and so is what that fault writes
+// there in its turn: the processor locks up (ARMv6-M Architecture Reference Manual, B1.5.15). Here it would go on.
+function lockUpBelowRam(mcu, lockUp) {
+  const RAM = 0x20000000, NEAR = 0x10000;
+  const write = mcu.writeUint32.bind(mcu);
+  mcu.writeUint32 = (address, value) => {
+    if (address < RAM && address >= RAM - NEAR) lockUp();
+    else write(address, value);
+  };
 }

@@ -4,7 +4,7 @@
 //   node two_picos.mjs TRANSMITTER.elf RECEIVER.elf FOLDER [--time NAME]... -- EYE [its arguments]
 //
 // EYE draws what the camera sees (`hm01b0_eye` of the tests' package). In FOLDER are the flash chips, and the sockets `transmitter` and
-// `receiver`: each board's UART 0, for one client at a time. --time counts the cycles of a function or an interrupt of the receiver's.
+// `receiver`: each board's UART 0, for one client at a time, and `receiver_usb`, the receiver's port over USB. --time counts the cycles of a function or an interrupt of the receiver's.
 // The receiver is without power at first.
 //
 // Both run on one time, from the transmitter's power-up. Light goes one way, so the transmitter may be ahead of the receiver: by what a
@@ -16,13 +16,17 @@
 //   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
 //   {"receiver": "on"}               gives the receiver power; "off" takes it away, "brown-out" for a moment
 //   {"transmitter": "off"}           the same of the transmitter, which has power at first
-//   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen
+//   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen, misread, holding; or brown-out:
+//                                    its supply goes for a moment
+//   {"spoilt": 0.1}                  so many of the LEDs are seen otherwise than they are, by chance, in each symbol from now on
 //   {"lost_lines": [40, 41]}         lines that no frame has from now on
 //   {"scene": ["pose.x_m=0.3"]}      changes what the camera sees
 //   {"lux": 5000}                    the light on the transmitter's sensor
 //   {"film_to": "PATH"}              adds each frame to this file, as PGM
 //   {"hang": true}                   the receiver's processor executes nothing any more
+//   {"fault": true}                  it meets what it cannot do
 //   {"enter": "NAME"}                it goes on in the function of that (mangled) name
+//   {"stack": "full", "enter": …}    the same when its stack is as deep as it may be
 //   {"count_anew": true}             forgets the cycles that were counted
 //
 // Events have the simulated time and say whose they are: {"ns", "board", …}. {"text"}: a line that the receiver's UART sent;
@@ -33,15 +37,17 @@ import fs from 'node:fs';
 import path from 'node:path';
 import readline from 'node:readline';
 import { parseArgs } from 'node:util';
-import { functions } from './elf.mjs';
+import { address, functions } from './elf.mjs';
 import { Eye } from './eye.mjs';
 import { Flash } from './flash.mjs';
 import { Pico } from './pico.mjs';
 import { Receiver } from './receiver.mjs';
 import { SerialSocket } from './serial_socket.mjs';
 import { Stopwatch } from './stopwatch.mjs';
+import { Text } from './text.mjs';
+import { UsbSocket } from './usb_socket.mjs';
 
-const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6, NEW_LINE = 10, LONGEST_TEXT = 512;
+const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6;
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
@@ -59,7 +65,8 @@ const transmitter = new Pico(new Flash(inFolder('transmitter.bin'), transmitterE
   eye.witness(event);
   sayOf('transmitter')(event);
 });
-const receiver = new Receiver(new Flash(inFolder('receiver.bin'), receiverElf), sayOf('receiver'), { stopwatch });
+const usb = new UsbSocket(inFolder('receiver_usb'), () => say({ listening: 'receiver_usb' }), hearUsb);
+const receiver = new Receiver(new Flash(inFolder('receiver.bin'), receiverElf), sayOf('receiver'), { usb, stopwatch });
 const transmitterLine = new SerialSocket(transmitter, inFolder('transmitter'), () => say({ listening: 'transmitter' }));
 const receiverLine = new SerialSocket(receiver, inFolder('receiver'), () => say({ listening: 'receiver' }), hear);
 let now = 0;
@@ -67,15 +74,15 @@ let receiverIsOn = false;
 let transmitterIsOn = true;
 let realTime = null;
 let filmTo = null;
-let text = [];
+const uartText = new Text((text) => receiver.report({ text }));
+const usbText = new Text((line) => receiver.report({ usb: line }));
 
-// Lines of text among the receiver's bytes; a frame of the binary protocol, which ends with a zero, is none.
 function hear(byte) {
-  if (byte === 0) text = [];
-  else if (byte !== NEW_LINE) text.push(byte);
-  if (byte !== NEW_LINE && text.length < LONGEST_TEXT) return;
-  receiver.report({ text: Buffer.from(text).toString('utf8').trimEnd() });
-  text = [];
+  uartText.push(byte);
+}
+
+function hearUsb(bytes) {
+  bytes.forEach((byte) => usbText.push(byte));
 }
 
 function runTo(line, nanos) {
@@ -149,11 +156,15 @@ async function obey(command) {
   if ('lux' in command) transmitter.sensor.lux = command.lux;
   if ('receiver' in command) power(command.receiver);
   if ('transmitter' in command) powerTransmitter(command.transmitter);
-  if ('camera' in command) receiver.camera.fail(command.camera);
+  if (command.camera === 'brown-out') receiver.camera.powerUp();
+  else if ('camera' in command) receiver.camera.fail(command.camera);
+  if ('spoilt' in command) eye.spoil(command.spoilt);
   if ('lost_lines' in command) receiver.camera.lostLines = command.lost_lines;
   if ('scene' in command) eye.change(command.scene);
   if ('film_to' in command) filmTo = command.film_to;
   if ('hang' in command) receiver.hang();
+  if ('fault' in command) receiver.fault();
+  if ('stack' in command) receiver.fillStack(address(receiverElf, '_stack_end'));
   if ('count_anew' in command) stopwatch.forget();
   if ('enter' in command) receiver.enter(functions(receiverElf).find(({ name }) => name.includes(command.enter)).address);
   if ('real_time' in command) {

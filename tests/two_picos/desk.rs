@@ -9,20 +9,26 @@ use vocc_tests::vocc::{vocc, vocc_until};
 
 use crate::image::Programs;
 use crate::pair::Pair;
-use crate::talk::{ANOTHER_TEXT, TEXT, hand_over, talking};
+use crate::talk::{ANOTHER_TEXT, DISTANCE_M, TEXT, hand_over, talking};
 
+const UART: &str = "receiver";
+const USB: &str = "receiver_usb";
 const PICTURE: &str = "frame.png";
+/// Of the panel, m.
+const PITCH_M: f64 = 0.06;
+/// By which the range may be off: a seventh of a pixel of the 34 from the first LED of a row to the last, and some more.
+const RANGE_ERROR: f64 = 0.01;
 /// Bright pixels that a panel has at least: some of each of four LEDs that are On, most have eight times as many.
 const BRIGHT_PIXELS: u32 = 16;
 
 /// What `vocc device status` tells of the receiver.
 pub fn status(pair: &mut Pair, programs: &Programs, folder: &Path) -> Value {
-    ask(pair, programs, folder, &["device", "status"])
+    ask(pair, programs, folder, UART, &["device", "status"])
 }
 
-fn ask(pair: &mut Pair, programs: &Programs, folder: &Path, words: &[&str]) -> Value {
+fn ask(pair: &mut Pair, programs: &Programs, folder: &Path, port: &str, words: &[&str]) -> Value {
     pair.real_time(true);
-    let terminal = Terminal::open(&pair.socket("receiver"));
+    let terminal = Terminal::open(&pair.socket(port));
     let answer = vocc(&programs.vocc, folder, words, terminal.name()).json();
     pair.real_time(false);
     answer
@@ -36,12 +42,18 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     assert_eq!(status["message"]["text"], TEXT, "{status}");
     assert_eq!(status["camera"]["size_px"], json!([162, 122]), "{status}");
     let snapshot = ["device", "snapshot", "--out", PICTURE];
-    let about = ask(&mut pair, programs, folder, &snapshot);
+    let about = ask(&mut pair, programs, folder, UART, &snapshot);
     let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, &status);
     assert!(
         inside >= BRIGHT_PIXELS && outside == 0,
         "{inside}, {outside} in {about}, {status}"
     );
+
+    let reading = &status["reading"];
+    let pitches = reading["range_pitches"].as_f64().expect("a number");
+    let off = pitches * PITCH_M / DISTANCE_M - 1.0;
+    assert!(off.abs() < RANGE_ERROR, "{off} off, {status}");
+    assert!(shown(&pair).contains(&reading["bits"]), "{status}");
 
     hand_over(&mut pair, programs, folder, ANOTHER_TEXT);
     pair.real_time(true);
@@ -55,6 +67,26 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     );
     let earlier = lines.iter().filter(|line| line["message"]["text"] == TEXT);
     assert!(earlier.count() <= 1, "told twice: {lines:?}");
+}
+
+/// Over USB a computer is answered as over the serial line: with short requests and answers, and with long ones.
+pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let status = ask(&mut pair, programs, folder, USB, &["device", "status"]);
+    assert_eq!(status["message"]["text"], TEXT, "{status}");
+    let snapshot = ["device", "snapshot", "--out", PICTURE];
+    let about = ask(&mut pair, programs, folder, USB, &snapshot);
+    let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, &status);
+    assert!(
+        inside >= BRIGHT_PIXELS && outside == 0,
+        "{inside}, {outside}"
+    );
+}
+
+/// All that the panel has shown.
+fn shown(pair: &Pair) -> Vec<Value> {
+    let panels = pair.record.iter().filter_map(|event| event.panel.clone());
+    panels.map(Value::from).collect()
 }
 
 /// How many of a picture's pixels are bright, inside the panel that the status tells of and outside.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::desk;
 use crate::image::Programs;
@@ -26,6 +26,7 @@ const NO_FRAMES: &str = "fault: the camera sends no frames";
 const CAMERA_FAULT: &str = "fault: the camera";
 const NO_CAMERA: &str = "fault: no camera answers";
 const WRONG_CAMERA: &str = "fault: the chip at I2C address 0x24 says it is 0x0360";
+const MISREAD: &str = "fault: register 0x0342 of the camera holds 0x00 after 0x01 was written";
 /// Another place: more than the panel's own width, 0.42 m, beside the first.
 const BESIDE: &str = "pose.x_m=0.5";
 /// The light falls and rises to these, lx, from 500.
@@ -38,18 +39,15 @@ const FOLLOWS: f64 = 2.0;
 const WATCHDOG_MS: u32 = 8_200;
 /// A function that panics when it is called again, as the linker names it.
 const ONLY_ONCE: &str = "vocc_receiver_pico11application";
-const LAST_WORDS: &str = "fault: the program ended before this start: panicked at";
+const PANICKED: &str = "fault: the program ended before this start: panicked at";
+const FAULTED: &str = "fault: the program ended before this start: HardFault at 0x1";
 /// Garbage, and how long the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
 
 /// Nothing but the supply restarted the receiver.
 fn assert_no_reset(pair: &Pair) {
-    let resets = pair
-        .record
-        .iter()
-        .filter_map(|event| event.reset.as_deref());
-    assert_eq!(resets.collect::<Vec<_>>(), [""; 0]);
+    assert_eq!(pair.resets_since(0), [""; 0]);
 }
 
 /// The last frame's exposure times gain.
@@ -133,6 +131,8 @@ pub fn a_camera_that_answers_wrongly_is_named(programs: &Programs, folder: &Path
         pair.tell(&json!({ "camera": silent }));
         pair.wait_for(NO_CAMERA, SAID_IN_S);
     }
+    pair.tell(&json!({ "camera": "misread" }));
+    pair.wait_for(MISREAD, SAID_IN_S);
     pair.tell(&json!({ "camera": "none" }));
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
     assert_no_reset(&pair);
@@ -182,9 +182,7 @@ pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     let from = pair.record.len();
     pair.tell(&json!({ "hang": true }));
     pair.run_ms(WATCHDOG_MS);
-    let happened = &pair.record[from..];
-    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
-    assert_eq!(resets.collect::<Vec<_>>(), ["timed out"]);
+    assert_eq!(pair.resets_since(from), ["timed out"]);
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
     let status = desk::status(&mut pair, programs, folder);
     assert_eq!(status["was_reset"], true, "{status}");
@@ -193,13 +191,55 @@ pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
 /// A panic restarts the program, which then says why, and reads on.
 pub fn a_panic_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
+    ends_and_begins(&mut pair, &json!({ "enter": ONLY_ONCE }), PANICKED);
+}
+
+/// The processor meets what it cannot do: the program starts anew, says where that was, and reads on.
+pub fn a_hard_fault_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    ends_and_begins(&mut pair, &json!({ "fault": true }), FAULTED);
+}
+
+/// Something ends the program, which begins anew at once, says why, and reads on.
+fn ends_and_begins(pair: &mut Pair, end: &Value, last_words: &str) {
     let from = pair.record.len();
-    pair.tell(&json!({ "enter": ONLY_ONCE }));
-    pair.wait_for(LAST_WORDS, SAID_IN_S);
-    let happened = &pair.record[from..];
-    let resets = happened.iter().filter_map(|event| event.reset.as_deref());
-    assert_eq!(resets.collect::<Vec<_>>(), ["forced"]);
+    pair.tell(end);
+    pair.wait_for(last_words, SAID_IN_S);
+    assert_eq!(pair.resets_since(from), ["forced"]);
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
+}
+
+/// The stack overflows: nothing else is written over, as the processor stops, and the watchdog restarts the program.
+pub fn a_stack_that_overflows_ends_in_a_restart(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    let from = pair.record.len();
+    pair.tell(&json!({ "stack": "full", "enter": ONLY_ONCE }));
+    pair.run_ms(WATCHDOG_MS);
+    assert_eq!(pair.resets_since(from), ["timed out"]);
+    pair.wait_for(MESSAGE, ARRIVES_IN_S);
+}
+
+/// The camera's supply goes for a moment, and nothing else's: its registers are as after power-up, and no frames come.
+pub fn a_camera_whose_power_was_cut_is_set_up_anew(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    pair.tell(&json!({ "camera": "brown-out" }));
+    pair.wait_for(NO_FRAMES, SAID_IN_S);
+    reads_on(&mut pair, programs, folder);
+    assert_no_reset(&pair);
+}
+
+/// The program ends while the camera is read, which holds the bus from then on: it is given clocks, and answers the first time.
+pub fn a_camera_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder: &Path) {
+    let mut pair = talking(programs, folder);
+    pair.tell(&json!({ "camera": "holding" }));
+    let from = pair.record.len();
+    ends_and_begins(&mut pair, &json!({ "enter": ONLY_ONCE }), PANICKED);
+    let is_missed = |event: &Event| event.says(NO_CAMERA);
+    assert!(
+        !pair.record[from..].iter().any(is_missed),
+        "{}",
+        pair.said()
+    );
 }
 
 /// Garbage comes over the serial line without end while a text arrives.

@@ -32,6 +32,11 @@ const TESTS: &[(&str, Test)] = &[
         "a_computer_asks_the_receiver",
         desk::a_computer_asks_the_receiver,
     ),
+    ("a_computer_asks_over_usb", desk::a_computer_asks_over_usb),
+    (
+        "code_words_that_can_hardly_be_decoded_are_done_in_time",
+        timing::code_words_that_can_hardly_be_decoded_are_done_in_time,
+    ),
     (
         "the_exposure_follows_the_light",
         faults::the_exposure_follows_the_light,
@@ -67,6 +72,22 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_panic_is_told_at_the_next_start",
         faults::a_panic_is_told_at_the_next_start,
+    ),
+    (
+        "a_hard_fault_is_told_at_the_next_start",
+        faults::a_hard_fault_is_told_at_the_next_start,
+    ),
+    (
+        "a_stack_that_overflows_ends_in_a_restart",
+        faults::a_stack_that_overflows_ends_in_a_restart,
+    ),
+    (
+        "a_camera_whose_power_was_cut_is_set_up_anew",
+        faults::a_camera_whose_power_was_cut_is_set_up_anew,
+    ),
+    (
+        "a_camera_that_holds_the_bus_is_made_to_let_go",
+        faults::a_camera_that_holds_the_bus_is_made_to_let_go,
     ),
     (
         "a_flood_on_the_port_keeps_no_text_away",

@@ -125,15 +125,15 @@ impl Pair {
             folder: folder.to_owned(),
             record: vec![],
         };
-        for _ in ["transmitter", "receiver"] {
+        for _ in ["transmitter", "receiver", "receiver_usb"] {
             pair.until(|event| event.listening.is_some());
         }
         pair
     }
 
-    /// The Unix socket that is UART 0 of a board.
-    pub fn socket(&self, board: &str) -> PathBuf {
-        self.folder.join(board)
+    /// The Unix socket that is UART 0 of a board, or `receiver_usb`, the receiver's port over USB.
+    pub fn socket(&self, port: &str) -> PathBuf {
+        self.folder.join(port)
     }
 
     /// Lets so much simulated time pass; what happened in it.
@@ -184,6 +184,14 @@ impl Pair {
             Some(event) => event,
             None => self.wait_for(beginning, at_most_s),
         }
+    }
+
+    /// Why the receiver was reset since an event, by its number in the record.
+    pub fn resets_since(&self, from: usize) -> Vec<&str> {
+        let happened = self.record[from..].iter();
+        happened
+            .filter_map(|event| event.reset.as_deref())
+            .collect()
     }
 
     /// The receiver's last lines.

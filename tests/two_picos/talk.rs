@@ -26,6 +26,7 @@ pub const ARRIVES_IN_S: u32 = 30;
 const LUX: f64 = 500.0;
 /// The panel: 1.5 m before the camera, which is 4.8 px from LED to LED.
 pub const SCENE: [&str; 2] = ["pose.distance_m=1.5", "ambient.illuminance_lx=500"];
+pub const DISTANCE_M: f64 = 1.5;
 /// Symbols and frames a second: as slow as a transmitter can be, and what the receiver sets its camera to.
 const SYMBOL_RATE: &str = "9";
 const SYMBOLS_PER_FRAME: f32 = 0.68;

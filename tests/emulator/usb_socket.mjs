@@ -1,0 +1,52 @@
+// A board's serial port over USB as a Unix socket, for one client at a time: what a computer's driver does of it.
+
+import fs from 'node:fs';
+import net from 'node:net';
+import { USBCDC } from 'rp2040js';
+
+const PACKET = 64, OPENED_NANOS = 20e6;
+// USB class definitions for communication devices, PSTN 6.3.12: set the control lines, DTR and RTS, of interface 0.
+const PORT_IS_OPEN = Uint8Array.of(0x21, 0x22, 3, 0, 0, 0, 0, 0);
+
+export class UsbSocket {
+  // `listening` is called once clients may come; `heard` takes the bytes of each packet that the board sends.
+  constructor(path, listening, heard) {
+    Object.assign(this, { heard, client: null, queue: [], room: 0 });
+    fs.rmSync(path, { force: true });
+    net.createServer((socket) => {
+      this.client = socket;
+      socket.on('data', (bytes) => {
+        this.queue.push(...bytes);
+        this.say();
+      });
+      socket.on('error', () => {});
+      socket.on('close', () => { if (this.client === socket) this.client = null; });
+    }).listen(path, listening);
+  }
+
+  // To a chip that has just started: it is asked what it is, and its port is opened.
+  plugInto({ usbCtrl }, clock) {
+    const computer = new USBCDC(usbCtrl);
+    Object.assign(this, { usbCtrl, computer, queue: [], room: 0 });
+    usbCtrl.onEndpointRead = (endpoint, size) => {
+      if (endpoint !== computer.outEndpoint) return;
+      this.room = Math.min(size, PACKET);
+      this.say();
+    };
+    // The emulator's computer tells the device that the port is open; computers tell the interface, and so it is told again.
+    const open = clock.createAlarm(() => usbCtrl.sendSetupPacket(PORT_IS_OPEN));
+    computer.onDeviceConnected = () => open.schedule(OPENED_NANOS);
+    computer.onSerialData = (bytes) => {
+      this.heard(bytes);
+      this.client?.write(Buffer.from(bytes));
+    };
+  }
+
+  // A packet, once the chip has room for one. One of no bytes would come again and again: who has nothing to say does not answer.
+  say() {
+    if (!this.room || !this.queue.length) return;
+    const packet = this.queue.splice(0, this.room);
+    this.room = 0;
+    this.usbCtrl.endpointReadDone(this.computer.outEndpoint, Uint8Array.from(packet));
+  }
+}
