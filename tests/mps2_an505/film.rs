@@ -32,6 +32,8 @@ const DELAY_FRAMES: usize = 2;
 pub struct Panel {
     pub text: &'static str,
     pub distance_m: f64,
+    /// The gap between its LEDs over their diameter of 30 mm.
+    pub interval: f64,
     /// To the right, from frame to frame.
     pub drift_m: f64,
 }
@@ -53,12 +55,13 @@ impl Film {
             "hm01b0",
             &[
                 format!("pose.distance_m={}", panel.distance_m),
+                format!("panel.interval={}", panel.interval),
                 format!("pose.x_m={x_m}"),
                 format!("ambient.illuminance_lx={LUX}"),
             ],
         )
         .expect("a scene");
-        let symbols = symbols(panel.text);
+        let (symbols, pulse) = (symbols(panel.text), pulse(panel.interval));
         let mut here = Here::start();
         let mut exposures = vec![here.exposure(); DELAY_FRAMES];
         let (mut frames, mut said) = (vec![], Vec::<Said>::new());
@@ -70,7 +73,7 @@ impl Film {
                 let now_m = x_m + panel.drift_m * followed_frames;
                 eye.change(&[format!("pose.x_m={now_m}")]).expect("a place");
             }
-            let asked = request(number, exposures[number], &symbols);
+            let asked = request(number, exposures[number], &symbols, pulse);
             let pixels = eye.see(&asked).expect("the panel is in view");
             said.push(here.frame(&pixels));
             exposures.push(here.exposure());
@@ -112,7 +115,12 @@ fn period_ns() -> f64 {
     f64::from(MODE.frame_lines) * LINE_NS
 }
 
-fn request(number: usize, exposure: Exposure, symbols: &[(f64, String)]) -> FrameRequest {
+fn request(
+    number: usize,
+    exposure: Exposure,
+    symbols: &[(f64, String)],
+    pulse: Cycles,
+) -> FrameRequest {
     FrameRequest {
         number: number as u64,
         ns: 1e9 * START_S + number as f64 * period_ns(),
@@ -125,13 +133,17 @@ fn request(number: usize, exposure: Exposure, symbols: &[(f64, String)]) -> Fram
         gain: f64::from(1 << exposure.gain_log2),
         black: BLACK_GREY.into(),
         symbols: symbols.to_vec(),
-        pulse: pulse(),
+        pulse,
     }
 }
 
 /// The pulses by which the board's typical panel has the luminance that the table which ships asks for in this light.
-fn pulse() -> Cycles {
-    let l2a = L2aTable::default().l2a(Illuminance::saturating_from_num(LUX), Interval::ONE);
+fn pulse(interval: f64) -> Cycles {
+    let (light, interval) = (
+        Illuminance::saturating_from_num(LUX),
+        Interval::saturating_from_num(interval),
+    );
+    let l2a = L2aTable::default().l2a(light, interval);
     let duty = l2a.to_num::<f64>() * LUX * REFLECTANCE / FULL_CD_M2;
     Cycles {
         lit_cycles: (duty * f64::from(PERIOD_CYCLES)).round() as u32,

@@ -43,6 +43,10 @@ const TESTS: &[(&str, Test)] = &[
         "a_long_text_is_read_as_on_this_computer",
         measure::a_long_text_is_read_as_on_this_computer,
     ),
+    (
+        "a_far_panel_is_read_within_four_seconds",
+        measure::a_far_panel_is_read_within_four_seconds,
+    ),
 ];
 
 const M33: &str = "thumbv8m.main-none-eabihf";

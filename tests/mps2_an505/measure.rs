@@ -24,6 +24,9 @@ const FOLLOWED_AT_MOST: u64 = 3;
 /// and no more than one in so many does.
 const SELDOM: usize = 50;
 
+/// Within which a text of 48 bytes is there from afar, s.
+const FAR_TEXT_S: f64 = 4.0;
+
 const TEXT: &str = "Hello by light";
 const LONG_TEXT: &str = "Ice on the bridge, 40 km/h, keep 50 m apart, ok.";
 
@@ -31,6 +34,7 @@ pub fn a_panel_at_rest_is_read_as_on_this_computer(images: &Images) {
     let panel = Panel {
         text: TEXT,
         distance_m: 4.0,
+        interval: 1.0,
         drift_m: 0.0,
     };
     reads_as_here(images, "3.6 px pitch at rest", panel);
@@ -40,6 +44,7 @@ pub fn a_large_panel_is_read_as_on_this_computer(images: &Images) {
     let panel = Panel {
         text: TEXT,
         distance_m: 1.5,
+        interval: 1.0,
         drift_m: 0.0,
     };
     reads_as_here(images, "9.7 px pitch at rest", panel);
@@ -49,6 +54,7 @@ pub fn a_moving_panel_is_read_as_on_this_computer(images: &Images) {
     let panel = Panel {
         text: TEXT,
         distance_m: 3.0,
+        interval: 1.0,
         drift_m: 0.002_5,
     };
     reads_as_here(images, "4.8 px pitch, 0.2 px a frame", panel);
@@ -58,12 +64,26 @@ pub fn a_long_text_is_read_as_on_this_computer(images: &Images) {
     let panel = Panel {
         text: LONG_TEXT,
         distance_m: 5.0,
+        interval: 1.0,
         drift_m: 0.0,
     };
     reads_as_here(images, "2.9 px pitch at rest, 48 bytes", panel);
 }
 
-fn reads_as_here(images: &Images, what: &str, panel: Panel) {
+/// LEDs 90 mm apart, as far away as this camera reads them.
+pub fn a_far_panel_is_read_within_four_seconds(images: &Images) {
+    let panel = Panel {
+        text: LONG_TEXT,
+        distance_m: 10.0,
+        interval: 2.0,
+        drift_m: 0.0,
+    };
+    let text_after_s = reads_as_here(images, "2.2 px pitch at 10 m, 48 bytes", panel);
+    assert!(text_after_s < FAR_TEXT_S, "{text_after_s} s");
+}
+
+/// The seconds of light until the text was there.
+fn reads_as_here(images: &Images, what: &str, panel: Panel) -> f64 {
     let film = Film::draw(panel);
     let text = format!("message: {}", panel.text);
     assert!(film.text.contains(&text), "here: {:?}", film.text);
@@ -78,13 +98,14 @@ fn reads_as_here(images: &Images, what: &str, panel: Panel) {
     }
     assert_eq!(run.frames.len(), film.said.len());
     assert_eq!(run.text, film.text);
-    tell_times(what, &film);
+    let text_after_s = tell_times(what, &film);
     Costs::of(&run).hold(what);
     holds_in_memory(images, what, run.stack_bytes);
+    text_after_s
 }
 
-/// Tells after how much of the panel's light it was found, and the text was there, where no frame passes by.
-fn tell_times(what: &str, film: &Film) {
+/// Tells, and gives the latter, after how much of the panel's light it was found, and the text was there, where no frame passes by.
+fn tell_times(what: &str, film: &Film) -> f64 {
     let after_s = |is_there: fn(&Said) -> bool| {
         let frame = film
             .said
@@ -93,11 +114,12 @@ fn tell_times(what: &str, film: &Film) {
             .expect("it is found and read");
         (frame + 1) as f64 * f64::from(MODE.period_us()) / 1e6 - DARK_S
     };
+    let text_after_s = after_s(|said| said.messages > 0);
     say(&format!(
-        "Cortex-M33, {what}: found after {:.2} s, the text after {:.2} s of light",
+        "Cortex-M33, {what}: found after {:.2} s, the text after {text_after_s:.2} s of light",
         after_s(|said| said.found > 0),
-        after_s(|said| said.messages > 0),
     ));
+    text_after_s
 }
 
 /// Instructions of each frame, by what it was.
