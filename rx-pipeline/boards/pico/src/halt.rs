@@ -48,7 +48,9 @@ unsafe extern "C" fn hard_fault() -> ! {
 
 extern "C" fn tell_fault(kept: &ExceptionFrame) -> ! {
     let (at, from) = (kept.pc(), kept.lr());
-    end(format_args!("HardFault at {at:#010x}, called from {from:#010x}"))
+    end(format_args!(
+        "HardFault at {at:#010x}, called from {from:#010x}"
+    ))
 }
 
 /// Leaves a note, and starts anew.
