@@ -1,5 +1,6 @@
 //! The whole pipeline: camera frames in, messages out.
 
+pub(crate) mod blinked;
 mod history;
 mod integer;
 mod levels;
@@ -390,6 +391,12 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     pub fn learnt(&self) -> Option<Learnt> {
         let [learnt] = self.learnt_each();
         learnt
+    }
+
+    /// Follows the panel no more, if one is followed; what it has begun to say is not forgotten.
+    pub fn give_up(&mut self) {
+        let [panel] = &mut self.panels;
+        panel.reader.forget();
     }
 
     /// Where the panel was last seen, while it is followed.

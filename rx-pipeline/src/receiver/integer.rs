@@ -1,10 +1,9 @@
 //! Panels followed and read in whole numbers, for processors that have no floating point.
 //!
-//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`integer/blinked.rs`). From then on a frame
+//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`blinked.rs`). From then on a frame
 //! costs 401 samples of it: five on each LED, one on each corner of its cell (`integer/samples.rs`). From these come the bits
 //! (`integer/decision.rs`), and by how much each corner of the panel has moved (`integer/following.rs`).
 
-mod blinked;
 mod blinking;
 mod decision;
 mod following;
@@ -14,6 +13,7 @@ mod tests;
 
 use core::borrow::BorrowMut;
 
+use super::blinked::{Barred, Blinked, Verdict, proof_frames};
 use super::settings::ReceiverError;
 use crate::corners::Corners;
 use crate::detect::Mixture;
@@ -21,7 +21,6 @@ use crate::frame::Frame;
 use crate::parameters::tracking::PATIENCE_FRAMES;
 use crate::profile::{Profile, Stage};
 use crate::symbols::SymbolClock;
-use blinked::{Barred, Blinked, PROOF_SYMBOLS, Verdict};
 use decision::Decision;
 use following::Outline;
 use link::framing::{Deframer, Event};
@@ -67,13 +66,8 @@ pub struct IntegerReceiver<B> {
     deframer: Deframer,
     track: Option<Track>,
     barred: Barred,
-    /// Frames in which [`PROOF_SYMBOLS`] are shown.
+    /// Frames in which a panel has to prove that it is one.
     proof_frames: u64,
-}
-
-/// Frames in which [`PROOF_SYMBOLS`] are shown, at a rate above 0.
-fn proof_frames(symbols_per_frame: f32) -> u64 {
-    ((PROOF_SYMBOLS as f32 / symbols_per_frame) as u64).saturating_add(1)
 }
 
 /// A panel that is followed.
@@ -118,7 +112,9 @@ impl Track {
         let usual = 7 * u64::from(self.usual) + u64::from(decision.distance);
         self.usual = usual.div_ceil(8) as u32;
         self.outline.correct(samples, decision.bits);
-        self.blinked.see(decision.bits, decision.distance);
+        if decision.is_parted() {
+            self.blinked.see(decision.bits);
+        }
     }
 }
 
@@ -199,8 +195,10 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             is_following = verdict == Verdict::Panel;
             if track.missed >= PATIENCE_FRAMES || matches!(verdict, Verdict::Other | Verdict::Gone)
             {
-                self.barred
-                    .add(&track.outline, verdict, number, self.proof_frames);
+                if let Some(corners) = track.outline.corners() {
+                    self.barred
+                        .add(&corners, verdict, number, self.proof_frames);
+                }
                 (self.track, is_following) = (None, false);
             }
         }

@@ -2,6 +2,7 @@
 
 use core::borrow::BorrowMut;
 
+use super::proof::Proof;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::profile::{Profile, Stage};
@@ -58,6 +59,8 @@ pub struct PanelReceiver<const PIXELS: usize, M, B> {
     pub settings: ReceiverSettings,
     /// What finds the panel.
     pub search: BlinkSearch<B>,
+    /// What tells a panel from all else that blinks; [`Proof::NONE`] at first.
+    pub proof: Proof,
 }
 
 impl<const PIXELS: usize, M, B> Follow for &mut PanelReceiver<PIXELS, M, B>
@@ -67,24 +70,34 @@ where
 {
     fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
         let PanelReceiver {
-            receiver, search, ..
+            receiver,
+            search,
+            proof,
+            ..
         } = &mut **self;
+        if proof.has_failed() {
+            receiver.give_up();
+        }
         if receiver.corners().is_none() {
+            proof.lost(number);
+            let others = proof.others(number);
             // The camera's frames are of a size that can be searched.
-            let found = profile.timed(Stage::Search, || search.find(frame)).ok();
+            let found = profile.timed(Stage::Search, || search.find_beside(frame, others));
             // A panel that does not fit into the memory is not one that can be read.
             let size = (frame.width(), frame.height());
-            let placed = found
-                .flatten()
-                .is_some_and(|corners| receiver.place(corners, [0, 0], size).is_ok());
-            if placed {
+            let fits = |corners: &Corners| receiver.place(*corners, [0, 0], size).is_ok();
+            if let Some(corners) = found.ok().flatten().filter(fits) {
                 search.forget();
+                proof.found(corners, number);
             }
         }
         let outcome = receiver.frame_timed(number, frame, profile);
+        proof.judge(number, outcome.reading.as_ref().ok(), &outcome.event);
+        let is_seen = matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. }));
+        let reading = outcome.reading.ok().filter(|_| !proof.has_failed());
         Seen {
-            is_following: matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. })),
-            sighting: outcome.reading.ok().map(|reading| Sighting {
+            is_following: is_seen && !proof.has_failed(),
+            sighting: reading.map(|reading| Sighting {
                 corners: reading.corners,
                 bits: reading.detection.bits,
                 soft: reading.detection.soft,
@@ -103,6 +116,7 @@ where
         self.receiver.begin(&settings).ok()?;
         self.settings = settings;
         self.search.forget();
+        self.proof.begin(symbols_per_frame);
         Some(())
     }
 

@@ -19,6 +19,7 @@ use std::string::String;
 use std::vec::Vec;
 
 mod faults;
+mod others;
 mod places;
 mod serial;
 
@@ -126,6 +127,7 @@ fn follower(mode: Mode) -> Follower {
         receiver: Receiver::new(settings, memory, NoSearch).unwrap(),
         settings,
         search: BlinkSearch::new(room(mode)),
+        proof: Proof::NONE,
     }))
 }
 

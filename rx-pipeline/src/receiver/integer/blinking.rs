@@ -9,11 +9,11 @@
 
 use core::borrow::BorrowMut;
 
-use super::blinked::Area;
 use super::following::Outline;
 use super::samples::{GREY, Samples};
 use crate::corners::Corners;
 use crate::frame::Frame;
+use crate::receiver::blinked::Area;
 use link::panel::{LEDS, SIDE};
 
 /// Tiles along the longer side of a frame: LEDs further from each other than two of them do not hang together.
@@ -109,7 +109,7 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
     }
 
     /// The same, where some parts of the frame are passed over.
-    pub(super) fn find_beside(
+    pub(crate) fn find_beside(
         &mut self,
         frame: &Frame<'_>,
         others: impl IntoIterator<Item = Area>,

@@ -10,6 +10,8 @@ pub const FEATURE_ERROR_GREY: f64 = 0.5;
 const ROUNDS: usize = 8;
 /// The least that the groups' means differ by, grey levels.
 const LEAST_CONTRAST: i32 = 6 * GREY;
+/// The least distance of two groups that mean something: noise parts into two of 7, light that is evenly spread of 12.
+const LEAST_DISTANCE: u32 = 16;
 /// Steps of a soft value in a nat.
 const STEPS_PER_NAT: i64 = (1.0 / LLR_STEP) as i64;
 /// The deviation within a group that is taken at least, as a share of the contrast: 1/16. Groups of 64 cells tell no more.
@@ -61,6 +63,11 @@ impl Decision {
             soft,
             distance: (contrast * contrast / variance) as u32,
         })
+    }
+
+    /// Whether the groups are farther apart than what noise and light that is evenly spread part into.
+    pub fn is_parted(&self) -> bool {
+        self.distance >= LEAST_DISTANCE
     }
 
     /// The share of bits that are right if the soft values are.

@@ -3,7 +3,7 @@
 use rx_pipeline::{
     detect::Detector,
     receiver::{BlinkSearch, NoSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings},
-    standalone::PanelReceiver,
+    standalone::{PanelReceiver, Proof},
 };
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -32,6 +32,7 @@ pub fn take() -> Option<&'static mut Reader> {
             receiver: Receiver::new(settings, memory, NoSearch)?,
             settings,
             search: BlinkSearch::new(&mut change[..]),
+            proof: Proof::NONE,
         })
     });
     reader.as_mut().ok()

@@ -4,12 +4,12 @@
 //! otherwise: it shows one symbol after another in which about half of the LEDs are On, each time others, and frames of the link. It has to
 //! do so all the time: after a knock LEDs of a panel that is elsewhere may lie where others were.
 
-use super::following::Outline;
+use crate::corners::Corners;
 use link::framing::Event;
 use link::panel::LEDS;
 
 /// Symbols in which a place has to prove that it is a panel; and once more after each proof.
-pub const PROOF_SYMBOLS: u32 = 30;
+const PROOF_SYMBOLS: u32 = 30;
 /// So many symbols must have been seen to tell by them.
 const LEAST_SYMBOLS: u32 = 16;
 /// LEDs that may not have blinked: they are broken.
@@ -19,14 +19,17 @@ const MOST_STILL: usize = 4;
 const LEAST_PART: u32 = 6;
 /// LEDs by which two symbols differ at least; readings of one differ by less.
 const OTHER_SYMBOL: u32 = 13;
-/// The least [distance](super::decision::Decision::distance) of two groups: noise parts into two of 7, light that is evenly spread of 12.
-const LEAST_DISTANCE: u32 = 16;
 /// A place that has proved to be no panel is passed over for so many symbols.
 const REST_SYMBOLS: u32 = 90;
 /// A place that was lost before it could prove anything is passed over for so many symbols: others have their turn.
 const SHORT_REST_SYMBOLS: u32 = 15;
 /// Places that are remembered.
 const PLACES: usize = 4;
+
+/// Frames in which so many symbols are shown as a proof takes, at a rate above 0.
+pub fn proof_frames(symbols_per_frame: f32) -> u64 {
+    ((PROOF_SYMBOLS as f32 / symbols_per_frame) as u64).saturating_add(1)
+}
 
 /// What a place has shown since it was found.
 #[derive(Clone, Copy)]
@@ -71,14 +74,10 @@ impl Blinked {
         }
     }
 
-    /// It shows these bits, by groups of LEDs that are so far apart.
-    pub fn see(&mut self, bits: u64, distance: u32) {
+    /// It shows these bits, by groups of LEDs that are far apart: noise and light that is evenly spread part into two as well.
+    pub fn see(&mut self, bits: u64) {
         let is_new = self.symbols == 0 || (bits ^ self.last).count_ones() >= OTHER_SYMBOL;
-        if self.is_proved
-            || distance < LEAST_DISTANCE
-            || !is_new
-            || self.symbols >= u32::from(u8::MAX)
-        {
+        if self.is_proved || !is_new || self.symbols >= u32::from(u8::MAX) {
             return;
         }
         self.last = bits;
@@ -150,7 +149,7 @@ impl Barred {
     };
 
     /// From frame `number` on passes a place over that was no panel, or was lost before anybody knew.
-    pub fn add(&mut self, outline: &Outline, verdict: Verdict, number: u64, proof_frames: u64) {
+    pub fn add(&mut self, corners: &Corners, verdict: Verdict, number: u64, proof_frames: u64) {
         let symbols = match verdict {
             Verdict::Panel | Verdict::Gone => return,
             Verdict::Other => REST_SYMBOLS,
@@ -158,7 +157,7 @@ impl Barred {
         };
         let frames = proof_frames.saturating_mul(symbols.into()) / u64::from(PROOF_SYMBOLS);
         if let Some(place) = self.places.get_mut(self.next) {
-            *place = Some((around(outline), number.saturating_add(frames)));
+            *place = Some((around(corners), number.saturating_add(frames)));
         }
         self.next = (self.next + 1) % PLACES;
     }
@@ -173,10 +172,7 @@ impl Barred {
 }
 
 /// What is within one pitch of a panel.
-fn around(outline: &Outline) -> Area {
-    let Some(corners) = outline.corners() else {
-        return [[0; 2]; 2];
-    };
+fn around(corners: &Corners) -> Area {
     let pitch = corners.pitch_px();
     [0, 1].map(|axis| {
         let ends = corners.points().map(|point| point[axis]);
@@ -200,11 +196,11 @@ mod tests {
     }
 
     /// What a place is after the time of its proof, of which each frame shows what `bits` says.
-    fn judged(distance: u32, mut bits: impl FnMut(u64) -> u64) -> Verdict {
+    fn judged(mut bits: impl FnMut(u64) -> u64) -> Verdict {
         let mut blinked = Blinked::new(7);
         for number in 7..7 + PROOF_FRAMES {
             assert_ne!(blinked.verdict(number, PROOF_FRAMES), Verdict::Other);
-            blinked.see(bits(number), distance);
+            blinked.see(bits(number));
         }
         blinked.verdict(7 + PROOF_FRAMES, PROOF_FRAMES)
     }
@@ -216,7 +212,7 @@ mod tests {
         for trial in 0..10_000u64 {
             let broken = 0x8000_0400_0020_0000u64;
             let (mut symbol, mut index) = (random(&mut seed), 0);
-            let verdict = judged(40, |number| {
+            let verdict = judged(|number| {
                 if number * 2 / 3 != index {
                     (symbol, index) = (random(&mut seed), number * 2 / 3);
                 }
@@ -230,19 +226,15 @@ mod tests {
     #[test]
     fn lamps_that_switch_together_are_no_panel() {
         let halves = 0xf0f0_f0f0_0f0f_0f0fu64;
-        assert_eq!(judged(256, |_| halves), Verdict::Other);
-        // Off, all of them are alike, which shows as noise or as nothing.
-        let mut seed = 77;
-        let verdict = judged(12, |_| random(&mut seed));
-        assert_eq!(verdict, Verdict::Other);
-        assert_eq!(judged(256, |number| halves * (number % 2)), Verdict::Other);
+        assert_eq!(judged(|_| halves), Verdict::Other);
+        assert_eq!(judged(|number| halves * (number % 2)), Verdict::Other);
     }
 
     #[test]
     fn a_few_lamps_that_blink_at_random_are_no_panel() {
         let mut seed = 99;
         let few = 0x0100_0040_0010_0802u64;
-        let verdict = judged(256, |_| 0xffff_0000_ffff_0000 ^ random(&mut seed) & few);
+        let verdict = judged(|_| 0xffff_0000_ffff_0000 ^ random(&mut seed) & few);
         assert_eq!(verdict, Verdict::Other);
     }
 
@@ -250,11 +242,9 @@ mod tests {
     #[test]
     fn a_moving_edge_is_no_panel() {
         for inverted in [0, u64::MAX] {
-            let verdict = judged(256, |number| {
-                inverted ^ 0x0101_0101_0101_0101 << (number % 8)
-            });
+            let verdict = judged(|number| inverted ^ 0x0101_0101_0101_0101 << (number % 8));
             assert_eq!(verdict, Verdict::Other);
-            let verdict = judged(256, |number| inverted ^ 0xff << (8 * (number * 3 % 8)));
+            let verdict = judged(|number| inverted ^ 0xff << (8 * (number * 3 % 8)));
             assert_eq!(verdict, Verdict::Other);
         }
     }
@@ -292,15 +282,15 @@ mod tests {
     #[test]
     fn places_are_passed_over_for_a_while() {
         let corners = [[20.0, 30.0], [41.0, 30.0], [41.0, 51.0], [20.0, 51.0]];
-        let outline = Outline::of(&crate::corners::Corners::new(corners).unwrap());
+        let corners = Corners::new(corners).unwrap();
         let mut barred = Barred::NONE;
-        barred.add(&outline, Verdict::Panel, 100, PROOF_FRAMES);
+        barred.add(&corners, Verdict::Panel, 100, PROOF_FRAMES);
         assert_eq!(barred.areas(100).count(), 0);
-        barred.add(&outline, Verdict::Other, 100, PROOF_FRAMES);
+        barred.add(&corners, Verdict::Other, 100, PROOF_FRAMES);
         assert_eq!(barred.areas(234).next(), Some([[17, 45], [27, 55]]));
         assert_eq!(barred.areas(235).count(), 0);
         for number in 0..9 {
-            barred.add(&outline, Verdict::Unsure, number, PROOF_FRAMES);
+            barred.add(&corners, Verdict::Unsure, number, PROOF_FRAMES);
         }
         assert_eq!((barred.areas(8).count(), barred.areas(28).count()), (4, 2));
     }
