@@ -73,6 +73,7 @@ export class Board {
   fault() {
     const { core } = this.mcu;
     core.waiting = false;
+    this.report({ fault_at: core.PC });
     core.exceptionEntry(HARD_FAULT);
     core.PC &= ~1;
   }

@@ -53,7 +53,7 @@ export class Eye {
 
   // A transmitter without power is dark.
   goDark(ns) {
-    this.witness({ ns, panel: '0'.repeat(16) });
+    this.symbols.push([ns, '0'.repeat(16)]);
   }
 
   // Changes the scene.

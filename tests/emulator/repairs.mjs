@@ -245,8 +245,8 @@ function quickenInputs(mcu) {
   });
 }
 
-// 2.2: nothing is below the RAM, and the bus says so. What a stack that overflows writes there is a fault, and so is what that fault writes
-// there in its turn: the processor locks up (ARMv6-M Architecture Reference Manual, B1.5.15). Here it would go on.
+// 2.2: the address map has nothing just below the RAM. What a stack that overflows writes there is taken for a fault, and what that fault
+// writes there in its turn for one that locks the processor up. Here it would go on.
 function lockUpBelowRam(mcu, lockUp) {
   const RAM = 0x20000000, NEAR = 0x10000;
   const write = mcu.writeUint32.bind(mcu);

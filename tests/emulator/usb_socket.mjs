@@ -20,7 +20,7 @@ export class UsbSocket {
         this.say();
       });
       socket.on('error', () => {});
-      socket.on('close', () => { if (this.client === socket) this.client = null; });
+      socket.on('close', () => { if (this.client === socket) Object.assign(this, { client: null, queue: [] }); });
     }).listen(path, listening);
   }
 

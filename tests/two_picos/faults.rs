@@ -40,7 +40,7 @@ const WATCHDOG_MS: u32 = 8_200;
 /// A function that panics when it is called again, as the linker names it.
 const ONLY_ONCE: &str = "vocc_receiver_pico11application";
 const PANICKED: &str = "fault: the program ended before this start: panicked at";
-const FAULTED: &str = "fault: the program ended before this start: HardFault at 0x1";
+const FAULTED: &str = "fault: the program ended before this start: HardFault at";
 /// Garbage, and how long the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
@@ -197,19 +197,24 @@ pub fn a_panic_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
 /// The processor meets what it cannot do: the program starts anew, says where that was, and reads on.
 pub fn a_hard_fault_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
-    ends_and_begins(&mut pair, &json!({ "fault": true }), FAULTED);
+    let from = pair.record.len();
+    let words = ends_and_begins(&mut pair, &json!({ "fault": true }), FAULTED);
+    let at = pair.record[from..].iter().find_map(|event| event.fault_at);
+    let told = format!("{FAULTED} {:#010x}, called from 0x", at.expect("a fault"));
+    assert!(words.says(&told), "{words:?}, not {told:?}");
 }
 
 /// Something ends the program, which begins anew at once, says why, and reads on.
-fn ends_and_begins(pair: &mut Pair, end: &Value, last_words: &str) {
+fn ends_and_begins(pair: &mut Pair, end: &Value, last_words: &str) -> Event {
     let from = pair.record.len();
     pair.tell(end);
-    pair.wait_for(last_words, SAID_IN_S);
+    let words = pair.wait_for(last_words, SAID_IN_S);
     assert_eq!(pair.resets_since(from), ["forced"]);
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
+    words
 }
 
-/// The stack overflows: nothing else is written over, as the processor stops, and the watchdog restarts the program.
+/// The stack overflows: the processor stops, and the watchdog restarts the program.
 pub fn a_stack_that_overflows_ends_in_a_restart(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let from = pair.record.len();

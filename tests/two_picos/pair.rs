@@ -43,6 +43,8 @@ pub struct Event {
     pub gain: f64,
     /// That the receiver may be too slow for the camera's pixels.
     pub late: Option<String>,
+    /// Where the processor met what it could not do.
+    pub fault_at: Option<u32>,
     /// Why a board was reset.
     pub reset: Option<String>,
     /// The answer to a run: the time it ended.

@@ -80,7 +80,6 @@ pub struct Application<F> {
     numbering: Numbering,
     /// The panel, and the number of the frame that last showed it.
     sighting: Option<(u64, Sighting)>,
-    confidence: f32,
     /// The size that the panel has told.
     geometry: Option<Geometry>,
     counters: Counters,
@@ -134,7 +133,6 @@ impl<F: Follow> Application<F> {
             steady_frames: 0,
             numbering: Numbering::new(mode.period_us()),
             sighting: None,
-            confidence: 0.0,
             geometry: None,
             counters: Counters::default(),
             frame_us: 0,
@@ -286,7 +284,6 @@ impl<F: Follow> Application<F> {
         self.follow(is_following);
         if let Some(sighting) = sighting {
             add(&mut self.counters.readings, 1);
-            self.confidence = sighting.confidence;
             self.sighting = Some((number, sighting));
         } else if !is_following {
             self.lose();
@@ -373,7 +370,7 @@ impl<F: Follow> Application<F> {
         let is_new = millihertz != self.settings.symbol_millihertz;
         if is_new && rate.and_then(|rate| self.follower.begin(rate)).is_some() {
             self.settings.symbol_millihertz = millihertz;
-            (self.sighting, self.geometry) = (None, None);
+            self.lose();
         }
     }
 
@@ -400,7 +397,7 @@ impl<F: Follow> Application<F> {
                 trouble: self.trouble,
                 was_reset,
                 corners: reading.map(|reading| reading.corners),
-                confidence: self.confidence,
+                confidence: reading.map_or(0.0, |reading| reading.confidence),
                 symbol_millihertz,
                 frame_us: self.frame_us,
                 longest_us: self.longest_us,
@@ -434,9 +431,9 @@ impl<F: Follow> Application<F> {
         board.write(desk.answer(asked, &facts));
     }
 
-    /// What the panel was last read as.
+    /// What the panel that is followed was last read as.
     fn reading(&self) -> Option<Reading> {
-        let (frame, sighting) = self.sighting?;
+        let (frame, sighting) = self.sighting.filter(|_| self.is_following)?;
         let pitch_m = |geometry: Geometry| geometry.led_diameter_m() * (1.0 + geometry.interval());
         Some(Reading {
             frame,

@@ -4,7 +4,6 @@ use core::fmt::{self, Write as _};
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
-use cortex_m_rt::ExceptionFrame;
 use embassy_rp::pac;
 
 /// What tells a note from what the memory happens to hold after power-up.
@@ -30,27 +29,45 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     end(format_args!("{info}"))
 }
 
-/// What the processor cannot do ends here. The stack may be what has no room: it begins anew, as nobody returns.
+/// What the processor cannot do ends here. It keeps eight words on the stack, if there is room: the sixth is where it would have returned
+/// to, the seventh where it was. Near the stack's end there was none. The stack begins anew, as nobody returns.
 #[allow(unsafe_code)]
-// SAFETY: it takes the place of the vector table's handler, with what the processor kept at the stack's end.
+// SAFETY: it takes the place of the vector table's handler, and reads within the stack.
 #[unsafe(export_name = "HardFault")]
 #[unsafe(naked)]
 unsafe extern "C" fn hard_fault() -> ! {
     core::arch::naked_asm!(
         "mrs r0, msp",
-        "ldr r1, =_stack_start",
-        "msr msp, r1",
+        "ldr r1, =_stack_end",
+        "subs r2, r0, r1",
+        "cmp r2, #{room}",
+        "blt 1f",
+        "ldr r1, [r0, #20]",
+        "ldr r0, [r0, #24]",
+        "b 2f",
+        "1:",
+        "movs r0, #0",
+        "movs r1, #0",
+        "2:",
+        "ldr r2, =_stack_start",
+        "msr msp, r2",
         "bl {tell}",
         ".ltorg",
+        room = const KEPT_BYTES,
         tell = sym tell_fault,
     )
 }
 
-extern "C" fn tell_fault(kept: &ExceptionFrame) -> ! {
-    let (at, from) = (kept.pc(), kept.lr());
-    end(format_args!(
-        "HardFault at {at:#010x}, called from {from:#010x}"
-    ))
+/// What the processor keeps at most, its floating-point registers included, and what they are aligned to.
+const KEPT_BYTES: u32 = 112;
+
+extern "C" fn tell_fault(at: u32, from: u32) -> ! {
+    match at {
+        0 => end(format_args!("the stack overflowed")),
+        _ => end(format_args!(
+            "HardFault at {at:#010x}, called from {from:#010x}"
+        )),
+    }
 }
 
 /// Leaves a note, and starts anew.

@@ -104,7 +104,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     ))
 }
 
-/// The reading is told where it was asked for, as none while no panel is seen.
+/// The reading is told at each interval where it was asked for, as none while no panel is seen.
 fn tell_json(
     status: &Status,
     item: Option<&Item>,
