@@ -16,7 +16,7 @@ use crate::pictures::write_png;
 mod reading;
 mod watch;
 
-use reading::{asked_reading, reading_as_json};
+use reading::{asked_reading, reading_as_json, reading_in_short};
 pub use watch::{Watched, watch};
 
 /// Arguments of `vocc device snapshot`.
@@ -59,7 +59,12 @@ pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::
     values["camera"] = camera_as_json(&camera);
     let message = asked_message(client, &name)?;
     values["message"] = message_as_json(&message);
-    values["reading"] = reading_as_json(asked_reading(client, &name)?.as_ref());
+    let reading = asked_reading(client, &name)?;
+    values["reading"] = if shared.json {
+        reading_as_json(reading.as_ref())
+    } else {
+        reading.as_ref().map(reading_in_short).into()
+    };
     values["port"] = name.into();
     values["board"] = client.identity().board.clone().into();
     values["firmware"] = client.identity().firmware.clone().into();

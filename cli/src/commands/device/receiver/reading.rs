@@ -41,7 +41,7 @@ pub fn reading_as_json(reading: Option<&Reading>) -> Value {
 pub fn reading_in_short(reading: &Reading) -> String {
     let range = match reading.range_m() {
         Some(range_m) => format!("{range_m:.2} m"),
-        None => format!("{:.1} times from LED to LED", reading.range_pitches),
+        None => format!("{:.1} times the way from LED to LED", reading.range_pitches),
     };
     format!(
         "frame {}: {:016x}, {:.3} sure{}, {range} away",

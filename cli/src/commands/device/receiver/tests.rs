@@ -1,6 +1,5 @@
 //! A conversation with the application that is flashed, without a board.
 
-use super::reading::reading_in_short;
 use super::*;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
@@ -203,7 +202,7 @@ fn readings_are_told() {
         pitch_m: Some(0.06),
         ..reading
     };
-    assert!(reading_in_short(&reading).contains("50.0 times from LED to LED"));
+    assert!(reading_in_short(&reading).contains("50.0 times the way from LED to LED"));
     assert!(reading_in_short(&of_size).contains("3.00 m away"));
 }
 
