@@ -1,6 +1,6 @@
 //! The whole pipeline: camera frames in, messages out.
 
-pub(crate) mod blinked;
+mod blinked;
 mod history;
 mod integer;
 mod levels;
@@ -8,6 +8,7 @@ mod memory;
 #[cfg(not(feature = "maximum-likelihood"))]
 mod no_likelihood;
 mod outcome;
+mod proof;
 mod reader;
 mod search;
 mod settings;
@@ -23,6 +24,7 @@ pub use integer::{
 };
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, Outcome, Reading};
+pub use proof::Proof;
 pub use search::{FrameSearch, NoSearch, Search};
 pub use settings::{ReceiverError, ReceiverSettings};
 

@@ -25,7 +25,6 @@ mod last_message;
 mod message;
 mod numbering;
 mod picture;
-mod proof;
 mod range;
 mod say;
 #[cfg(test)]
@@ -38,7 +37,6 @@ pub use message::{
     PicturePart, REQUEST_MAX, Reading, Refusal, Request, SCHEMA, Status, Trouble,
 };
 pub use picture::PICTURE_PIXELS;
-pub use proof::Proof;
 pub use range::range_pitches;
 
 use crate::hm01b0::{CameraError, Exposure, Hm01b0};

@@ -3,9 +3,11 @@
 use link::camera::{Camera as Lens, Encoding};
 use rx_pipeline::detect::Detector;
 use rx_pipeline::hm01b0::{BLACK_GREY, CameraError, Exposure, Mode};
-use rx_pipeline::receiver::{BlinkSearch, NoSearch, Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::receiver::{
+    BlinkSearch, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings,
+};
 use rx_pipeline::standalone::{
-    Application, Camera, Clock, Counters, Machine, PanelReceiver, Port, Proof, Settings,
+    Application, Camera, Clock, Counters, Machine, PanelReceiver, Port, Settings,
 };
 
 /// As in the Pico 2's program: how it reads, and what it expects to read. Where these are others the two ends differ, and the test fails.
@@ -70,7 +72,7 @@ impl Here {
             receiver: Receiver::new(settings, memory, NoSearch).expect("a usable link"),
             settings,
             search: BlinkSearch::new(room),
-            proof: Proof::NONE,
+            proof: Proof::new(1.0),
         }));
         let settings = Settings {
             mode: MODE,

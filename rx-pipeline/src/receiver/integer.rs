@@ -1,6 +1,6 @@
 //! Panels followed and read in whole numbers, for processors that have no floating point.
 //!
-//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`blinked.rs`). From then on a frame
+//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`proof.rs`). From then on a frame
 //! costs 401 samples of it: five on each LED, one on each corner of its cell (`integer/samples.rs`). From these come the bits
 //! (`integer/decision.rs`), and by how much each corner of the panel has moved (`integer/following.rs`).
 
@@ -13,7 +13,7 @@ mod tests;
 
 use core::borrow::BorrowMut;
 
-use super::blinked::{Barred, Blinked, Verdict, proof_frames};
+use super::proof::Proof;
 use super::settings::ReceiverError;
 use crate::corners::Corners;
 use crate::detect::Mixture;
@@ -65,9 +65,7 @@ pub struct IntegerReceiver<B> {
     clock: SymbolClock,
     deframer: Deframer,
     track: Option<Track>,
-    barred: Barred,
-    /// Frames in which a panel has to prove that it is one.
-    proof_frames: u64,
+    proof: Proof,
 }
 
 /// A panel that is followed.
@@ -76,7 +74,6 @@ struct Track {
     /// How far apart the two groups of LEDs usually are, see [`Decision::distance`].
     usual: u32,
     missed: u32,
-    blinked: Blinked,
 }
 
 impl Track {
@@ -112,9 +109,6 @@ impl Track {
         let usual = 7 * u64::from(self.usual) + u64::from(decision.distance);
         self.usual = usual.div_ceil(8) as u32;
         self.outline.correct(samples, decision.bits);
-        if decision.is_parted() {
-            self.blinked.see(decision.bits);
-        }
     }
 }
 
@@ -129,8 +123,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             clock: SymbolClock::new(symbols_per_frame)?,
             deframer: Deframer::new(),
             track: None,
-            barred: Barred::NONE,
-            proof_frames: proof_frames(symbols_per_frame),
+            proof: Proof::new(symbols_per_frame),
         })
     }
 
@@ -148,8 +141,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         self.clock = SymbolClock::new(symbols_per_frame)?;
         self.deframer = Deframer::new();
         self.track = None;
-        self.barred = Barred::NONE;
-        self.proof_frames = proof_frames(symbols_per_frame);
+        self.proof = Proof::new(symbols_per_frame);
         self.search.forget();
         Ok(())
     }
@@ -172,6 +164,11 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             .track
             .as_mut()
             .and_then(|track| track.read(frame, profile));
+        if let Some((reading, decision)) = &read {
+            let is_sure = !reading.is_mixed && decision.is_parted();
+            self.proof
+                .see(reading.corners, is_sure.then_some(decision.bits));
+        }
         profile.begins(Stage::Decode);
         let ended = read.and_then(|(reading, decision)| {
             if reading.is_mixed {
@@ -188,22 +185,16 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             None => Event::Nothing,
         };
         profile.ends(Stage::Decode);
-        let mut is_following = false;
-        if let Some(track) = &mut self.track {
-            track.blinked.hear(&event);
-            let verdict = track.blinked.verdict(number, self.proof_frames);
-            is_following = verdict == Verdict::Panel;
-            if track.missed >= PATIENCE_FRAMES || matches!(verdict, Verdict::Other | Verdict::Gone)
-            {
-                if let Some(corners) = track.outline.corners() {
-                    self.barred
-                        .add(&corners, verdict, number, self.proof_frames);
-                }
-                (self.track, is_following) = (None, false);
-            }
+        self.proof.judge(number, &event);
+        let is_following = self.proof.is_panel();
+        let is_missed = |track: &Track| track.missed >= PATIENCE_FRAMES;
+        let is_over = self.proof.has_failed() || self.track.as_ref().is_some_and(is_missed);
+        if is_over {
+            self.proof.lost(number);
+            self.track = None;
         }
         IntegerOutcome {
-            is_following,
+            is_following: is_following && !is_over,
             reading: read.map(|(reading, _)| reading),
             search,
             event,
@@ -216,17 +207,17 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         frame: &Frame<'_>,
         profile: &mut impl Profile,
     ) -> Result<Option<Track>, BlinkSearchError> {
-        let others = self.barred.areas(number);
+        let others = self.proof.others(number);
         let found = profile.timed(Stage::Search, || self.search.find_beside(frame, others))?;
         let Some(found) = found else {
             return Ok(None);
         };
         self.search.forget();
+        self.proof.found(found, number);
         Ok(Some(Track {
             outline: Outline::of(&found),
             usual: 0,
             missed: 0,
-            blinked: Blinked::new(number),
         }))
     }
 }

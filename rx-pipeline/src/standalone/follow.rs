@@ -2,15 +2,18 @@
 
 use core::borrow::BorrowMut;
 
-use super::proof::Proof;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::profile::{Profile, Stage};
 use crate::receiver::{
-    BlinkSearch, IntegerReceiver, Loss, Receiver, ReceiverMemory, ReceiverSettings,
+    BlinkSearch, IntegerReceiver, Loss, Proof, Receiver, ReceiverMemory, ReceiverSettings,
 };
 use link::framing::Event;
 use link::panel::{PanelFrame, SoftPanel};
+
+/// The share of bits that have to be right by their soft values, for a reading to prove something: what two groups of LEDs have that lie
+/// four of their deviations apart. Noise parts into two of 2.7.
+const LEAST_CONFIDENCE: f32 = 0.977;
 
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +62,7 @@ pub struct PanelReceiver<const PIXELS: usize, M, B> {
     pub settings: ReceiverSettings,
     /// What finds the panel.
     pub search: BlinkSearch<B>,
-    /// What tells a panel from all else that blinks; [`Proof::NONE`] at first.
+    /// What tells a panel from all else that blinks; nothing is followed at first.
     pub proof: Proof,
 }
 
@@ -92,7 +95,12 @@ where
             }
         }
         let outcome = receiver.frame_timed(number, frame, profile);
-        proof.judge(number, outcome.reading.as_ref().ok(), &outcome.event);
+        if let Ok(reading) = &outcome.reading {
+            let is_sure = reading.detection.confidence >= LEAST_CONFIDENCE;
+            let bits = is_sure.then(|| reading.detection.bits.bits());
+            proof.see(reading.corners, bits);
+        }
+        proof.judge(number, &outcome.event);
         let is_seen = matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. }));
         let reading = outcome.reading.ok().filter(|_| !proof.has_failed());
         Seen {
@@ -116,7 +124,7 @@ where
         self.receiver.begin(&settings).ok()?;
         self.settings = settings;
         self.search.forget();
-        self.proof.begin(symbols_per_frame);
+        self.proof = Proof::new(symbols_per_frame);
         Some(())
     }
 

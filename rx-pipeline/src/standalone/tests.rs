@@ -5,7 +5,7 @@ use crate::corners::Corners;
 use crate::detect::Detector;
 use crate::hm01b0::{BLACK_GREY, Mode};
 use crate::receiver::{
-    BlinkSearch, IntegerReceiver, NoSearch, Receiver, ReceiverMemory, ReceiverSettings,
+    BlinkSearch, IntegerReceiver, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings,
 };
 use link::camera::{Camera as Lens, Encoding};
 use link::fec::Code;
@@ -127,7 +127,7 @@ fn follower(mode: Mode) -> Follower {
         receiver: Receiver::new(settings, memory, NoSearch).unwrap(),
         settings,
         search: BlinkSearch::new(room(mode)),
-        proof: Proof::NONE,
+        proof: Proof::new(1.0),
     }))
 }
 

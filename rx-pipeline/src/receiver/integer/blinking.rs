@@ -9,11 +9,11 @@
 
 use core::borrow::BorrowMut;
 
+use super::super::blinked::Area;
 use super::following::Outline;
 use super::samples::{GREY, Samples};
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::receiver::blinked::Area;
 use link::panel::{LEDS, SIDE};
 
 /// Tiles along the longer side of a frame: LEDs further from each other than two of them do not hang together.

@@ -241,3 +241,16 @@ fn the_largest_frames_are_searched() {
         assert_eq!(search.find(&frame), Ok(None));
     }
 }
+
+/// Two groups as far apart as noise parts into, and light that is evenly spread, mean nothing.
+#[test]
+fn noise_is_not_parted() {
+    for (distance, is_parted) in [(7, false), (12, false), (40, true)] {
+        let decision = Decision {
+            bits: 1,
+            soft: SoftPanel::ERASED,
+            distance,
+        };
+        assert_eq!(decision.is_parted(), is_parted, "{distance}");
+    }
+}

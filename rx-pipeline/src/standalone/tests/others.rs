@@ -20,7 +20,7 @@ fn followed(is_naive: bool, scene: &mut Scene) -> u32 {
     let mut count = 0;
     for number in 1..=FRAMES {
         if is_naive {
-            receiver.proof.begin(rate);
+            receiver.proof = Proof::new(rate);
         }
         let pixels = scene.frame(number * u64::from(Mode::QVGA.period_us()), EXPOSURE);
         let frame = Frame::new(&pixels, Mode::QVGA.width(), Mode::QVGA.height()).unwrap();

@@ -2,8 +2,10 @@
 
 use rx_pipeline::{
     detect::Detector,
-    receiver::{BlinkSearch, NoSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings},
-    standalone::{PanelReceiver, Proof},
+    receiver::{
+        BlinkSearch, NoSearch, Proof, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings,
+    },
+    standalone::PanelReceiver,
 };
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -32,7 +34,7 @@ pub fn take() -> Option<&'static mut Reader> {
             receiver: Receiver::new(settings, memory, NoSearch)?,
             settings,
             search: BlinkSearch::new(&mut change[..]),
-            proof: Proof::NONE,
+            proof: Proof::new(1.0),
         })
     });
     reader.as_mut().ok()

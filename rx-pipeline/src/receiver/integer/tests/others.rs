@@ -79,8 +79,9 @@ fn run(is_naive: bool, mut draw: impl FnMut(&mut Scene, u64)) -> Outcome {
         outcome.followed += u32::from(seen.is_following);
         outcome.last = seen.reading.map(|reading| reading.corners).or(outcome.last);
         outcome.found += u32::from(had_none && receiver.track.is_some());
-        if let Some(track) = receiver.track.as_mut().filter(|_| is_naive) {
-            track.blinked.hear(&Event::Beacon { inverted: false });
+        if is_naive {
+            let is_panel = Event::Beacon { inverted: false };
+            receiver.proof.judge(number, &is_panel);
         }
     }
     outcome

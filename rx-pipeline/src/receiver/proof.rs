@@ -1,0 +1,118 @@
+//! Whether what is followed is a panel, and where none is looked for.
+
+use super::blinked::{Area, Barred, Blinked, Verdict, proof_frames};
+use crate::corners::Corners;
+use link::framing::Event;
+
+/// What has been seen of what is followed. Signs, lamps and edges blink too, and are found; they have failed when they have not shown what
+/// panels show within 30 symbols, and are passed over for 90.
+pub struct Proof {
+    place: Option<Place>,
+    barred: Barred,
+    /// Frames in which it has to prove to be a panel.
+    frames: u64,
+}
+
+/// What is followed.
+struct Place {
+    blinked: Blinked,
+    /// Where it was last.
+    corners: Corners,
+    verdict: Verdict,
+}
+
+impl Proof {
+    /// Nothing is followed, and nothing passed over, at that many symbols a frame, above 0.
+    pub fn new(symbols_per_frame: f32) -> Self {
+        Self {
+            place: None,
+            barred: Barred::NONE,
+            frames: proof_frames(symbols_per_frame),
+        }
+    }
+
+    /// Something is followed from frame `number` on.
+    pub(crate) fn found(&mut self, corners: Corners, number: u64) {
+        self.place = Some(Place {
+            blinked: Blinked::new(number),
+            corners,
+            verdict: Verdict::Unsure,
+        });
+    }
+
+    /// It was read there, and showed these bits, if they mean something: noise parts into two groups of LEDs as well.
+    pub(crate) fn see(&mut self, corners: Corners, bits: Option<u64>) {
+        let Some(place) = &mut self.place else { return };
+        place.corners = corners;
+        if let Some(bits) = bits {
+            place.blinked.see(bits);
+        }
+    }
+
+    /// By frame `number`, in which the symbol before meant that.
+    pub(crate) fn judge(&mut self, number: u64, event: &Event<'_>) {
+        let Some(place) = &mut self.place else { return };
+        place.blinked.hear(event);
+        place.verdict = place.blinked.verdict(number, self.frames);
+    }
+
+    /// Whether it has proved to be a panel.
+    pub(crate) fn is_panel(&self) -> bool {
+        self.verdict() == Some(Verdict::Panel)
+    }
+
+    /// Whether it is no panel, or one no more.
+    pub(crate) fn has_failed(&self) -> bool {
+        matches!(self.verdict(), Some(Verdict::Other | Verdict::Gone))
+    }
+
+    /// It is followed no more from frame `number` on.
+    pub(crate) fn lost(&mut self, number: u64) {
+        if let Some(place) = self.place.take() {
+            self.barred
+                .add(&place.corners, place.verdict, number, self.frames);
+        }
+    }
+
+    /// Where nothing is looked for in frame `number`.
+    pub(crate) fn others(&self, number: u64) -> impl Iterator<Item = Area> {
+        self.barred.areas(number)
+    }
+
+    fn verdict(&self) -> Option<Verdict> {
+        self.place.as_ref().map(|place| place.verdict)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE: f32 = 0.68;
+
+    /// A place whose readings are noise: they differ from frame to frame, as a panel's symbols do, and would prove one.
+    fn after_noise(means_something: bool) -> Proof {
+        let corners = Corners::new([[20.0, 30.0], [41.0, 30.0], [41.0, 51.0], [20.0, 51.0]]);
+        let (corners, mut noise) = (corners.unwrap(), 77u64);
+        let mut proof = Proof::new(RATE);
+        proof.found(corners, 7);
+        for number in 7..=7 + proof_frames(RATE) {
+            noise ^= noise << 13;
+            noise ^= noise >> 7;
+            noise ^= noise << 17;
+            proof.see(corners, means_something.then_some(noise));
+            proof.judge(number, &Event::Nothing);
+        }
+        proof
+    }
+
+    #[test]
+    fn readings_that_mean_nothing_prove_nothing() {
+        assert!(after_noise(true).is_panel());
+        let mut proof = after_noise(false);
+        assert!(proof.has_failed());
+        proof.lost(100);
+        assert!(!proof.has_failed());
+        assert_eq!(proof.others(101).count(), 1);
+    }
+}
