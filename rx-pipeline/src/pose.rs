@@ -41,6 +41,7 @@ pub use lens::{Lens, LensError};
 pub use plane::PlaneImage;
 
 use link::camera::Camera;
+use link::geometry::Geometry;
 use link::panel::PanelFrame;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -98,10 +99,14 @@ impl PanelSize {
         if !(0.0..=100.0).contains(&interval) {
             return Err(PanelSizeError::Interval { interval });
         }
-        Ok(Self {
+        Ok(Self::of(led_diameter_m, interval))
+    }
+
+    fn of(led_diameter_m: f64, interval: f64) -> Self {
+        Self {
             led_diameter_m,
             pitch_m: (1.0 + interval) * led_diameter_m,
-        })
+        }
     }
 
     /// From the middle of one LED to that of the next, in metres.
@@ -112,6 +117,13 @@ impl PanelSize {
     /// From the panel's middle to its outer line of LEDs, in metres.
     pub fn half_side_m(&self) -> f64 {
         3.5 * self.pitch_m
+    }
+}
+
+/// What a panel tells of itself is a size that can be.
+impl From<Geometry> for PanelSize {
+    fn from(told: Geometry) -> Self {
+        Self::of(told.led_diameter_m(), told.interval())
     }
 }
 

@@ -15,9 +15,9 @@ use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::hm01b0::{CameraError, Exposure, Mode};
+use crate::pose::PanelSize;
 use crate::profile::{Profile, Stage};
 use link::framing::Event;
-use link::geometry::Geometry;
 use link::panel::SIDE;
 
 /// After a request text is held back so long, µs: a computer that asks gets answers alone.
@@ -81,7 +81,7 @@ pub struct Application<F> {
     /// The panel, and the number of the frame that last showed it.
     sighting: Option<(u64, Sighting)>,
     /// The size that the panel has told.
-    geometry: Option<Geometry>,
+    size: Option<PanelSize>,
     counters: Counters,
     frame_us: u32,
     longest_us: u32,
@@ -133,7 +133,7 @@ impl<F: Follow> Application<F> {
             steady_frames: 0,
             numbering: Numbering::new(mode.period_us()),
             sighting: None,
-            geometry: None,
+            size: None,
             counters: Counters::default(),
             frame_us: 0,
             longest_us: 0,
@@ -278,7 +278,7 @@ impl<F: Follow> Application<F> {
                     say::write_message(&self.message.bytes, board);
                 }
             }
-            Event::Geometry(geometry) => self.geometry = Some(geometry),
+            Event::Geometry(told) => self.size = Some(told.into()),
             _ => {}
         }
         self.follow(is_following);
@@ -298,7 +298,7 @@ impl<F: Follow> Application<F> {
     /// No panel is seen: what another one is like, is not known.
     fn lose(&mut self) {
         self.follow(false);
-        (self.sighting, self.geometry) = (None, None);
+        (self.sighting, self.size) = (None, None);
     }
 
     /// Looks after the exposure.
@@ -434,7 +434,6 @@ impl<F: Follow> Application<F> {
     /// What the panel that is followed was last read as.
     fn reading(&self) -> Option<Reading> {
         let (frame, sighting) = self.sighting.filter(|_| self.is_following)?;
-        let pitch_m = |geometry: Geometry| geometry.led_diameter_m() * (1.0 + geometry.interval());
         Some(Reading {
             frame,
             bits: sighting.bits.bits(),
@@ -445,7 +444,7 @@ impl<F: Follow> Application<F> {
             corners: sighting.corners.points(),
             confidence: sighting.confidence,
             range_pitches: range_pitches(&sighting.corners, self.settings.mode),
-            pitch_m: self.geometry.map(|geometry| pitch_m(geometry) as f32),
+            pitch_m: self.size.map(|size| size.pitch_m() as f32),
         })
     }
 

@@ -132,7 +132,8 @@ pub struct Status {
     pub trouble: Option<Trouble>,
     /// Whether the watchdog or a panic restarted it.
     pub was_reset: bool,
-    /// Where the panel that is followed was last seen: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
+    /// Where the panel that is followed was last seen: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom
+    /// left.
     pub corners: Option<[[f32; 2]; 4]>,
     /// The share of the last reading's bits that are right if its soft values are: 0.5 to 1; 0 while none is followed.
     pub confidence: f32,

@@ -81,14 +81,10 @@ impl PoseMeter {
         if let Some(told) = self.told {
             return Ok(told);
         }
-        let Some(said) = said else {
-            return Err(
-                "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them"
-                    .into(),
-            );
-        };
-        PanelSize::new(said.led_diameter_m(), said.interval())
-            .map_err(|why| format!("the panel tells a size that cannot be: {why}"))
+        said.map(PanelSize::from).ok_or_else(|| {
+            "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them"
+                .into()
+        })
     }
 
     fn fitted(&mut self, sight: &Sight, lens: &Lens, size: PanelSize) -> Measured {
