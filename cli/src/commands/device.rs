@@ -29,6 +29,28 @@ pub struct Arguments {
     action: Action,
 }
 
+/// Arguments of `vocc device watch`.
+#[derive(clap::Args)]
+struct Watch {
+    #[command(flatten)]
+    port: Port,
+    /// Seconds from one time to the next, 0.05 to 3600.
+    #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 3_600_000>)]
+    interval: f64,
+    /// How often; without it, until Ctrl-C.
+    #[arg(long)]
+    count: Option<u64>,
+    /// Of a receiver: what it reads in its last frame, too: LEDs, soft values, range.
+    #[arg(long)]
+    readings: bool,
+}
+
+impl Watch {
+    fn interval(&self) -> Duration {
+        Duration::from_secs_f64(self.interval)
+    }
+}
+
 #[derive(Subcommand)]
 enum Action {
     /// The serial ports of this computer.
@@ -39,19 +61,7 @@ enum Action {
         port: Port,
     },
     /// How a transmitter or a receiver is, again and again, until Ctrl-C; of a receiver each message as it comes.
-    Watch {
-        #[command(flatten)]
-        port: Port,
-        /// Seconds from one time to the next, 0.05 to 3600.
-        #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 3_600_000>)]
-        interval: f64,
-        /// How often; without it, until Ctrl-C.
-        #[arg(long)]
-        count: Option<u64>,
-        /// Of a receiver: what it reads in its last frame, too: LEDs, soft values, range.
-        #[arg(long)]
-        readings: bool,
-    },
+    Watch(Watch),
     /// What a receiver's camera sees, as PNG: the panel and what is around it, or the whole frame.
     Snapshot(receiver::Snapshot),
     /// What was measured of a transmitter's panel: print it, or write a file's values to it.
@@ -104,19 +114,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             report(&status(&mut client, port)?, &mut client, port, shared)?;
             Ok(Answer::Yes)
         }
-        Action::Watch {
-            port,
-            interval,
-            count,
-            readings,
-        } => {
-            let watched = receiver::Watched {
-                interval: Duration::from_secs_f64(*interval),
-                count: *count,
-                readings: *readings,
-            };
-            watch(port, watched, shared)
-        }
+        Action::Watch(arguments) => watch(arguments, shared),
         Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
         Action::Calibration {
             template: Some(file),
@@ -167,18 +165,21 @@ fn list(shared: &Shared) -> anyhow::Result<Answer> {
     Ok(Answer::Yes)
 }
 
-fn watch(port: &Port, watched: receiver::Watched, shared: &Shared) -> anyhow::Result<Answer> {
+fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
     const NAP: Duration = Duration::from_millis(50);
-    let stop = stop();
-    let receiver::Watched {
-        interval, count, ..
-    } = watched;
+    let Watch {
+        port,
+        count,
+        readings,
+        ..
+    } = arguments;
+    let (stop, interval) = (stop(), arguments.interval());
     let mut client = port.greet_any()?;
     if client.identity().is_receiver() {
-        return receiver::watch(&mut client, port, watched, shared);
+        return receiver::watch(&mut client, arguments, shared);
     }
     ensure!(
-        !watched.readings,
+        !readings,
         "{}: a transmitter is there, which reads nothing: --readings is for receivers",
         port.name()
     );
@@ -194,7 +195,7 @@ fn watch(port: &Port, watched: receiver::Watched, shared: &Shared) -> anyhow::Re
             line(&short(&status))?;
         }
         told += 1;
-        while !stop.is_asked() && count != Some(told) && asked.elapsed() < interval {
+        while !stop.is_asked() && *count != Some(told) && asked.elapsed() < interval {
             std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
         }
     }

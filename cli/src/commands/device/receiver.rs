@@ -17,7 +17,7 @@ mod reading;
 mod watch;
 
 use reading::{asked_reading, reading_as_json, reading_in_short};
-pub use watch::{Watched, watch};
+pub use watch::watch;
 
 /// Arguments of `vocc device snapshot`.
 #[derive(clap::Args)]

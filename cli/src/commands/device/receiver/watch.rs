@@ -9,8 +9,9 @@ use studies::stop::Stop;
 
 use super::reading::{asked_reading, reading_as_json, reading_in_short};
 use super::{Message, as_json, asked_message, asked_status, check, message_as_json, short, text};
+use crate::commands::device::Watch;
 use crate::device::Client;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Shared};
 use crate::output::{self, Answer, line};
 use crate::stop::stop;
 
@@ -19,36 +20,25 @@ const POLL: Duration = Duration::from_millis(250);
 /// From one look at whether to stop to the next.
 const NAP: Duration = Duration::from_millis(50);
 
-/// What is to be watched.
-#[derive(Clone, Copy)]
-pub struct Watched {
-    /// From one line to the next.
-    pub interval: Duration,
-    /// How many lines; without it, until somebody wants to stop.
-    pub count: Option<u64>,
-    /// Whether what the last frame was read as is told, too.
-    pub readings: bool,
-}
-
 /// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
 pub fn watch(
     client: &mut Connection,
-    port: &Port,
-    watched: Watched,
+    arguments: &Watch,
     shared: &Shared,
 ) -> anyhow::Result<Answer> {
-    let Watched {
-        interval,
+    let Watch {
+        port,
         count,
         readings,
-    } = watched;
+        ..
+    } = arguments;
     check(client, port)?;
     let (stop, name) = (stop(), port.name());
     let mut status = asked_status(client, &name)?;
     let mut news = News::since(&status);
     let mut told = 0;
     while !stop.is_asked() && count.is_none_or(|count| told < count) {
-        let due = Instant::now() + interval;
+        let due = Instant::now() + arguments.interval();
         let item = news.fetch(client, &name, &status)?;
         let reading = readings.then(|| asked_reading(client, &name)).transpose()?;
         if shared.json {
@@ -62,7 +52,7 @@ pub fn watch(
             item.iter().try_for_each(tell)?;
         }
         told += 1;
-        while count != Some(told) && pause(&stop, due) {
+        while *count != Some(told) && pause(&stop, due) {
             status = asked_status(client, &name)?;
             match news.fetch(client, &name, &status)? {
                 Some(item) if shared.json => tell_json(&status, Some(&item), None)?,
@@ -70,7 +60,7 @@ pub fn watch(
                 None => {}
             }
         }
-        if count != Some(told) && !stop.is_asked() {
+        if *count != Some(told) && !stop.is_asked() {
             status = asked_status(client, &name)?;
         }
     }
