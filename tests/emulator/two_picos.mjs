@@ -4,7 +4,8 @@
 //   node two_picos.mjs TRANSMITTER.elf RECEIVER.elf FOLDER [--time NAME]... -- EYE [its arguments]
 //
 // EYE draws what the camera sees (`hm01b0_eye` of the tests' package). In FOLDER are the flash chips, and the sockets `transmitter` and
-// `receiver`: each board's UART 0, for one client at a time, and `receiver_usb`, the receiver's port over USB. --time counts the cycles of a function or an interrupt of the receiver's.
+// `receiver`: each board's UART 0, for one client at a time, and `receiver_usb`, the receiver's port over USB. --time
+// counts the cycles of a function or an interrupt of the receiver's.
 // The receiver is without power at first.
 //
 // Both run on one time, from the transmitter's power-up. Light goes one way, so the transmitter may be ahead of the receiver: by what a

@@ -1,8 +1,7 @@
 // A board's serial port over USB as a Unix socket, for one client at a time: what a computer's driver does of it.
 
-import fs from 'node:fs';
-import net from 'node:net';
 import { USBCDC } from 'rp2040js';
+import { OneClient } from './one_client.mjs';
 
 const PACKET = 64, OPENED_NANOS = 20e6;
 // USB class definitions for communication devices, PSTN 6.3.12: set the control lines, DTR and RTS, of interface 0.
@@ -11,17 +10,12 @@ const PORT_IS_OPEN = Uint8Array.of(0x21, 0x22, 3, 0, 0, 0, 0, 0);
 export class UsbSocket {
   // `listening` is called once clients may come; `heard` takes the bytes of each packet that the board sends.
   constructor(path, listening, heard) {
-    Object.assign(this, { heard, client: null, queue: [], room: 0 });
-    fs.rmSync(path, { force: true });
-    net.createServer((socket) => {
-      this.client = socket;
-      socket.on('data', (bytes) => {
-        this.queue.push(...bytes);
-        this.say();
-      });
-      socket.on('error', () => {});
-      socket.on('close', () => { if (this.client === socket) Object.assign(this, { client: null, queue: [] }); });
-    }).listen(path, listening);
+    Object.assign(this, { heard, queue: [], room: 0 });
+    const received = (bytes) => {
+      this.queue.push(...bytes);
+      this.say();
+    };
+    this.socket = new OneClient(path, { listening, received, left: () => (this.queue = []) });
   }
 
   // To a chip that has just started: it is asked what it is, and its port is opened.
@@ -38,7 +32,7 @@ export class UsbSocket {
     computer.onDeviceConnected = () => open.schedule(OPENED_NANOS);
     computer.onSerialData = (bytes) => {
       this.heard(bytes);
-      this.client?.write(Buffer.from(bytes));
+      this.socket.send(bytes);
     };
   }
 

@@ -42,13 +42,7 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     assert_eq!(status["state"], "following", "{status}");
     assert_eq!(status["message"]["text"], TEXT, "{status}");
     assert_eq!(status["camera"]["size_px"], json!([162, 122]), "{status}");
-    let snapshot = ["device", "snapshot", "--out", PICTURE];
-    let about = ask(&mut pair, programs, folder, UART, &snapshot);
-    let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, &status);
-    assert!(
-        inside >= BRIGHT_PIXELS && outside == 0,
-        "{inside}, {outside} in {about}, {status}"
-    );
+    assert_pictured(&mut pair, programs, folder, UART, &status);
 
     let reading = reading_of_one_symbol(&mut pair, programs, folder);
     let pitches = reading["range_pitches"].as_f64().expect("a number");
@@ -75,12 +69,23 @@ pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let status = ask(&mut pair, programs, folder, USB, &["device", "status"]);
     assert_eq!(status["message"]["text"], TEXT, "{status}");
+    assert_pictured(&mut pair, programs, folder, USB, &status);
+}
+
+/// The picture has bright pixels where the panel is, and none elsewhere.
+fn assert_pictured(
+    pair: &mut Pair,
+    programs: &Programs,
+    folder: &Path,
+    port: &str,
+    status: &Value,
+) {
     let snapshot = ["device", "snapshot", "--out", PICTURE];
-    let about = ask(&mut pair, programs, folder, USB, &snapshot);
-    let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, &status);
+    let about = ask(pair, programs, folder, port, &snapshot);
+    let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, status);
     assert!(
         inside >= BRIGHT_PIXELS && outside == 0,
-        "{inside}, {outside}"
+        "{inside}, {outside} in {about}, {status}"
     );
 }
 
