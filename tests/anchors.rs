@@ -90,23 +90,11 @@ fn straightforward((l2a, interval, distance_m, _): &Anchor, frames: u32) -> Dist
         let grey = render(&panel, 1.5, 2.2, side);
         let [left, top] = first.map(|c| c as f32);
         let reach = (7.0 * pitch_px) as f32;
-        let corners = Corners::new([
-            [left, top],
-            [left + reach, top],
-            [left + reach, top + reach],
-            [left, top + reach],
-        ])
-        .expect("a square");
-        map.build(&corners, side, side)
-            .expect("a panel in the picture");
-        let features = Features::measure(&Frame::new(&grey, side, side).expect("a picture"), &map)
-            .expect("cells");
+        let corners = Corners::new([[left, top], [left + reach, top], [left + reach, top + reach], [left, top + reach]]).expect("a square");
+        map.build(&corners, side, side).expect("a panel in the picture");
+        let features = Features::measure(&Frame::new(&grey, side, side).expect("a picture"), &map).expect("cells");
         for led in 0..64 {
-            let class = if bits >> led & 1 == 1 {
-                &mut on
-            } else {
-                &mut off
-            };
+            let class = if bits >> led & 1 == 1 { &mut on } else { &mut off };
             class.push([features.agr[led].into(), features.gri[led].into()]);
         }
     }
@@ -126,10 +114,7 @@ fn deviations(got: Distinguishability, anchor: &Anchor) -> [f64; 3] {
 fn variances_agree_with_the_prototype_to_5_percent() {
     for anchor in ANCHORS.iter().filter(|anchor| !is_aliased(anchor)) {
         let deviations = deviations(evaluated(anchor), anchor);
-        assert!(
-            deviations.iter().all(|d| d.abs() < 0.05),
-            "{anchor:?}: {deviations:?}"
-        );
+        assert!(deviations.iter().all(|d| d.abs() < 0.05), "{anchor:?}: {deviations:?}");
     }
 }
 
@@ -138,14 +123,8 @@ fn variances_agree_with_the_prototype_to_5_percent() {
 fn the_rest_is_aliasing_of_the_prototype() {
     for anchor in ANCHORS.iter().filter(|anchor| is_aliased(anchor)) {
         let ours = deviations(evaluated(anchor), anchor);
-        assert!(
-            ours[0].abs() < 0.05 && ours[1] < -0.05,
-            "{anchor:?}: {ours:?}"
-        );
+        assert!(ours[0].abs() < 0.05 && ours[1] < -0.05, "{anchor:?}: {ours:?}");
         let theirs = deviations(straightforward(anchor, 5000), anchor);
-        assert!(
-            theirs.iter().all(|d| d.abs() < 0.05),
-            "{anchor:?}: {theirs:?}"
-        );
+        assert!(theirs.iter().all(|d| d.abs() < 0.05), "{anchor:?}: {theirs:?}");
     }
 }

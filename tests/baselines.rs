@@ -42,23 +42,14 @@ fn exact(panel: &Panel, sigma_px: f64) -> Vec<f64> {
 
 /// The greatest and the root-mean-square difference of linear values, over what an On LED exceeds the background by.
 fn difference(panel: &Panel, ours: &[f64], exact: &[f64]) -> (f64, f64) {
-    let differences = || {
-        ours.iter()
-            .zip(exact)
-            .map(|(a, b)| (a - b).abs() / (panel.on - 1.0))
-    };
+    let differences = || ours.iter().zip(exact).map(|(a, b)| (a - b).abs() / (panel.on - 1.0));
     let squares = differences().map(|d| d * d).sum::<f64>();
-    (
-        differences().fold(0.0, f64::max),
-        (squares / ours.len() as f64).sqrt(),
-    )
+    (differences().fold(0.0, f64::max), (squares / ours.len() as f64).sqrt())
 }
 
 /// The worst of both differences over the panels.
 fn worst(differences: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
-    differences.fold((0.0, 0.0), |(greatest, rms), (a, b)| {
-        (f64::max(greatest, a), f64::max(rms, b))
-    })
+    differences.fold((0.0, 0.0), |(greatest, rms), (a, b)| (f64::max(greatest, a), f64::max(rms, b)))
 }
 
 /// Blurring what pixels have already averaged misplaces detail finer than pixels: 0.9 % of an LED's light at the worst pixel.
@@ -76,10 +67,7 @@ fn the_baselines_draw_the_exact_picture_to_a_hundredth_of_an_led() {
         .collect();
     let of = |which: usize| worst(differences.iter().map(|d| d[which]));
     let (straight, fine) = (of(0), of(1));
-    assert!(
-        straight.0 < 1e-2 && straight.1 < 2e-3,
-        "straightforward: {straight:?}"
-    );
+    assert!(straight.0 < 1e-2 && straight.1 < 2e-3, "straightforward: {straight:?}");
     assert!(fine.0 < 6e-3 && fine.1 < 1e-3, "supersampled: {fine:?}");
     // A blur of 1.41 px, which is what cutting a Gaussian of 1.5 px too short gives, would not pass.
     assert!(of(2).0 > 1e-2 && of(2).1 > 2e-3, "too sharp: {:?}", of(2));

@@ -19,31 +19,16 @@ fn picture(frame: &ReferenceFrame) -> image::GrayImage {
 fn errors(frame: &ReferenceFrame, detector: Detector) -> u32 {
     let picture = picture(frame);
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let corners = Corners::new(
-        frame
-            .truth
-            .led_corner_centres_px
-            .map(|corner| corner.map(|c| c as f32)),
-    )
-    .expect("true corners");
-    let map = Box::new(
-        CellMap::<{ 128 * 128 }>::new(&corners, width, height).expect("a panel in the frame"),
-    );
-    let features = Features::measure(
-        &Frame::new(picture.as_raw(), width, height).expect("a frame"),
-        &map,
-    )
-    .expect("cells");
-    detector.detect(&features).map_or(64, |detection| {
-        (detection.bits.bits() ^ frame.truth.bits()).count_ones()
-    })
+    let corners = Corners::new(frame.truth.led_corner_centres_px.map(|corner| corner.map(|c| c as f32))).expect("true corners");
+    let map = Box::new(CellMap::<{ 128 * 128 }>::new(&corners, width, height).expect("a panel in the frame"));
+    let features = Features::measure(&Frame::new(picture.as_raw(), width, height).expect("a frame"), &map).expect("cells");
+    detector
+        .detect(&features)
+        .map_or(64, |detection| (detection.bits.bits() ^ frame.truth.bits()).count_ones())
 }
 
 fn all_frames() -> Vec<ReferenceFrame> {
-    ["parallel", "tilted"]
-        .into_iter()
-        .flat_map(reference_frames)
-        .collect()
+    ["parallel", "tilted"].into_iter().flat_map(reference_frames).collect()
 }
 
 #[test]
@@ -70,12 +55,7 @@ fn the_locator_finds_every_panel_before_a_plain_background() {
     let mut distances = Vec::new();
     for frame in all_frames() {
         let picture = picture(&frame);
-        let view = Frame::new(
-            picture.as_raw(),
-            picture.width() as usize,
-            picture.height() as usize,
-        )
-        .expect("a frame");
+        let view = Frame::new(picture.as_raw(), picture.width() as usize, picture.height() as usize).expect("a frame");
         let location = locator
             .locate(&view, &mut memory)
             .unwrap_or_else(|why| panic!("{}: {why}", frame.name));
@@ -89,13 +69,7 @@ fn the_locator_finds_every_panel_before_a_plain_background() {
         }
     }
     distances.sort_by(f64::total_cmp);
-    let (median, worst) = (
-        distances[distances.len() / 2],
-        distances[distances.len() - 1],
-    );
+    let (median, worst) = (distances[distances.len() / 2], distances[distances.len() - 1]);
     println!("corner LEDs: median {median:.3} px, worst {worst:.3} px");
-    assert!(
-        median < 0.05 && worst < 0.5,
-        "median {median} px, worst {worst} px"
-    );
+    assert!(median < 0.05 && worst < 0.5, "median {median} px, worst {worst} px");
 }

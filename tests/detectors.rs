@@ -18,11 +18,7 @@ fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
         stop: Stop::NEVER,
     };
     let evaluator = Evaluator::new(scene, settings).expect("a visible scene");
-    evaluator
-        .run(|_| true)
-        .expect("measurable frames")
-        .errors
-        .errors()
+    evaluator.run(|_| true).expect("measurable frames").errors.errors()
 }
 
 /// Presets, and their L2A: as bright as the paper's, and dimmed until k-means errs often.
@@ -32,12 +28,8 @@ const DIMMED: [(&str, f64); 4] = [("day", 2.0), ("night", 2.0), ("day", 0.1), ("
 fn fisher_learns_on_a_dimmed_and_noisy_panel_too() {
     for (preset, l2a) in DIMMED {
         let scene = Scene::load(preset, &[format!("link.l2a={l2a}")]).expect("a preset");
-        let [fisher, with_ngr, kmeans] = [
-            DetectorChoice::Fisher,
-            DetectorChoice::FisherNgr,
-            DetectorChoice::KMeans,
-        ]
-        .map(|detector| errors(&scene, detector, 500));
+        let [fisher, with_ngr, kmeans] =
+            [DetectorChoice::Fisher, DetectorChoice::FisherNgr, DetectorChoice::KMeans].map(|detector| errors(&scene, detector, 500));
         println!("{preset}, L2A {l2a}: {kmeans}, {fisher}, {with_ngr} (seed 7)");
         // None of what k-means reads wrongly is no comparison.
         assert!(
@@ -68,17 +60,10 @@ fn maximum_likelihood_errs_a_tenth_as_often_as_kmeans_and_the_genie_no_more_ofte
             "effects.noise=on".into(),
         ];
         let scene = Scene::load("paper", &overrides).expect("a valid scene");
-        let [kmeans, found, genie] = [
-            DetectorChoice::KMeans,
-            DetectorChoice::MaximumLikelihood,
-            DetectorChoice::Genie,
-        ]
-        .map(|detector| errors(&scene, detector, 24));
+        let [kmeans, found, genie] =
+            [DetectorChoice::KMeans, DetectorChoice::MaximumLikelihood, DetectorChoice::Genie].map(|detector| errors(&scene, detector, 24));
         println!("interval {interval}, ISO {iso}, L2A {l2a}: {kmeans}, {found}, {genie} (seed 7)");
-        assert!(
-            kmeans >= 20 && 10 * found <= kmeans,
-            "{found} against {kmeans}"
-        );
+        assert!(kmeans >= 20 && 10 * found <= kmeans, "{found} against {kmeans}");
         total = [total[0] + kmeans, total[1] + found, total[2] + genie];
     }
     let [kmeans, found, genie] = total;

@@ -26,14 +26,10 @@ impl Document {
     /// Where links and pictures lead, as they are written.
     fn destinations(&self) -> Vec<String> {
         let links = self.events().filter_map(|event| match event {
-            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
-                Some(dest_url.into_string())
-            }
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => Some(dest_url.into_string()),
             _ => None,
         });
-        links
-            .filter(|to| !to.contains("://") && !to.starts_with("mailto:"))
-            .collect()
+        links.filter(|to| !to.contains("://") && !to.starts_with("mailto:")).collect()
     }
 
     /// What stands between backticks and in blocks of code.
@@ -59,9 +55,7 @@ impl Document {
         for event in self.events() {
             match event {
                 Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
-                Event::End(TagEnd::Heading(_)) => {
-                    anchors.extend(heading.take().as_deref().map(anchor))
-                }
+                Event::End(TagEnd::Heading(_)) => anchors.extend(heading.take().as_deref().map(anchor)),
                 Event::Text(text) | Event::Code(text) => {
                     if let Some(heading) = &mut heading {
                         *heading += &text;
@@ -110,13 +104,8 @@ fn documents() -> Vec<Document> {
 
 /// What Cargo knows of each package: the kind and name of each of its targets.
 fn targets() -> BTreeMap<String, BTreeSet<(String, String)>> {
-    let metadata = output(Command::new(env!("CARGO")).args([
-        "metadata",
-        "--no-deps",
-        "--offline",
-        "--format-version=1",
-    ]))
-    .expect("Cargo describes the workspace");
+    let metadata = output(Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--offline", "--format-version=1"]))
+        .expect("Cargo describes the workspace");
     let metadata: serde_json::Value = serde_json::from_str(&metadata).expect("JSON");
     let list = |value: &serde_json::Value| value.as_array().cloned().unwrap_or_default();
     let word = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
@@ -187,18 +176,13 @@ fn modules_that_are_named_are_there() {
             };
             let sources = root().join(library.replace('_', "-")).join("src");
             let is_ours = !library.is_empty() && !code.contains(' ') && sources.is_dir();
-            let there =
-                sources.join(module).is_dir() || sources.join(format!("{module}.rs")).exists();
+            let there = sources.join(module).is_dir() || sources.join(format!("{module}.rs")).exists();
             if is_ours && !there {
                 missing.push(format!("{}: {code}", document.path.display()));
             }
         }
     }
-    assert!(
-        missing.is_empty(),
-        "no such modules:\n{}",
-        missing.join("\n")
-    );
+    assert!(missing.is_empty(), "no such modules:\n{}", missing.join("\n"));
 }
 
 #[test]
@@ -214,8 +198,7 @@ fn commands_name_packages_tests_examples_and_benches_that_are_there() {
             commands += 1;
             let known = targets.get(package).is_some_and(|targets| {
                 ["test", "example", "bench"].iter().all(|kind| {
-                    after(&command, &format!("--{kind}"))
-                        .is_none_or(|name| targets.contains(&((*kind).to_owned(), name.to_owned())))
+                    after(&command, &format!("--{kind}")).is_none_or(|name| targets.contains(&((*kind).to_owned(), name.to_owned())))
                 })
             });
             if !known {
@@ -224,11 +207,7 @@ fn commands_name_packages_tests_examples_and_benches_that_are_there() {
         }
     }
     assert!(commands > 20, "only {commands} commands were found");
-    assert!(
-        wrong.is_empty(),
-        "no such package or target:\n{}",
-        wrong.join("\n")
-    );
+    assert!(wrong.is_empty(), "no such package or target:\n{}", wrong.join("\n"));
 }
 
 #[test]

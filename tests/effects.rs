@@ -14,83 +14,56 @@ use vocc_tests::cases;
 
 /// Random scenes in which every effect but the photograph has something to do; [`scene`] adds two more panels.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
-    let geometry = (
-        20.0..70.0f64,
-        0.4..2.0f64,
-        -15.0..15.0f64,
-        -30.0..30.0f64,
-        -0.2..0.2f64,
-    );
-    let light = (
-        0.3..0.5f64,
-        0.2..4.0f64,
-        0.3..2.5f64,
-        30.0..20_000.0f64,
-        0.3..1.0f64,
-    );
-    let time = (
-        0.0..1.0f64,
-        -500.0..500.0f64,
-        1e3..1e5f64,
-        0u32..5,
-        0.0..0.009f64,
-        -20.0..20.0f64,
-    );
+    let geometry = (20.0..70.0f64, 0.4..2.0f64, -15.0..15.0f64, -30.0..30.0f64, -0.2..0.2f64);
+    let light = (0.3..0.5f64, 0.2..4.0f64, 0.3..2.5f64, 30.0..20_000.0f64, 0.3..1.0f64);
+    let time = (0.0..1.0f64, -500.0..500.0f64, 1e3..1e5f64, 0u32..5, 0.0..0.009f64, -20.0..20.0f64);
     let extras = (0.0..0.05f64, -0.2..0.2f64, 0.02..0.5f64, any::<bool>());
-    let camera = (
-        select(&Encoding::NAMES),
-        0.0..40.0f64,
-        0.0..3.0f64,
-        0.0..10.0f64,
-        0.0..2000.0f64,
-    );
+    let camera = (select(&Encoding::NAMES), 0.0..40.0f64, 0.0..3.0f64, 0.0..10.0f64, 0.0..2000.0f64);
     let leds = (0u8..4, 0u8..4, 0u8..8, 0.0..1.0f64, any::<u32>());
-    (geometry, light, time, extras, camera, leds).prop_map(
-        |(geometry, light, time, extras, camera, leds)| {
-            let (distance, interval, roll, yaw, x) = geometry;
-            let (reflectance, l2a, sigma, illuminance, transmission) = light;
-            let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
-            let (spread, k1, board, airlight) = extras;
-            let (encoding, black, prnu, dsnu, hot) = camera;
-            let (dead, stuck, row, row_light, seed) = leds;
-            vec![
-                format!("pose.distance_m={distance}"),
-                format!("panel.interval={interval}"),
-                format!("pose.roll_deg={roll}"),
-                format!("pose.yaw_deg={yaw}"),
-                format!("pose.x_m={}", x * distance),
-                format!("pose.velocity_m_s=[{speed}, 0, {speed}]"),
-                format!("panel.reflectance={reflectance}"),
-                format!("panel.led_spread={spread}"),
-                format!("panel.pwm_hz={pwm_hz}"),
-                format!("panel.scan_rows={scan_rows}"),
-                format!("panel.board_reflectance={board}"),
-                format!("link.l2a={l2a}"),
-                format!("link.phase={phase}"),
-                format!("link.clock_ppm={ppm}"),
-                format!("camera.blur_sigma_px={sigma}"),
-                format!("camera.readout_s={readout}"),
-                format!("camera.distortion_k1={k1}"),
-                "camera.vignetting=true".into(),
-                format!("ambient.illuminance_lx={illuminance}"),
-                format!("atmosphere.transmission_at_70m={transmission}"),
-                format!("atmosphere.airlight={airlight}"),
-                format!("camera.encoding={encoding}"),
-                format!("camera.black_grey={black}"),
-                "camera.mosaic=true".into(),
-                format!("panel.colour=[1, {row_light}, 0.05]"),
-                format!("camera.prnu_percent={prnu}"),
-                format!("camera.dsnu_e={dsnu}"),
-                format!("camera.hot_pixels_ppm={hot}"),
-                format!("camera.seed={seed}"),
-                format!("panel.dead_leds={dead}"),
-                format!("panel.stuck_leds={stuck}"),
-                format!("panel.dim_row={row}"),
-                format!("panel.dim_row_light={row_light}"),
-                format!("panel.seed={seed}"),
-            ]
-        },
-    )
+    (geometry, light, time, extras, camera, leds).prop_map(|(geometry, light, time, extras, camera, leds)| {
+        let (distance, interval, roll, yaw, x) = geometry;
+        let (reflectance, l2a, sigma, illuminance, transmission) = light;
+        let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
+        let (spread, k1, board, airlight) = extras;
+        let (encoding, black, prnu, dsnu, hot) = camera;
+        let (dead, stuck, row, row_light, seed) = leds;
+        vec![
+            format!("pose.distance_m={distance}"),
+            format!("panel.interval={interval}"),
+            format!("pose.roll_deg={roll}"),
+            format!("pose.yaw_deg={yaw}"),
+            format!("pose.x_m={}", x * distance),
+            format!("pose.velocity_m_s=[{speed}, 0, {speed}]"),
+            format!("panel.reflectance={reflectance}"),
+            format!("panel.led_spread={spread}"),
+            format!("panel.pwm_hz={pwm_hz}"),
+            format!("panel.scan_rows={scan_rows}"),
+            format!("panel.board_reflectance={board}"),
+            format!("link.l2a={l2a}"),
+            format!("link.phase={phase}"),
+            format!("link.clock_ppm={ppm}"),
+            format!("camera.blur_sigma_px={sigma}"),
+            format!("camera.readout_s={readout}"),
+            format!("camera.distortion_k1={k1}"),
+            "camera.vignetting=true".into(),
+            format!("ambient.illuminance_lx={illuminance}"),
+            format!("atmosphere.transmission_at_70m={transmission}"),
+            format!("atmosphere.airlight={airlight}"),
+            format!("camera.encoding={encoding}"),
+            format!("camera.black_grey={black}"),
+            "camera.mosaic=true".into(),
+            format!("panel.colour=[1, {row_light}, 0.05]"),
+            format!("camera.prnu_percent={prnu}"),
+            format!("camera.dsnu_e={dsnu}"),
+            format!("camera.hot_pixels_ppm={hot}"),
+            format!("camera.seed={seed}"),
+            format!("panel.dead_leds={dead}"),
+            format!("panel.stuck_leds={stuck}"),
+            format!("panel.dim_row={row}"),
+            format!("panel.dim_row_light={row_light}"),
+            format!("panel.seed={seed}"),
+        ]
+    })
 }
 
 /// The unrounded grey of the panel's surroundings in frame `frame`, with random bits.
@@ -104,28 +77,16 @@ fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
     let shown: Vec<Shown> = shown.collect();
     let mut canvas = Canvas::<f64>::new(region_of.surroundings(0));
     renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
-    canvas
-        .values()
-        .iter()
-        .map(|&linear| renderer.curve().unrounded(linear))
-        .collect()
+    canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear)).collect()
 }
 
 fn greatest_difference(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// The scene with the effects of `modes` set.
-fn scene(
-    settings: &[String],
-    modes: impl IntoIterator<Item = (&'static str, &'static str)>,
-) -> Scene {
-    let modes = modes
-        .into_iter()
-        .map(|(name, mode)| format!("effects.{name}={mode}"));
+fn scene(settings: &[String], modes: impl IntoIterator<Item = (&'static str, &'static str)>) -> Scene {
+    let modes = modes.into_iter().map(|(name, mode)| format!("effects.{name}={mode}"));
     let settings: Vec<String> = settings.iter().cloned().chain(modes).collect();
     let mut scene = Scene::load("paper", &settings).expect("a valid scene");
     // Another vehicle, above the first in the picture and clear of it.
@@ -144,22 +105,17 @@ fn scene(
         velocity_m_s: [-x, 0.0, z],
         ..Pose::default()
     };
-    scene
-        .panels
-        .extend([above, behind].map(|pose| sim::scene::Panel {
-            pose: Some(pose),
-            board_reflectance: scene.panels[0].board_reflectance,
-            ..Default::default()
-        }));
+    scene.panels.extend([above, behind].map(|pose| sim::scene::Panel {
+        pose: Some(pose),
+        board_reflectance: scene.panels[0].board_reflectance,
+        ..Default::default()
+    }));
     scene
 }
 
 /// The effects that change the mean image: all but the noise, whose bound is a quantile and is tested by itself.
 fn deterministic() -> Vec<&'static str> {
-    effects::names()
-        .into_iter()
-        .filter(|&name| name != "noise")
-        .collect()
+    effects::names().into_iter().filter(|&name| name != "noise").collect()
 }
 
 proptest! {
@@ -247,8 +203,7 @@ fn an_effect_at_its_neutral_value_changes_no_byte() {
 #[test]
 fn clear_air_is_called_for_at_70_m_and_not_at_30() {
     for (distance, called_for) in [(30, false), (70, true)] {
-        let scene =
-            Scene::load("paper", &[format!("pose.distance_m={distance}")]).expect("a valid scene");
+        let scene = Scene::load("paper", &[format!("pose.distance_m={distance}")]).expect("a valid scene");
         let plan = Plan::of(&sim::view::View::new(&scene).expect("a visible scene"));
         assert_eq!(plan.includes("atmosphere"), called_for, "{distance} m");
     }
@@ -267,10 +222,7 @@ fn read_out(scene: &Scene, region: Region) -> [Vec<u8>; 2] {
     let mut canvas = Canvas::new(renderer.lit_region());
     let mut frame = vec![0; sensor.width * sensor.height];
     renderer.frame(7, &moment, &shown, &mut canvas, &mut frame);
-    let rows = frame
-        .chunks(sensor.width)
-        .skip(region.y)
-        .take(region.height);
+    let rows = frame.chunks(sensor.width).skip(region.y).take(region.height);
     let cut = rows.flat_map(|row| row[region.x..region.x + region.width].to_vec());
     [part, cut.collect()]
 }
@@ -293,10 +245,7 @@ fn what_is_done_to_encoded_levels_keeps_its_bound() {
             let [with, without] = ["on", "off"].map(|mode| read_out(&scene(mode), region));
             let apart = with[0].iter().zip(&without[0]).map(|(a, b)| a.abs_diff(*b));
             let most = f64::from(apart.max().expect("pixels"));
-            assert!(
-                most > 0.0 && most <= bound + 0.5,
-                "{key}={value}: {most} > {bound}"
-            );
+            assert!(most > 0.0 && most <= bound + 0.5, "{key}={value}: {most} > {bound}");
         }
     }
 }
@@ -306,11 +255,7 @@ fn a_panel_s_surroundings_are_processed_as_in_the_whole_frame() {
     for settings in [
         &["camera.sharpening=1"][..],
         &["camera.jpeg_quality=60"],
-        &[
-            "camera.sharpening=1",
-            "camera.jpeg_quality=60",
-            "camera.sharpening_radius_px=2",
-        ],
+        &["camera.sharpening=1", "camera.jpeg_quality=60", "camera.sharpening_radius_px=2"],
     ] {
         let quiet = ["effects.noise=off", "pose.x_m=0.7"];
         let settings = settings.iter().chain(&quiet).map(|set| set.to_string());
@@ -326,32 +271,12 @@ fn a_panel_s_surroundings_are_processed_as_in_the_whole_frame() {
 fn a_camera_s_effects_are_left_out_below_the_tolerance() {
     for (name, little, much) in [
         ("encoding", "camera.black_grey=0", "camera.encoding=rec709"),
-        (
-            "point_spread",
-            "camera.blur_aspect=1.0001",
-            "camera.psf=disc",
-        ),
-        (
-            "fixed_pattern",
-            "camera.prnu_percent=0.001",
-            "camera.prnu_percent=1",
-        ),
-        (
-            "hot_pixels",
-            "camera.hot_pixels_ppm=0",
-            "camera.hot_pixels_ppm=1",
-        ),
-        (
-            "sharpening",
-            "camera.sharpening=0.001",
-            "camera.sharpening=0.3",
-        ),
+        ("point_spread", "camera.blur_aspect=1.0001", "camera.psf=disc"),
+        ("fixed_pattern", "camera.prnu_percent=0.001", "camera.prnu_percent=1"),
+        ("hot_pixels", "camera.hot_pixels_ppm=0", "camera.hot_pixels_ppm=1"),
+        ("sharpening", "camera.sharpening=0.001", "camera.sharpening=0.3"),
         ("codec", "camera.gamma=2.2", "camera.jpeg_quality=90"),
-        (
-            "broken_leds",
-            "panel.dim_row_light=0.1",
-            "panel.stuck_leds=1",
-        ),
+        ("broken_leds", "panel.dim_row_light=0.1", "panel.stuck_leds=1"),
     ] {
         for (setting, called_for) in [(little, false), (much, true)] {
             let scene = Scene::load("day", &[setting.to_string()]).expect("a valid scene");
@@ -380,20 +305,13 @@ fn pixels_that_read_too_little_break_no_bound() {
         scene.panels.truncate(1);
         scene
     };
-    for name in [
-        "vignetting",
-        "atmosphere",
-        "airlight",
-        "board",
-        "fixed_pattern",
-    ] {
+    for name in ["vignetting", "atmosphere", "airlight", "board", "fixed_pattern"] {
         let (with, without) = (alone([(name, "on")]), alone([(name, "off")]));
         let renderer = Renderer::new(&with, Level::Reference).expect("a visible scene");
         let decisions = &renderer.plan().decisions;
         let decision = decisions.iter().find(|decision| decision.effect == name);
         let bound = decision.expect("a decision on each").bound_grey;
-        let difference =
-            greatest_difference(&draw(&with, &renderer, 3), &draw(&without, &renderer, 3));
+        let difference = greatest_difference(&draw(&with, &renderer, 3), &draw(&without, &renderer, 3));
         assert!(difference <= bound + 1e-9, "{name}: {difference} > {bound}");
     }
 }
@@ -418,11 +336,7 @@ fn a_red_lamp_is_seen_by_red_pixels() {
     let [x, y] = renderer.corner_leds_px(0)[0].map(|place| place.round() as usize / 2 * 2);
     let width = renderer.sensor().width;
     let gain = |x: usize, y: usize| on[y * width + x] - off[y * width + x];
-    let (red, greens, blue) = (
-        gain(x, y),
-        [gain(x + 1, y), gain(x, y + 1)],
-        gain(x + 1, y + 1),
-    );
+    let (red, greens, blue) = (gain(x, y), [gain(x + 1, y), gain(x, y + 1)], gain(x + 1, y + 1));
     assert!(red > 1.0 && blue == 0.0, "{red} {blue}");
     for green in greens {
         assert!((green / red - 0.15).abs() < 0.01, "{green} of {red}");

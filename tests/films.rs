@@ -76,11 +76,7 @@ fn film(vocc: &Path, folder: &Path) {
         .args(["--set", "camera.width_px=320"])
         .args(["--set", "camera.height_px=240"]);
     let output = link.output().expect("vocc runs");
-    assert!(
-        output.status.code().is_some_and(|code| code < 2),
-        "{}",
-        text(&output.stderr)
-    );
+    assert!(output.status.code().is_some_and(|code| code < 2), "{}", text(&output.stderr));
 }
 
 fn ffmpeg(command: &mut Command) {

@@ -24,43 +24,36 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
         prop_oneof![
             Just([0.0; 3]),
             (-180.0..180.0f64).prop_map(|roll| [roll, 0.0, 0.0]),
-            (-180.0..180.0f64, -60.0..60.0f64, -60.0..60.0f64)
-                .prop_map(|(roll, yaw, pitch)| [roll, yaw, pitch])
+            (-180.0..180.0f64, -60.0..60.0f64, -60.0..60.0f64).prop_map(|(roll, yaw, pitch)| [roll, yaw, pitch])
         ],
     );
     let light = (0.05..1.0f64, -2.0..1.0f64, 0.05..0.5f64, 1.0..3.0f64);
     let board = prop::option::of(0.02..0.9f64);
-    let camera = (
-        select(&Encoding::NAMES),
-        prop_oneof![Just(0.0), 0.0..64.0f64],
-    );
-    (geometry, light, blurs(), board, camera).prop_map(
-        |(geometry, light, sigma_px, board, camera)| {
-            let (distance_m, interval, size, [roll, yaw, pitch]) = geometry;
-            let (reflectance, l2a_exponent, background, gamma) = light;
-            let largest_m = 0.9 * 7.4e-3 / 25e-3 * distance_m / (8.0 * (1.0 + interval)) / 1.5;
-            let mut settings = vec![
-                "effects.blur=on".into(),
-                "effects.perspective=on".into(),
-                format!("pose.distance_m={distance_m}"),
-                format!("pose.roll_deg={roll}"),
-                format!("pose.yaw_deg={yaw}"),
-                format!("pose.pitch_deg={pitch}"),
-                format!("panel.interval={interval}"),
-                format!("panel.led_diameter_m={}", (0.03 * size).min(largest_m)),
-                format!("panel.reflectance={reflectance}"),
-                format!("link.l2a={}", 10f64.powf(l2a_exponent)),
-                format!("camera.blur_sigma_px={sigma_px}"),
-                format!("camera.gamma={gamma}"),
-                format!("ambient.background_reflectance={background}"),
-                format!("camera.encoding={}", camera.0),
-                format!("camera.black_grey={}", camera.1),
-            ];
-            settings
-                .extend(board.map(|reflectance| format!("panel.board_reflectance={reflectance}")));
-            settings
-        },
-    )
+    let camera = (select(&Encoding::NAMES), prop_oneof![Just(0.0), 0.0..64.0f64]);
+    (geometry, light, blurs(), board, camera).prop_map(|(geometry, light, sigma_px, board, camera)| {
+        let (distance_m, interval, size, [roll, yaw, pitch]) = geometry;
+        let (reflectance, l2a_exponent, background, gamma) = light;
+        let largest_m = 0.9 * 7.4e-3 / 25e-3 * distance_m / (8.0 * (1.0 + interval)) / 1.5;
+        let mut settings = vec![
+            "effects.blur=on".into(),
+            "effects.perspective=on".into(),
+            format!("pose.distance_m={distance_m}"),
+            format!("pose.roll_deg={roll}"),
+            format!("pose.yaw_deg={yaw}"),
+            format!("pose.pitch_deg={pitch}"),
+            format!("panel.interval={interval}"),
+            format!("panel.led_diameter_m={}", (0.03 * size).min(largest_m)),
+            format!("panel.reflectance={reflectance}"),
+            format!("link.l2a={}", 10f64.powf(l2a_exponent)),
+            format!("camera.blur_sigma_px={sigma_px}"),
+            format!("camera.gamma={gamma}"),
+            format!("ambient.background_reflectance={background}"),
+            format!("camera.encoding={}", camera.0),
+            format!("camera.black_grey={}", camera.1),
+        ];
+        settings.extend(board.map(|reflectance| format!("panel.board_reflectance={reflectance}")));
+        settings
+    })
 }
 
 /// What the first panel shows, moved by a part of a pixel.
@@ -109,11 +102,7 @@ proptest! {
     }
 }
 
-fn keeps_its_bound(
-    settings: Vec<String>,
-    bits: u64,
-    shift_px: [f64; 2],
-) -> Result<(), TestCaseError> {
+fn keeps_its_bound(settings: Vec<String>, bits: u64, shift_px: [f64; 2]) -> Result<(), TestCaseError> {
     let scene = Scene::load("paper", &settings).expect("a valid scene");
     // Panels too small to be a panel, and those turned off the sensor, are refused.
     let Ok(reference) = Renderer::new(&scene, Level::Reference) else {
@@ -133,10 +122,7 @@ fn keeps_its_bound(
             .map(|(&ours, &exact)| (grey(ours.into()) - grey(exact)).abs())
             .fold(0.0, f64::max);
         let bound = level.error_bound_grey();
-        prop_assert!(
-            worst <= bound,
-            "{level:?}: {worst} grey levels, at most {bound} allowed"
-        );
+        prop_assert!(worst <= bound, "{level:?}: {worst} grey levels, at most {bound} allowed");
     }
     Ok(())
 }

@@ -22,11 +22,7 @@ fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
 }
 
 /// What arrives within a number of frames, the bit errors of those frames, and how many of them could not be read.
-fn run(
-    overrides: &[String],
-    detector: DetectorChoice,
-    frames: impl IntoIterator<Item = u64>,
-) -> (Option<Received>, u64, u64) {
+fn run(overrides: &[String], detector: DetectorChoice, frames: impl IntoIterator<Item = u64>) -> (Option<Received>, u64, u64) {
     let scene = Scene::load("paper", overrides).expect("a valid scene");
     let mut road = Road::new(&scene, &settings(&scene, detector)).expect("a usable link");
     let (mut received, mut errors, mut unread) = (None, 0, 0);
@@ -41,9 +37,7 @@ fn run(
 }
 
 fn message(received: &Option<Received>) -> Option<&[u8]> {
-    received
-        .as_ref()
-        .map(|received| received.message.as_slice())
+    received.as_ref().map(|received| received.message.as_slice())
 }
 
 #[test]
@@ -60,10 +54,7 @@ fn a_message_arrives_at_every_distance_and_interval() {
             assert_eq!(message(&received), Some(MESSAGE), "{case}");
             assert_eq!(unread, 0, "{case}");
             // What can be seen wrongly is the closest LEDs from afar.
-            assert!(
-                errors == 0 || (distance == 70 && interval == 0.5),
-                "{case}: {errors} errors"
-            );
+            assert!(errors == 0 || (distance == 70 && interval == 0.5), "{case}: {errors} errors");
         }
     }
 }
@@ -73,13 +64,9 @@ fn a_message_arrives_at_every_distance_and_interval() {
 #[test]
 fn a_panel_at_rest_is_followed_at_rest() {
     for distance in [50, 30] {
-        let overrides = [
-            format!("pose.distance_m={distance}"),
-            "link.symbol_rate_hz=50".into(),
-        ];
+        let overrides = [format!("pose.distance_m={distance}"), "link.symbol_rate_hz=50".into()];
         let scene = Scene::load("day", &overrides).expect("a valid scene");
-        let mut road =
-            Road::new(&scene, &settings(&scene, DetectorChoice::KMeans)).expect("a usable link");
+        let mut road = Road::new(&scene, &settings(&scene, DetectorChoice::KMeans)).expect("a usable link");
         let sensor = road.renderer().sensor();
         let place = road.renderer().corners_in(sensor).expect("a panel in view");
         for frame in 0..180 {
@@ -124,11 +111,7 @@ fn every_detector_reads_the_paper_s_panel() {
         DetectorChoice::Otsu,
     ] {
         let (received, errors, _) = run(&[], detector, 0..24);
-        assert_eq!(
-            (message(&received), errors),
-            (Some(MESSAGE), 0),
-            "{detector:?}"
-        );
+        assert_eq!((message(&received), errors), (Some(MESSAGE), 0), "{detector:?}");
     }
 }
 
@@ -165,11 +148,7 @@ fn a_receiver_s_memory_takes_no_room_on_the_stack() {
 
 #[test]
 fn a_slower_panel_is_seen_twice_and_read_once() {
-    let (received, errors, _) = run(
-        &["link.symbol_rate_hz=50".into()],
-        DetectorChoice::Best,
-        0..48,
-    );
+    let (received, errors, _) = run(&["link.symbol_rate_hz=50".into()], DetectorChoice::Best, 0..48);
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
 }
 
@@ -224,11 +203,7 @@ fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
             };
             let mut road = Road::new(&scene, &settings).expect("a usable link");
             let received = (0..26).find_map(|frame| road.frame(frame).expect("in view").delivered);
-            assert_eq!(
-                message(&received),
-                Some(MESSAGE),
-                "{preset}, phase {phase}, seed {seed}"
-            );
+            assert_eq!(message(&received), Some(MESSAGE), "{preset}, phase {phase}, seed {seed}");
         }
     }
 }

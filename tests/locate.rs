@@ -8,19 +8,13 @@ use vocc_tests::sightings::{photographs, search_empty, search_scenes};
 const SIZE: [usize; 2] = [480, 360];
 
 fn clutter() -> Vec<image::GrayImage> {
-    photographs(Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../studies/photographs"
-    )))
-    .expect("readable photographs")
+    photographs(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/photographs"))).expect("readable photographs")
 }
 
 #[test]
 fn panels_are_found_within_three_frames() {
     let mut failures = Vec::new();
-    let tally = search_scenes(0..60, SIZE, &clutter(), |line| {
-        failures.push(line.to_owned())
-    });
+    let tally = search_scenes(0..60, SIZE, &clutter(), |line| failures.push(line.to_owned()));
     let found: usize = tally.found_at.iter().sum();
     assert_eq!(tally.wrong, 0, "{failures:#?}");
     assert!(found >= 58, "{found} of 60: {failures:#?}");
@@ -32,8 +26,6 @@ fn panels_are_found_within_three_frames() {
 #[test]
 fn photographs_without_a_panel_show_none() {
     let mut failures = Vec::new();
-    let seen = search_empty(0..40, SIZE, &clutter(), |line| {
-        failures.push(line.to_owned())
-    });
+    let seen = search_empty(0..40, SIZE, &clutter(), |line| failures.push(line.to_owned()));
     assert_eq!(seen, 0, "{failures:#?}");
 }

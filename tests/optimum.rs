@@ -15,18 +15,13 @@ const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
 const DISTANCES_M: [f64; 3] = [40.0, 55.0, 70.0];
 
 fn best(interval: f64, distance_m: f64, search: &Search) -> Optimum {
-    let settings = [
-        format!("panel.interval={interval}"),
-        format!("pose.distance_m={distance_m}"),
-    ];
+    let settings = [format!("panel.interval={interval}"), format!("pose.distance_m={distance_m}")];
     let scene = Scene::load("paper", &settings).expect("a valid scene");
     optimum(&scene, search).expect("an optimum")
 }
 
 fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("data")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
 }
 
 /// Every number of a few hundred frames a cell, as they are today. Whoever changes the physics, the drawing, the features or the search
@@ -37,8 +32,7 @@ fn the_small_matrix_is_what_it_was() {
         frames: 256,
         ..Search::default()
     };
-    let mut csv =
-        String::from("interval,distance_m,l2a,low,high,bvar,wvar,b2w,fisher,bit_errors\n");
+    let mut csv = String::from("interval,distance_m,l2a,low,high,bvar,wvar,b2w,fisher,bit_errors\n");
     for interval in INTERVALS {
         for distance_m in DISTANCES_M {
             let found = best(interval, distance_m, &search);
@@ -121,10 +115,7 @@ fn shipped_file() -> TableFile {
 
 /// The tables that the shipped one is made from, with their names.
 fn scenes() -> Vec<(String, TableFile)> {
-    let names = shipped_file()
-        .regret
-        .expect("a table of least regret")
-        .tables;
+    let names = shipped_file().regret.expect("a table of least regret").tables;
     let named = names.into_iter().map(|name| (name.clone(), table(&name)));
     named.collect()
 }
@@ -132,15 +123,9 @@ fn scenes() -> Vec<(String, TableFile)> {
 #[test]
 fn the_shipped_table_is_what_its_file_says_and_that_what_the_scenes_say() {
     let file = shipped_file();
-    assert_eq!(
-        file.ratios.table().expect("a finished table"),
-        L2aTable::shipped()
-    );
+    assert_eq!(file.ratios.table().expect("a finished table"), L2aTable::shipped());
     let made = TableFile::of_least_regret(&scenes()).expect("a table");
-    assert_eq!(
-        made.to_toml().expect("a text"),
-        file.to_toml().expect("a text")
-    );
+    assert_eq!(made.to_toml().expect("a text"), file.to_toml().expect("a text"));
     assert_eq!(
         file.regret_entries.len(),
         file.ratios.illuminance_lx.len() * file.ratios.interval.len()
@@ -204,14 +189,9 @@ fn three_entries_of_the_shipped_table_come_out_again() {
         });
         let again: Vec<TableFile> = again.collect();
         let found = LeastRegret::over(&again, illuminance_lx, interval).expect("a ratio");
-        let shipped = shipped
-            .regret_entry(illuminance_lx, interval)
-            .expect("an entry");
+        let shipped = shipped.regret_entry(illuminance_lx, interval).expect("an entry");
         let [low, high] = shipped.l2a_95;
-        assert!(
-            (low..=high).contains(&found.l2a),
-            "{found:?}, shipped: {shipped:?}"
-        );
+        assert!((low..=high).contains(&found.l2a), "{found:?}, shipped: {shipped:?}");
     }
 }
 
@@ -219,8 +199,7 @@ fn three_entries_of_the_shipped_table_come_out_again() {
 #[test]
 fn what_the_best_detector_reaches_comes_out_again() {
     let (illuminance_lx, interval) = (300.0, 1.0);
-    let by_ml =
-        |file: &TableFile| survey_of(file).search.detector == DetectorChoice::MaximumLikelihood;
+    let by_ml = |file: &TableFile| survey_of(file).search.detector == DetectorChoice::MaximumLikelihood;
     let scenes = scenes().into_iter().map(|(_, file)| file);
     let file = scenes.into_iter().find(by_ml).expect("one by ml");
     let mut survey = survey_of(&file);

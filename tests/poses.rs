@@ -25,11 +25,7 @@ fn trials(count: u64, distance_m: [f64; 2]) -> Vec<Trial> {
 
 fn all_of(count: u64, mut trials: Trials) -> Vec<Trial> {
     (0..count)
-        .map(|seed| {
-            trials
-                .draw(seed)
-                .unwrap_or_else(|why| panic!("pose {seed} is unknown: {why}"))
-        })
+        .map(|seed| trials.draw(seed).unwrap_or_else(|why| panic!("pose {seed} is unknown: {why}")))
         .collect()
 }
 
@@ -48,9 +44,7 @@ fn assert_honest(trials: &[Trial]) {
 fn errors_are_what_the_covariance_says_and_near_the_bound() {
     let trials = trials(200, [30.0, 70.0]);
     assert_honest(&trials);
-    let in_bounds = mean(&trials, |trial| {
-        (trial.range_error_m() / trial.range_bound_m).powi(2)
-    });
+    let in_bounds = mean(&trials, |trial| (trial.range_error_m() / trial.range_bound_m).powi(2));
     assert!(in_bounds.sqrt() < 1.3, "{}", in_bounds.sqrt());
 }
 
@@ -74,19 +68,13 @@ fn a_panel_is_ranged_to_three_quarters_of_a_metre_at_100_m_by_day() {
 fn a_usual_fit_is_as_good_as_one_that_is_settled_to_the_last() {
     let range = aside([30.0, 100.0]);
     let usual = all_of(40, Trials::new(range));
-    for (usual, settled) in usual
-        .iter()
-        .zip(all_of(40, Trials::settling_to(range, 1e-3)))
-    {
+    for (usual, settled) in usual.iter().zip(all_of(40, Trials::settling_to(range, 1e-3))) {
         for i in 0..6 {
             let sigma = settled.pose.covariance[i][i].sqrt();
             let off = (usual.error()[i] - settled.error()[i]).abs();
             assert!(off < 0.1 * sigma, "{i}: {off}, σ {sigma}");
             let told = usual.pose.covariance[i][i].sqrt();
-            assert!(
-                (told / sigma - 1.0).abs() < 0.05,
-                "{i}: σ {told}, not {sigma}"
-            );
+            assert!((told / sigma - 1.0).abs() < 0.05, "{i}: σ {told}, not {sigma}");
         }
     }
 }
@@ -128,10 +116,7 @@ fn a_panel_that_comes_at_40_m_s_is_told_to() {
         let time = closing.time_to_collision_s().expect("it comes");
         let (.., last) = approach.last().expect("frames");
         let truth = last.truth.0.length() / 40.0;
-        assert!(
-            (time.value - truth).abs() < 5.0 * time.sigma,
-            "{time:?}, {truth}"
-        );
+        assert!((time.value - truth).abs() < 5.0 * time.sigma, "{time:?}, {truth}");
     }
     // 20 squares of a normal number are on average below this in 999 of 1000 tests; a speed that is steady wanders less than is supposed.
     assert!(squares < 2.27, "{squares}");
@@ -154,10 +139,7 @@ fn a_panel_that_stands_still_for_minutes_is_told_to() {
         // A second apart, when the filter knows of no earlier one.
         if frame % 60 == 59 {
             let speed = closing.speed_m_s().expect("known");
-            assert!(
-                speed.value.is_finite() && (1e-3..1.0).contains(&speed.sigma),
-                "{speed:?}"
-            );
+            assert!(speed.value.is_finite() && (1e-3..1.0).contains(&speed.sigma), "{speed:?}");
             (squares, count) = (squares + (speed.value / speed.sigma).powi(2), count + 1);
         }
     }

@@ -25,11 +25,7 @@ fn renderer(frame: &ReferenceFrame, level: Level) -> Renderer {
         "atmosphere.transmission_at_70m=1".into(),
         "effects.perspective=on".into(),
     ];
-    Renderer::new(
-        &Scene::load("paper", &settings).expect("a valid scene"),
-        level,
-    )
-    .expect("a visible scene")
+    Renderer::new(&Scene::load("paper", &settings).expect("a valid scene"), level).expect("a visible scene")
 }
 
 /// What the panel shows, its first LED moved to where the frame has it.
@@ -43,10 +39,7 @@ fn shown(renderer: &Renderer, frame: &ReferenceFrame) -> Shown {
             off: frame.truth.lin_off,
             on: frame.truth.lin_on,
         },
-        shift_px: [
-            corner[0] + origin[0] - here.x,
-            corner[1] + origin[1] - here.y,
-        ],
+        shift_px: [corner[0] + origin[0] - here.x, corner[1] + origin[1] - here.y],
         ..renderer.steady(0, PanelFrame::from_bits(frame.truth.bits()))
     }
 }
@@ -67,16 +60,13 @@ fn difference(frame: &ReferenceFrame) -> (f64, f64) {
     let mut canvas = Canvas::<f64>::new(region(frame));
     renderer.draw_exact(&renderer.moment(0), &[shown(&renderer, frame)], &mut canvas);
     let pairs = canvas.values().iter().zip(&frame.linear);
-    pairs.fold(
-        (0.0, 0.0),
-        |(over_pixel, over_on): (f64, f64), (&ours, &theirs)| {
-            let difference = (ours - f64::from(theirs)).abs();
-            (
-                over_pixel.max(difference / f64::from(theirs)),
-                over_on.max(difference / frame.truth.lin_on),
-            )
-        },
-    )
+    pairs.fold((0.0, 0.0), |(over_pixel, over_on): (f64, f64), (&ours, &theirs)| {
+        let difference = (ours - f64::from(theirs)).abs();
+        (
+            over_pixel.max(difference / f64::from(theirs)),
+            over_on.max(difference / frame.truth.lin_on),
+        )
+    })
 }
 
 #[test]
@@ -112,43 +102,23 @@ fn a_tilted_panel_agrees_with_brute_force() {
     let mut canvas = Canvas::<f64>::new(region);
     renderer.draw_exact(&renderer.moment(0), &[shown], &mut canvas);
     let view = &renderer.view().panels[0];
-    let (kernel, radius_m) = (
-        Exact::new(frame.truth.params.sigma),
-        view.panel.led_diameter_m / 2.0,
-    );
+    let (kernel, radius_m) = (Exact::new(frame.truth.params.sigma), view.panel.led_diameter_m / 2.0);
     let mut seen = vec![1.0; region.width * region.height];
     for led in 0..64 {
         let on = shown.symbols[0].led(led);
-        let light = if on {
-            frame.truth.lin_on
-        } else {
-            frame.truth.lin_off
-        } - 1.0;
+        let light = if on { frame.truth.lin_on } else { frame.truth.lin_off } - 1.0;
         for (ring, turn) in (0..100).flat_map(|ring| (0..200).map(move |turn| (ring, turn))) {
             // Equal areas: rings at the square roots of equal steps.
             let at = view.projection.led_m((led / 8) as f64, (led % 8) as f64)
-                + DVec2::from_angle(std::f64::consts::TAU * f64::from(turn) / 200.0)
-                    * radius_m
-                    * ((f64::from(ring) + 0.5) / 100.0).sqrt();
-            let area_px = view.projection.jacobian(at).determinant().abs()
-                * std::f64::consts::PI
-                * radius_m
-                * radius_m
-                / 20_000.0;
-            let place = view.projection.pixel(at) + DVec2::from_array(shown.shift_px)
-                - DVec2::new(region.x as f64, region.y as f64);
-            let near = |centre: f64, end: usize| {
-                (centre as usize).saturating_sub(11)..(centre as usize + 12).min(end)
-            };
-            let columns: Vec<f64> = near(place.x, region.width)
-                .map(|x| kernel.bell(x as f64 - place.x))
-                .collect();
+                + DVec2::from_angle(std::f64::consts::TAU * f64::from(turn) / 200.0) * radius_m * ((f64::from(ring) + 0.5) / 100.0).sqrt();
+            let area_px = view.projection.jacobian(at).determinant().abs() * std::f64::consts::PI * radius_m * radius_m / 20_000.0;
+            let place = view.projection.pixel(at) + DVec2::from_array(shown.shift_px) - DVec2::new(region.x as f64, region.y as f64);
+            let near = |centre: f64, end: usize| (centre as usize).saturating_sub(11)..(centre as usize + 12).min(end);
+            let columns: Vec<f64> = near(place.x, region.width).map(|x| kernel.bell(x as f64 - place.x)).collect();
             for y in near(place.y, region.height) {
                 let share = light * area_px * kernel.bell(y as f64 - place.y);
                 let row = &mut seen[y * region.width..][near(place.x, region.width)];
-                row.iter_mut()
-                    .zip(&columns)
-                    .for_each(|(value, column)| *value += share * column);
+                row.iter_mut().zip(&columns).for_each(|(value, column)| *value += share * column);
             }
         }
     }
@@ -167,29 +137,17 @@ fn each_level_keeps_its_declared_bound() {
         for frame in reference_frames(folder) {
             let reference = renderer(&frame, Level::Reference);
             let mut exact = Canvas::<f64>::new(region(&frame));
-            reference.draw_exact(
-                &reference.moment(0),
-                &[shown(&reference, &frame)],
-                &mut exact,
-            );
+            reference.draw_exact(&reference.moment(0), &[shown(&reference, &frame)], &mut exact);
             for level in [Level::Fine, Level::Fast] {
                 let renderer = renderer(&frame, level);
                 let mut canvas = Canvas::<f32>::new(region(&frame));
-                renderer.draw(
-                    &renderer.moment(0),
-                    &[shown(&renderer, &frame)],
-                    &mut canvas,
-                );
+                renderer.draw(&renderer.moment(0), &[shown(&renderer, &frame)], &mut canvas);
                 let grey = |linear: f64| grey::unrounded(linear, 2.2);
                 let pairs = canvas.values().iter().zip(exact.values());
                 let worst = pairs
                     .map(|(&ours, &exact)| (grey(ours.into()) - grey(exact)).abs())
                     .fold(0.0, f64::max);
-                assert!(
-                    worst <= level.error_bound_grey(),
-                    "{} at {level:?}: {worst}",
-                    frame.name
-                );
+                assert!(worst <= level.error_bound_grey(), "{} at {level:?}: {worst}", frame.name);
             }
         }
     }

@@ -6,13 +6,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluation, Evaluator, Settings};
 use studies::stop::Stop;
 
-fn evaluate(
-    preset: &str,
-    detector: DetectorChoice,
-    frames: u64,
-    threads: usize,
-    seed: u64,
-) -> Evaluation {
+fn evaluate(preset: &str, detector: DetectorChoice, frames: u64, threads: usize, seed: u64) -> Evaluation {
     let scene = Scene::load(preset, &[]).expect("a preset");
     let settings = Settings {
         frames,
@@ -23,10 +17,7 @@ fn evaluate(
         camera: None,
         stop: Stop::NEVER,
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .expect("threads");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         Evaluator::new(&scene, settings)
             .expect("a visible scene")
@@ -45,11 +36,7 @@ fn threads_change_nothing() {
         let run = |threads, seed| evaluate(preset, detector, frames, threads, seed);
         let one = run(1, 7);
         assert_eq!(one, run(2, 7), "{preset}");
-        assert_ne!(
-            one,
-            run(2, 8),
-            "{preset}: another seed must differ, or this shows nothing"
-        );
+        assert_ne!(one, run(2, 8), "{preset}: another seed must differ, or this shows nothing");
     }
 }
 
@@ -67,17 +54,10 @@ fn a_frame_does_not_depend_on_those_before_it() {
     };
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();
-    let alone = evaluator
-        .observe(40, &mut evaluator.workspace())
-        .expect("a measurable frame");
+    let alone = evaluator.observe(40, &mut evaluator.workspace()).expect("a measurable frame");
     for frame in [3, 40] {
-        let after_another = evaluator
-            .observe(frame, &mut workspace)
-            .expect("a measurable frame");
-        assert_eq!(
-            after_another.features.gri == alone.features.gri,
-            frame == 40
-        );
+        let after_another = evaluator.observe(frame, &mut workspace).expect("a measurable frame");
+        assert_eq!(after_another.features.gri == alone.features.gri, frame == 40);
         assert_eq!(after_another.bits == alone.bits, frame == 40);
     }
 }

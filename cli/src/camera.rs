@@ -95,10 +95,7 @@ pub struct Told {
 impl CameraArguments {
     /// Whether anything was told.
     fn is_told(&self) -> bool {
-        self.camera.is_some()
-            || self.encoding.is_some()
-            || self.black.is_some()
-            || self.blur.is_some()
+        self.camera.is_some() || self.encoding.is_some() || self.black.is_some() || self.blur.is_some()
     }
 
     /// The camera, if anything was told of one, for frames that come from no file.
@@ -126,18 +123,13 @@ impl CameraArguments {
         let camera = Camera {
             encoding: encoding.unwrap_or(usual.encoding),
             black_grey: self.black.or(file.black_grey).unwrap_or(usual.black_grey),
-            blur_sigma_px: self
-                .blur
-                .or(file.blur_sigma_px)
-                .unwrap_or(usual.blur_sigma_px),
+            blur_sigma_px: self.blur.or(file.blur_sigma_px).unwrap_or(usual.blur_sigma_px),
             blur_aspect: file.blur_aspect.unwrap_or(usual.blur_aspect),
             read_noise_e: file.read_noise_e.unwrap_or(usual.read_noise_e),
         };
         let checked = camera.checked();
         let camera = match &self.camera {
-            Some(path) => {
-                checked.with_context(|| format!("in the camera's file {}", path.display()))?
-            }
+            Some(path) => checked.with_context(|| format!("in the camera's file {}", path.display()))?,
             None => checked?,
         };
         let pixels = pixels.or(PixelArguments {
@@ -195,10 +187,7 @@ impl Told {
             blur_aspect: Some(camera.blur_aspect),
             read_noise_e: Some(camera.read_noise_e),
             // That all lines are exposed at once is known as far as panels of one size show; told, it would hold for all.
-            line_delay_exposures: learnt
-                .line_delay
-                .filter(|&delay| delay != 0.0)
-                .or(self.line_delay),
+            line_delay_exposures: learnt.line_delay.filter(|&delay| delay != 0.0).or(self.line_delay),
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
             depth: self.pixels.depth,
@@ -207,10 +196,7 @@ impl Told {
             distortion: geometry.distortion,
             ..File::default()
         };
-        write(
-            path,
-            format!("# {}\n{}", learnt::as_text(learnt), toml::to_string(&file)?),
-        )
+        write(path, format!("# {}\n{}", learnt::as_text(learnt), toml::to_string(&file)?))
     }
 }
 
@@ -254,9 +240,10 @@ fn encoding(text: &str) -> Result<Encoding, String> {
         "linear" => Ok(Encoding::LINEAR),
         "srgb" => Ok(Encoding::Srgb),
         "rec709" => Ok(Encoding::Rec709),
-        number => number.parse().map(Encoding::Gamma).map_err(|_| {
-            format!("{text:?} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4")
-        }),
+        number => number
+            .parse()
+            .map(Encoding::Gamma)
+            .map_err(|_| format!("{text:?} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4")),
     }
 }
 
@@ -305,10 +292,7 @@ mod tests {
             blur_aspect: 1.25,
             read_noise_e: 5.0,
         };
-        let before = told(
-            "bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12\nfocal_px = 900\ndistortion = [0.1]",
-        )
-        .unwrap();
+        let before = told("bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12\nfocal_px = 900\ndistortion = [0.1]").unwrap();
         let again = saved(&before, camera, false);
         assert_eq!(again.camera, camera);
         assert_eq!(again.pixels.bayer, before.pixels.bayer);
@@ -346,22 +330,15 @@ mod tests {
         // Samples that were encoded already come out as what they are.
         let encoded = saved(&untold, learnt(3.96), true);
         assert_eq!(encoded.encoding, Some(Encoding::Gamma(1.8)));
-        assert_eq!(
-            saved(&encoded, learnt(1.7), true).encoding,
-            Some(Encoding::Gamma(1.7))
-        );
+        assert_eq!(saved(&encoded, learnt(1.7), true).encoding, Some(Encoding::Gamma(1.7)));
         // 8 bits are as they are.
-        assert_eq!(
-            saved(&untold, learnt(2.1), false).encoding,
-            Some(Encoding::Gamma(2.1))
-        );
+        assert_eq!(saved(&untold, learnt(2.1), false).encoding, Some(Encoding::Gamma(2.1)));
     }
 
     #[test]
     fn nonsense_is_refused() {
         assert_eq!(told("").unwrap().camera, Camera::default());
-        let gamma =
-            told("encoding = { gamma = 1.8 }\nbayer = \"grbg\"\nchannel = \"red\"").unwrap();
+        let gamma = told("encoding = { gamma = 1.8 }\nbayer = \"grbg\"\nchannel = \"red\"").unwrap();
         assert_eq!(gamma.camera.encoding, Encoding::Gamma(1.8));
         assert!(gamma.pixels.bayer.is_some());
         for nonsense in [

@@ -13,10 +13,7 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
     let text = serde_json::to_string(value)?;
     let [before, after] = AROUND;
     let open = text.strip_suffix('}').unwrap_or(&text);
-    Ok(format!(
-        "{open}{before}{}{after}",
-        checksum::of(text.as_bytes())
-    ))
+    Ok(format!("{open}{before}{}{after}", checksum::of(text.as_bytes())))
 }
 
 /// What the text says; one without a checksum is of an earlier version.
@@ -25,10 +22,7 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
 /// When it was changed, cut off, or never was such an object.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     let [before, after] = AROUND;
-    let parts = text
-        .trim_end()
-        .strip_suffix(after)
-        .and_then(|text| text.rsplit_once(before));
+    let parts = text.trim_end().strip_suffix(after).and_then(|text| text.rsplit_once(before));
     let Some((open, found)) = parts else {
         return Ok(serde_json::from_str(text)?);
     };
@@ -60,9 +54,6 @@ mod tests {
             assert!(read(&changed).is_err(), "{changed}");
             assert!(read(&text[..place]).is_err(), "{}", &text[..place]);
         }
-        assert_eq!(
-            read(r#"{"errors":1}"#).expect("an earlier version's")["errors"],
-            1
-        );
+        assert_eq!(read(r#"{"errors":1}"#).expect("an earlier version's")["errors"], 1);
     }
 }

@@ -32,10 +32,7 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// Those of `write`, and when not every byte can be kept; what was there before is untouched.
-pub fn write_with(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
 }
 
@@ -66,10 +63,7 @@ pub fn check_new(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write_to(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+fn write_to(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let place = place(path)?;
     let _whole = matches!(place, Place::File(_)).then(stop::writing);
     let mut growing = Growing::open(place, path)?;
@@ -140,10 +134,7 @@ impl Write for Growing {
 }
 
 /// Writes all bytes, and not into a buffer that takes them and loses them later.
-fn write_through(
-    target: &mut impl Write,
-    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+fn write_through(target: &mut impl Write, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let mut buffer = BufWriter::new(target);
     write(&mut buffer)?;
     Ok(buffer.flush()?)
@@ -159,19 +150,13 @@ fn place(path: &Path) -> anyhow::Result<Place> {
         Ok(there) if there.is_dir() => bail!("it is a folder: name a file"),
         Ok(there) if !there.is_file() => Ok(Place::Device),
         Ok(there) => {
-            ensure!(
-                !there.permissions().readonly(),
-                "it is write-protected: name another file"
-            );
+            ensure!(!there.permissions().readonly(), "it is write-protected: name another file");
             // A link stays, and the file that it leads to is replaced.
             Ok(Place::File(path.canonicalize()?))
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             if let Ok(target) = path.read_link() {
-                bail!(
-                    "it is a link to {}, which is not there: name that file itself",
-                    target.display()
-                );
+                bail!("it is a link to {}, which is not there: name that file itself", target.display());
             }
             Ok(Place::File(path.into()))
         }
@@ -231,18 +216,14 @@ mod tests {
     fn links_stay_and_lead_to_something() {
         use std::os::unix::fs::{PermissionsExt, symlink};
         let folder = tempfile::tempdir().expect("a folder");
-        let [file, link, dangling] =
-            ["file", "link", "dangling"].map(|name| folder.path().join(name));
+        let [file, link, dangling] = ["file", "link", "dangling"].map(|name| folder.path().join(name));
         write(&file, "old").expect("written");
         std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).expect("set");
         symlink("file", &link).expect("a link");
         symlink("nowhere", &dangling).expect("a link");
         write(&link, "new").expect("written");
         assert_eq!(std::fs::read(&file).expect("there"), b"new");
-        let mode = std::fs::metadata(&file)
-            .expect("there")
-            .permissions()
-            .mode();
+        let mode = std::fs::metadata(&file).expect("there").permissions().mode();
         assert_eq!(mode & 0o777, 0o640);
         assert!(link.is_symlink());
         let said = format!("{:#}", write(&dangling, "new").expect_err("refused"));

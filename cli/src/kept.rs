@@ -26,10 +26,8 @@ pub trait Kept: Serialize + DeserializeOwned {
     /// What the file holds, which must be of this run.
     fn read(path: &Path, run: &Self::Run) -> anyhow::Result<Self> {
         let (file, goes_on) = (path.display(), Self::GOES_ON);
-        let text = input::read_text(path, input::RESULTS_MAX)
-            .with_context(|| format!("cannot read {file}: run without {goes_on}"))?;
-        let kept: Self = checksum::from_json(&text)
-            .with_context(|| format!("{file} holds no {}: run without {goes_on}", Self::IS))?;
+        let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read {file}: run without {goes_on}"))?;
+        let kept: Self = checksum::from_json(&text).with_context(|| format!("{file} holds no {}: run without {goes_on}", Self::IS))?;
         ensure!(
             kept.run() == run,
             "{file} is of another run: {} must be the same; choose another folder, or start again without {goes_on}",

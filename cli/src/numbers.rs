@@ -7,11 +7,7 @@ pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "?".into();
     }
-    let magnitude = if value == 0.0 {
-        0
-    } else {
-        value.abs().log10().floor() as i32
-    };
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     let digits = (2 - magnitude).clamp(0, 6) as usize;
     format!("{value:.digits$}").replace('-', "−")
 }

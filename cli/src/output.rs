@@ -82,9 +82,7 @@ pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String 
     }
     // The rate at which as many bits come without an error in one of twenty runs.
     let alone = 1.0 - 0.05f64.powf(1.0 / bits as f64);
-    format!(
-        "0 of {bits} bits: below {high:.1e} with 95 % if errors come by frames, {alone:.1e} if each bit stands alone"
-    )
+    format!("0 of {bits} bits: below {high:.1e} with 95 % if errors come by frames, {alone:.1e} if each bit stands alone")
 }
 
 #[derive(Serialize)]
@@ -114,10 +112,7 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     plan(&report.plan)?;
     let found = &report.summary;
     match seconds {
-        Some(seconds) => line(&format!(
-            "frames     {} in all, {seconds:.2} s of work",
-            found.frames
-        ))?,
+        Some(seconds) => line(&format!("frames     {} in all, {seconds:.2} s of work", found.frames))?,
         None => line(&format!("frames     {}", found.frames))?,
     }
     if sweep.rare_events {
@@ -129,10 +124,7 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         line(&format!("Bvar       {}", two_decimals(found.bvar)))?;
         line(&format!("Wvar       {}", two_decimals(found.wvar)))?;
         line(&format!("B2W        {}", two_decimals(found.b2w)))?;
-        line(&format!(
-            "bit errors {} of {}",
-            found.bit_errors, found.bits
-        ))?;
+        line(&format!("bit errors {} of {}", found.bit_errors, found.bits))?;
         panel_errors(found)?;
     }
     let ber = if sweep.rare_events {
@@ -197,16 +189,10 @@ mod tests {
     #[test]
     fn no_error_is_told_by_what_it_says() {
         let none = rate(0, 6_400_000, 0.0, [0.0, 3.0e-5]);
-        assert!(
-            none.starts_with("0 of 6400000 bits: below 3.0e-5"),
-            "{none}"
-        );
+        assert!(none.starts_with("0 of 6400000 bits: below 3.0e-5"), "{none}");
         // The rule of three.
         assert!(none.contains("4.7e-7 if each bit stands alone"), "{none}");
-        assert_eq!(
-            rate(2, 200, 0.01, [0.002, 0.03]),
-            "1.000e-2 (95 %: 2.000e-3 to 3.000e-2)"
-        );
+        assert_eq!(rate(2, 200, 0.01, [0.002, 0.03]), "1.000e-2 (95 %: 2.000e-3 to 3.000e-2)");
         assert!(rate(0, 0, 0.0, [0.0, 1.0]).contains("1.000e0"));
     }
 }

@@ -14,10 +14,7 @@ use crate::frames::files::pictures_in;
 ///
 /// # Errors
 /// When one of them cannot be written, is read, or stands twice.
-pub fn check(
-    written: impl IntoIterator<Item = PathBuf>,
-    read: impl IntoIterator<Item = PathBuf>,
-) -> anyhow::Result<()> {
+pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
     let mut taken: Vec<PathBuf> = read.into_iter().map(|path| real(&path)).collect();
     let inputs = taken.len();
     for path in written {
@@ -26,10 +23,7 @@ pub fn check(
         }
         let own = real(&path);
         match taken.iter().position(|other| *other == own) {
-            Some(place) if place < inputs => bail!(
-                "{} is read, and would be overwritten: name another file",
-                path.display()
-            ),
+            Some(place) if place < inputs => bail!("{} is read, and would be overwritten: name another file", path.display()),
             Some(_) => bail!("{} would be written twice: name two files", path.display()),
             None => taken.push(own),
         }
@@ -59,8 +53,7 @@ pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
 /// # Errors
 /// When there are some already, or none can be written there.
 pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
-    let pictures = pictures_in(folder)
-        .with_context(|| format!("cannot read the folder {}", folder.display()))?;
+    let pictures = pictures_in(folder).with_context(|| format!("cannot read the folder {}", folder.display()))?;
     if let Some(picture) = pictures.iter().min() {
         bail!(
             "{} holds frames already, such as {}, and two recordings would be read as one: name a new folder, or remove these pictures \
@@ -111,15 +104,11 @@ pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option
 /// The files that a scene is read from, where `name` is what it is called on the command line.
 pub fn files_of(name: &str, scene: &Scene) -> Vec<PathBuf> {
     let own = preset_toml(name).is_none().then(|| name.to_owned());
-    [
-        own,
-        scene.link.table.clone(),
-        scene.ambient.background_image.clone(),
-    ]
-    .into_iter()
-    .flatten()
-    .map(PathBuf::from)
-    .collect()
+    [own, scene.link.table.clone(), scene.ambient.background_image.clone()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::from)
+        .collect()
 }
 
 /// Whether two paths lead to the same place.
@@ -130,22 +119,13 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
 /// A path without links and dots; what is not there is in a folder that is.
 fn real(path: &Path) -> PathBuf {
     // What is in the folder at hand has no other folder.
-    let path = if path.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        path
-    };
+    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     let in_folder = || {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
         Some(folder.join(path.file_name()?))
     };
-    path.canonicalize()
-        .ok()
-        .or_else(in_folder)
-        .unwrap_or_else(|| path.into())
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.into())
 }
 
 #[cfg(test)]
@@ -156,18 +136,12 @@ mod tests {
     fn nothing_that_is_read_is_written_and_nothing_twice() {
         let folder = tempfile::tempdir().expect("a folder");
         let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
-        let around = folder
-            .path()
-            .join("..")
-            .join(folder.path().file_name().expect("a name"))
-            .join("a");
+        let around = folder.path().join("..").join(folder.path().file_name().expect("a name")).join("a");
         std::fs::write(&a, "a").expect("written");
         assert!(check([b.clone()], [a.clone()]).is_ok());
         let refusal = |written: &[&PathBuf], read: &[&PathBuf]| {
             let paths = |paths: &[&PathBuf]| paths.iter().copied().cloned().collect::<Vec<_>>();
-            check(paths(written), paths(read))
-                .expect_err("refused")
-                .to_string()
+            check(paths(written), paths(read)).expect_err("refused").to_string()
         };
         assert!(refusal(&[&around], &[&a]).contains("is read"));
         assert!(refusal(&[&a, &around], &[&b]).contains("written twice"));

@@ -18,20 +18,13 @@ pub fn enlarged(grey: &[u8], width: usize, zoom: usize) -> Vec<u8> {
     let rows = grey.chunks_exact(width.max(1));
     let wide = |row: &[u8]| -> Vec<u8> {
         let pixels = row.iter();
-        pixels
-            .flat_map(|&pixel| std::iter::repeat_n(pixel, zoom))
-            .collect()
+        pixels.flat_map(|&pixel| std::iter::repeat_n(pixel, zoom)).collect()
     };
     rows.flat_map(|row| wide(row).repeat(zoom)).collect()
 }
 
 /// Writes pixels as PNG: whole or not at all.
-pub fn write_encoded(
-    path: &Path,
-    pixels: &[u8],
-    [width, height]: [u32; 2],
-    kind: ExtendedColorType,
-) -> anyhow::Result<()> {
+pub fn write_encoded(path: &Path, pixels: &[u8], [width, height]: [u32; 2], kind: ExtendedColorType) -> anyhow::Result<()> {
     // The encoder keeps the error of its last bytes to itself, and memory has none.
     let mut png = Vec::new();
     PngEncoder::new(&mut png).write_image(pixels, width, height, kind)?;
@@ -61,19 +54,11 @@ impl Number for f64 {
 }
 
 /// Writes a matrix as a NumPy file of version 1.0: whole or not at all.
-pub fn write_npy<T: Number>(
-    path: &Path,
-    values: &[T],
-    width: usize,
-    height: usize,
-) -> anyhow::Result<()> {
+pub fn write_npy<T: Number>(path: &Path, values: &[T], width: usize, height: usize) -> anyhow::Result<()> {
     const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
     // NumPy wants the numbers to begin at a multiple of this; the header is never longer.
     const HEADER: usize = 128;
-    let about = format!(
-        "{{'descr': '{}', 'fortran_order': False, 'shape': ({height}, {width}), }}",
-        T::NAME
-    );
+    let about = format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({height}, {width}), }}", T::NAME);
     let padded = HEADER - MAGIC.len() - 2;
     files::write_with(path, |file| {
         file.write_all(MAGIC)?;
@@ -93,10 +78,7 @@ mod tests {
     #[test]
     fn each_pixel_becomes_a_square() {
         assert_eq!(enlarged(&[1, 2, 3, 4], 2, 1), [1, 2, 3, 4]);
-        assert_eq!(
-            enlarged(&[1, 2, 3, 4], 2, 2),
-            [1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4, 3, 3, 4, 4]
-        );
+        assert_eq!(enlarged(&[1, 2, 3, 4], 2, 2), [1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4, 3, 3, 4, 4]);
     }
 
     #[test]

@@ -40,8 +40,7 @@ impl Surveyor {
     pub fn new(panel: &PanelArguments, calibration: Calibration) -> anyhow::Result<Self> {
         Ok(Self {
             meter: PoseMeter::new(panel.size()?),
-            is_asked: panel.interval.or(panel.led_diameter).is_some()
-                || calibration != Calibration::default(),
+            is_asked: panel.interval.or(panel.led_diameter).is_some() || calibration != Calibration::default(),
             calibration,
         })
     }
@@ -93,13 +92,7 @@ pub fn as_json(measured: &Measured) -> Value {
         Err(why) => return json!({ "known": false, "why": why }),
     };
     let numbers = pose.numbers();
-    let angles = [
-        numbers.azimuth,
-        numbers.elevation,
-        numbers.roll,
-        numbers.yaw,
-        numbers.pitch,
-    ];
+    let angles = [numbers.azimuth, numbers.elevation, numbers.roll, numbers.yaw, numbers.pitch];
     let [azimuth, elevation, roll, yaw, pitch] = angles.map(in_degrees);
     let solutions = pose.solutions.map(|solution| {
         let [roll, yaw, pitch] = solution.angles().map(f64::to_degrees);
@@ -128,27 +121,16 @@ pub fn as_text(measured: &Measured) -> String {
     };
     let numbers = pose.numbers();
     let metres = with_sigma(numbers.range_m);
-    let [azimuth, elevation, roll, yaw, pitch] = [
-        numbers.azimuth,
-        numbers.elevation,
-        numbers.roll,
-        numbers.yaw,
-        numbers.pitch,
-    ]
-    .map(|known| with_sigma(in_degrees(known)));
+    let [azimuth, elevation, roll, yaw, pitch] =
+        [numbers.azimuth, numbers.elevation, numbers.roll, numbers.yaw, numbers.pitch].map(|known| with_sigma(in_degrees(known)));
     let [_, other] = pose.solutions;
     let mirrored = if other.probability > 0.01 {
         let [_, yaw, pitch] = other.angles().map(f64::to_degrees);
-        format!(
-            "; or, by {:.0} %, yaw {yaw:.0}°, pitch {pitch:.0}°",
-            100.0 * other.probability
-        )
+        format!("; or, by {:.0} %, yaw {yaw:.0}°, pitch {pitch:.0}°", 100.0 * other.probability)
     } else {
         String::new()
     };
-    format!(
-        "{metres} m off, azimuth {azimuth}°, elevation {elevation}°, roll {roll}°, yaw {yaw}°, pitch {pitch}°{mirrored}"
-    )
+    format!("{metres} m off, azimuth {azimuth}°, elevation {elevation}°, roll {roll}°, yaw {yaw}°, pitch {pitch}°{mirrored}")
 }
 
 fn in_degrees(known: Known) -> Known {
@@ -178,24 +160,11 @@ mod tests {
 
     #[test]
     fn a_panel_s_size_is_checked() {
-        let told = |interval, led_diameter| {
-            PanelArguments {
-                interval,
-                led_diameter,
-            }
-            .size()
-        };
+        let told = |interval, led_diameter| PanelArguments { interval, led_diameter }.size();
         assert!(told(None, None).unwrap().is_none());
         assert!(told(Some(1.0), None).unwrap().is_none());
-        assert_eq!(
-            told(Some(1.0), Some(0.03)).unwrap().unwrap().pitch_m(),
-            0.06
-        );
-        for (interval, diameter) in [
-            (Some(-1.0), None),
-            (None, Some(f64::NAN)),
-            (Some(1.0), Some(0.0)),
-        ] {
+        assert_eq!(told(Some(1.0), Some(0.03)).unwrap().unwrap().pitch_m(), 0.06);
+        for (interval, diameter) in [(Some(-1.0), None), (None, Some(f64::NAN)), (Some(1.0), Some(0.0))] {
             assert!(told(interval, diameter).is_err());
         }
     }

@@ -70,10 +70,7 @@ impl Progress {
 
     /// Tells that so many steps were done before now: they say nothing of how long others take.
     pub fn begin_at(&mut self, steps: u64) {
-        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Begun {
-            at: Instant::now(),
-            steps,
-        };
+        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Begun { at: Instant::now(), steps };
         self.bar.set_position(steps);
         // The bar takes this for work, once it has seen it.
         self.bar.tick();
@@ -108,23 +105,13 @@ impl Drop for Progress {
 }
 
 /// Prints how far work is, until the sender is dropped; nothing where there is no room for another thread.
-fn tell_now_and_then(
-    bar: ProgressBar,
-    begun: Arc<Mutex<Begun>>,
-    unit: &'static str,
-) -> Option<(Sender<()>, JoinHandle<()>)> {
+fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Begun>>, unit: &'static str) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (end, ended) = channel();
     let lines = std::thread::Builder::new().spawn(move || {
         while ended.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {
             let begun = *begun.lock().unwrap_or_else(PoisonError::into_inner);
             let done = bar.position().saturating_sub(begun.steps);
-            tell(line(
-                bar.position(),
-                bar.length(),
-                done,
-                unit,
-                begun.at.elapsed(),
-            ));
+            tell(line(bar.position(), bar.length(), done, unit, begun.at.elapsed()));
         }
     });
     Some((end, lines.ok()?))
@@ -157,10 +144,7 @@ mod tests {
     fn lines_tell_how_far_work_is_and_how_fast() {
         let elapsed = Duration::from_secs(10);
         let line = |steps, total, done| line(steps, total, done, "frames", elapsed);
-        assert_eq!(
-            line(500, Some(1000), 500),
-            "500/1000 frames, 50 a second, 10 s left"
-        );
+        assert_eq!(line(500, Some(1000), 500), "500/1000 frames, 50 a second, 10 s left");
         assert_eq!(line(2, Some(7), 2), "2/7 frames, 5 s each, 25 s left");
         assert_eq!(line(0, Some(7), 0), "0/7 frames, 10 s so far");
         assert_eq!(line(500, None, 500), "500 frames, 50 a second");

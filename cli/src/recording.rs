@@ -64,14 +64,8 @@ impl Recording {
         let image = channel::<ros::CompressedImage>(&mut writer, "/camera/image")?;
         let panel = |number| {
             Ok(Panel {
-                outline: channel::<ros::ImageAnnotations>(
-                    &mut writer,
-                    &format!("/panel_{number}/outline"),
-                )?,
-                pose: channel::<ros::PoseWithCovarianceStamped>(
-                    &mut writer,
-                    &format!("/panel_{number}/pose"),
-                )?,
+                outline: channel::<ros::ImageAnnotations>(&mut writer, &format!("/panel_{number}/outline"))?,
+                pose: channel::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose"))?,
                 message: channel::<ros::Text>(&mut writer, &format!("/panel_{number}/message"))?,
             })
         };
@@ -94,8 +88,12 @@ impl Recording {
         let pixels: Vec<u8> = frame.rows().flatten().copied().collect();
         let mut data = Vec::new();
         let size = [frame.width(), frame.height()].map(|side| side as u32);
-        PngEncoder::new_with_quality(&mut data, CompressionType::Fast, FilterType::Sub)
-            .write_image(&pixels, size[0], size[1], ExtendedColorType::L8)?;
+        PngEncoder::new_with_quality(&mut data, CompressionType::Fast, FilterType::Sub).write_image(
+            &pixels,
+            size[0],
+            size[1],
+            ExtendedColorType::L8,
+        )?;
         let image = ros::CompressedImage {
             header: self.header(),
             format: "png",
@@ -108,12 +106,7 @@ impl Recording {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn reading(
-        &mut self,
-        panel: usize,
-        reading: &Reading,
-        pose: Option<&Pose>,
-    ) -> anyhow::Result<()> {
+    pub fn reading(&mut self, panel: usize, reading: &Reading, pose: Option<&Pose>) -> anyhow::Result<()> {
         let header = self.header();
         let Some(panel) = self.panels.get_mut(panel) else {
             return Ok(());
@@ -147,9 +140,7 @@ impl Recording {
     pub fn finish(mut self) -> anyhow::Result<()> {
         self.writer.finish()?;
         let file = self.writer.into_inner().into_inner();
-        let file = file
-            .into_inner()
-            .map_err(std::io::IntoInnerError::into_error)?;
+        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         Ok(file.keep()?)
     }
 
@@ -164,10 +155,7 @@ impl Recording {
 }
 
 /// A channel for messages of one type.
-fn channel<Message: Ros>(
-    writer: &mut Writer<NoSeek<BufWriter<Growing>>>,
-    topic: &str,
-) -> anyhow::Result<Channel> {
+fn channel<Message: Ros>(writer: &mut Writer<NoSeek<BufWriter<Growing>>>, topic: &str) -> anyhow::Result<Channel> {
     let schema = writer.add_schema(Message::NAME, "ros2msg", Message::DEFINITION.as_bytes())?;
     let id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new())?;
     Ok(Channel { id, count: 0 })
@@ -186,7 +174,6 @@ fn write<Message: Ros>(
         publish_time: time_ns,
     };
     channel.count += 1;
-    let bytes = cdr::serialize::<_, _, cdr::CdrLe>(message, cdr::Infinite)
-        .context("a message cannot be written")?;
+    let bytes = cdr::serialize::<_, _, cdr::CdrLe>(message, cdr::Infinite).context("a message cannot be written")?;
     Ok(writer.write_to_known_channel(&header, &bytes)?)
 }

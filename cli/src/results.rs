@@ -43,16 +43,9 @@ pub fn stem(path: &Path, own: &str) -> PathBuf {
 ///
 /// # Errors
 /// When one of them cannot be written, or would take the place of something else.
-pub fn check(
-    path: &Path,
-    own: &str,
-    beside: &[&str],
-    read: impl IntoIterator<Item = PathBuf>,
-) -> anyhow::Result<()> {
+pub fn check(path: &Path, own: &str, beside: &[&str], read: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
     let beside = beside.iter();
-    let beside: Vec<PathBuf> = beside
-        .map(|kind| stem(path, own).with_added_extension(kind))
-        .collect();
+    let beside: Vec<PathBuf> = beside.map(|kind| stem(path, own).with_added_extension(kind)).collect();
     outputs::check_beside(path, &beside)?;
     outputs::check([path.to_owned()].into_iter().chain(beside), read)
 }
@@ -63,8 +56,7 @@ pub fn check(
 /// When there is no such file, or it holds no whole results of this version.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
     // Many cells have many sums.
-    let text = input::read_text(path, input::RESULTS_MAX)
-        .with_context(|| format!("cannot read the results {}", path.display()))?;
+    let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read the results {}", path.display()))?;
     Results::from_json(&text).with_context(|| path.display().to_string())
 }
 
@@ -74,9 +66,7 @@ pub fn read(path: &Path) -> anyhow::Result<Results> {
 /// Those of [`read`], and when they are of another run or there already.
 pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
     let other = read(path)?;
-    results
-        .merge(&other)
-        .with_context(|| path.display().to_string())
+    results.merge(&other).with_context(|| path.display().to_string())
 }
 
 /// A file in which one run keeps its results, and which another may write to meanwhile.
@@ -197,8 +187,7 @@ mod tests {
         let (written, ..) = stamp(&path).expect("there");
         files::write(&path, "your").expect("room");
         let file = std::fs::File::options().write(true).open(&path);
-        file.and_then(|file| file.set_modified(written))
-            .expect("set back");
+        file.and_then(|file| file.set_modified(written)).expect("set back");
         let error = place.keep(writing("mine")).expect_err("refused");
         assert!(error.to_string().contains("another run"), "{error}");
     }

@@ -36,22 +36,12 @@ const LONGEST_PX: f64 = 240.0;
 /// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark that is green for On and red for Off,
 /// the brighter the surer. Where the pose is known: the panel's axes from its middle (rows, columns, and into it), its range in words, and
 /// at the left an arrow, down where it comes nearer.
-pub fn reading(
-    path: &Path,
-    frame: &Frame,
-    reading: &Reading,
-    whereabouts: &Whereabouts,
-) -> anyhow::Result<()> {
+pub fn reading(path: &Path, frame: &Frame, reading: &Reading, whereabouts: &Whereabouts) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;
-    let ends = [[-RIM, -RIM], [far, -RIM], [far, far], [-RIM, far]]
-        .map(|corner| homography.to_image(corner));
+    let ends = [[-RIM, -RIM], [far, -RIM], [far, far], [-RIM, far]].map(|corner| homography.to_image(corner));
     let end = |axis: usize, limit: usize| {
-        let low = ends
-            .iter()
-            .fold(f64::INFINITY, |low, e| low.min(e[axis]))
-            .floor()
-            .max(0.0) as usize;
+        let low = ends.iter().fold(f64::INFINITY, |low, e| low.min(e[axis])).floor().max(0.0) as usize;
         let high = ends
             .iter()
             .fold(0.0, |high: f64, e| high.max(e[axis]))
@@ -60,9 +50,7 @@ pub fn reading(
         (low.min(high), high - low.min(high) + 1)
     };
     let ((x, width), (y, height)) = (end(0, frame.width()), end(1, frame.height()));
-    let scale = (SIDE_PX / width.max(height) as f64)
-        .round()
-        .clamp(1.0, 24.0) as usize;
+    let scale = (SIDE_PX / width.max(height) as f64).round().clamp(1.0, 24.0) as usize;
     let mut canvas = Canvas {
         picture: RgbImage::new((width * scale) as u32, (height * scale) as u32),
         origin: [x, y],
@@ -75,27 +63,16 @@ pub fn reading(
     }
     for line in 0..=SIDE {
         let (at, end) = (line as f64 - 0.5, SIDE as f64 - 0.5);
-        let colour = if line == 0 || line == SIDE {
-            OUTLINE
-        } else {
-            CELLS
-        };
+        let colour = if line == 0 || line == SIDE { OUTLINE } else { CELLS };
         canvas.line(&homography, [at, -0.5], [at, end], colour);
         canvas.line(&homography, [-0.5, at], [end, at], colour);
     }
     for led in 0..LEDS {
         let soft = reading.detection.soft.0[led];
-        let full = if reading.detection.bits.led(led) {
-            ON
-        } else {
-            OFF
-        };
+        let full = if reading.detection.bits.led(led) { ON } else { OFF };
         let sure = 0.35 + 0.65 * (f32::from(soft).abs() / SURE).min(1.0);
         let colour = Rgb(full.map(|c| (c * sure) as u8));
-        canvas.mark(
-            homography.to_image([(led % SIDE) as f64, (led / SIDE) as f64]),
-            colour,
-        );
+        canvas.mark(homography.to_image([(led % SIDE) as f64, (led / SIDE) as f64]), colour);
     }
     canvas.pose(whereabouts);
     let size = [canvas.picture.width(), canvas.picture.height()];
@@ -146,8 +123,7 @@ impl Canvas {
     }
 
     fn pose(&mut self, whereabouts: &Whereabouts) {
-        let (Some(pose), Some([middle, ends @ ..])) = (whereabouts.pose(), whereabouts.axes_px())
-        else {
+        let (Some(pose), Some([middle, ends @ ..])) = (whereabouts.pose(), whereabouts.axes_px()) else {
             return;
         };
         for (end, colour) in ends.into_iter().zip(AXES) {
@@ -161,12 +137,7 @@ impl Canvas {
             let tip = [from[0], from[1] + long];
             self.stroke(from, tip, OUTLINE, 1);
             for side in [-MARGIN_PX, MARGIN_PX] {
-                self.stroke(
-                    tip,
-                    [tip[0] + side, tip[1] - MARGIN_PX * long.signum()],
-                    OUTLINE,
-                    1,
-                );
+                self.stroke(tip, [tip[0] + side, tip[1] - MARGIN_PX * long.signum()], OUTLINE, 1);
             }
         }
         self.words(&words);

@@ -221,8 +221,7 @@ mod tests {
     fn all_that_comes_in_is_read_to_its_end() {
         let sent: Vec<u8> = (0..3 * PIECE + 7).map(|k| k as u8).collect();
         let mut read = Vec::new();
-        let mut input =
-            Input::new(std::io::Cursor::new(sent.clone()), Stop::NEVER).expect("a thread");
+        let mut input = Input::new(std::io::Cursor::new(sent.clone()), Stop::NEVER).expect("a thread");
         input.read_to_end(&mut read).expect("read");
         assert!(read == sent);
         assert_eq!(input.read(&mut [0]).expect("the end"), 0);

@@ -14,14 +14,7 @@ fn picture(path: &Path, l2a: &str, more: &[&str]) {
     let light = ["panel.pwm_hz=0", l2a];
     let sets = SCENE.iter().chain(&light).chain(more);
     let sets = sets.flat_map(|&set| ["--set", set]);
-    let render = [
-        "render",
-        "day",
-        "--bits",
-        "0123456789abcdef",
-        "--out",
-        name(path),
-    ];
+    let render = ["render", "day", "--bits", "0123456789abcdef", "--out", name(path)];
     let made = vocc(&render.into_iter().chain(sets).collect::<Vec<_>>());
     says(&made, 0, &[]);
 }
@@ -40,11 +33,7 @@ fn pictures(of: &str, names: &[&str]) -> PathBuf {
 }
 
 fn calibrate<'a>(frames: &'a Path, options: &[&'a [&'a str]]) -> Vec<&'a str> {
-    [
-        &["device", "calibrate", "--frames", name(frames)],
-        &options.concat()[..],
-    ]
-    .concat()
+    [&["device", "calibrate", "--frames", name(frames)], &options.concat()[..]].concat()
 }
 
 #[test]
@@ -55,10 +44,7 @@ fn what_was_not_told_is_asked_for() {
     refused(&calibrate(&frames, &[&PLACES[2..], &GAMMA]), &["--corners"]);
     let out = frames.join("panel.toml");
     let into = ["--out", name(&out)];
-    refused(
-        &calibrate(&frames, &[&PLACES, &GAMMA, &into]),
-        &["--illuminance-lx"],
-    );
+    refused(&calibrate(&frames, &[&PLACES, &GAMMA, &into]), &["--illuminance-lx"]);
     assert!(!out.exists());
 }
 
@@ -104,40 +90,20 @@ fn pictures_that_cannot_be_are_refused_by_name() {
     picture(
         &frames.join("duty-1.png"),
         "link.l2a=8",
-        &[
-            "camera.width_px=320",
-            "camera.height_px=240",
-            "pose.distance_m=10",
-        ],
+        &["camera.width_px=320", "camera.height_px=240", "pose.distance_m=10"],
     );
-    refused(
-        &calibrate(&frames, &[&PLACES, &GAMMA]),
-        &["duty-1.png", "320 × 240"],
-    );
-    refused(
-        &calibrate(&frames.join("none"), &[&PLACES, &GAMMA]),
-        &["no folder", "none"],
-    );
+    refused(&calibrate(&frames, &[&PLACES, &GAMMA]), &["duty-1.png", "320 × 240"]);
+    refused(&calibrate(&frames.join("none"), &[&PLACES, &GAMMA]), &["no folder", "none"]);
 }
 
 #[test]
 fn pictures_that_tell_nothing_are_left_out_by_name_and_too_few_are_refused() {
     let frames = pictures("calibrate-few", &["duty-1.png", "duty-1-again.png"]);
-    picture(
-        &frames.join("duty-0.5.png"),
-        "link.l2a=10",
-        &["camera.exposure_bias_ev=-2"],
-    );
+    picture(&frames.join("duty-0.5.png"), "link.l2a=10", &["camera.exposure_bias_ev=-2"]);
     picture(&frames.join("duty-0.1.png"), "link.l2a=0.01", &[]);
     refused(
         &calibrate(&frames, &[&PLACES, &GAMMA]),
-        &[
-            "duty-0.5.png",
-            "clipped at white",
-            "duty-0.1.png",
-            "on: 2",
-            "among them: 1",
-        ],
+        &["duty-0.5.png", "clipped at white", "duty-0.1.png", "on: 2", "among them: 1"],
     );
 }
 
@@ -147,10 +113,7 @@ fn what_is_there_stays() {
     let out = frames.join("panel.toml");
     std::fs::write(&out, "mine").expect("written");
     let into = ["--illuminance-lx", "10000", "--out", name(&out)];
-    refused(
-        &calibrate(&frames, &[&PLACES, &GAMMA, &into]),
-        &["there already"],
-    );
+    refused(&calibrate(&frames, &[&PLACES, &GAMMA, &into]), &["there already"]);
     assert_eq!(std::fs::read_to_string(&out).expect("there"), "mine");
 }
 
@@ -168,11 +131,7 @@ fn a_panel_is_found_by_its_pictures() {
     let found = vocc(&calibrate(&frames, &[&PLACES, &GAMMA, &["--json"]]));
     says(&found, 0, &[]);
     let found = json(&found);
-    assert_eq!(
-        found["left_out"].as_array().map(Vec::len),
-        Some(0),
-        "{found}"
-    );
+    assert_eq!(found["left_out"].as_array().map(Vec::len), Some(0), "{found}");
     let ends = [0, 1].map(|end| found["reflectance_95"][end].as_f64().expect("a number"));
     assert!((ends[0]..=ends[1]).contains(&0.4), "{found}");
     let told = vocc(&calibrate(&frames, &[&PLACES, &GAMMA]));

@@ -6,40 +6,17 @@ use common::{command, folder, json, refused, text, vocc};
 
 #[test]
 fn bad_scenes_are_refused() {
-    refused(
-        &["plan", "--set", "pose.distance_m=0"],
-        &["pose.distance_m", "0.5 to 2000"],
-    );
-    refused(
-        &["plan", "--set", "pose.distance_m=nan"],
-        &["pose.distance_m", "NaN"],
-    );
-    refused(
-        &["plan", "--set", "pose.distance_m=inf"],
-        &["pose.distance_m"],
-    );
-    refused(
-        &["plan", "--set", "pose.distance_cm=5000"],
-        &["distance_cm", "distance_m"],
-    );
+    refused(&["plan", "--set", "pose.distance_m=0"], &["pose.distance_m", "0.5 to 2000"]);
+    refused(&["plan", "--set", "pose.distance_m=nan"], &["pose.distance_m", "NaN"]);
+    refused(&["plan", "--set", "pose.distance_m=inf"], &["pose.distance_m"]);
+    refused(&["plan", "--set", "pose.distance_cm=5000"], &["distance_cm", "distance_m"]);
     refused(&["plan", "--set", "pose.distance_m=50m"], &["50m"]);
     refused(
-        &[
-            "plan",
-            "--set",
-            "pose.x_m=1",
-            "--set",
-            "effects.noise=yes",
-            "--set",
-            "pose.y_m=1",
-        ],
+        &["plan", "--set", "pose.x_m=1", "--set", "effects.noise=yes", "--set", "pose.y_m=1"],
         &["--set effects.noise=yes", "auto"],
     );
     refused(&["plan", "--set", "camera.width_px=-1"], &["-1"]);
-    refused(
-        &["plan", "--set", "pose.distance_m=-3"],
-        &["pose.distance_m"],
-    );
+    refused(&["plan", "--set", "pose.distance_m=-3"], &["pose.distance_m"]);
     refused(
         &[
             "render",
@@ -67,43 +44,22 @@ fn bad_scenes_are_refused() {
     refused(&["plan", "--set", "pose.x_m=500"], &["1920"]);
     refused(&["plan", "--set", "pose.distance_m=2000"], &["px apart"]);
     refused(&["plan", "no-such-scene"], &["paper-18mm"]);
+    refused(&["plan", "--set", "ambient.background_image=none.png"], &["none.png"]);
     refused(
-        &["plan", "--set", "ambient.background_image=none.png"],
-        &["none.png"],
-    );
-    refused(
-        &[
-            "plan",
-            "--set",
-            "link.l2a=table",
-            "--set",
-            "link.table=none.toml",
-        ],
+        &["plan", "--set", "link.l2a=table", "--set", "link.table=none.toml"],
         &["none.toml"],
     );
     refused(&["evaluate", "--frames", "0"], &["--frames"]);
-    refused(
-        &["evaluate", "--frames", "18446744073709551615"],
-        &["--frames"],
-    );
+    refused(&["evaluate", "--frames", "18446744073709551615"], &["--frames"]);
     refused(&["plan", "--threads", "1000000"], &["1..=1024"]);
-    refused(
-        &["plan", "--set", "link.symbol_rate_hz=10000"],
-        &["link.symbol_rate_hz"],
-    );
-    refused(
-        &["link", "--set", "link.l2a=10"],
-        &["link.l2a = 10", "0.2 to 4"],
-    );
+    refused(&["plan", "--set", "link.symbol_rate_hz=10000"], &["link.symbol_rate_hz"]);
+    refused(&["link", "--set", "link.l2a=10"], &["link.l2a = 10", "0.2 to 4"]);
     refused(&["evaluate", "--detector", "wizard"], &["kmeans-raw"]);
     let scene = folder("scenes").join("broken.toml");
     std::fs::write(&scene, "[pose]\ndistance_m = fifty\n").expect("a file");
     refused(&["plan", scene.to_str().expect("a name")], &["line 2"]);
     std::fs::write(&scene, "[pose]\ndistance_ft = 50\n").expect("a file");
-    refused(
-        &["plan", scene.to_str().expect("a name")],
-        &["distance_ft", "line 2"],
-    );
+    refused(&["plan", scene.to_str().expect("a name")], &["distance_ft", "line 2"]);
 }
 
 /// A camera of 30 frames a second, tried with short messages.
@@ -132,18 +88,14 @@ fn a_camera_is_told_what_to_be_shown() {
     let most = tried.iter().map(net).fold(0.0, f64::max);
     assert_eq!(net(&last["best"]), most);
     // Every code once, and another rate with one of them.
-    let codes: std::collections::HashSet<_> =
-        tried.iter().map(|row| row["code"].to_string()).collect();
+    let codes: std::collections::HashSet<_> = tried.iter().map(|row| row["code"].to_string()).collect();
     assert!(codes.len() == 5 && tried.len() > 5, "{lines:?}");
     assert!(most > 0.0, "{lines:?}");
     // An exposure holds less than two of such slow pulses.
     assert_eq!(last["dimming"][0]["beats"], true);
     assert_eq!(last["dimming"][0]["beat_hz"], 10.0);
     let said = text(&vocc(&ADVICE).stdout);
-    assert!(
-        said.contains("device rate") && said.contains("symbols/s"),
-        "{said}"
-    );
+    assert!(said.contains("device rate") && said.contains("symbols/s"), "{said}");
 }
 
 #[test]
@@ -153,10 +105,7 @@ fn advice_for_no_camera_is_refused() {
     let with = |option: &'static str| [&ADVICE[..3], &[option]].concat();
     refused(&with("--bytes=0"), &["1..=1024"]);
     refused(&with("--runs=0"), &["1..=10000"]);
-    refused(
-        &with("--set=camera.frame_rate_hz=8"),
-        &["8 frames a second", "9 to 300"],
-    );
+    refused(&with("--set=camera.frame_rate_hz=8"), &["8 frames a second", "9 to 300"]);
     refused(&with("--set=camera.readout_s=-1"), &["readout_s"]);
 }
 
@@ -170,13 +119,7 @@ fn bad_messages_are_refused() {
 
 #[test]
 fn flicker_is_told_at_each_symbol_rate() {
-    let output = vocc(&[
-        "transmit",
-        "--flicker",
-        "--json",
-        "--symbol-rate",
-        "27,9000",
-    ]);
+    let output = vocc(&["transmit", "--flicker", "--json", "--symbol-rate", "27,9000"]);
     let report = json(&output);
     assert!(report["message_bytes"].is_null());
     let [slow, fast] = [0, 1].map(|k| &report["rates"][k]);
@@ -204,20 +147,12 @@ fn flicker_is_told_at_each_symbol_rate() {
 
 #[test]
 fn flicker_that_cannot_be_told_is_refused() {
-    let refused_rate = |rate| {
-        refused(
-            &["transmit", "--flicker", "--symbol-rate", rate],
-            &[rate, "0.1 to 1000000"],
-        )
-    };
+    let refused_rate = |rate| refused(&["transmit", "--flicker", "--symbol-rate", rate], &[rate, "0.1 to 1000000"]);
     for rate in ["0", "-5", "NaN", "inf", "1e9", "fast"] {
         refused_rate(rate);
     }
     let long = "x".repeat(1025);
-    refused(
-        &["transmit", "--flicker", "--message", &long],
-        &["1025", "1024"],
-    );
+    refused(&["transmit", "--flicker", "--message", &long], &["1025", "1024"]);
     refused(&["transmit", "--flicker", "--message", ""], &["1 to 1024"]);
     refused(&["transmit", "--flicker", "--raw"], &["--raw"]);
     refused(&["transmit", "--symbol-rate", "27"], &["--flicker"]);
@@ -234,11 +169,7 @@ fn bad_images_are_refused() {
         .save(path("whole.jpg"))
         .expect("a file");
     let photograph = std::fs::read(path("whole.jpg")).expect("a file");
-    std::fs::write(
-        path("truncated.jpg"),
-        &photograph[..photograph.len() * 3 / 4],
-    )
-    .expect("a file");
+    std::fs::write(path("truncated.jpg"), &photograph[..photograph.len() * 3 / 4]).expect("a file");
     image::GrayImage::from_pixel(63, 64, image::Luma([7]))
         .save(path("odd.png"))
         .expect("a file");
@@ -255,40 +186,22 @@ fn bad_images_are_refused() {
         &["decode", &path("colour.png"), "--bayer", "RGGB"],
         &["colour.png", "leave --bayer out"],
     );
-    refused(
-        &["decode", &path("odd.png"), "--bayer", "rggb"],
-        &["odd.png", "63 × 64", "even"],
-    );
+    refused(&["decode", &path("odd.png"), "--bayer", "rggb"], &["odd.png", "63 × 64", "even"]);
     refused(&["decode", &path("odd.png"), "--bayer", "RGBG"], &["GRBG"]);
-    refused(
-        &["decode", &path("truncated.jpg")],
-        &["truncated.jpg", "ends too soon"],
-    );
+    refused(&["decode", &path("truncated.jpg")], &["truncated.jpg", "ends too soon"]);
     for command in ["decode", "receive"] {
         for (file, words) in [
             ("nonsense.toml", "blur_sigma_px"),
             ("impossible.toml", "gamma of 9"),
             ("missing.toml", "missing.toml"),
         ] {
-            refused(
-                &[command, &path("black.png"), "--camera", &path(file)],
-                &[file, words],
-            );
+            refused(&[command, &path("black.png"), "--camera", &path(file)], &[file, words]);
         }
     }
-    refused(
-        &["evaluate", "--camera", &path("impossible.toml")],
-        &["gamma of 9"],
-    );
-    refused(
-        &["link", "--camera", &path("impossible.toml")],
-        &["gamma of 9"],
-    );
+    refused(&["evaluate", "--camera", &path("impossible.toml")], &["gamma of 9"]);
+    refused(&["link", "--camera", &path("impossible.toml")], &["gamma of 9"]);
     let film = [&path("black.png"), &path("odd.png")];
-    refused(
-        &["receive", film[0], film[1]],
-        &["63 × 64", "64 × 64", "one size"],
-    );
+    refused(&["receive", film[0], film[1]], &["63 × 64", "64 × 64", "one size"]);
     refused(&["decode", &path("truncated.png")], &["truncated.png"]);
     refused(&["decode", &path("empty.png")], &["empty.png"]);
     refused(&["decode", &path("none.pgm")], &["none.pgm"]);
@@ -300,35 +213,11 @@ fn bad_images_are_refused() {
     refused(&["receive", "-"], &["--raw"]);
     refused(&["receive", "-", "--raw", "0x10"], &["WIDTHxHEIGHT"]);
     let crossed = "10,10,50,50,50,10,10,50";
+    refused(&["decode", &path("black.png"), "--corners", crossed], &["corner"]);
+    refused(&["decode", &path("black.png"), "--corners", "10,10,50,10,50,50"], &["--corners"]);
+    refused(&["decode", &path("black.png"), "--corners", "1,1,nan,1,9,9,1,9"], &[]);
     refused(
-        &["decode", &path("black.png"), "--corners", crossed],
-        &["corner"],
-    );
-    refused(
-        &[
-            "decode",
-            &path("black.png"),
-            "--corners",
-            "10,10,50,10,50,50",
-        ],
-        &["--corners"],
-    );
-    refused(
-        &[
-            "decode",
-            &path("black.png"),
-            "--corners",
-            "1,1,nan,1,9,9,1,9",
-        ],
-        &[],
-    );
-    refused(
-        &[
-            "decode",
-            &path("black.png"),
-            "--corners",
-            "10,10,90,10,90,90,10,90",
-        ],
+        &["decode", &path("black.png"), "--corners", "10,10,90,10,90,90,10,90"],
         &["black.png"],
     );
     let near = "10,10,17,10,17,17,10,17";
@@ -336,10 +225,7 @@ fn bad_images_are_refused() {
         &["decode", &path("black.png"), "--corners", near],
         &["--corners", "1 px apart", "show the panel larger"],
     );
-    refused(
-        &["decode", &path("black.png"), "--detector", "fisher"],
-        &["fisher"],
-    );
+    refused(&["decode", &path("black.png"), "--detector", "fisher"], &["fisher"]);
     // A good image without a panel is no bad input: the answer is no.
     let answer = vocc(&["decode", "--json", &path("black.png")]);
     assert_eq!(answer.status.code(), Some(1));
@@ -354,24 +240,15 @@ fn bad_images_are_refused() {
 fn what_is_sent_is_received() {
     let frames = folder("frames");
     let frames = frames.to_str().expect("a name");
-    let link = vocc(&[
-        "link",
-        "--json",
-        "--message",
-        "Ice on the bridge",
-        "--save",
-        frames,
-    ]);
+    let link = vocc(&["link", "--json", "--message", "Ice on the bridge", "--save", frames]);
     assert_eq!(link.status.code(), Some(0), "{}", text(&link.stderr));
     let link = json(&link);
-    assert_eq!(
-        (&link["delivered"], &link["bit_errors"]),
-        (&true.into(), &0.into())
+    assert_eq!((&link["delivered"], &link["bit_errors"]), (&true.into(), &0.into()));
+    assert!(
+        link["plan"]
+            .as_array()
+            .is_some_and(|plan| { plan.iter().any(|effect| effect["effect"] == "blur" && effect["included"] == true) })
     );
-    assert!(link["plan"].as_array().is_some_and(|plan| {
-        plan.iter()
-            .any(|effect| effect["effect"] == "blur" && effect["included"] == true)
-    }));
     let receive = vocc(&["receive", "--json", frames]);
     assert_eq!(
         (receive.status.code(), &json(&receive)["message"]),
@@ -386,12 +263,7 @@ fn what_is_sent_is_received() {
 fn raw_frames_come_in_on_standard_input() {
     let folder = folder("raw");
     let frames = folder.to_str().expect("a name");
-    assert_eq!(
-        vocc(&["link", "--message", "hi", "--save", frames])
-            .status
-            .code(),
-        Some(0)
-    );
+    assert_eq!(vocc(&["link", "--message", "hi", "--save", frames]).status.code(), Some(0));
     let mut names: Vec<_> = std::fs::read_dir(&folder)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").path())
@@ -415,10 +287,7 @@ fn raw_frames_come_in_on_standard_input() {
     assert!(text(&whole.stdout).contains("\"hi\""));
     let cut = receive(&bytes[..bytes.len() - 1000]);
     assert_eq!(cut.status.code(), Some(2));
-    assert!(
-        text(&cut.stdout).contains("\"hi\""),
-        "what came whole is not lost"
-    );
+    assert!(text(&cut.stdout).contains("\"hi\""), "what came whole is not lost");
     assert!(text(&cut.stderr).contains("inside a frame"));
 }
 
@@ -442,23 +311,14 @@ fn renders_are_what_they_are_asked_to_be() {
             &path("crop.npy"),
         ]);
         let report = json(&output);
-        assert_eq!(
-            (&report["bits"], &report["level"]),
-            (&bits.into(), &level.into())
-        );
+        assert_eq!((&report["bits"], &report["level"]), (&bits.into(), &level.into()));
         let corners: Vec<String> = report["corners_px"]
             .as_array()
             .expect("corners")
             .iter()
             .flat_map(|c| [c[0].to_string(), c[1].to_string()])
             .collect();
-        let decoded = vocc(&[
-            "decode",
-            "--json",
-            &path("crop.png"),
-            "--corners",
-            &corners.join(","),
-        ]);
+        let decoded = vocc(&["decode", "--json", &path("crop.png"), "--corners", &corners.join(",")]);
         assert_eq!(json(&decoded)["bits"], bits, "{level}");
     }
     let first = std::fs::read(path("crop.png")).expect("a picture");
@@ -475,14 +335,8 @@ fn renders_are_what_they_are_asked_to_be() {
         &path("crop.png"),
     ]);
     assert_eq!(first, std::fs::read(path("crop.png")).expect("a picture"));
-    refused(
-        &["render", "--out", &path("x.png"), "--bits", "12"],
-        &["16 hexadecimal digits"],
-    );
-    refused(
-        &["render", "--out", &path("no/such/folder.png")],
-        &["no/such"],
-    );
+    refused(&["render", "--out", &path("x.png"), "--bits", "12"], &["16 hexadecimal digits"]);
+    refused(&["render", "--out", &path("no/such/folder.png")], &["no/such"]);
 }
 
 #[test]
@@ -555,44 +409,24 @@ fn a_bad_frame_is_a_lost_frame_and_not_the_end() {
     let folder = folder("lossy");
     let frames = folder.to_str().expect("a name");
     assert_eq!(
-        vocc(&[
-            "link",
-            "--message",
-            "hi there, road",
-            "--frames",
-            "30",
-            "--save",
-            frames
-        ])
-        .status
-        .code(),
+        vocc(&["link", "--message", "hi there, road", "--frames", "30", "--save", frames])
+            .status
+            .code(),
         Some(0)
     );
     std::fs::write(folder.join("frame-000002.png"), b"junk").expect("a file");
     let receive = vocc(&["receive", frames]);
     assert_eq!(receive.status.code(), Some(2));
-    assert!(
-        text(&receive.stdout).contains("hi there, road"),
-        "{}",
-        text(&receive.stderr)
-    );
+    assert!(text(&receive.stdout).contains("hi there, road"), "{}", text(&receive.stderr));
     assert!(text(&receive.stderr).contains("frame-000002.png"));
 }
 
 #[test]
 fn a_panel_that_drives_out_of_view_ends_the_run_and_loses_nothing() {
-    let settings = [
-        "--set",
-        "pose.velocity_m_s=[60,0,0]",
-        "--set",
-        "pose.x_m=10",
-    ];
+    let settings = ["--set", "pose.velocity_m_s=[60,0,0]", "--set", "pose.x_m=10"];
     let link = vocc(&[&["link", "--json", "--frames", "400"], settings.as_slice()].concat());
     let frames = json(&link)["frames"].as_u64();
-    assert!(
-        frames.is_some_and(|frames| frames > 1 && frames < 60),
-        "{frames:?}"
-    );
+    assert!(frames.is_some_and(|frames| frames > 1 && frames < 60), "{frames:?}");
     assert!(text(&link.stderr).contains("ended early"));
 }
 
@@ -602,10 +436,7 @@ fn figures_refuse_bad_input() {
     let folder = folder("figures");
     let out = folder.to_str().expect("a name");
     refused(&["figures"], &["--out"]);
-    refused(
-        &["figures", "--out", out, "--frames", "10"],
-        &["--frames", "1000"],
-    );
+    refused(&["figures", "--out", out, "--frames", "10"], &["--frames", "1000"]);
     refused(&["figures", "no-such-scene", "--out", out], &["paper-18mm"]);
     // The panel must be on the sensor at 30 m and tell its LEDs apart at 70 m.
     refused(
@@ -623,13 +454,7 @@ fn figures_refuse_bad_input() {
     );
     let file = folder.join("file");
     std::fs::write(&file, "in the way").expect("a file");
-    refused(
-        &["figures", "--out", file.to_str().expect("a name")],
-        &["folder"],
-    );
+    refused(&["figures", "--out", file.to_str().expect("a name")], &["folder"]);
     std::fs::write(folder.join("findings.json"), "{}").expect("a file");
-    refused(
-        &["figures", "--out", out, "--resume"],
-        &["findings.json", "--resume"],
-    );
+    refused(&["figures", "--out", out, "--resume"], &["findings.json", "--resume"]);
 }

@@ -19,8 +19,7 @@ fn wrong_through(blur_px: f64) -> Vec<u32> {
         let seen = json(&vocc(&["decode", "--json", path]));
         let bits = |said: &Value| u64::from_str_radix(said["bits"].as_str().expect("bits"), 16);
         let is_found = seen["found"].as_bool().expect("an answer");
-        is_found
-            .then(|| (bits(&seen).expect("64 bits") ^ bits(&shown).expect("64 bits")).count_ones())
+        is_found.then(|| (bits(&seen).expect("64 bits") ^ bits(&shown).expect("64 bits")).count_ones())
     });
     read.collect()
 }

@@ -34,9 +34,7 @@ impl Board {
         drop(slave);
         let going = Arc::new(AtomicBool::new(true));
         let flag = Arc::clone(&going);
-        master
-            .set_timeout(Duration::from_millis(10))
-            .expect("a timeout");
+        master.set_timeout(Duration::from_millis(10)).expect("a timeout");
         let thread = std::thread::spawn(move || {
             let mut fake = Fake::new();
             let mut bytes = [0; 512];
@@ -119,21 +117,9 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
         1,
         &["another table", "the illuminances differ"],
     );
-    ends(
-        &board.vocc(&["table", "push", table]),
-        0,
-        &["stored and in use"],
-    );
-    ends(
-        &board.vocc(&["table", "verify", table]),
-        0,
-        &["is this one"],
-    );
-    ends(
-        &board.vocc(&["table", "pull", back]),
-        0,
-        &["3 illuminances"],
-    );
+    ends(&board.vocc(&["table", "push", table]), 0, &["stored and in use"]);
+    ends(&board.vocc(&["table", "verify", table]), 0, &["is this one"]);
+    ends(&board.vocc(&["table", "pull", back]), 0, &["3 illuminances"]);
     assert_eq!(std::fs::read_to_string(back).unwrap(), TABLE);
     // What was pulled may be pulled again.
     ends(&board.vocc(&["table", "pull", back]), 0, &[]);
@@ -144,10 +130,7 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
     let status = json(&board.vocc(&["device", "status", "--json"]));
     assert_eq!(status["table_crc"], crc);
     let fake = board.stop();
-    assert_eq!(
-        format!("{:08x}", fake.transmitter.table().crc()),
-        crc.as_str().unwrap()
-    );
+    assert_eq!(format!("{:08x}", fake.transmitter.table().crc()), crc.as_str().unwrap());
     assert_eq!(fake.kept.table.as_ref(), Some(fake.transmitter.table()));
 }
 
@@ -161,51 +144,22 @@ fn a_transmitter_tells_how_it_is() {
     assert!((status["duty"].as_f64().unwrap() - 1600.0 / 26_000.0).abs() < 1e-4);
     assert_eq!(status["faults"], serde_json::json!([]));
     assert_eq!(status["uptime_s"], 1);
-    ends(
-        &board.vocc(&["device", "status"]),
-        0,
-        &["illuminance_lx", "board            fake"],
-    );
+    ends(&board.vocc(&["device", "status"]), 0, &["illuminance_lx", "board            fake"]);
 
-    let watched = board.vocc(&[
-        "device",
-        "watch",
-        "--count",
-        "3",
-        "--interval",
-        "0.05",
-        "--json",
-    ]);
+    let watched = board.vocc(&["device", "watch", "--count", "3", "--interval", "0.05", "--json"]);
     ends(&watched, 0, &[]);
-    assert_eq!(
-        watched.stdout.iter().filter(|&&byte| byte == b'\n').count(),
-        3
-    );
+    assert_eq!(watched.stdout.iter().filter(|&&byte| byte == b'\n').count(), 3);
 }
 
 #[test]
 fn a_message_is_given_and_taken_back() {
     let board = Board::honest();
-    ends(
-        &board.vocc(&["device", "send", "--message", "ice ahead"]),
-        0,
-        &["done"],
-    );
-    assert_eq!(
-        json(&board.vocc(&["device", "status", "--json"]))["sending"],
-        true
-    );
+    ends(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &["done"]);
+    assert_eq!(json(&board.vocc(&["device", "status", "--json"]))["sending"], true);
     ends(&board.vocc(&["device", "send", "--stop"]), 0, &["done"]);
-    assert_eq!(
-        json(&board.vocc(&["device", "status", "--json"]))["sending"],
-        false
-    );
+    assert_eq!(json(&board.vocc(&["device", "status", "--json"]))["sending"], false);
     ends(&board.vocc(&["device", "send"]), 2, &["--message"]);
-    ends(
-        &board.vocc(&["device", "send", "--message", ""]),
-        2,
-        &["1 to 1024"],
-    );
+    ends(&board.vocc(&["device", "send", "--message", ""]), 2, &["1 to 1024"]);
     ends(
         &board.vocc(&["device", "send", "--message", "twice", "--repeats", "2"]),
         0,
@@ -218,11 +172,7 @@ fn a_message_is_given_and_taken_back() {
 fn a_calibration_is_read_written_and_refused() {
     let board = Board::honest();
     let printed = board.vocc(&["device", "calibration"]);
-    ends(
-        &printed,
-        0,
-        &["luminance_full_cd_m2 = 26000.0", "reflectance = 0.4"],
-    );
+    ends(&printed, 0, &["luminance_full_cd_m2 = 26000.0", "reflectance = 0.4"]);
     let text = String::from_utf8_lossy(&printed.stdout).replace("26000.0", "12000.5");
     let brighter = file("brighter.toml", &text);
     let brighter = brighter.to_str().unwrap();
@@ -231,18 +181,9 @@ fn a_calibration_is_read_written_and_refused() {
     assert_eq!(String::from_utf8_lossy(&written.stdout), text);
 
     for (wrong, words) in [
-        (
-            text.replace("12000.5", "0.5"),
-            ["full luminance 0.5", "1 to 1000000"],
-        ),
-        (
-            text.replace("= 0.4", "= -0.4"),
-            ["reflectance", "no number"],
-        ),
-        (
-            text.replace("reflectance", "reflection"),
-            ["reflection", "no calibration"],
-        ),
+        (text.replace("12000.5", "0.5"), ["full luminance 0.5", "1 to 1000000"]),
+        (text.replace("= 0.4", "= -0.4"), ["reflectance", "no number"]),
+        (text.replace("reflectance", "reflection"), ["reflection", "no calibration"]),
     ] {
         let wrong = file("wrong.toml", &wrong);
         let refused = board.vocc(&["device", "calibration", wrong.to_str().unwrap()]);
@@ -255,11 +196,7 @@ fn a_calibration_is_read_written_and_refused() {
 #[test]
 fn a_symbol_rate_is_told_set_kept_and_refused() {
     let board = Board::honest();
-    ends(
-        &board.vocc(&["device", "rate"]),
-        0,
-        &["90 symbols a second"],
-    );
+    ends(&board.vocc(&["device", "rate"]), 0, &["90 symbols a second"]);
     let told = json(&board.vocc(&["device", "rate", "22.5", "--json"]));
     assert_eq!(told["symbol_rate_hz"], 22.5);
     assert_eq!(told["port"], board.port.as_str());
@@ -274,19 +211,11 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
         let status = json(&board.vocc(&["device", "status", "--json"]));
         assert_eq!(status["symbol_rate_hz"], rate_hz);
     }
-    ends(
-        &board.vocc(&["device", "status"]),
-        0,
-        &["symbol_rate_hz   300"],
-    );
+    ends(&board.vocc(&["device", "status"]), 0, &["symbol_rate_hz   300"]);
     for (wrong, words) in [
         (
             &["8.9"][..],
-            &[
-                "8.9 symbols a second",
-                "9 to 300",
-                "a little below the camera's",
-            ][..],
+            &["8.9 symbols a second", "9 to 300", "a little below the camera's"][..],
         ),
         (&["301"], &["301 symbols", "9 to 300"]),
         (&["-27"], &["9 to 300"]),
@@ -296,11 +225,7 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
         (&["27", "--camera-fps", "30"], &["--camera-fps"]),
         (&["--exposure", "0.01"], &["--camera-fps"]),
     ] {
-        ends(
-            &board.vocc(&[&["device", "rate"], wrong].concat()),
-            2,
-            words,
-        );
+        ends(&board.vocc(&[&["device", "rate"], wrong].concat()), 2, words);
     }
     let fake = board.stop();
     let fastest = link::symbol_rate::SymbolRate::MAX;
@@ -333,11 +258,7 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
 fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
     let board = Board::start(first_firmware);
     for rate in [&["device", "rate"][..], &["device", "rate", "27"]] {
-        ends(
-            &board.vocc(rate),
-            2,
-            &["firmware 1.2.3", "too old", "90 a second", "flash"],
-        );
+        ends(&board.vocc(rate), 2, &["firmware 1.2.3", "too old", "90 a second", "flash"]);
     }
     let status = json(&board.vocc(&["device", "status", "--json"]));
     assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
@@ -352,27 +273,15 @@ fn a_calibration_may_limit_the_intensity() {
     let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
     assert!(!plain.contains("max_cd"), "{plain}");
     // 2 cd from discs of 30 mm: 88 cd/m², where 2000 lx ask for 1600.
-    let limited = file(
-        "limited.toml",
-        &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
-    );
+    let limited = file("limited.toml", &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"));
     let written = board.vocc(&["device", "calibration", limited.to_str().unwrap()]);
     ends(&written, 0, &["max_cd = 2.0", "led_diameter_m = 0.03"]);
     for (wrong, words) in [
         ("max_cd = 2.0\n", &["max_cd", "led_diameter_m", "both"][..]),
         ("led_diameter_m = 0.0\n", &["diameter", "0.0001 to 1 m"]),
-        (
-            "max_cd = 0.0\nled_diameter_m = 0.03\n",
-            &["0 cd", "0.001 to 1000000"],
-        ),
-        (
-            "max_cd = 2.0\nled_diameter_m = 30.0\n",
-            &["diameter", "0.0001 to 1 m"],
-        ),
-        (
-            "max_cd = nan\nled_diameter_m = 0.03\n",
-            &["0.001 to 1000000"],
-        ),
+        ("max_cd = 0.0\nled_diameter_m = 0.03\n", &["0 cd", "0.001 to 1000000"]),
+        ("max_cd = 2.0\nled_diameter_m = 30.0\n", &["diameter", "0.0001 to 1 m"]),
+        ("max_cd = nan\nled_diameter_m = 0.03\n", &["0.001 to 1000000"]),
     ] {
         let wrong = file("wrong-limit.toml", &format!("{plain}{wrong}"));
         let refused = board.vocc(&["device", "calibration", wrong.to_str().unwrap()]);
@@ -411,10 +320,7 @@ fn firmware_that_knows_no_limit_is_calibrated_without_one_alone() {
     let path = file("old-plain.toml", &plain);
     let written = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
     ends(&written, 0, &["reflectance"]);
-    let path = file(
-        "old-limited.toml",
-        &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
-    );
+    let path = file("old-limited.toml", &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"));
     let refused = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
     ends(&refused, 2, &["too old", "max_cd", "flash"]);
     assert_eq!(board.stop().kept.limit, None);
@@ -447,11 +353,7 @@ fn bad_tables_stay_here() {
     let bad = file("bad.toml", &TABLE.replace("3.999", "4.5"));
     let push = board.vocc(&["table", "push", bad.to_str().unwrap()]);
     ends(&push, 2, &["4.5", "0.2", "4"]);
-    ends(
-        &board.vocc(&["table", "push", "/no/such/table.toml"]),
-        2,
-        &["/no/such/table.toml"],
-    );
+    ends(&board.vocc(&["table", "push", "/no/such/table.toml"]), 2, &["/no/such/table.toml"]);
     assert!(board.stop().kept.table.is_none());
 }
 
@@ -465,11 +367,7 @@ fn ports_that_cannot_be_used_are_named() {
     ];
     for command in commands {
         let with = |port| vocc(&[command, &["--port", port]].concat());
-        ends(
-            &with("/dev/no-such-port"),
-            2,
-            &["no port /dev/no-such-port", "vocc device list"],
-        );
+        ends(&with("/dev/no-such-port"), 2, &["no port /dev/no-such-port", "vocc device list"]);
         ends(&with("/dev/null"), 2, &["/dev/null", "serial port"]);
     }
     ends(&vocc(&["device", "status"]), 2, &["--port"]);
@@ -480,37 +378,19 @@ fn a_port_that_another_program_has_is_busy() {
     let (_master, slave) = TTYPort::pair().expect("a pseudo-terminal");
     let port = slave.name().expect("a name");
     drop(slave);
-    let holder = serialport::new(&port, 115_200)
-        .open_native()
-        .expect("the first to open it");
+    let holder = serialport::new(&port, 115_200).open_native().expect("the first to open it");
     assert!(holder.exclusive());
-    ends(
-        &vocc(&["device", "status", "--port", &port]),
-        2,
-        &["busy", &port],
-    );
+    ends(&vocc(&["device", "status", "--port", &port]), 2, &["busy", &port]);
 }
 
 #[test]
 fn whatever_is_no_transmitter_is_told() {
     let silent = Board::start(|_, _| Vec::new());
-    ends(
-        &silent.vocc(&["device", "status", "--timeout", "0.05"]),
-        2,
-        &["nothing answers"],
-    );
+    ends(&silent.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["nothing answers"]);
     let modem = Board::start(|_, _| b"ERROR\r\n".to_vec());
-    ends(
-        &modem.vocc(&["device", "status", "--timeout", "0.05"]),
-        2,
-        &["not a transmitter"],
-    );
+    ends(&modem.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["not a transmitter"]);
     let echo = Board::start(|_, bytes| bytes.to_vec());
-    ends(
-        &echo.vocc(&["device", "status", "--timeout", "0.05"]),
-        2,
-        &["not a transmitter"],
-    );
+    ends(&echo.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["not a transmitter"]);
 }
 
 /// What a transmitter of another version answers: the same frame with its own number.
@@ -553,10 +433,7 @@ fn cobs_decoded(stuffed: &[u8]) -> Vec<u8> {
 
 #[test]
 fn another_protocol_is_told_and_which_side_is_older() {
-    for (version, older) in [
-        (0, "update the transmitter's firmware"),
-        (2, "update the program"),
-    ] {
+    for (version, older) in [(0, "update the transmitter's firmware"), (2, "update the program")] {
         let board = Board::start(move |fake, bytes| {
             let answer = fake.exchange(bytes);
             if answer.is_empty() {
@@ -586,40 +463,21 @@ fn pushed(mut hurt: impl FnMut(usize, Vec<u8>) -> Vec<u8> + Send + 'static) -> (
     let fake = board.stop();
     let used = fake.transmitter.table();
     let is_new = *used != Fake::first_table();
-    assert_eq!(
-        fake.kept.table.as_ref().is_some_and(|kept| kept == used),
-        is_new
-    );
-    assert!(
-        !is_new || used.illuminances_lx().len() == 3,
-        "half a table is in use"
-    );
+    assert_eq!(fake.kept.table.as_ref().is_some_and(|kept| kept == used), is_new);
+    assert!(!is_new || used.illuminances_lx().len() == 3, "half a table is in use");
     (output, is_new)
 }
 
 #[test]
 fn a_conversation_that_breaks_after_the_hello_leaves_the_old_table_or_the_new() {
     for (said, breaks) in [
-        (
-            "silent",
-            &(|_: Vec<u8>| Vec::new()) as &'static (dyn Fn(Vec<u8>) -> Vec<u8> + Sync),
-        ),
-        ("half an answer", &|answer: Vec<u8>| {
-            answer[..answer.len() / 2].to_vec()
-        }),
+        ("silent", &(|_: Vec<u8>| Vec::new()) as &'static (dyn Fn(Vec<u8>) -> Vec<u8> + Sync)),
+        ("half an answer", &|answer: Vec<u8>| answer[..answer.len() / 2].to_vec()),
         ("another version", &|answer: Vec<u8>| of_version(2, &answer)),
-        ("the noise of a restart", &|answer: Vec<u8>| {
-            vec![0xff; answer.len()]
-        }),
+        ("the noise of a restart", &|answer: Vec<u8>| vec![0xff; answer.len()]),
     ] {
         for after in 1.. {
-            let (output, is_new) = pushed(move |number, answer| {
-                if number > after {
-                    breaks(answer)
-                } else {
-                    answer
-                }
-            });
+            let (output, is_new) = pushed(move |number, answer| if number > after { breaks(answer) } else { answer });
             if output.status.success() {
                 assert!(is_new && after > 1, "{said}");
                 break;

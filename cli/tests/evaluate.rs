@@ -65,11 +65,7 @@ fn shards_add_up_to_one_run_bit_for_bit() {
         &other,
     ]);
     refused(&["merge", &other, &b, &c], &["another run"]);
-    std::fs::write(
-        path("damaged.json"),
-        &std::fs::read(&a).expect("a file")[..200],
-    )
-    .expect("a file");
+    std::fs::write(path("damaged.json"), &std::fs::read(&a).expect("a file")[..200]).expect("a file");
     refused(&["merge", &path("damaged.json")], &["damaged.json"]);
     // A whole run goes on from any of its parts.
     let resumed = evaluate(&["--resume", "--out", &b]);
@@ -77,10 +73,7 @@ fn shards_add_up_to_one_run_bit_for_bit() {
     let again = evaluate(&["--out", &b]);
     assert_eq!(again.status.code(), Some(2));
     assert!(text(&again.stderr).contains("--resume"));
-    refused(
-        &["evaluate", "--shard", "3/3", "--out", &path("x.json")],
-        &["3/3"],
-    );
+    refused(&["evaluate", "--shard", "3/3", "--out", &path("x.json")], &["3/3"]);
     refused(&["evaluate", "--shard", "0/3"], &["--out"]);
 }
 
@@ -106,16 +99,10 @@ fn frames_across_a_change_of_symbols_are_told_apart() {
     let rate = (count("bit_errors") - wrong) as f64 / (count("bits") - 64 * across) as f64;
     assert_eq!(found["ber_one_symbol"].as_f64(), Some(rate));
     let told = text(&vocc(&day).stdout);
-    assert!(
-        told.contains(&format!("across     {across} frames")),
-        "{told}"
-    );
+    assert!(told.contains(&format!("across     {across} frames")), "{told}");
     assert!(told.contains("elsewhere  BER"), "{told}");
     // Clocks that are synchronised leave none, and so does a change that is left out.
-    for scene in [
-        &["paper"][..],
-        &["day", "--set", "effects.symbol_change=off"],
-    ] {
+    for scene in [&["paper"][..], &["day", "--set", "effects.symbol_change=off"]] {
         let scene = [&["evaluate", "--frames", "256"], scene].concat();
         let found = json(&vocc(&[&scene[..], &["--json"]].concat()));
         assert_eq!(found["frames_across"], 0);

@@ -75,11 +75,7 @@ fn what_hinders_is_said() {
     let absent = Place::new("absent", "");
     let words = ["not on the PATH", "yuv4mpegpipe", "receive film.y4m"];
     says(&absent.received(&["film.mp4"]), 2, &words);
-    says(
-        &absent.received(&["other.mp4"]),
-        2,
-        &["cannot read other.mp4"],
-    );
+    says(&absent.received(&["other.mp4"]), 2, &["cannot read other.mp4"]);
     let two = absent.received(&["film.mp4", "film.mp4"]);
     says(&two, 2, &["with nothing beside it"]);
     let broken = Place::new("broken", "echo 'moov atom not found' >&2; exit 1");
@@ -115,9 +111,7 @@ fn a_signal_ends_ffmpeg_too() {
             text.trim().parse::<u32>().ok()
         });
         let id = receive.id().to_string();
-        let kill = Command::new("kill")
-            .args([&format!("-{signal}"), &id])
-            .status();
+        let kill = Command::new("kill").args([&format!("-{signal}"), &id]).status();
         assert!(kill.expect("kill runs").success());
         let begun = Instant::now();
         receive.wait().expect("an end");

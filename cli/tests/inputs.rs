@@ -55,32 +55,14 @@ fn what_may_have_no_end_is_not_read() {
             &["receive", endless],
             &["decode", "x.png", "--camera", endless],
             &["link", "--camera", endless],
-            &[
-                "plan",
-                "--set",
-                &format!("ambient.background_image={endless}"),
-            ],
-            &[
-                "link",
-                "--set",
-                &format!("ambient.background_image={endless}"),
-            ],
-            &[
-                "plan",
-                "--set",
-                "link.l2a=table",
-                "--set",
-                &format!("link.table={endless}"),
-            ],
+            &["plan", "--set", &format!("ambient.background_image={endless}")],
+            &["link", "--set", &format!("ambient.background_image={endless}")],
+            &["plan", "--set", "link.l2a=table", "--set", &format!("link.table={endless}")],
         ] {
             refused_soon(&place, arguments, ordinary);
         }
     }
-    refused_soon(
-        &place,
-        &["transmit", "--message-file", "/dev/zero"],
-        &["1024"],
-    );
+    refused_soon(&place, &["transmit", "--message-file", "/dev/zero"], &["1024"]);
 }
 
 #[test]
@@ -98,11 +80,7 @@ fn what_is_too_large_is_not_read() {
     }
     let panels = "[[panel]]\n".repeat(4097);
     std::fs::write(place.join("panels.toml"), panels).expect("written");
-    refused_soon(
-        &place,
-        &["plan", "panels.toml"],
-        &["4097 panels", "at most 4096"],
-    );
+    refused_soon(&place, &["plan", "panels.toml"], &["4097 panels", "at most 4096"]);
     let panels = "[[panel]]\n".repeat(100_000);
     std::fs::write(place.join("panels.toml"), panels).expect("written");
     refused_soon(&place, &["plan", "panels.toml"], &["100000 panels"]);
@@ -111,9 +89,7 @@ fn what_is_too_large_is_not_read() {
 #[test]
 fn pictures_have_a_size() {
     let place = folder("sizes");
-    image::GrayImage::new(1_000_000, 1)
-        .save(place.join("wide.png"))
-        .expect("a file");
+    image::GrayImage::new(1_000_000, 1).save(place.join("wide.png")).expect("a file");
     std::fs::write(place.join("huge.pgm"), "P5\n60000 60000\n255\n").expect("a file");
     std::fs::write(place.join("none.pgm"), "P5\n0 0\n255\n").expect("a file");
     // A header alone claims what no memory holds.
@@ -131,11 +107,7 @@ fn pictures_have_a_size() {
             refused_soon(&place, arguments, &[name]);
         }
     }
-    refused_soon(
-        &place,
-        &["decode", "wide.png"],
-        &["1000000 × 1", "8192 × 8192"],
-    );
+    refused_soon(&place, &["decode", "wide.png"], &["1000000 × 1", "8192 × 8192"]);
 }
 
 #[test]
@@ -154,11 +126,7 @@ fn settings_are_taken_to_the_letter() {
         "frames = 256\n[grid]\npose.distance_m = [30, 40]\n\"pose.distance_m \" = [50, 60]\n",
     )
     .expect("written");
-    refused_soon(
-        &place,
-        &["sweep", "plan.toml"],
-        &["pose.distance_m stands twice"],
-    );
+    refused_soon(&place, &["sweep", "plan.toml"], &["pose.distance_m stands twice"]);
     // A stream's header and its frames' beginnings.
     for stream in [
         "YUV4MPEG29 W2 H1 Cmono\nFRAME\nxx",

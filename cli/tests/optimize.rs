@@ -37,10 +37,7 @@ fn a_table_is_made_and_can_be_used() {
     let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
     let table = path("table.toml");
     let found = lines(&vocc(&[&QUICK[..], &[&table]].concat()));
-    let cells: Vec<_> = found
-        .iter()
-        .filter(|line| line.get("distance_m").is_some())
-        .collect();
+    let cells: Vec<_> = found.iter().filter(|line| line.get("distance_m").is_some()).collect();
     assert_eq!((found.len(), cells.len()), (6, 4));
     for cell in cells {
         for key in ["interval", "distance_m", "illuminance_lx", "l2a", "b2w"] {
@@ -55,20 +52,14 @@ fn a_table_is_made_and_can_be_used() {
     assert!(plot.width() > 1000);
 
     assert_eq!(vocc(&["table", "check", &table]).status.code(), Some(0));
-    let shown: serde_json::Value =
-        serde_json::from_slice(&vocc(&["table", "show", &table, "--json"]).stdout).expect("JSON");
+    let shown: serde_json::Value = serde_json::from_slice(&vocc(&["table", "show", &table, "--json"]).stdout).expect("JSON");
     let carried = shown["l2a"][0][1].as_f64().expect("a ratio");
-    let mean = found.last().expect("a line")["mean_l2a"]
-        .as_f64()
-        .expect("a ratio");
+    let mean = found.last().expect("a line")["mean_l2a"].as_f64().expect("a ratio");
     assert!((carried - mean).abs() < 1e-3, "{carried} against {mean}");
     let setting = format!("link.table={table}");
     let planned = vocc(&["plan", "day", "--set", &setting]);
     assert_eq!(planned.status.code(), Some(0), "{}", text(&planned.stderr));
-    assert!(
-        text(&vocc(&["table", "show", &table, "--rust"]).stdout)
-            .contains("pub const L2A: [f32; 2]")
-    );
+    assert!(text(&vocc(&["table", "show", &table, "--rust"]).stdout).contains("pub const L2A: [f32; 2]"));
 
     // What is there is not searched again, and not overwritten unasked.
     refused(&[&QUICK[..], &[&table]].concat(), &["--resume"]);
@@ -82,10 +73,7 @@ fn a_table_is_made_and_can_be_used() {
         })
         .collect();
     std::fs::write(&table, half.join("\n")).expect("a file");
-    refused(
-        &["table", "check", &table],
-        &["interval 0.8", "missing", "--resume"],
-    );
+    refused(&["table", "check", &table], &["interval 0.8", "missing", "--resume"]);
     let resumed = lines(&vocc(&[&QUICK[..], &[&table, "--resume"]].concat()));
     assert_eq!(resumed, found);
     assert_eq!(std::fs::read_to_string(&table).expect("a table"), whole);
@@ -98,79 +86,39 @@ fn a_table_is_made_and_can_be_used() {
 #[test]
 fn senseless_searches_are_refused() {
     for (arguments, words) in [
-        (
-            &["--intervals", "0"][..],
-            &["panel.interval", "0.05 to 10"][..],
-        ),
+        (&["--intervals", "0"][..], &["panel.interval", "0.05 to 10"][..]),
         (&["--intervals", "nan"], &["panel.interval", "NaN"]),
         (&["--intervals", "1,1"], &["interval number 1", "sort"]),
         (&["--intervals", "2,1"], &["interval number 1", "sort"]),
         (&["--intervals", "one"], &["--intervals", "one"]),
         (&["--intervals", ""], &["--intervals"]),
-        (
-            &["--intervals", "0.5,1,1.5,2,2.5,3,3.5,4,4.5"],
-            &["9 entries", "1 to 8"],
-        ),
+        (&["--intervals", "0.5,1,1.5,2,2.5,3,3.5,4,4.5"], &["9 entries", "1 to 8"]),
         (&["--distances", "-30"], &["pose.distance_m", "-30"]),
         (&["--distances", "2000"], &["2000 m", "px apart"]),
         (&["--illuminances", "0"], &["ambient.illuminance_lx"]),
         (&["--yaws", "0,90"], &["pose.yaw_deg", "90"]),
         (&["--criterion", "wizard"], &["b2w, fisher, ber or reach"]),
         (&["--min-cd", "4"], &["--criterion reach"]),
-        (
-            &["--criterion", "reach", "--distances", "30"],
-            &["--distances", "leave"],
-        ),
+        (&["--criterion", "reach", "--distances", "30"], &["--distances", "leave"]),
         (&["--criterion", "reach", "--yaws", "30"], &["pose.yaw_deg"]),
-        (
-            &["--criterion", "reach", "--choose", "any"],
-            &["margin, least-light or best"],
-        ),
-        (
-            &["--criterion", "reach", "--lamp", "disco"],
-            &["rear-position", "stop"],
-        ),
-        (
-            &["--criterion", "reach", "--max-cd", "0"],
-            &["--max-cd", "above 0"],
-        ),
+        (&["--criterion", "reach", "--choose", "any"], &["margin, least-light or best"]),
+        (&["--criterion", "reach", "--lamp", "disco"], &["rear-position", "stop"]),
+        (&["--criterion", "reach", "--max-cd", "0"], &["--max-cd", "above 0"]),
         (
             &["--criterion", "reach", "--lamp", "stop", "--max-cd", "9"],
             &["--lamp", "--max-cd"],
         ),
-        (
-            &["--criterion", "reach", "--message-bytes", "0"],
-            &["message is empty"],
-        ),
-        (
-            &["--criterion", "reach", "--message-bytes", "1025"],
-            &["1025 bytes"],
-        ),
-        (
-            &["--criterion", "reach", "--within", "0.1"],
-            &["26 symbols", "more time"],
-        ),
-        (
-            &["--criterion", "reach", "--within", "-1"],
-            &["-1 s", "more than 0"],
-        ),
-        (
-            &["--criterion", "reach", "--probability", "1"],
-            &["0.5 to 0.99"],
-        ),
+        (&["--criterion", "reach", "--message-bytes", "0"], &["message is empty"]),
+        (&["--criterion", "reach", "--message-bytes", "1025"], &["1025 bytes"]),
+        (&["--criterion", "reach", "--within", "0.1"], &["26 symbols", "more time"]),
+        (&["--criterion", "reach", "--within", "-1"], &["-1 s", "more than 0"]),
+        (&["--criterion", "reach", "--probability", "1"], &["0.5 to 0.99"]),
         (
             &["--criterion", "reach", "--illuminances", "500,50"],
             &["illuminance in lx number 1", "sort"],
         ),
         (
-            &[
-                "--criterion",
-                "reach",
-                "--illuminances",
-                "50",
-                "--lamp",
-                "stop",
-            ],
+            &["--criterion", "reach", "--illuminances", "50", "--lamp", "stop"],
             &["at 50 lx", "60 to 260 cd", "they give"],
         ),
         (&["--rule", "median"], &["mean or least-ber"]),
@@ -204,10 +152,7 @@ fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     let table = folder("closed").join("table.toml");
     let table = table.to_str().expect("a name");
     let unread = |arguments: &[&str]| {
-        let mut run = command(arguments)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("vocc runs");
+        let mut run = command(arguments).stdout(Stdio::piped()).spawn().expect("vocc runs");
         drop(run.stdout.take());
         run.wait().expect("vocc ends").code()
     };
@@ -255,29 +200,17 @@ fn parts_of_a_table_are_one_table_byte_for_byte() {
         says(&done, 0, &[]);
         let read = |path: &str| std::fs::read_to_string(path).expect("a table");
         assert_eq!(read(&merged), read(&whole));
-        refused(
-            &["merge", &first, &first, "--out", &merged],
-            &["once more", "each part once"],
-        );
+        refused(&["merge", &first, &first, "--out", &merged], &["once more", "each part once"]);
         let other = file("other");
         lines(&vocc(&[search, &[&other, "--seed", "2"]].concat()));
-        refused(
-            &["merge", &first, &other, "--out", &merged],
-            &["another search"],
-        );
-        refused(
-            &["merge", &first, &second, "--out", &other],
-            &["no table of these parts"],
-        );
+        refused(&["merge", &first, &other, "--out", &merged], &["another search"]);
+        refused(&["merge", &first, &second, "--out", &other], &["no table of these parts"]);
         refused(&["merge", &first, &second, "--out", &first], &["0.toml"]);
         refused(&["merge", &first, &second], &["--out"]);
         assert_eq!(read(&merged), read(&whole));
     }
     refused(&["optimize", "--shard", "0/2"], &["--out"]);
-    refused(
-        &["optimize", "--shard", "2/2", "-o", &path("none.toml")],
-        &["2/2"],
-    );
+    refused(&["optimize", "--shard", "2/2", "-o", &path("none.toml")], &["2/2"]);
 }
 
 #[test]
@@ -289,9 +222,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     let exposed = ["--set", "camera.exposure_bias_ev=1"];
     lines(&vocc(&[&BY_REACH[..], &[&brighter], &exposed].concat()));
     let losses = |arguments: &[&str]| -> Vec<f64> {
-        let found = lines(&vocc(
-            &[&["table", "regret", &table, "--json"], arguments].concat(),
-        ));
+        let found = lines(&vocc(&[&["table", "regret", &table, "--json"], arguments].concat()));
         let loss = |line: &serde_json::Value| {
             let reach_m = line["reach_m"].as_f64()?;
             Some(1.0 - reach_m / line["best_reach_m"].as_f64()?)
@@ -308,9 +239,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     assert!(elsewhere[0] > -0.02 && elsewhere[0] < 0.5, "{elsewhere:?}");
     // What loses least in both is in between, and can be carried.
     let robust = path("robust.toml");
-    let make = [
-        "table", "regret", &table, "--in", &table, "--in", &brighter, "-o", &robust,
-    ];
+    let make = ["table", "regret", &table, "--in", &table, "--in", &brighter, "-o", &robust];
     says(&vocc(&make), 0, &[]);
     says(&vocc(&["table", "check", &robust]), 0, &[]);
     let made = std::fs::read_to_string(&robust).expect("a table");
@@ -333,15 +262,9 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     assert!(text(&shown.stdout).contains("no worse"));
     let other = vocc(&["table", "diff", &table, &robust, "--in", &brighter]);
     says(&other, 1, &[]);
-    assert!(
-        text(&other.stdout).contains(" m ("),
-        "{}",
-        text(&other.stdout)
-    );
+    assert!(text(&other.stdout).contains(" m ("), "{}", text(&other.stdout));
     let worst = |table: &str| -> Vec<f64> {
-        let arguments = [
-            "table", "regret", table, "--json", "--times", "1", "--in", &brighter,
-        ];
+        let arguments = ["table", "regret", table, "--json", "--times", "1", "--in", &brighter];
         let found = lines(&vocc(&arguments));
         let most = found.iter().filter(|line| line["reach_m"].is_number());
         let number = |line: &serde_json::Value, key: &str| line[key].as_f64().expect("a number");
@@ -355,34 +278,17 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     let searched = path("searched.toml");
     std::fs::copy(&table, &searched).expect("room");
     refused(
-        &[
-            "table", "regret", &table, "--in", &brighter, "-o", &searched,
-        ],
+        &["table", "regret", &table, "--in", &brighter, "-o", &searched],
         &["searched.toml", "what a search has found"],
     );
-    refused(
-        &[
-            "table", "regret", &table, "--in", &brighter, "-o", &brighter,
-        ],
-        &["brighter.toml"],
-    );
+    refused(&["table", "regret", &table, "--in", &brighter, "-o", &brighter], &["brighter.toml"]);
     let shown = vocc(&["table", "regret", &table, "--in", &brighter]);
-    assert!(
-        text(&shown.stdout).contains("x0.5"),
-        "{}",
-        text(&shown.stderr)
-    );
-    refused(
-        &["table", "regret", &table, "--times", "0"],
-        &["0.01 to 100"],
-    );
+    assert!(text(&shown.stdout).contains("x0.5"), "{}", text(&shown.stderr));
+    refused(&["table", "regret", &table, "--times", "0"], &["0.01 to 100"]);
     let plain = path("plain.toml");
     let only = "format = 1\nilluminance_lx = [50]\ninterval = [1]\nl2a = [[2]]\n";
     std::fs::write(&plain, only).expect("a file");
-    refused(
-        &["table", "regret", &plain],
-        &["nothing of the reach", "--criterion reach"],
-    );
+    refused(&["table", "regret", &plain], &["nothing of the reach", "--criterion reach"]);
 }
 
 #[test]
@@ -391,98 +297,57 @@ fn a_table_by_reach_says_what_it_knows() {
     let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
     let table = path("table.toml");
     let found = lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
-    let entries: Vec<_> = found
-        .iter()
-        .filter(|line| line.get("best_l2a").is_some())
-        .collect();
+    let entries: Vec<_> = found.iter().filter(|line| line.get("best_l2a").is_some()).collect();
     assert_eq!(entries.len(), 2);
     for entry in &entries {
-        for key in [
-            "illuminance_lx",
-            "interval",
-            "l2a",
-            "reach_m",
-            "best_l2a",
-            "mean_cd",
-            "peak_cd",
-        ] {
+        for key in ["illuminance_lx", "interval", "l2a", "reach_m", "best_l2a", "mean_cd", "peak_cd"] {
             assert!(entry[key].is_number(), "{key}: {entry}");
         }
         let number = |key: &str| entry[key].as_f64().expect("a number");
-        assert!(
-            number("reach_m") >= 0.98 * number("best_reach_m"),
-            "{entry}"
-        );
+        assert!(number("reach_m") >= 0.98 * number("best_reach_m"), "{entry}");
         assert!((number("peak_cd") / number("mean_cd") - 2.0).abs() < 1e-3);
     }
-    assert!(
-        entries[0]["l2a"].as_f64() > entries[1]["l2a"].as_f64(),
-        "darkness asks for more"
-    );
+    assert!(entries[0]["l2a"].as_f64() > entries[1]["l2a"].as_f64(), "darkness asks for more");
     assert_eq!(vocc(&["table", "check", &table]).status.code(), Some(0));
     let picture = path("shown.png");
     let shown = vocc(&["table", "show", &table, "--plot", &picture]);
     assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
     for word in ["interval 0.5", "█", "cd", " m "] {
-        assert!(
-            text(&shown.stdout).contains(word),
-            "{word}: {}",
-            text(&shown.stdout)
-        );
+        assert!(text(&shown.stdout).contains(word), "{word}: {}", text(&shown.stdout));
     }
     assert!(image::open(&picture).expect("a plot").width() > 1000);
     refused(&["table", "show", &table, "--plot", "shown.jpg"], &[".png"]);
 
     // The second entry is found again, from what is kept of the first.
     let whole = std::fs::read_to_string(&table).expect("a table");
-    let half: Vec<&str> = whole
-        .lines()
-        .filter(|line| !line.contains("illuminance_lx = 5000.0, "))
-        .collect();
-    let first = half
-        .join("\n")
-        .replace(&format!("[{}]", second_ratio(&whole)), "[nan]");
+    let half: Vec<&str> = whole.lines().filter(|line| !line.contains("illuminance_lx = 5000.0, ")).collect();
+    let first = half.join("\n").replace(&format!("[{}]", second_ratio(&whole)), "[nan]");
     std::fs::write(&table, first).expect("a file");
     refused(&["table", "check", &table], &["5000 lx", "missing"]);
     let resumed = lines(&vocc(&[&BY_REACH[..], &[&table, "--resume"]].concat()));
     assert_eq!(resumed, found);
     assert_eq!(std::fs::read_to_string(&table).expect("a table"), whole);
     for other in [["--choose", "best"], ["--max-cd", "20"], ["--seed", "2"]] {
-        refused(
-            &[&BY_REACH[..], &[&table, "--resume"], &other[..]].concat(),
-            &["other settings"],
-        );
+        refused(&[&BY_REACH[..], &[&table, "--resume"], &other[..]].concat(), &["other settings"]);
     }
 }
 
 /// The ratio for the most light, as the file has it.
 fn second_ratio(table: &str) -> &str {
-    let row = table
-        .lines()
-        .find(|line| line.ends_with("# 5000 lx"))
-        .expect("a row");
-    row.trim_start()
-        .trim_start_matches('[')
-        .split(']')
-        .next()
-        .expect("a ratio")
+    let row = table.lines().find(|line| line.ends_with("# 5000 lx")).expect("a row");
+    row.trim_start().trim_start_matches('[').split(']').next().expect("a ratio")
 }
 
 #[test]
 fn light_is_kept_within_bounds() {
     let found = lines(&vocc(&[&BY_REACH[..15], &["--max-cd", "30"]].concat()));
     let entry = found.last().expect("a line");
-    assert!(
-        entry["mean_cd"].as_f64().expect("a number") <= 30.0,
-        "{entry}"
-    );
+    assert!(entry["mean_cd"].as_f64().expect("a number") <= 30.0, "{entry}");
     assert_eq!(entry["illuminance_lx"], 5000.0);
     let lowest = found
         .iter()
         .filter(|line| line["illuminance_lx"] == 5000.0 && line.get("best_l2a").is_none());
-    let highest = lowest
-        .map(|point| point["l2a"].as_f64().expect("a ratio"))
-        .fold(0.0, f64::max);
+    let highest = lowest.map(|point| point["l2a"].as_f64().expect("a ratio")).fold(0.0, f64::max);
     // 30 cd of 64 LEDs of 30 mm, On half of the time, before 5000 lx.
     assert!((highest - 0.6631).abs() < 1e-3, "{highest}");
 }
@@ -520,8 +385,7 @@ fn tables_are_compared() {
     let folder = folder("compared");
     let write = |name: &str, ratio: f64| {
         let path = folder.join(name);
-        let file =
-            format!("illuminance_lx = [50, 5000]\ninterval = [1]\nl2a = [[2.0], [{ratio}]]\n");
+        let file = format!("illuminance_lx = [50, 5000]\ninterval = [1]\nl2a = [[2.0], [{ratio}]]\n");
         std::fs::write(&path, file).expect("a file");
         path.to_str().expect("a name").to_string()
     };
@@ -529,11 +393,7 @@ fn tables_are_compared() {
     assert_eq!(vocc(&["table", "diff", &old, &old]).status.code(), Some(0));
     let compared = vocc(&["table", "diff", &old, &new]);
     assert_eq!(compared.status.code(), Some(1));
-    assert!(
-        text(&compared.stdout).contains("+20.0 %"),
-        "{}",
-        text(&compared.stdout)
-    );
+    assert!(text(&compared.stdout).contains("+20.0 %"), "{}", text(&compared.stdout));
     let by_reach = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/optimum/kmeans.toml");
     let by_reach = by_reach.to_str().expect("a name");
     let known = vocc(&["table", "diff", &old, by_reach, "--json"]);

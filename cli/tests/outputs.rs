@@ -13,10 +13,7 @@ fn vocc_on_full_disk(folder: &Path, kib: u32, arguments: &str) -> Output {
     let vocc = env!("CARGO_BIN_EXE_vocc");
     Command::new("bash")
         .current_dir(folder)
-        .args([
-            "-c",
-            &format!("trap '' XFSZ; ulimit -f {kib}; exec {vocc} {arguments}"),
-        ])
+        .args(["-c", &format!("trap '' XFSZ; ulimit -f {kib}; exec {vocc} {arguments}")])
         .output()
         .expect("bash runs")
 }
@@ -25,13 +22,7 @@ fn vocc_on_full_disk(folder: &Path, kib: u32, arguments: &str) -> Output {
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> = entries
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into()
-        })
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into())
         .collect();
     names.sort();
     names
@@ -46,17 +37,10 @@ fn a_picture_that_has_no_room_leaves_the_old_one() {
     let read = |name: &str| std::fs::read(place.join(name)).expect("there");
     let before = [read("c.png"), read("c.npy")];
     let kib = before[0].len() as u32 / 1024;
-    assert!(
-        kib > 0 && !before[0].len().is_multiple_of(1024),
-        "{} bytes",
-        before[0].len()
-    );
+    assert!(kib > 0 && !before[0].len().is_multiple_of(1024), "{} bytes", before[0].len());
     // The picture's last bytes, and all of the matrix.
     for (kib, arguments) in [
-        (
-            kib,
-            "render --crop --set pose.distance_m=20 --out c.png --seed 2",
-        ),
+        (kib, "render --crop --set pose.distance_m=20 --out c.png --seed 2"),
         (kib, &format!("{render} --seed 2")),
         (0, "render --crop --out c.png"),
     ] {
@@ -83,18 +67,10 @@ fn frames_and_panels_that_have_no_room_are_not_half_there() {
     );
     says(&film, 0, &[]);
     let seen = vocc_on_full_disk(&place, 1, "receive film --symbol-rate 90 --show seen");
-    says(
-        &seen,
-        2,
-        &["cannot write seen/frame-", "going on without pictures"],
-    );
+    says(&seen, 2, &["cannot write seen/frame-", "going on without pictures"]);
     assert!(text(&seen.stdout).contains("hi"), "{seen:?}");
     assert!(names(&place.join("seen")).is_empty());
-    let panels = vocc_on_full_disk(
-        &place,
-        4,
-        "transmit --message A --count 1000 --symbols panels.txt",
-    );
+    let panels = vocc_on_full_disk(&place, 4, "transmit --message A --count 1000 --symbols panels.txt");
     says(&panels, 2, &["cannot write panels.txt"]);
     assert_eq!(names(&place), ["film", "frames", "seen"]);
 }
@@ -107,14 +83,7 @@ fn a_full_device_is_no_place_for_anything() {
         2,
         &["/dev/full", "No space left"],
     );
-    let both = [
-        "render",
-        "--crop",
-        "--out",
-        "/dev/null",
-        "--linear",
-        "/dev/full",
-    ];
+    let both = ["render", "--crop", "--out", "/dev/null", "--linear", "/dev/full"];
     says(&vocc(&both), 2, &["/dev/full", "No space left"]);
     let panels = ["transmit", "--message", "A", "--symbols", "/dev/full"];
     says(&vocc(&panels), 2, &["/dev/full", "No space left"]);
@@ -177,51 +146,27 @@ fn nothing_that_is_read_is_overwritten() {
     says(&made, 0, &[]);
     let before = bash(&place, "find . -type f | sort | xargs md5sum").stdout;
     for (arguments, words) in [
-        (
-            "render scene.toml --crop --out scene.toml",
-            "scene.toml is read",
-        ),
-        (
-            "render scene.toml --crop --out x.png --linear ./scene.toml",
-            "is read",
-        ),
+        ("render scene.toml --crop --out scene.toml", "scene.toml is read"),
+        ("render scene.toml --crop --out x.png --linear ./scene.toml", "is read"),
         ("render --crop --out x.png --linear x.png", "written twice"),
         ("render --crop --out dangling.png", "nowhere"),
         ("render --crop --out protected.png", "write-protected"),
         ("render --crop --out film", "folder"),
         ("render --crop --out none/x.png", "none/x.png"),
-        (
-            "transmit --message-file message --symbols message",
-            "is read",
-        ),
+        ("transmit --message-file message --symbols message", "is read"),
         ("evaluate scene.toml --out scene.toml --resume", "is read"),
         ("evaluate --out user.json --frames 1000000000", "user.csv"),
-        (
-            "evaluate --out none/x.json --frames 1000000000",
-            "none/x.json",
-        ),
+        ("evaluate --out none/x.json --frames 1000000000", "none/x.json"),
         ("evaluate --out old.toml --frames 1000000000", "exists"),
         ("optimize --out user.toml", "user.svg"),
         ("merge S/a.json S/b.json --out S/a.json", "is read"),
         ("merge S/a.json S/b.json --out old.toml", "no sum of these"),
         ("merge S/a.json S/b.json --out user.json", "user.csv"),
-        (
-            "receive film --camera camera.toml --save-camera camera.toml",
-            "is read",
-        ),
-        (
-            "receive film --save-camera film/frame-000001.png",
-            "is read",
-        ),
-        (
-            "receive film --save-camera none/camera.toml",
-            "none/camera.toml",
-        ),
+        ("receive film --camera camera.toml --save-camera camera.toml", "is read"),
+        ("receive film --save-camera film/frame-000001.png", "is read"),
+        ("receive film --save-camera none/camera.toml", "none/camera.toml"),
         ("receive film --show ./film", "holds frames"),
-        (
-            "receive film/frame-000000.png --show ./film",
-            "holds frames",
-        ),
+        ("receive film/frame-000000.png --show ./film", "holds frames"),
         ("receive scene.toml --show .", "holds frames"),
         ("link --frames 2 --save film", "holds frames already"),
         ("link --frames 2 --save photographs", "such as mine.JPG"),
@@ -240,15 +185,7 @@ fn two_runs_do_not_share_a_place() {
     let place = folder("two-runs");
     let place = place.join("kept.json");
     let out = place.to_str().expect("a plain path");
-    let first = [
-        "evaluate",
-        "--frames",
-        "1000000000",
-        "--threads",
-        "1",
-        "--out",
-        out,
-    ];
+    let first = ["evaluate", "--frames", "1000000000", "--threads", "1", "--out", out];
     let mut first = common::command(&first)
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null())
@@ -261,10 +198,7 @@ fn two_runs_do_not_share_a_place() {
     refused(&["evaluate", "--frames", "512", "--out", out], &["exists"]);
     first.kill().expect("it runs");
     first.wait().expect("it ends");
-    refused(
-        &["evaluate", "--frames", "512", "--out", out, "--resume"],
-        &["frames differ"],
-    );
+    refused(&["evaluate", "--frames", "512", "--out", out, "--resume"], &["frames differ"]);
 }
 
 #[test]
@@ -300,21 +234,12 @@ fn a_sum_may_be_made_again() {
 #[test]
 fn help_that_cannot_be_printed_is_told() {
     let place = folder("help");
-    for arguments in [
-        "--help",
-        "--version",
-        "sweep --help",
-        "help render",
-        "plan",
-        "scene",
-    ] {
+    for arguments in ["--help", "--version", "sweep --help", "help render", "plan", "scene"] {
         let full = bash(&place, &format!("vocc {arguments} > /dev/full"));
         says(&full, 2, &["No space left"]);
         let closed = bash(
             &place,
-            &format!(
-                "(sleep 0.2; vocc {arguments}; echo $? > status) | true; sleep 0.5; cat status"
-            ),
+            &format!("(sleep 0.2; vocc {arguments}; echo $? > status) | true; sleep 0.5; cat status"),
         );
         says(&closed, 0, &[]);
         assert_eq!(text(&closed.stdout).trim(), "0", "{arguments}");

@@ -10,28 +10,15 @@ const OPENCV: &str = "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamer
     dt: d\n   data: [ 3636.3636363636365, 0., 319.5, 0., 3636.3636363636365, 239.5, 0., 0., 1. ]\n\
     distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ -0.5, 0., 0., 0., 0. ]\n";
 const PANEL: [&str; 4] = ["--interval", "1", "--led-diameter", "0.03"];
-const SIZE: [&str; 4] = [
-    "--set",
-    "camera.width_px=640",
-    "--set",
-    "camera.height_px=480",
-];
+const SIZE: [&str; 4] = ["--set", "camera.width_px=640", "--set", "camera.height_px=480"];
 
 /// Whether a number of a pose is the true one, within four of its standard deviations.
 fn assert_is(pose: &Value, key: &str, truth: f64) {
-    let unit = ["_m_s", "_deg", "_m"]
-        .into_iter()
-        .find(|unit| key.ends_with(unit))
-        .expect("a unit");
+    let unit = ["_m_s", "_deg", "_m"].into_iter().find(|unit| key.ends_with(unit)).expect("a unit");
     let stem = key.strip_suffix(unit).expect("a name");
-    let sigma = pose[format!("{stem}_sigma{unit}")]
-        .as_f64()
-        .expect("a deviation");
+    let sigma = pose[format!("{stem}_sigma{unit}")].as_f64().expect("a deviation");
     let value = pose[key].as_f64().expect("a number");
-    assert!(
-        (value - truth).abs() < 4.0 * sigma,
-        "{key}: {value} ± {sigma}, not {truth}"
-    );
+    assert!((value - truth).abs() < 4.0 * sigma, "{key}: {value} ± {sigma}, not {truth}");
 }
 
 #[test]
@@ -42,24 +29,9 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
     std::fs::write(&camera, OPENCV).unwrap();
     std::fs::write(&other, OPENCV.replace("640", "320")).unwrap();
     std::fs::write(&bent, OPENCV.replace("319.5", ".nan")).unwrap();
-    let scene = [
-        "x_m=2.5",
-        "y_m=-1.5",
-        "distance_m=40",
-        "yaw_deg=25",
-        "pitch_deg=-10",
-        "roll_deg=5",
-    ]
-    .map(|key| format!("pose.{key}"));
+    let scene = ["x_m=2.5", "y_m=-1.5", "distance_m=40", "yaw_deg=25", "pitch_deg=-10", "roll_deg=5"].map(|key| format!("pose.{key}"));
     let frame = path("frame.png");
-    let mut render = vec![
-        "render",
-        "day",
-        "--out",
-        &frame,
-        "--set",
-        "camera.distortion_k1=-0.5",
-    ];
+    let mut render = vec!["render", "day", "--out", &frame, "--set", "camera.distortion_k1=-0.5"];
     render.extend(SIZE);
     scene.iter().for_each(|key| render.extend(["--set", key]));
     says(&vocc(&render), 0, &[]);
@@ -69,11 +41,7 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
     let range_m = (40f64.powi(2) + 2.5f64.powi(2) + 1.5f64.powi(2)).sqrt();
     assert_is(&pose, "range_m", range_m);
     assert_is(&pose, "azimuth_deg", (2.5f64 / 40.0).atan().to_degrees());
-    assert_is(
-        &pose,
-        "elevation_deg",
-        (1.5 / 40f64.hypot(2.5)).atan().to_degrees(),
-    );
+    assert_is(&pose, "elevation_deg", (1.5 / 40f64.hypot(2.5)).atan().to_degrees());
     assert_is(&pose, "roll_deg", 5.0);
     assert_is(&pose, "yaw_deg", 25.0);
     assert_is(&pose, "pitch_deg", -10.0);
@@ -93,21 +61,9 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
     assert!(unknown(&["--camera", &camera]).contains("no panel size: give the LEDs"));
     let other = [&["--camera", &other][..], &PANEL].concat();
     assert!(unknown(&other).contains("calibrated with frames of 320 × 480"));
-    says(
-        &vocc(&["decode", &frame, "--interval=-1"]),
-        2,
-        &["interval of -1"],
-    );
-    says(
-        &vocc(&["decode", &frame, "--led-diameter", "nan"]),
-        2,
-        &["NaN m is not"],
-    );
-    says(
-        &vocc(&["decode", &frame, "--camera", &bent]),
-        2,
-        &["bent.yaml", "principal point"],
-    );
+    says(&vocc(&["decode", &frame, "--interval=-1"]), 2, &["interval of -1"]);
+    says(&vocc(&["decode", &frame, "--led-diameter", "nan"]), 2, &["NaN m is not"]);
+    says(&vocc(&["decode", &frame, "--camera", &bent]), 2, &["bent.yaml", "principal point"]);
 }
 
 #[test]
@@ -115,26 +71,10 @@ fn a_camera_that_cannot_be_is_refused() {
     let folder = folder("pose-refused");
     let matrix = |first: &str| OPENCV.replacen("[ 3636.3636363636365", first, 1);
     for (file, content, wrong) in [
-        (
-            "zero.toml",
-            "focal_px = 0\n".to_owned(),
-            "focal length of 0 px",
-        ),
-        (
-            "nan.toml",
-            "focal_px = nan\n".into(),
-            "focal length of NaN px",
-        ),
-        (
-            "less.toml",
-            "focal_px = [900, -900]\n".into(),
-            "focal length of -900 px",
-        ),
-        (
-            "half.toml",
-            "focal_length_mm = 25\n".into(),
-            "half a focal length",
-        ),
+        ("zero.toml", "focal_px = 0\n".to_owned(), "focal length of 0 px"),
+        ("nan.toml", "focal_px = nan\n".into(), "focal length of NaN px"),
+        ("less.toml", "focal_px = [900, -900]\n".into(), "focal length of -900 px"),
+        ("half.toml", "focal_length_mm = 25\n".into(), "half a focal length"),
         (
             "pitch.toml",
             "focal_length_mm = 25\npixel_pitch_um = 0\n".into(),
@@ -150,36 +90,17 @@ fn a_camera_that_cannot_be_is_refused() {
             "focal_px = 900\ndistortion = [inf]\n".into(),
             "distortion coefficient of inf",
         ),
-        (
-            "word.toml",
-            "focal_px = 900\ndistortion = \"none\"\n".into(),
-            "distortion",
-        ),
+        ("word.toml", "focal_px = 900\ndistortion = \"none\"\n".into(), "distortion"),
         ("zero.yaml", matrix("[ 0."), "focal length of 0 px"),
-        (
-            "short.yaml",
-            OPENCV.replace("0., 0., 1. ]", "0., 1. ]"),
-            "8 numbers instead of 3",
-        ),
+        ("short.yaml", OPENCV.replace("0., 0., 1. ]", "0., 1. ]"), "8 numbers instead of 3"),
         ("broken.yaml", matrix("[["), "calibration cannot be read"),
-        (
-            "word.yaml",
-            OPENCV.replace("-0.5", "barrel"),
-            "calibration cannot be read",
-        ),
-        (
-            "other.yaml",
-            "camera: front\nwidth: 640\n".into(),
-            "other.yaml",
-        ),
+        ("word.yaml", OPENCV.replace("-0.5", "barrel"), "calibration cannot be read"),
+        ("other.yaml", "camera: front\nwidth: 640\n".into(), "other.yaml"),
     ] {
         let path = folder.join(file);
         std::fs::write(&path, content).unwrap();
         for command in ["decode", "receive"] {
-            refused(
-                &[command, "frame.png", "--camera", name(&path)],
-                &[file, wrong],
-            );
+            refused(&[command, "frame.png", "--camera", name(&path)], &[file, wrong]);
         }
     }
 }
@@ -189,16 +110,7 @@ fn a_panel_that_comes_nearer_says_when_it_is_here() {
     let folder = folder("pose-receive");
     let path = |file: &str| name(&folder.join(file)).to_owned();
     let film = path("film");
-    let mut link = vec![
-        "link",
-        "day",
-        "--message",
-        "ice",
-        "--save",
-        &film,
-        "--frames",
-        "60",
-    ];
+    let mut link = vec!["link", "day", "--message", "ice", "--save", &film, "--frames", "60"];
     link.extend(SIZE);
     link.extend([
         "--set",
@@ -209,32 +121,14 @@ fn a_panel_that_comes_nearer_says_when_it_is_here() {
         "1",
     ]);
     vocc(&link);
-    std::fs::write(
-        folder.join("camera.toml"),
-        "focal_length_mm = 25\npixel_pitch_um = 6.875\n",
-    )
-    .unwrap();
-    let told = [
-        "receive",
-        &film,
-        "--bits",
-        "--json",
-        "--camera",
-        &path("camera.toml"),
-    ];
+    std::fs::write(folder.join("camera.toml"), "focal_length_mm = 25\npixel_pitch_um = 6.875\n").unwrap();
+    let told = ["receive", &film, "--bits", "--json", "--camera", &path("camera.toml")];
     let output = vocc(&[&told[..], &PANEL].concat());
     let unknown = vocc(&[&["receive", &film, "--bits"][..], &PANEL].concat());
     assert!(text(&unknown.stdout).contains("pose unknown: no focal length: give focal_px"));
     let printed = text(&output.stdout);
-    let frames: Vec<Value> = printed
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
-    let last = frames
-        .iter()
-        .rev()
-        .find(|line| line["bits"].is_string())
-        .expect("a frame");
+    let frames: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let last = frames.iter().rev().find(|line| line["bits"].is_string()).expect("a frame");
     let pose = &last["pose"];
     let range_m = 30.0 - 10.0 * last["frame"].as_f64().unwrap() / 100.0;
     assert_is(pose, "range_m", range_m);
@@ -242,10 +136,7 @@ fn a_panel_that_comes_nearer_says_when_it_is_here() {
     assert!(pose["closing_speed_sigma_m_s"].as_f64().unwrap() < 1.0);
     let time_s = pose["time_to_collision_s"].as_f64().unwrap();
     let sigma_s = pose["time_to_collision_sigma_s"].as_f64().unwrap();
-    assert!(
-        (time_s - range_m / 10.0).abs() < 4.0 * sigma_s,
-        "{time_s} ± {sigma_s}"
-    );
+    assert!((time_s - range_m / 10.0).abs() < 4.0 * sigma_s, "{time_s} ± {sigma_s}");
 }
 
 #[test]
@@ -263,10 +154,7 @@ fn a_panel_that_says_how_large_it_is_need_not_be_told() {
     let told = ["receive", &film, "--bits", "--json", "--camera", &camera];
     let output = vocc(&told);
     let said = text(&output.stderr);
-    assert!(
-        said.contains("LEDs of 0.03 m, at an interval of 1.5"),
-        "{said}"
-    );
+    assert!(said.contains("LEDs of 0.03 m, at an interval of 1.5"), "{said}");
     let printed = text(&output.stdout);
     let frames: Vec<Value> = printed
         .lines()
@@ -275,12 +163,7 @@ fn a_panel_that_says_how_large_it_is_need_not_be_told() {
         .collect();
     let (first, last) = (&frames[0]["pose"], &frames[frames.len() - 1]["pose"]);
     assert_eq!(first["known"], false);
-    assert!(
-        first["why"]
-            .as_str()
-            .unwrap()
-            .contains("wait for the panel to tell")
-    );
+    assert!(first["why"].as_str().unwrap().contains("wait for the panel to tell"));
     assert_is(last, "range_m", 30.0);
 }
 
@@ -300,8 +183,5 @@ fn a_size_that_no_panel_has_is_not_transmitted() {
         let told = transmit(diameter, &format!("interval={wrong}"));
         says(&told, 2, &["interval", "0 to 16", wrong]);
     }
-    refused(
-        &["transmit", "--message", "ice", "--led-diameter=1"],
-        &["--interval"],
-    );
+    refused(&["transmit", "--message", "ice", "--led-diameter=1"], &["--interval"]);
 }

@@ -11,12 +11,8 @@ type Pose = (((i32, u32), String), [f64; 3], [f64; 4], [[f64; 6]; 6]);
 
 /// The messages of a topic, each with its time in nanoseconds.
 fn of_topic<'a>(messages: &'a [mcap::Message], topic: &str) -> Vec<(u64, &'a [u8])> {
-    let messages = messages
-        .iter()
-        .filter(|message| message.channel.topic == topic);
-    messages
-        .map(|message| (message.log_time, &message.data[..]))
-        .collect()
+    let messages = messages.iter().filter(|message| message.channel.topic == topic);
+    messages.map(|message| (message.log_time, &message.data[..])).collect()
 }
 
 #[test]
@@ -26,27 +22,14 @@ fn what_is_received_is_recorded() {
     let (film, recording, camera) = (path("film"), path("film.mcap"), path("camera.toml"));
     let link = ["link", "day", "--message", "ice", "--save", &film];
     let size = ["--set=camera.width_px=480", "--set=camera.height_px=320"];
-    says(
-        &vocc(&[&link[..], &size, &["--seed", "1"]].concat()),
-        0,
-        &[],
-    );
+    says(&vocc(&[&link[..], &size, &["--seed", "1"]].concat()), 0, &[]);
     std::fs::write(&camera, "focal_px = 3636.4\n").expect("a file");
     let receive = ["receive", &film, "--bits", "--json", "--mcap", &recording];
-    let panel = [
-        "--interval",
-        "1",
-        "--led-diameter",
-        "0.03",
-        "--camera",
-        &camera,
-    ];
+    let panel = ["--interval", "1", "--led-diameter", "0.03", "--camera", &camera];
     let received = vocc(&[&receive[..], &panel].concat());
     says(&received, 0, &[]);
     let printed = text(&received.stdout);
-    let told = printed
-        .lines()
-        .map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    let told = printed.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
     let (readings, others): (Vec<_>, Vec<_>) = told.partition(|line| line["bits"].is_string());
 
     let bytes = std::fs::read(&recording).expect("a recording");
@@ -56,17 +39,11 @@ fn what_is_received_is_recorded() {
     let frames = std::fs::read_dir(&film).expect("a folder").count();
     assert_eq!(images.len(), frames);
     assert_eq!(images[1].0, 10_000_000);
-    let (_, format, png): (((i32, u32), String), String, Vec<u8>) =
-        cdr::deserialize(images[0].1).expect("an image");
+    let (_, format, png): (((i32, u32), String), String, Vec<u8>) = cdr::deserialize(images[0].1).expect("an image");
     assert_eq!((&format[..], &png[1..4]), ("png", &b"PNG"[..]));
-    assert_eq!(
-        of_topic(&messages, "/panel_0/outline").len(),
-        readings.len()
-    );
+    assert_eq!(of_topic(&messages, "/panel_0/outline").len(), readings.len());
 
-    let known = readings
-        .iter()
-        .filter(|reading| reading["pose"]["known"] == true);
+    let known = readings.iter().filter(|reading| reading["pose"]["known"] == true);
     let poses = of_topic(&messages, "/panel_0/pose");
     assert_eq!(poses.len(), known.clone().count());
     for (reading, (time_ns, pose)) in known.zip(poses) {
@@ -83,14 +60,8 @@ fn what_is_received_is_recorded() {
     }
 
     let texts = of_topic(&messages, "/panel_0/message");
-    let texts: Vec<String> = texts
-        .iter()
-        .map(|(_, text)| cdr::deserialize(text).expect("a text"))
-        .collect();
-    let told: Vec<&str> = others
-        .iter()
-        .filter_map(|line| line["message"].as_str())
-        .collect();
+    let texts: Vec<String> = texts.iter().map(|(_, text)| cdr::deserialize(text).expect("a text")).collect();
+    let told: Vec<&str> = others.iter().filter_map(|line| line["message"].as_str()).collect();
     assert_eq!(texts, told);
     assert_eq!(texts[0], "ice");
 }

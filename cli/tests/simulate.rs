@@ -38,18 +38,10 @@ impl Simulated {
         let port = port.trim().to_owned();
         assert!(!port.is_empty(), "it ended: {}", {
             let mut said = String::new();
-            let _ = child
-                .stderr
-                .take()
-                .expect("piped")
-                .read_to_string(&mut said);
+            let _ = child.stderr.take().expect("piped").read_to_string(&mut said);
             said
         });
-        Self {
-            child,
-            printed,
-            port,
-        }
+        Self { child, printed, port }
     }
 
     fn tell(&mut self, order: &str) {
@@ -104,10 +96,7 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     let board = Simulated::start(&["--light-lx", "1000"]);
     let status = board.status();
     assert_eq!(status["board"], "simulated");
-    assert_eq!(
-        status["faults"],
-        serde_json::json!(["no_table", "no_calibration"])
-    );
+    assert_eq!(status["faults"], serde_json::json!(["no_table", "no_calibration"]));
     board.wait_for("light", |status| {
         (status["illuminance_lx"].as_f64().unwrap_or(0.0) - 1000.0).abs() < 0.01
     });
@@ -125,10 +114,7 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
 
     let calibration = place.join("calibration.toml");
     let measured = text(&board.vocc(&["device", "calibration"]).stdout);
-    assert!(
-        measured.contains("luminance_full_cd_m2 = 26000.0"),
-        "{measured}"
-    );
+    assert!(measured.contains("luminance_full_cd_m2 = 26000.0"), "{measured}");
     let own = measured.replace("26000.0", "20000.0");
     std::fs::write(&calibration, &own).expect("written");
     let written = board.vocc(&["device", "calibration", name(&calibration)]);
@@ -144,9 +130,7 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     assert_eq!(text(&watched.stdout).lines().count(), 3);
     says(&board.vocc(&["device", "send", "--stop"]), 0, &[]);
     let before = board.status()["symbols"].as_u64().expect("a number");
-    board.wait_for("90 symbols more", |status| {
-        status["symbols"].as_u64() >= Some(before + 90)
-    });
+    board.wait_for("90 symbols more", |status| status["symbols"].as_u64() >= Some(before + 90));
     board.end();
 }
 
@@ -161,12 +145,7 @@ fn a_calibration_to_fill_in_can_be_written_as_it_is() {
     says(&written, 0, &[]);
     let text_of = |path: &Path| std::fs::read_to_string(path).expect("there");
     assert_eq!(text_of(&file), text(&printed.stdout));
-    for words in [
-        "cd/m², 1 to 1000000",
-        "0.05 to 1",
-        "0.5 to 3",
-        "0.01 to 1000",
-    ] {
+    for words in ["cd/m², 1 to 1000000", "0.05 to 1", "0.5 to 3", "0.01 to 1000"] {
         assert!(text_of(&file).contains(words), "{words:?} is missing");
     }
 
@@ -181,10 +160,7 @@ fn a_calibration_to_fill_in_can_be_written_as_it_is() {
 
     let own = text_of(&file).replace("26000.0", "12345.0");
     std::fs::write(&file, &own).expect("written");
-    refused(
-        &[&template[..], &[name(&file)]].concat(),
-        &["there already"],
-    );
+    refused(&[&template[..], &[name(&file)]].concat(), &["there already"]);
     assert_eq!(text_of(&file), own);
     refused(&["device", "calibration"], &["--port <P>"]);
 }
@@ -199,22 +175,13 @@ fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
         (status["illuminance_lx"].as_f64().unwrap_or(0.0) - 500.0).abs() < 10.0
     });
     board.tell("light 100000");
-    board.wait_for("more light than it can read", |status| {
-        status["light"] == "daylight"
-    });
-    for (order, fault) in [
-        ("sensor missing", "sensor_missing"),
-        ("sensor stuck", "sensor_stuck"),
-    ] {
+    board.wait_for("more light than it can read", |status| status["light"] == "daylight");
+    for (order, fault) in [("sensor missing", "sensor_missing"), ("sensor stuck", "sensor_stuck")] {
         board.tell("light 500");
         board.tell("sensor works");
-        board.wait_for("a sensor that works", |status| {
-            status["light"] == "measured"
-        });
+        board.wait_for("a sensor that works", |status| status["light"] == "measured");
         board.tell(order);
-        board.wait_for(fault, |status| {
-            status["light"] == "lost" && status["faults"][0] == fault
-        });
+        board.wait_for(fault, |status| status["light"] == "lost" && status["faults"][0] == fault);
         // The night limit, 200·R.
         assert!(luminance(&board.status()) <= 80.1);
     }
@@ -232,10 +199,7 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let mut board = Simulated::start(&["--flash", flash]);
     says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
     says(&board.vocc(&["device", "rate", "27"]), 0, &[]);
-    refused(
-        &["device", "simulate", "--flash", flash],
-        &["another board", "name another file"],
-    );
+    refused(&["device", "simulate", "--flash", flash], &["another board", "name another file"]);
     board.tell("restart");
     let faults = serde_json::json!(["no_calibration"]);
     board.wait_for("a restart", |status| status["frames"].as_u64() < Some(5));
@@ -251,15 +215,9 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let uptime_s = |status: &Value| status["uptime_s"].as_f64().unwrap_or(0.0);
     board.wait_for("three seconds", |status| uptime_s(status) >= 3.0);
     let rate_hz = symbols(&board.status()) / (uptime_s(&board.status()) + 0.5);
-    assert!(
-        (15.0..40.0).contains(&rate_hz),
-        "{rate_hz} symbols a second"
-    );
+    assert!((15.0..40.0).contains(&rate_hz), "{rate_hz} symbols a second");
     board.end();
-    refused(
-        &["device", "simulate", "--flash", name(&table)],
-        &["no flash memory", "65536"],
-    );
+    refused(&["device", "simulate", "--flash", name(&table)], &["no flash memory", "65536"]);
     assert_eq!(std::fs::read_to_string(&table).expect("there"), TABLE);
 }
 
@@ -276,11 +234,7 @@ fn a_limit_of_the_intensity_is_kept_to_whatever_the_light_and_without_power_too(
 
     let mut board = Simulated::start(&["--flash", name(&flash), "--light-lx", "10000"]);
     board.wait_for("daylight", |status| luminance(status) > 2.0 * most_cd_m2);
-    says(
-        &board.vocc(&["device", "calibration", name(&limited)]),
-        0,
-        &[],
-    );
+    says(&board.vocc(&["device", "calibration", name(&limited)]), 0, &[]);
     let is_limited = |status: &Value| status["limited"] == "intensity";
     board.wait_for("the limit", is_limited);
     for order in ["light 60000", "restart"] {
@@ -306,10 +260,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     );
     board.port = name(&link).into();
     assert_eq!(board.status()["board"], "simulated");
-    refused(
-        &["device", "simulate", "--link", name(&link)],
-        &["there already", "another name"],
-    );
+    refused(&["device", "simulate", "--link", name(&link)], &["there already", "another name"]);
     assert!(link.exists());
     let id = board.child.id().to_string();
     let killed = Command::new("kill").args(["-TERM", &id]).status();
@@ -319,10 +270,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
 
     let mine = place.join("mine");
     std::fs::write(&mine, "mine").expect("written");
-    refused(
-        &["device", "simulate", "--link", name(&mine)],
-        &["there already"],
-    );
+    refused(&["device", "simulate", "--link", name(&mine)], &["there already"]);
     assert_eq!(std::fs::read_to_string(&mine).expect("there"), "mine");
 }
 
@@ -351,38 +299,21 @@ fn what_the_leds_show_is_what_the_message_makes() {
     let place = folder("simulated-symbols");
     let shown = place.join("shown.txt");
     let board = Simulated::start(&["--symbols", name(&shown)]);
-    says(
-        &board.vocc(&["device", "send", "--message", "ice ahead"]),
-        0,
-        &[],
-    );
+    says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
     let before = board.status()["symbols"].as_u64().expect("a number");
-    board.wait_for("a repeat", |status| {
-        status["symbols"].as_u64() > Some(before + 60)
-    });
+    board.wait_for("a repeat", |status| status["symbols"].as_u64() > Some(before + 60));
     board.end();
     let shown = std::fs::read_to_string(&shown).expect("written at the end");
-    let bits: Vec<&str> = shown
-        .lines()
-        .map(|line| line.split(' ').next().expect("a word"))
-        .collect();
+    let bits: Vec<&str> = shown.lines().map(|line| line.split(' ').next().expect("a word")).collect();
     let code = Code::for_length("ice ahead".len());
     let mut framer = Framer::new(b"ice ahead", code, true).expect("a message");
-    let panels: Vec<String> = (0..framer.panels_per_repeat())
-        .map(|_| framer.next_panel().to_string())
-        .collect();
+    let panels: Vec<String> = (0..framer.panels_per_repeat()).map(|_| framer.next_panel().to_string()).collect();
     assert!(
         bits.windows(panels.len()).any(|window| window == panels),
         "{panels:?} are not among {bits:?}"
     );
     // Lit as the light asks for: 10 000 lx.
-    let light: f64 = shown
-        .trim()
-        .rsplit(' ')
-        .next()
-        .expect("a word")
-        .parse()
-        .expect("a number");
+    let light: f64 = shown.trim().rsplit(' ').next().expect("a word").parse().expect("a number");
     assert!((0.05..1.0).contains(&light), "{light}");
 
     let board = Simulated::start(&["--symbols", "-", "--json"]);
@@ -396,62 +327,34 @@ fn what_the_leds_show_is_what_the_message_makes() {
 fn what_is_sent_is_filmed_and_received() {
     let place = folder("simulated-film");
     let frames = place.join("frames");
-    let small = [
-        "--set",
-        "camera.width_px=320",
-        "--set",
-        "camera.height_px=240",
-    ];
+    let small = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
     let film = ["--frames", name(&frames), "--count", "200"];
     let mut board = Simulated::start(&[&small[..], &film].concat());
-    says(
-        &board.vocc(&["device", "send", "--message", "ice ahead"]),
-        0,
-        &[],
-    );
+    says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
     // It ends by itself, with the film.
     assert!(board.child.wait().expect("it ends").success());
     assert_eq!(std::fs::read_dir(&frames).expect("a folder").count(), 200);
     let received = vocc(&["receive", name(&frames)]);
     says(&received, 0, &[]);
-    assert!(
-        text(&received.stdout).contains("ice ahead"),
-        "{}",
-        text(&received.stdout)
-    );
-    refused(
-        &[&["device", "simulate"], &film[..]].concat(),
-        &["holds frames already"],
-    );
+    assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
+    refused(&[&["device", "simulate"], &film[..]].concat(), &["holds frames already"]);
 
     // The same through a pipe, as it is shown.
     let pipe = place.join("pipe");
     let made = Command::new("mkfifo").arg(&pipe).status();
     assert!(made.expect("mkfifo runs").success());
-    let film = std::fs::OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open(&pipe);
+    let film = std::fs::OpenOptions::new().read(true).write(true).open(&pipe);
     let film = film.expect("a pipe");
-    let board =
-        Simulated::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());
+    let board = Simulated::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());
     let receiver = command(&["receive", "-"])
         .stdin(std::fs::File::open(&pipe).expect("a pipe"))
         .stdout(Stdio::piped())
         .spawn()
         .expect("vocc runs");
     drop(film);
-    says(
-        &board.vocc(&["device", "send", "--message", "ice ahead"]),
-        0,
-        &[],
-    );
+    says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
     let received = receiver.wait_with_output().expect("it ends");
-    assert!(
-        text(&received.stdout).contains("ice ahead"),
-        "{}",
-        text(&received.stdout)
-    );
+    assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
 }
 
 #[test]
@@ -462,11 +365,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let trial = text(&vocc(&["device", "calibration", "--template"]).stdout)
         .replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0")
         .replace("low_current_share = 0.125", "low_current_share = 1.0");
-    let light = [
-        "camera.frame_rate_hz=4",
-        "ambient.illuminance_lx=10000",
-        "panel.reflectance=0.4",
-    ];
+    let light = ["camera.frame_rate_hz=4", "ambient.illuminance_lx=10000", "panel.reflectance=0.4"];
     let sets = SCENE.iter().chain(&light);
     let bench: Vec<&str> = sets.flat_map(|&set| ["--set", set]).collect();
     let (file, frames) = (place.join("trial.toml"), place.join("frames"));
@@ -510,15 +409,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     board.end();
     let out = place.join("panel.toml");
     let wanted = [
-        &[
-            "device",
-            "calibrate",
-            "--frames",
-            name(&pictures),
-            "--encoding",
-            "2.2",
-            "--json",
-        ][..],
+        &["device", "calibrate", "--frames", name(&pictures), "--encoding", "2.2", "--json"][..],
         &PLACES,
         &["--illuminance-lx", "10000", "--out", name(&out)],
     ];
@@ -534,10 +425,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     holds("luminance_full_cd_m2_95", 26_000.0);
     // The simulated driver is clean from 100 ns on.
     let number = |key: &str| found[key].as_f64().expect("a number");
-    assert!(
-        number("unclean_pulse_ns") < 90.0 && number("shortest_pulse_ns") > 90.0,
-        "{found}"
-    );
+    assert!(number("unclean_pulse_ns") < 90.0 && number("shortest_pulse_ns") > 90.0, "{found}");
     let board = Simulated::start(&[]);
     says(&board.vocc(&["device", "calibration", name(&out)]), 0, &[]);
     board.end();

@@ -39,9 +39,7 @@ fn irregular(name: &str) -> (PathBuf, Stamps) {
 }
 
 fn write(folder: &Path, stamps: &[(String, f64)]) {
-    let lines = stamps
-        .iter()
-        .map(|(frame, time_s)| format!("{frame},{time_s:.4}\n"));
+    let lines = stamps.iter().map(|(frame, time_s)| format!("{frame},{time_s:.4}\n"));
     let csv = "frame,seconds\n".to_owned() + &lines.collect::<String>();
     std::fs::write(folder.join("timestamps.csv"), csv).expect("a file");
 }
@@ -56,11 +54,7 @@ fn frames_are_counted_by_their_times() {
     let (film, stamps) = irregular("stamped");
     write(&film, &stamps);
     let received = receive(&film);
-    assert!(
-        text(&received.stdout).contains(MESSAGE),
-        "{}",
-        text(&received.stderr)
-    );
+    assert!(text(&received.stdout).contains(MESSAGE), "{}", text(&received.stderr));
     assert!(text(&received.stderr).contains("have the time of the frame before"));
     // By their numbers alone, they are counted wrongly.
     std::fs::remove_file(film.join("timestamps.csv")).expect("the file");
@@ -76,14 +70,8 @@ fn what_is_no_time_is_refused() {
         write(&film, &stamps);
         says(&receive(&film), 2, sentences);
     };
-    refused(
-        &|stamps| stamps[5].1 -= 1.0,
-        &["run backwards", "f005.png", "f004.png"],
-    );
-    refused(
-        &|stamps| stamps.truncate(3),
-        &["f003.png has no time stamp", "add a line for it"],
-    );
+    refused(&|stamps| stamps[5].1 -= 1.0, &["run backwards", "f005.png", "f004.png"]);
+    refused(&|stamps| stamps.truncate(3), &["f003.png has no time stamp", "add a line for it"]);
     refused(
         &|stamps| stamps[5].1 = f64::NAN,
         &["line 7: \"f005.png,NaN\" is no frame and the seconds"],

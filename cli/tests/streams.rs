@@ -12,10 +12,7 @@ use common::{command, says, text};
 /// Receives what a file holds, on standard input.
 fn receive(file: &Path, arguments: &[&str]) -> Output {
     let input = std::fs::File::open(file).expect("the file");
-    run(command(&[])
-        .args(["receive", "-"])
-        .args(arguments)
-        .stdin(input))
+    run(command(&[]).args(["receive", "-"]).args(arguments).stdin(input))
 }
 
 #[test]
@@ -25,11 +22,7 @@ fn y4m_is_received() {
     let file = folder.join("film.y4m");
     std::fs::write(&file, &stream).expect("a file");
     let whole = receive(&file, &[]);
-    assert!(
-        text(&whole.stdout).contains(MESSAGE),
-        "{}",
-        text(&whole.stderr)
-    );
+    assert!(text(&whole.stdout).contains(MESSAGE), "{}", text(&whole.stderr));
     std::fs::write(&file, &stream[..stream.len() - 9]).expect("a file");
     let cut = receive(&file, &[]);
     assert_eq!(cut.status.code(), Some(2));
@@ -54,32 +47,15 @@ fn what_is_seen_is_drawn_and_what_is_lost_is_explained() {
     let file = folder.join("film.gray");
     std::fs::write(&file, stream).expect("a file");
     let drawn = folder.join("seen");
-    let arguments = [
-        "--raw",
-        "320x240",
-        "--profile",
-        "--show",
-        drawn.to_str().expect("a name"),
-    ];
+    let arguments = ["--raw", "320x240", "--profile", "--show", drawn.to_str().expect("a name")];
     let output = receive(&file, &arguments);
     let told = text(&output.stderr);
     assert!(told.contains("frame 4: coasting, frame 1 of 12"), "{told}");
     assert!(told.contains("Follow"), "{told}");
-    let picture = image::open(drawn.join("frame-000002-panel-0.png"))
-        .expect("a picture")
-        .into_rgb8();
-    let green = picture
-        .pixels()
-        .filter(|pixel| pixel[1] > 150 && pixel[0] < 100)
-        .count();
-    let red = picture
-        .pixels()
-        .filter(|pixel| pixel[0] > 150 && pixel[1] < 100)
-        .count();
-    assert!(
-        green > 500 && red > 500,
-        "{green} green and {red} red pixels"
-    );
+    let picture = image::open(drawn.join("frame-000002-panel-0.png")).expect("a picture").into_rgb8();
+    let green = picture.pixels().filter(|pixel| pixel[1] > 150 && pixel[0] < 100).count();
+    let red = picture.pixels().filter(|pixel| pixel[0] > 150 && pixel[1] < 100).count();
+    assert!(green > 500 && red > 500, "{green} green and {red} red pixels");
     assert!(!drawn.join("frame-000004-panel-0.png").exists());
 }
 
@@ -92,16 +68,9 @@ fn frames_of_another_size_are_refused_and_the_rest_is_read() {
             .expect("a file");
     }
     let output = run(command(&[]).args(["receive", "--bits"]).arg(&folder));
-    says(
-        &output,
-        2,
-        &["7 × 200", "one size", "3 of 6 frames could not be used"],
-    );
+    says(&output, 2, &["7 × 200", "one size", "3 of 6 frames could not be used"]);
     let read = text(&output.stdout);
-    assert!(
-        read.contains("frame 0:") && read.contains("frame 5:"),
-        "{read}"
-    );
+    assert!(read.contains("frame 0:") && read.contains("frame 5:"), "{read}");
 }
 
 #[test]
@@ -131,11 +100,7 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
         let receive = |arguments: &[&str]| run(command(&["receive"]).arg(&folder).args(arguments));
         let found = receive(&[]);
         let told = text(&found.stderr);
-        assert_eq!(
-            text(&found.stdout).matches(message).count(),
-            1,
-            "{rate}: {told}"
-        );
+        assert_eq!(text(&found.stdout).matches(message).count(), 1, "{rate}: {told}");
         // 100 is near enough to 90 to be read by that clock.
         let is_said = told.contains("read at 45 symbols a second");
         assert_eq!(is_said, rate == 45, "{rate}: {told}");
@@ -156,13 +121,7 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
         let wrong = receive(&["--symbol-rate", if rate == 45 { "90" } else { "45" }]);
         let told = text(&wrong.stderr);
         assert_eq!(wrong.status.code(), Some(1), "{rate}: {told}");
-        assert!(
-            told.contains("symbols a second (--symbol-rate) and 100"),
-            "{rate}: {told}"
-        );
-        assert!(
-            told.contains("here the panel changes about"),
-            "{rate}: {told}"
-        );
+        assert!(told.contains("symbols a second (--symbol-rate) and 100"), "{rate}: {told}");
+        assert!(told.contains("here the panel changes about"), "{rate}: {told}");
     }
 }

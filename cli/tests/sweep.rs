@@ -60,10 +60,7 @@ impl Place {
     }
 
     fn assert_same(&self, one: &str, other: &str) {
-        assert!(
-            self.read(one) == self.read(other),
-            "{one} and {other} differ"
-        );
+        assert!(self.read(one) == self.read(other), "{one} and {other} differ");
     }
 
     fn assert_nothing_half_written(&self, folder: &str) {
@@ -78,27 +75,17 @@ impl Place {
 fn shards_interruptions_and_one_run_leave_the_same_bytes() {
     let place = Place::new("same", PLAN);
     let lines = place.ok(&["sweep", "plan.toml", "--out", "whole", "--json"]);
-    let cells: Vec<Value> = lines
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"))
-        .collect();
+    let cells: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
     assert_eq!(cells.len(), 4);
     for cell in &cells {
         assert!(cell["ambient.illuminance_lx"].is_number(), "{cell}");
         assert_eq!(cell["finished"], true);
-        assert_eq!(
-            cell["bits"].as_u64(),
-            cell["frames"].as_u64().map(|n| 64 * n)
-        );
+        assert_eq!(cell["bits"].as_u64(), cell["frames"].as_u64().map(|n| 64 * n));
     }
     let table = text(&place.read("whole/sweep.csv"));
     let columns = |line: &str| line.split(',').count();
     assert_eq!(table.lines().count(), 5);
-    assert!(
-        table
-            .lines()
-            .all(|line| columns(line) == columns(table.lines().next().unwrap()))
-    );
+    assert!(table.lines().all(|line| columns(line) == columns(table.lines().next().unwrap())));
     assert!(place.read("whole/sweep.png").starts_with(b"\x89PNG"));
     for shard in ["2/3", "0/3", "1/3"] {
         place.ok(&["sweep", "plan.toml", "--out", "parts", "--shard", shard]);
@@ -107,15 +94,7 @@ fn shards_interruptions_and_one_run_leave_the_same_bytes() {
     place.assert_same("whole/sweep.json", "parts/sweep.json");
     place.assert_same("whole/sweep.csv", "parts/sweep.csv");
     // Doing it again changes nothing.
-    place.ok(&[
-        "sweep",
-        "plan.toml",
-        "--out",
-        "parts",
-        "--shard",
-        "1/3",
-        "--resume",
-    ]);
+    place.ok(&["sweep", "plan.toml", "--out", "parts", "--shard", "1/3", "--resume"]);
     place.ok(&["sweep", "plan.toml", "--out", "whole", "--resume"]);
     let status = place.ok(&["sweep", "--status", "whole"]);
     assert_eq!(status.lines().count(), 5, "{status}");
@@ -126,9 +105,7 @@ fn shards_interruptions_and_one_run_leave_the_same_bytes() {
 
 #[test]
 fn a_run_that_is_told_to_end_keeps_what_it_has() {
-    let plan = PLAN
-        .replace("1500", "1000000")
-        .replace("1000\n", "100000000\n");
+    let plan = PLAN.replace("1500", "1000000").replace("1000\n", "100000000\n");
     let place = Place::new("interrupted", &plan);
     let mut run = place
         .command(&["sweep", "plan.toml", "--out", "out"])
@@ -147,11 +124,7 @@ fn a_run_that_is_told_to_end_keeps_what_it_has() {
     let table = text(&place.read("out/sweep.csv"));
     assert!(table.contains("false"), "{table}");
     let kept: Value = serde_json::from_slice(&place.read("out/sweep.json")).expect("JSON");
-    assert!(
-        kept["cells"]
-            .as_array()
-            .is_some_and(|cells| !cells.is_empty())
-    );
+    assert!(kept["cells"].as_array().is_some_and(|cells| !cells.is_empty()));
     place.refused(&["merge", "out/sweep.json"], &["missing", "--resume"]);
 }
 
@@ -173,15 +146,7 @@ fn status_says_what_is_there_and_what_is_not() {
     assert_eq!(states, ["done", "missing", "failed"]);
     place.refused(&["merge", "out"], &["shard-000002", "no whole results"]);
     // A damaged shard is not gone on from; without it, it is done again.
-    let again = [
-        "sweep",
-        "plan.toml",
-        "--out",
-        "out",
-        "--shard",
-        "2/3",
-        "--resume",
-    ];
+    let again = ["sweep", "plan.toml", "--out", "out", "--shard", "2/3", "--resume"];
     place.refused(&again, &["no whole results"]);
     let words = place.vocc(&["sweep", "--status", "out"]);
     assert!(text(&words.stdout).contains("--array=1,2"), "{words:?}");
@@ -201,16 +166,10 @@ fn bad_plans_and_foreign_shards_are_refused() {
         std::fs::write(place.0.join(name), text).expect("a plan");
     };
     with("unknown.toml", &PLAN.replace("frames", "framse"));
-    place.refused(
-        &["sweep", "unknown.toml"],
-        &["unknown.toml", "framse", "line 2"],
-    );
+    place.refused(&["sweep", "unknown.toml"], &["unknown.toml", "framse", "line 2"]);
     with("key.toml", &PLAN.replace("illuminance_lx", "lux"));
     place.refused(&["sweep", "key.toml"], &["lux", "illuminance_lx"]);
-    with(
-        "empty.toml",
-        &PLAN.replace("ambient.illuminance_lx = [50, 500]", ""),
-    );
+    with("empty.toml", &PLAN.replace("ambient.illuminance_lx = [50, 500]", ""));
     place.refused(&["sweep", "empty.toml"], &["grid is empty"]);
     with("axis.toml", &PLAN.replace("[50, 500]", "[]"));
     place.refused(&["sweep", "axis.toml"], &["no values"]);
@@ -226,28 +185,10 @@ fn bad_plans_and_foreign_shards_are_refused() {
     place.refused(&rare, &["no noise", "effects.noise=on"]);
     for (seed, out) in [("1", "one"), ("2", "two")] {
         let shard = if seed == "1" { "0/2" } else { "1/2" };
-        place.ok(&[
-            "sweep",
-            "plan.toml",
-            "--seed",
-            seed,
-            "--out",
-            out,
-            "--shard",
-            shard,
-        ]);
+        place.ok(&["sweep", "plan.toml", "--seed", seed, "--out", out, "--shard", shard]);
     }
     place.refused(&["merge", "one", "two"], &["another run", "seed"]);
-    let other = [
-        "sweep",
-        "plan.toml",
-        "--seed",
-        "9",
-        "--out",
-        "one",
-        "--shard",
-        "1/2",
-    ];
+    let other = ["sweep", "plan.toml", "--seed", "9", "--out", "one", "--shard", "1/2"];
     place.refused(&other, &["another plan"]);
     let shard = "one/shard-000000-of-000002.json";
     let old = text(&place.read(shard)).replacen("\"format\":3", "\"format\":1", 1);
@@ -258,17 +199,9 @@ fn bad_plans_and_foreign_shards_are_refused() {
 #[test]
 fn a_full_disk_loses_nothing_that_was_kept() {
     let place = Place::new("full", PLAN);
-    let evaluate = |more: &str| {
-        format!(
-            "{} evaluate night --frames 2048 --out kept.json {more}",
-            env!("CARGO_BIN_EXE_vocc")
-        )
-    };
+    let evaluate = |more: &str| format!("{} evaluate night --frames 2048 --out kept.json {more}", env!("CARGO_BIN_EXE_vocc"));
     let bash = |script: &str| {
-        let output = Command::new("bash")
-            .current_dir(&place.0)
-            .args(["-c", script])
-            .output();
+        let output = Command::new("bash").current_dir(&place.0).args(["-c", script]).output();
         output.expect("bash runs")
     };
     let half = bash(&evaluate("--shard 0/2"));
@@ -276,10 +209,7 @@ fn a_full_disk_loses_nothing_that_was_kept() {
     let before = place.read("kept.json");
     assert!(before.len() < 4096, "{} bytes", before.len());
     // No file may grow beyond 4 KiB: writing more fails as it does on a full disk.
-    let full = bash(&format!(
-        "trap '' XFSZ; ulimit -f 4; {}",
-        evaluate("--resume")
-    ));
+    let full = bash(&format!("trap '' XFSZ; ulimit -f 4; {}", evaluate("--resume")));
     let error = text(&full.stderr);
     assert_eq!(full.status.code(), Some(2), "{error}");
     assert!(error.contains("cannot write kept.json"), "{error}");
@@ -296,16 +226,7 @@ fn a_full_disk_loses_nothing_that_was_kept() {
 fn scripts_for_slurm_are_ordinary_ones() {
     let place = Place::new("a b'c", PLAN);
     let slurm = ["sweep", "plan.toml", "--slurm", "jobs", "--shards", "5"];
-    let options = [
-        "--partition",
-        "short",
-        "--time",
-        "02:00:00",
-        "--mem",
-        "2G",
-        "--throttle",
-        "3",
-    ];
+    let options = ["--partition", "short", "--time", "02:00:00", "--mem", "2G", "--throttle", "3"];
     let more = ["--sbatch=--account=physics"];
     let told = place.ok(&[&slurm[..], &options, &more].concat());
     assert!(told.contains("--dependency=afterok:"), "{told}");
@@ -331,34 +252,20 @@ fn scripts_for_slurm_are_ordinary_ones() {
             .expect("bash runs");
         assert_eq!(run.status.code(), Some(0), "{run:?}");
     }
-    let merge = Command::new("bash")
-        .arg(place.0.join("jobs/merge.sbatch"))
-        .output();
+    let merge = Command::new("bash").arg(place.0.join("jobs/merge.sbatch")).output();
     let merge = merge.expect("bash runs");
     assert_eq!(merge.status.code(), Some(0), "{merge:?}");
     place.ok(&["sweep", "plan.toml", "--out", "alone"]);
     place.assert_same("alone/sweep.json", "jobs/sweep.json");
-    place.refused(
-        &[&slurm[..], &["--partition", "a\nb"]].concat(),
-        &["--partition"],
-    );
+    place.refused(&[&slurm[..], &["--partition", "a\nb"]].concat(), &["--partition"]);
     place.refused(&[&slurm[..], &["--time", "soon"]].concat(), &["--time"]);
-    place.refused(
-        &[&slurm[..], &["--time", "3"]].concat(),
-        &["--time 3", "180 s", "--notice"],
-    );
+    place.refused(&[&slurm[..], &["--time", "3"]].concat(), &["--time 3", "180 s", "--notice"]);
     place.refused(&[&slurm[..5], &["0"]].concat(), &["--shards"]);
     place.refused(&[&slurm[..5], &["6"]].concat(), &["5 shards"]);
-    let submit = place
-        .command(&[&slurm[..], &["--submit"]].concat())
-        .env("PATH", "")
-        .output();
+    let submit = place.command(&[&slurm[..], &["--submit"]].concat()).env("PATH", "").output();
     let submit = submit.expect("vocc runs");
     assert_eq!(submit.status.code(), Some(2));
-    assert!(
-        text(&submit.stderr).contains("cannot run sbatch"),
-        "{submit:?}"
-    );
+    assert!(text(&submit.stderr).contains("cannot run sbatch"), "{submit:?}");
 }
 
 #[test]
@@ -446,9 +353,7 @@ fn detectors_are_compared_by_frames_of_one_symbol() {
     let told = place.ok(&["sweep", "plan.toml", "--out", "out"]);
     assert!(told.contains("one symbol"), "{told}");
     let table = text(&place.read("out/sweep.csv"));
-    let mut lines = table
-        .lines()
-        .map(|line| line.split(',').collect::<Vec<_>>());
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let (names, values) = (lines.next().expect("names"), lines.next().expect("values"));
     let value = |name: &str| -> f64 {
         let column = names.iter().position(|&column| column == name);
@@ -459,9 +364,6 @@ fn detectors_are_compared_by_frames_of_one_symbol() {
     assert!(0.0 < across && across < frames, "{across} of {frames}");
     let errors = value("bit_errors") - value("bit_errors_across");
     let rate = errors / (64.0 * (frames - across));
-    assert!(
-        (value("ber_one_symbol") - rate).abs() < 1e-9,
-        "{rate}: {table}"
-    );
+    assert!((value("ber_one_symbol") - rate).abs() < 1e-9, "{rate}: {table}");
     assert!(value("ber") > value("ber_one_symbol"), "{table}");
 }

@@ -33,9 +33,7 @@ fn steps(tutorial: &str) -> Vec<Step> {
             }
             (Some(_), Some(_)) => block = None,
             (Some(kind), None) => {
-                let step = steps
-                    .last_mut()
-                    .expect("commands come before what they print");
+                let step = steps.last_mut().expect("commands come before what they print");
                 match kind {
                     "sh" => step.commands += &format!("{line}\n"),
                     "text" => step.printed.push(line.to_owned()),
@@ -66,20 +64,12 @@ fn sh(place: &Path, steps: &[Step]) -> (Vec<String>, String) {
     let vocc = Path::new(env!("CARGO_BIN_EXE_vocc"));
     let beside = vocc.parent().expect("a folder").display();
     let path = std::env::var("PATH").unwrap_or_default();
-    let commands = steps
-        .iter()
-        .map(|step| format!("{}\necho \"{END}\"\n", step.commands));
+    let commands = steps.iter().map(|step| format!("{}\necho \"{END}\"\n", step.commands));
     let ended = "trap 'jobs -p | xargs -r kill' EXIT\n".to_owned();
-    let [said, told] = ["said.txt", "told.txt"]
-        .map(|name| place.with_file_name(format!("{}-{name}", name_of(place))));
+    let [said, told] = ["said.txt", "told.txt"].map(|name| place.with_file_name(format!("{}-{name}", name_of(place))));
     let create = |file: &Path| std::fs::File::create(file).expect("a file");
     let status = Command::new("bash")
-        .args([
-            "-euo",
-            "pipefail",
-            "-c",
-            &(ended + &commands.collect::<String>()),
-        ])
+        .args(["-euo", "pipefail", "-c", &(ended + &commands.collect::<String>())])
         .current_dir(place)
         .env("PATH", format!("{beside}:{path}"))
         .stdin(Stdio::null())
@@ -99,8 +89,7 @@ fn name_of(place: &Path) -> String {
 }
 
 fn does(tutorial: &str) {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/tutorials/{tutorial}.md"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/tutorials/{tutorial}.md"));
     let steps = steps(&std::fs::read_to_string(path).expect("a tutorial"));
     assert!(steps.len() > 2, "{steps:?}");
     let place = folder(&format!("tutorial-{tutorial}"));

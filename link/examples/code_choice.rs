@@ -38,12 +38,7 @@ struct Measured {
 }
 
 /// The panels until one random message is delivered, if it is within [`REPEATS_MAX`] repeats.
-fn panels_to_delivery(
-    code: Code,
-    length: usize,
-    channel: Channel,
-    noise: &mut Noise,
-) -> Result<Option<u32>, FramingError> {
+fn panels_to_delivery(code: Code, length: usize, channel: Channel, noise: &mut Noise) -> Result<Option<u32>, FramingError> {
     let message = noise.bytes(length);
     let mut framer = Framer::new(&message, code, false)?;
     let mut deframer = Deframer::new();
@@ -57,13 +52,7 @@ fn panels_to_delivery(
     Ok(None)
 }
 
-fn measure(
-    code: Code,
-    length: usize,
-    channel: Channel,
-    trials: u32,
-    seed: u64,
-) -> Result<Measured, FramingError> {
+fn measure(code: Code, length: usize, channel: Channel, trials: u32, seed: u64) -> Result<Measured, FramingError> {
     let repeat = Framer::new(&vec![0; length], code, false)?.panels_per_repeat();
     let (mut delivered, mut at_once, mut panels) = (0_u32, 0_u32, 0_u64);
     for trial in 0..trials {
@@ -115,9 +104,7 @@ fn table(channel: Channel, trials: u32, seed: u64) -> Result<String, FramingErro
         for code in Code::ALL {
             let measured = measure(code, length, channel, trials, seed)?;
             let failed = 100.0 * measured.failed_in_one_repeat;
-            let panels = measured
-                .mean_panels
-                .map_or("–".into(), |panels| format!("{panels:.1}"));
+            let panels = measured.mean_panels.map_or("–".into(), |panels| format!("{panels:.1}"));
             cells.push(format!("{panels} ({failed:.1})"));
         }
         table += &format!("| {length} | {} |\n", cells.join(" | "));

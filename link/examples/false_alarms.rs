@@ -8,20 +8,13 @@ use link::scramble::split_mix64;
 
 fn main() -> Result<(), std::num::ParseIntError> {
     let mut arguments = std::env::args().skip(1);
-    let panels: u32 = arguments
-        .next()
-        .map_or(Ok(10_000_000), |given| given.parse())?;
+    let panels: u32 = arguments.next().map_or(Ok(10_000_000), |given| given.parse())?;
     let seed: u64 = arguments.next().map_or(Ok(1), |given| given.parse())?;
     let mut deframer = Deframer::new();
-    let (mut syncs, mut versions, mut headers, mut beacons, mut sizes, mut messages) =
-        (0, 0, 0, 0, 0, 0);
+    let (mut syncs, mut versions, mut headers, mut beacons, mut sizes, mut messages) = (0, 0, 0, 0, 0, 0);
     for index in 0..panels {
         let bits = split_mix64(split_mix64(seed).wrapping_add(index.into()));
-        match deframer.push(
-            index,
-            0,
-            &SoftPanel::certain(PanelFrame::from_bits(bits), 12),
-        ) {
+        match deframer.push(index, 0, &SoftPanel::certain(PanelFrame::from_bits(bits), 12)) {
             Event::Nothing | Event::Segment { .. } => {}
             Event::Rejected(_) => syncs += 1,
             Event::UnsupportedVersion(_) => versions += 1,

@@ -10,11 +10,7 @@ const TEXT: &[u8] = b"Slow down: road works ahead, the left lane is closed for 8
 const REPEATS: u32 = 40;
 
 fn longest_run(panels: &[PanelFrame], led: usize) -> usize {
-    panels
-        .chunk_by(|a, b| a.led(led) == b.led(led))
-        .map(<[_]>::len)
-        .max()
-        .unwrap_or(0)
+    panels.chunk_by(|a, b| a.led(led) == b.led(led)).map(<[_]>::len).max().unwrap_or(0)
 }
 
 fn main() -> Result<(), FramingError> {
@@ -30,30 +26,13 @@ fn main() -> Result<(), FramingError> {
         let repeat = framer.panels_per_repeat();
         let panels: Vec<PanelFrame> = (0..REPEATS * repeat).map(|_| framer.next_panel()).collect();
         let count = panels.len() as f64;
-        let on = || {
-            panels
-                .iter()
-                .map(|panel| f64::from(panel.count_on()) / LEDS as f64)
-        };
+        let on = || panels.iter().map(|panel| f64::from(panel.count_on()) / LEDS as f64);
         let mean = on().sum::<f64>() / count;
         let spread = (on().map(|on| (on - mean).powi(2)).sum::<f64>() / count).sqrt();
-        let least = panels
-            .iter()
-            .map(|panel| panel.count_on())
-            .min()
-            .unwrap_or(0);
-        let most = panels
-            .iter()
-            .map(|panel| panel.count_on())
-            .max()
-            .unwrap_or(0);
-        let run = (0..LEDS)
-            .map(|led| longest_run(&panels, led))
-            .max()
-            .unwrap_or(0);
-        println!(
-            "| {length} | {code} | {repeat} | {mean:.4} | {spread:.4} | {least} to {most} | {run} |"
-        );
+        let least = panels.iter().map(|panel| panel.count_on()).min().unwrap_or(0);
+        let most = panels.iter().map(|panel| panel.count_on()).max().unwrap_or(0);
+        let run = (0..LEDS).map(|led| longest_run(&panels, led)).max().unwrap_or(0);
+        println!("| {length} | {code} | {repeat} | {mean:.4} | {spread:.4} | {least} to {most} | {run} |");
     }
     Ok(())
 }

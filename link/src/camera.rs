@@ -102,8 +102,7 @@ impl Camera {
     /// The light of a grey level, 1 at grey 118 of a camera whose black is 0; 0 below black.
     pub fn light(&self, grey: f32) -> f32 {
         let white = f32::from(u8::MAX);
-        self.encoding
-            .light((grey - self.black_grey) * white / (white - self.black_grey))
+        self.encoding.light((grey - self.black_grey) * white / (white - self.black_grey))
     }
 
     /// The grey level of light, neither rounded nor cut at white; black for none.
@@ -114,8 +113,7 @@ impl Camera {
 
     /// The nearest camera in range; what is not a number becomes the least.
     pub fn clamped(self) -> Self {
-        let clamped =
-            |value: f32, range: RangeInclusive<f32>| value.max(*range.start()).min(*range.end());
+        let clamped = |value: f32, range: RangeInclusive<f32>| value.max(*range.start()).min(*range.end());
         Self {
             encoding: self.encoding.clamped(),
             black_grey: clamped(self.black_grey, Self::BLACK_GREY),
@@ -194,40 +192,19 @@ mod tests {
             encoding: Encoding::Gamma(gamma),
             ..usual
         };
-        let blur = |blur_sigma_px| Camera {
-            blur_sigma_px,
-            ..usual
-        };
-        let black = |black_grey| Camera {
-            black_grey,
-            ..usual
-        };
-        let aspect = |blur_aspect| Camera {
-            blur_aspect,
-            ..usual
-        };
-        let read = |read_noise_e| Camera {
-            read_noise_e,
-            ..usual
-        };
+        let blur = |blur_sigma_px| Camera { blur_sigma_px, ..usual };
+        let black = |black_grey| Camera { black_grey, ..usual };
+        let aspect = |blur_aspect| Camera { blur_aspect, ..usual };
+        let read = |read_noise_e| Camera { read_noise_e, ..usual };
         for (camera, wrong) in [
             (gamma(0.9), "a gamma of 0.9 is not 1 to 4: "),
             (gamma(f32::NAN), "a gamma of NaN is not 1 to 4: "),
             (black(65.0), "a black level of 65 is not 0 to 64 of 255: "),
             (blur(0.2), "a blur of 0.2 px is not 0.3 to 4 px: "),
             (blur(f32::INFINITY), "a blur of inf px is not 0.3 to 4 px: "),
-            (
-                aspect(2.5),
-                "a blur 2.5 times as wide as high is not 0.5 to 2: ",
-            ),
-            (
-                read(-0.1),
-                "a read noise of -0.1 electrons is not 0 to 1e6: ",
-            ),
-            (
-                read(f32::INFINITY),
-                "a read noise of inf electrons is not 0 to 1e6: ",
-            ),
+            (aspect(2.5), "a blur 2.5 times as wide as high is not 0.5 to 2: "),
+            (read(-0.1), "a read noise of -0.1 electrons is not 0 to 1e6: "),
+            (read(f32::INFINITY), "a read noise of inf electrons is not 0 to 1e6: "),
         ] {
             let error = camera.checked().unwrap_err().to_string();
             assert!(error.starts_with(wrong), "{error}");

@@ -62,13 +62,7 @@ pub enum Code {
 
 impl Code {
     /// All of them, in the order of their values.
-    pub const ALL: [Self; 5] = [
-        Self::Tc128,
-        Self::Tc256,
-        Self::Tc512,
-        Self::Tm1280,
-        Self::Tm1536,
-    ];
+    pub const ALL: [Self; 5] = [Self::Tc128, Self::Tc256, Self::Tc512, Self::Tm1280, Self::Tm1536];
 
     /// The code of that value in the header, if there is one.
     pub const fn from_value(value: u8) -> Option<Self> {
@@ -167,34 +161,22 @@ impl Block {
     /// ```
     pub fn encode(self, info: &[u8]) -> impl ExactSizeIterator<Item = PanelFrame> + Clone + use<> {
         let mut words = [0_u64; CODEWORD_PANELS_MAX];
-        for (word, bytes) in words
-            .iter_mut()
-            .zip(info[..info.len().min(self.info_bytes)].chunks(PANEL_BYTES))
-        {
+        for (word, bytes) in words.iter_mut().zip(info[..info.len().min(self.info_bytes)].chunks(PANEL_BYTES)) {
             let mut padded = [0; PANEL_BYTES];
-            padded
-                .iter_mut()
-                .zip(bytes)
-                .for_each(|(to, &from)| *to = from);
+            padded.iter_mut().zip(bytes).for_each(|(to, &from)| *to = from);
             *word = u64::from_ne_bytes(padded);
         }
         self.code.ldpc().encode(&mut words[..self.code.panels()]);
-        (0..self.panels())
-            .map(move |panel| PanelFrame::from_bits(u64::from_le(words[self.place(panel)])))
+        (0..self.panels()).map(move |panel| PanelFrame::from_bits(u64::from_le(words[self.place(panel)])))
     }
 
     /// How the LEDs of `panels` that were seen at all (non-zero) compare with the panels that carry `info`:
     /// `(different, seen)`.
     pub fn compare(self, info: &[u8], panels: &[SoftPanel]) -> (u32, u32) {
-        self.encode(info)
-            .zip(panels)
-            .fold((0, 0), |(different, seen), (truth, panel)| {
-                let wrong = (panel.hard().bits() ^ truth.bits()) & panel.seen();
-                (
-                    different + wrong.count_ones(),
-                    seen + panel.seen().count_ones(),
-                )
-            })
+        self.encode(info).zip(panels).fold((0, 0), |(different, seen), (truth, panel)| {
+            let wrong = (panel.hard().bits() ^ truth.bits()) & panel.seen();
+            (different + wrong.count_ones(), seen + panel.seen().count_ones())
+        })
     }
 
     const fn info_panels(self) -> usize {
@@ -204,11 +186,7 @@ impl Block {
     /// The place in the whole code word of the `panel`-th panel that is sent.
     const fn place(self, panel: usize) -> usize {
         let skipped = self.code.info_bytes() / PANEL_BYTES - self.info_panels();
-        if panel < self.info_panels() {
-            panel
-        } else {
-            panel + skipped
-        }
+        if panel < self.info_panels() { panel } else { panel + skipped }
     }
 }
 
@@ -216,9 +194,7 @@ impl Block {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Undecodable {
     /// Too many panels were lost.
-    #[error(
-        "{known} of the block's bits are known, at least {needed} are needed: more of its panels must arrive"
-    )]
+    #[error("{known} of the block's bits are known, at least {needed} are needed: more of its panels must arrive")]
     TooFewBits {
         /// Bits that were received or are known to be zero.
         known: usize,
@@ -266,13 +242,7 @@ impl Decoder {
         let output = &mut self.output[..code.output_len()];
         let working = &mut self.working[..code.decode_ms_working_len()];
         let signs = &mut self.signs[..code.decode_ms_working_u8_len()];
-        let (found, _) = code.decode_ms(
-            &self.llrs[..code.n()],
-            output,
-            working,
-            signs,
-            MAX_ITERATIONS,
-        );
+        let (found, _) = code.decode_ms(&self.llrs[..code.n()], output, working, signs, MAX_ITERATIONS);
         let (info, rest) = output[..block.code.info_bytes()].split_at(block.info_bytes);
         if found && rest.iter().all(|&byte| byte == 0) {
             Ok(info)
@@ -319,10 +289,7 @@ mod tests {
 
     /// The readings of a block's panels with `errors` of all its LEDs, spread by `seed`, read wrongly.
     fn read_with_errors(block: Block, info: &[u8], errors: usize, seed: u64) -> Vec<SoftPanel> {
-        let mut panels: Vec<_> = block
-            .encode(info)
-            .map(|panel| SoftPanel::certain(panel, 12))
-            .collect();
+        let mut panels: Vec<_> = block.encode(info).map(|panel| SoftPanel::certain(panel, 12)).collect();
         let leds = (LEDS * panels.len()) as u64;
         for error in 0..errors as u64 {
             let led = (split_mix64(seed.wrapping_add(error)) % leds) as usize;
@@ -361,10 +328,7 @@ mod tests {
         for code in Code::ALL {
             let block = Block::new(code, 1);
             let refusal = Decoder::new().decode(block, &[]).unwrap_err();
-            assert!(
-                matches!(refusal, Undecodable::TooFewBits { .. }),
-                "{code}: {refusal}"
-            );
+            assert!(matches!(refusal, Undecodable::TooFewBits { .. }), "{code}: {refusal}");
         }
     }
 
@@ -375,11 +339,7 @@ mod tests {
             let block = Block::new(code, 128);
             let mut panels = read_with_errors(block, &info, 0, 0);
             panels[5] = SoftPanel::ERASED;
-            assert_eq!(
-                Decoder::new().decode(block, &panels),
-                Ok(&info[..]),
-                "{code}"
-            );
+            assert_eq!(Decoder::new().decode(block, &panels), Ok(&info[..]), "{code}");
         }
     }
 
@@ -403,28 +363,15 @@ mod tests {
                 .map(|(n, panel)| {
                     let llrs: [f32; LEDS] = core::array::from_fn(|led| {
                         let level = if panel.led(led) { 1.0 } else { -1.0 };
-                        2.0 * (level + SIGMA * gaussian((trial << 16) + (LEDS * n + led) as u64))
-                            / (SIGMA * SIGMA)
+                        2.0 * (level + SIGMA * gaussian((trial << 16) + (LEDS * n + led) as u64)) / (SIGMA * SIGMA)
                     });
-                    exact.extend(
-                        llrs.chunks_exact(8)
-                            .flat_map(|row| row.iter().rev().map(|llr| -llr)),
-                    );
-                    SoftPanel(llrs.map(|llr| {
-                        (llr / crate::panel::LLR_STEP).round().clamp(-127.0, 127.0) as Llr
-                    }))
+                    exact.extend(llrs.chunks_exact(8).flat_map(|row| row.iter().rev().map(|llr| -llr)));
+                    SoftPanel(llrs.map(|llr| (llr / crate::panel::LLR_STEP).round().clamp(-127.0, 127.0) as Llr))
                 })
                 .collect();
             let mut output = [0; 64];
-            let (mut working, mut signs) =
-                ([0.0; LDPCCode::TC512.decode_ms_working_len()], [0; 32]);
-            let (found, _) = code.decode_ms(
-                &exact,
-                &mut output,
-                &mut working,
-                &mut signs,
-                MAX_ITERATIONS,
-            );
+            let (mut working, mut signs) = ([0.0; LDPCCode::TC512.decode_ms_working_len()], [0; 32]);
+            let (found, _) = code.decode_ms(&exact, &mut output, &mut working, &mut signs, MAX_ITERATIONS);
             floating += u32::from(found && output[..32] == info);
             eight_bits += u32::from(Decoder::new().decode(block, &panels) == Ok(&info[..]));
         }
@@ -432,10 +379,7 @@ mod tests {
             (60..=190).contains(&floating),
             "a comparison in easy or hopeless noise says nothing: {floating}"
         );
-        assert!(
-            eight_bits + 6 >= floating,
-            "{eight_bits} of 200 against {floating}"
-        );
+        assert!(eight_bits + 6 >= floating, "{eight_bits} of 200 against {floating}");
     }
 
     #[test]
@@ -460,11 +404,6 @@ mod tests {
     fn the_coded_bytes_are_those_of_the_code_s_reference_implementation() {
         let shown = Block::new(Code::Tc128, 8).encode(&[0, 1, 2, 3, 4, 5, 6, 7]);
         let bytes: Vec<u8> = crate::raw::bytes(shown).collect();
-        assert_eq!(
-            bytes,
-            [
-                0, 1, 2, 3, 4, 5, 6, 7, 0x34, 0x99, 0x98, 0x87, 0x94, 0xe1, 0x62, 0x56
-            ]
-        );
+        assert_eq!(bytes, [0, 1, 2, 3, 4, 5, 6, 7, 0x34, 0x99, 0x98, 0x87, 0x94, 0xe1, 0x62, 0x56]);
     }
 }

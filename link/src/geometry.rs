@@ -51,10 +51,7 @@ impl Geometry {
         if !Self::LED_DIAMETER_UM.contains(&led_diameter_um) {
             return Err(GeometryError { led_diameter_um });
         }
-        Ok(Self {
-            led_diameter_um,
-            interval,
-        })
+        Ok(Self { led_diameter_um, interval })
     }
 
     /// The diameter of an LED, m.

@@ -76,10 +76,7 @@ impl IntensityLimit {
         if !Self::LED_DIAMETER_UM.contains(&led_diameter_um) {
             return Err(IntensityLimitError::LedDiameter(led_diameter_um));
         }
-        Ok(Self {
-            most_mcd,
-            led_diameter_um,
-        })
+        Ok(Self { most_mcd, led_diameter_um })
     }
 
     /// A limit in cd for LEDs of a diameter in m, to the nearest 1/1000 cd and µm.
@@ -87,10 +84,7 @@ impl IntensityLimit {
     /// # Errors
     /// As [`new`](Self::new), and for what is no number.
     pub fn from_cd(most_cd: f64, led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
-        Self::new(
-            (most_cd * 1e3 + 0.5) as u32,
-            (led_diameter_m * 1e6 + 0.5) as u32,
-        )
+        Self::new((most_cd * 1e3 + 0.5) as u32, (led_diameter_m * 1e6 + 0.5) as u32)
     }
 
     /// No limit for LEDs of a diameter in m, of which alone it tells: the greatest number stands for it.

@@ -114,9 +114,7 @@ impl core::fmt::Display for Quantity {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
     /// An axis is empty or too long.
-    #[error(
-        "the table has {count} entries of {quantity}, 1 to {most} are possible: merge or leave out some"
-    )]
+    #[error("the table has {count} entries of {quantity}, 1 to {most} are possible: merge or leave out some")]
     AxisLength {
         /// The axis.
         quantity: Quantity,
@@ -136,9 +134,7 @@ pub enum TableError {
         needed: usize,
     },
     /// An entry is out of its range, or not a number.
-    #[error(
-        "{quantity} number {index} (from 0) of the table is {value}, it must be {least} to {most}"
-    )]
+    #[error("{quantity} number {index} (from 0) of the table is {value}, it must be {least} to {most}")]
     OutOfRange {
         /// What it is.
         quantity: Quantity,
@@ -198,13 +194,8 @@ impl L2aTable {
     /// [`TableError`], which names the first entry that is wrong: axes have 1 to [`ILLUMINANCES_MAX`] and
     /// [`INTERVALS_MAX`] entries, strictly ascending, of 0.01 to 1 000 000 lx and 0.05 to 15; values are 0.2
     /// to 4.
-    pub fn new(
-        illuminances_lx: &[f32],
-        intervals: &[f32],
-        l2a: &[f32],
-    ) -> Result<Self, TableError> {
-        let illuminances: Vec<_, ILLUMINANCES_MAX> =
-            quantised(Quantity::IlluminanceLx, illuminances_lx)?;
+    pub fn new(illuminances_lx: &[f32], intervals: &[f32], l2a: &[f32]) -> Result<Self, TableError> {
+        let illuminances: Vec<_, ILLUMINANCES_MAX> = quantised(Quantity::IlluminanceLx, illuminances_lx)?;
         let intervals: Vec<_, INTERVALS_MAX> = quantised(Quantity::Interval, intervals)?;
         check_count(l2a.len(), illuminances.len() * intervals.len())?;
         let values: Vec<_, { ILLUMINANCES_MAX * INTERVALS_MAX }> = quantised(Quantity::L2a, l2a)?;
@@ -216,11 +207,7 @@ impl L2aTable {
     /// # Errors
     ///
     /// As [`Self::new`]; a limit counts as it is after rounding to the type.
-    pub fn from_fixed(
-        illuminances_lx: &[Illuminance],
-        intervals: &[Interval],
-        l2a: &[L2a],
-    ) -> Result<Self, TableError> {
+    pub fn from_fixed(illuminances_lx: &[Illuminance], intervals: &[Interval], l2a: &[L2a]) -> Result<Self, TableError> {
         let illuminances = checked_axis(Quantity::IlluminanceLx, illuminances_lx)?;
         let intervals = checked_axis(Quantity::Interval, intervals)?;
         check_count(l2a.len(), illuminances.len() * intervals.len())?;
@@ -372,10 +359,7 @@ fn check_count(count: usize, needed: usize) -> Result<(), TableError> {
 }
 
 /// Numbers rounded to fixed point, checked for count and range.
-fn quantised<T: fixed::traits::Fixed, const MOST: usize>(
-    quantity: Quantity,
-    given: &[f32],
-) -> Result<Vec<T, MOST>, TableError> {
+fn quantised<T: fixed::traits::Fixed, const MOST: usize>(quantity: Quantity, given: &[f32]) -> Result<Vec<T, MOST>, TableError> {
     let (least, most) = quantity.range();
     let mut numbers = Vec::new();
     for (index, &value) in given.iter().enumerate() {
@@ -383,18 +367,12 @@ fn quantised<T: fixed::traits::Fixed, const MOST: usize>(
             return Err(quantity.out_of_range(index, value));
         }
         let too_long = |_| quantity.wrong_length(given.len(), MOST);
-        numbers
-            .push(T::saturating_from_num(value))
-            .map_err(too_long)?;
+        numbers.push(T::saturating_from_num(value)).map_err(too_long)?;
     }
     Ok(numbers)
 }
 
-fn check_fixed<T: fixed::traits::Fixed>(
-    quantity: Quantity,
-    index: usize,
-    value: T,
-) -> Result<(), TableError> {
+fn check_fixed<T: fixed::traits::Fixed>(quantity: Quantity, index: usize, value: T) -> Result<(), TableError> {
     let (least, most) = quantity.range();
     if (T::saturating_from_num(least)..=T::saturating_from_num(most)).contains(&value) {
         Ok(())
@@ -563,8 +541,7 @@ mod tests {
 
     #[test]
     fn log2_is_within_its_bound_at_the_powers_of_two_and_beside_them() {
-        for bits in (0..32).flat_map(|shift| [1_u32 << shift, (1 << shift) + 1, u32::MAX >> shift])
-        {
+        for bits in (0..32).flat_map(|shift| [1_u32 << shift, (1 << shift) + 1, u32::MAX >> shift]) {
             let value = Illuminance::from_bits(bits);
             let error = log2(value).to_num::<f64>() - value.to_num::<f64>().log2();
             assert!(error.abs() <= LOG2_ERROR_MAX, "{error} at {value}");
@@ -581,9 +558,7 @@ mod tests {
     #[test]
     fn errors_name_the_entry_the_value_and_the_range() {
         let message = |illuminances: &[f32], intervals: &[f32], values: &[f32]| {
-            L2aTable::new(illuminances, intervals, values)
-                .unwrap_err()
-                .to_string()
+            L2aTable::new(illuminances, intervals, values).unwrap_err().to_string()
         };
         assert_eq!(
             message(&[1.0, 2.0], &[1.0], &[1.0, 5.0]),
@@ -593,19 +568,10 @@ mod tests {
             message(&[1.0, f32::NAN], &[1.0], &[1.0, 1.0]),
             "illuminance in lx number 1 (from 0) of the table is NaN, it must be 0.01 to 1000000"
         );
-        assert!(
-            message(&[1.0], &[2.0, 1.0], &[1.0, 1.0])
-                .starts_with("interval number 1 (from 0) of the table is 1,")
-        );
-        assert!(
-            message(&[], &[1.0], &[])
-                .starts_with("the table has 0 entries of illuminance in lx, 1 to 16")
-        );
+        assert!(message(&[1.0], &[2.0, 1.0], &[1.0, 1.0]).starts_with("interval number 1 (from 0) of the table is 1,"));
+        assert!(message(&[], &[1.0], &[]).starts_with("the table has 0 entries of illuminance in lx, 1 to 16"));
         assert!(message(&[1.0], &[1.0; 9], &[1.0; 9]).contains("interval"));
-        assert!(
-            message(&[1.0], &[1.0], &[1.0; 2])
-                .starts_with("the table has 2 values of L2A, 1 are needed")
-        );
+        assert!(message(&[1.0], &[1.0], &[1.0; 2]).starts_with("the table has 2 values of L2A, 1 are needed"));
         let many: std::vec::Vec<f32> = (1..=17).map(|n| n as f32).collect();
         assert!(message(&many, &[1.0], &[1.0; 17]).starts_with("the table has 17 entries"));
     }

@@ -79,21 +79,12 @@ impl SoftPanel {
 
     /// The panel read with certainty `llr` (1 to 127) in each bit.
     pub fn certain(panel: PanelFrame, llr: Llr) -> Self {
-        Self(core::array::from_fn(|i| {
-            if panel.led(i) {
-                llr
-            } else {
-                llr.saturating_neg()
-            }
-        }))
+        Self(core::array::from_fn(|i| if panel.led(i) { llr } else { llr.saturating_neg() }))
     }
 
     /// One bit an LED: set where anything is known of it (a non-zero ratio).
     pub fn seen(&self) -> u64 {
-        self.0
-            .iter()
-            .enumerate()
-            .fold(0, |bits, (i, &llr)| bits | u64::from(llr != 0) << i)
+        self.0.iter().enumerate().fold(0, |bits, (i, &llr)| bits | u64::from(llr != 0) << i)
     }
 
     /// The same reading with the LEDs of `mask` taken for their opposite: undoes an XOR with `mask` at the
@@ -113,16 +104,10 @@ impl SoftPanel {
     /// For a reading that has nothing to do with `panel`, sum/√squares has mean 0 and variance 1, and exceeds
     /// z with a probability of at most exp(−z²/2), whatever the magnitudes (Hoeffding 1963, Theorem 2).
     pub fn correlation(&self, panel: PanelFrame) -> (i32, i32) {
-        self.0
-            .iter()
-            .enumerate()
-            .fold((0, 0), |(sum, squares), (i, &llr)| {
-                let llr = i32::from(llr);
-                (
-                    if panel.led(i) { sum + llr } else { sum - llr },
-                    squares + llr * llr,
-                )
-            })
+        self.0.iter().enumerate().fold((0, 0), |(sum, squares), (i, &llr)| {
+            let llr = i32::from(llr);
+            (if panel.led(i) { sum + llr } else { sum - llr }, squares + llr * llr)
+        })
     }
 
     /// The likelier state of each LED; Off where nothing is known.
@@ -145,10 +130,7 @@ mod tests {
 
     #[test]
     fn flipping_undoes_an_xor_and_leaves_what_is_unknown() {
-        let (panel, mask) = (
-            PanelFrame::from_bits(0x0123_4567_89ab_cdef),
-            0xff00_f0f0_1248_0000,
-        );
+        let (panel, mask) = (PanelFrame::from_bits(0x0123_4567_89ab_cdef), 0xff00_f0f0_1248_0000);
         let mut reading = SoftPanel::certain(PanelFrame::from_bits(panel.bits() ^ mask), 5);
         reading.0[63] = 0;
         assert_eq!(reading.flipped(mask).hard().distance(panel), 0);
@@ -161,9 +143,6 @@ mod tests {
         let panel = PanelFrame::from_bits(0x0123_4567_89ab_cdef);
         let reading = SoftPanel::certain(panel, 3);
         assert_eq!(reading.correlation(panel), (3 * 64, 9 * 64));
-        assert_eq!(
-            reading.correlation(PanelFrame::from_bits(!panel.bits())),
-            (-3 * 64, 9 * 64)
-        );
+        assert_eq!(reading.correlation(PanelFrame::from_bits(!panel.bits())), (-3 * 64, 9 * 64));
     }
 }

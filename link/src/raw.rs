@@ -21,19 +21,14 @@ pub const PANEL_BYTES: usize = 8;
 pub fn panels(bytes: &[u8]) -> impl ExactSizeIterator<Item = PanelFrame> {
     bytes.chunks(PANEL_BYTES).map(|chunk| {
         let mut padded = [0; PANEL_BYTES];
-        padded
-            .iter_mut()
-            .zip(chunk)
-            .for_each(|(to, &from)| *to = from);
+        padded.iter_mut().zip(chunk).for_each(|(to, &from)| *to = from);
         PanelFrame::from_bits(u64::from_le_bytes(padded))
     })
 }
 
 /// The bytes that `panels` show, padding included.
 pub fn bytes(panels: impl IntoIterator<Item = PanelFrame>) -> impl Iterator<Item = u8> {
-    panels
-        .into_iter()
-        .flat_map(|panel| panel.bits().to_le_bytes())
+    panels.into_iter().flat_map(|panel| panel.bits().to_le_bytes())
 }
 
 #[cfg(test)]

@@ -15,11 +15,7 @@
 /// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is shown as it
 /// is.
 pub const fn word(panel: usize) -> u64 {
-    if panel == 0 {
-        0
-    } else {
-        split_mix64(panel as u64)
-    }
+    if panel == 0 { 0 } else { split_mix64(panel as u64) }
 }
 
 /// Output number `counter` of the SplitMix64 generator started from 0 (Steele, Lea & Flood, OOPSLA 2014).
@@ -50,10 +46,7 @@ mod tests {
     fn successive_words_differ_in_about_half_of_the_leds() {
         for panel in 1..64 {
             let distance = (word(panel) ^ word(panel + 1)).count_ones();
-            assert!(
-                (20..=44).contains(&distance),
-                "words {panel} and next: {distance}"
-            );
+            assert!((20..=44).contains(&distance), "words {panel} and next: {distance}");
         }
     }
 }

@@ -33,9 +33,7 @@ impl SymbolRate {
     /// MHz.
     pub const MIN: Self = Self { millihertz: 9_000 };
     /// 300 a second: a board then still has panels ready for the 0.4 s for which flash memory may stop its processor.
-    pub const MAX: Self = Self {
-        millihertz: 300_000,
-    };
+    pub const MAX: Self = Self { millihertz: 300_000 };
     /// 90 a second, for a camera of 100 frames a second: what a transmitter shows that was told nothing.
     pub const DEFAULT: Self = Self { millihertz: 90_000 };
 
@@ -117,8 +115,7 @@ pub(crate) struct Outside(pub u32, pub RangeInclusive<u32>);
 impl fmt::Display for Outside {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(asked, range) = self;
-        let [asked, least, most] =
-            [asked, range.start(), range.end()].map(|&rate| f64::from(rate) / 1e3);
+        let [asked, least, most] = [asked, range.start(), range.end()].map(|&rate| f64::from(rate) / 1e3);
         write!(
             formatter,
             "{asked} symbols a second are outside {least} to {most}: give a rate a little below the camera's frames a second"
@@ -139,10 +136,7 @@ mod tests {
             assert_eq!(SymbolRate::from_hz(rate.hz()), Ok(rate));
         }
         for millihertz in [0, 8_999, 300_001, u32::MAX] {
-            assert_eq!(
-                SymbolRate::from_millihertz(millihertz),
-                Err(SymbolRateError { millihertz })
-            );
+            assert_eq!(SymbolRate::from_millihertz(millihertz), Err(SymbolRateError { millihertz }));
         }
         for hz in [f64::NAN, -27.0, f64::INFINITY, 0.0] {
             assert!(SymbolRate::from_hz(hz).is_err());

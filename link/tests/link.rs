@@ -58,10 +58,7 @@ impl Listener {
 
     /// The next panel; its stamp is 1000 more than its index.
     fn hear(&mut self, panel: &SoftPanel) {
-        match self
-            .deframer
-            .push(self.index, u64::from(self.index) + 1000, panel)
-        {
+        match self.deframer.push(self.index, u64::from(self.index) + 1000, panel) {
             Event::Delivered(delivery) => {
                 self.messages.push(delivery.message.to_vec());
                 self.bits = (delivery.corrected_bits, delivery.coded_bits);
@@ -78,10 +75,7 @@ impl Listener {
                 ..
             } => self.failed_segments += 1,
             Event::Rejected(Rejection::MessageCorrupt { .. }) => self.corrupt += 1,
-            Event::Nothing
-            | Event::Rejected(_)
-            | Event::Segment { .. }
-            | Event::UnsupportedVersion(_) => {}
+            Event::Nothing | Event::Rejected(_) | Event::Segment { .. } | Event::UnsupportedVersion(_) => {}
         }
         self.index += 1;
     }
@@ -229,20 +223,10 @@ fn repeats_combine_where_single_ones_fail() {
         };
         (0..20).map(heard).sum::<usize>()
     };
-    let (single, separate, combined) = (
-        deliveries(1, false),
-        deliveries(5, true),
-        deliveries(5, false),
-    );
+    let (single, separate, combined) = (deliveries(1, false), deliveries(5, true), deliveries(5, false));
     assert!(single <= 2, "{single} of 20 arrived in one repeat");
-    assert!(
-        separate <= 5,
-        "{separate} of 20 arrived in one of five repeats by itself"
-    );
-    assert!(
-        combined >= 19,
-        "{combined} of 20 arrived in five repeats together"
-    );
+    assert!(separate <= 5, "{separate} of 20 arrived in one of five repeats by itself");
+    assert!(combined >= 19, "{combined} of 20 arrived in five repeats together");
 }
 
 #[test]
@@ -267,17 +251,10 @@ fn hard_decisions_combine_too() {
 fn two_messages_in_sequence_are_delivered_once_each_and_in_one_repeat() {
     for code in Code::ALL {
         let mut listener = Listener::new();
-        for (message, fresh) in [
-            (&b"first, of some length"[..], false),
-            (&b"second"[..], true),
-        ] {
+        for (message, fresh) in [(&b"first, of some length"[..], false), (&b"second"[..], true)] {
             listener.hear_repeats(&mut Framer::new(message, code, fresh).unwrap(), 1);
         }
-        assert_eq!(
-            listener.messages,
-            [&b"first, of some length"[..], b"second"],
-            "{code}"
-        );
+        assert_eq!(listener.messages, [&b"first, of some length"[..], b"second"], "{code}");
     }
 }
 
@@ -388,19 +365,11 @@ fn a_new_message_whose_segments_do_not_decode_takes_over_at_its_second_header() 
     let mut noise = Noise::new(8);
     for _ in 0..8 {
         for number in 0..framer.panels_per_repeat() {
-            let channel = if number < 3 {
-                Channel::Awgn(0.01)
-            } else {
-                Channel::Awgn(0.08)
-            };
+            let channel = if number < 3 { Channel::Awgn(0.01) } else { Channel::Awgn(0.08) };
             listener.hear(&channel.read_next(&mut framer, &mut noise));
         }
     }
-    assert!(
-        listener.failed_segments >= 2,
-        "{} readings failed",
-        listener.failed_segments
-    );
+    assert!(listener.failed_segments >= 2, "{} readings failed", listener.failed_segments);
     assert_eq!(listener.messages, [b"old".to_vec(), message]);
 }
 
@@ -456,10 +425,7 @@ fn damaged_panels_deliver_nothing_that_was_not_sent() {
             listener.hear(&channel.read(shown, &mut noise));
         }
         assert!(
-            listener
-                .messages
-                .iter()
-                .all(|received| *received == message),
+            listener.messages.iter().all(|received| *received == message),
             "round {round} (seed 11)"
         );
     }
@@ -504,30 +470,17 @@ fn last_event(panels: [PanelFrame; 3]) -> Event<'static> {
 
 #[test]
 fn a_header_of_another_version_is_reported_and_not_read() {
-    assert_eq!(
-        last_event(foreign_header([2, 0, 0, 0, 0, 0, 0])),
-        Event::UnsupportedVersion(2)
-    );
+    assert_eq!(last_event(foreign_header([2, 0, 0, 0, 0, 0, 0])), Event::UnsupportedVersion(2));
     let reserved = last_event(foreign_header([1 | 6 << 3, 0, 0, 0, 0, 0, 0]));
-    assert!(
-        matches!(reserved, Event::Rejected(Rejection::HeaderInvalid(_))),
-        "{reserved:?}"
-    );
+    assert!(matches!(reserved, Event::Rejected(Rejection::HeaderInvalid(_))), "{reserved:?}");
 }
 
 #[test]
 fn what_follows_a_sync_panel_and_is_no_header_is_reported() {
     let mut noise = Noise::new(10);
-    let random = [
-        SYNC,
-        PanelFrame::from_bits(noise.word()),
-        PanelFrame::from_bits(noise.word()),
-    ];
+    let random = [SYNC, PanelFrame::from_bits(noise.word()), PanelFrame::from_bits(noise.word())];
     let event = last_event(random);
-    assert!(
-        matches!(event, Event::Rejected(Rejection::HeaderUndecodable(_))),
-        "{event:?}"
-    );
+    assert!(matches!(event, Event::Rejected(Rejection::HeaderUndecodable(_))), "{event:?}");
 }
 
 #[test]
@@ -549,10 +502,7 @@ fn the_count_may_wrap_around() {
     let mut deframer = Deframer::new();
     let delivered = (0..framer.panels_per_repeat()).filter(|&number| {
         let panel = SoftPanel::certain(framer.next_panel(), CLEAN);
-        matches!(
-            deframer.push(number.wrapping_sub(5), 0, &panel),
-            Event::Delivered(_)
-        )
+        matches!(deframer.push(number.wrapping_sub(5), 0, &panel), Event::Delivered(_))
     });
     assert_eq!(delivered.count(), 1);
 }
@@ -586,9 +536,5 @@ fn a_header_tells_its_message() {
 
 #[test]
 fn the_deframer_is_as_small_as_documented() {
-    assert!(
-        size_of::<Deframer>() <= 37 * 1024,
-        "{} bytes",
-        size_of::<Deframer>()
-    );
+    assert!(size_of::<Deframer>() <= 37 * 1024, "{} bytes", size_of::<Deframer>());
 }

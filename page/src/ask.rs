@@ -152,9 +152,7 @@ impl Page {
     /// What was seen of the last frame.
     pub fn sight(&self) -> &Sight {
         static NOTHING: Sight = Sight::NOTHING;
-        self.explore
-            .as_ref()
-            .map_or(&NOTHING, |explore| &explore.sight)
+        self.explore.as_ref().map_or(&NOTHING, |explore| &explore.sight)
     }
 
     /// The last frame's picture: the panel's surroundings.
@@ -168,9 +166,7 @@ impl Page {
     }
 
     fn open(&mut self) -> Result<&mut Explore, Fault> {
-        self.explore
-            .as_deref_mut()
-            .ok_or(Fault::NotBegun("open a scene"))
+        self.explore.as_deref_mut().ok_or(Fault::NotBegun("open a scene"))
     }
 
     fn answer(&mut self, request: Request, bytes: &[u8]) -> Result<Value, Fault> {
@@ -183,10 +179,7 @@ impl Page {
                 Ok(opened)
             }
             Request::Compare { frame, show } => {
-                let explore = self
-                    .explore
-                    .as_ref()
-                    .ok_or(Fault::NotBegun("open a scene"))?;
+                let explore = self.explore.as_ref().ok_or(Fault::NotBegun("open a scene"))?;
                 compare::compare(explore, frame, &show, &mut self.out)
             }
             Request::Costs => Ok(compare::costs(self.open()?)),
@@ -197,13 +190,7 @@ impl Page {
                 detector,
                 seed,
             } => {
-                self.count = Some(Box::new(Count::new(
-                    &scene.scene()?,
-                    detector,
-                    for_many(level)?,
-                    seed,
-                    false,
-                )?));
+                self.count = Some(Box::new(Count::new(&scene.scene()?, detector, for_many(level)?, seed, false)?));
                 Ok(json!({}))
             }
             Request::CountOn { frames } => {
@@ -222,21 +209,11 @@ impl Page {
                 seed,
                 points,
             } => {
-                self.curve = Some(Curve::new(
-                    &scene.scene()?,
-                    measure,
-                    detector,
-                    for_many(level)?,
-                    seed,
-                    points,
-                )?);
+                self.curve = Some(Curve::new(&scene.scene()?, measure, detector, for_many(level)?, seed, points)?);
                 Ok(json!({}))
             }
             Request::CurveOn { frames } => {
-                let curve = self
-                    .curve
-                    .as_mut()
-                    .ok_or(Fault::NotBegun("begin a curve"))?;
+                let curve = self.curve.as_mut().ok_or(Fault::NotBegun("begin a curve"))?;
                 curve.add(few(frames)?)?;
                 Ok(curve.told())
             }
@@ -254,8 +231,7 @@ impl Page {
                 detector,
                 seed,
             } => {
-                let sending =
-                    Sending::new(&scene.scene()?, &message, detector, for_many(level)?, seed)?;
+                let sending = Sending::new(&scene.scene()?, &message, detector, for_many(level)?, seed)?;
                 let begun = sending.begun();
                 self.sending = Some(Box::new(sending));
                 begun
@@ -269,9 +245,7 @@ impl Page {
                 Ok(sending.end())
             }
             Request::Decode => decode::file(bytes, &mut self.out),
-            Request::DecodeRgba { width, height } => {
-                decode::rgba(bytes, (width, height), &mut self.out)
-            }
+            Request::DecodeRgba { width, height } => decode::rgba(bytes, (width, height), &mut self.out),
             Request::Y4mBegin => {
                 let told = receive::y4m(bytes)?;
                 self.header = Some(bytes.to_vec());
@@ -285,35 +259,21 @@ impl Page {
                 is_y4m,
             } => {
                 let header = self.header.take().filter(|_| is_y4m);
-                self.film = Some(Box::new(Film::new(
-                    (width, height),
-                    fps,
-                    symbol_rate,
-                    header,
-                )?));
+                self.film = Some(Box::new(Film::new((width, height), fps, symbol_rate, header)?));
                 Ok(json!({}))
             }
-            Request::Take {
-                number,
-                late,
-                format,
-            } => self.film()?.take(number, late, format, bytes),
+            Request::Take { number, late, format } => self.film()?.take(number, late, format, bytes),
             Request::ReceiveEnd => self.film()?.end(),
         }
     }
 
     fn film(&mut self) -> Result<&mut Film, Fault> {
-        self.film
-            .as_deref_mut()
-            .ok_or(Fault::NotBegun("open a film"))
+        self.film.as_deref_mut().ok_or(Fault::NotBegun("open a film"))
     }
 
     /// The whole sensor's frame of the scene that is open, as `vocc render` draws it.
     fn picture(&mut self, frame: u64) -> Result<Value, Fault> {
-        let explore = self
-            .explore
-            .as_ref()
-            .ok_or(Fault::NotBegun("open a scene"))?;
+        let explore = self.explore.as_ref().ok_or(Fault::NotBegun("open a scene"))?;
         let (renderer, seed) = (&explore.renderer, explore.seed);
         let (moment, shown) = (renderer.moment(frame), renderer.shown(seed, frame, None));
         let sensor = renderer.sensor();
@@ -391,10 +351,7 @@ mod tests {
             r#"{"do": "count", "scene": {"name": "day"}, "detector": "best", "level": "reference"}"#,
             r#"{"do": "decode"}"#,
         ] {
-            let fault = page
-                .ask(request, b"nothing")
-                .expect_err(request)
-                .to_string();
+            let fault = page.ask(request, b"nothing").expect_err(request).to_string();
             assert!(fault.len() > 10, "{request}: {fault}");
         }
         assert!(page.frame(0).is_err());
@@ -409,14 +366,8 @@ mod tests {
         let grey = page.grey().to_vec();
         page.ask(r#"{"do": "picture", "frame": 5}"#, &[]).unwrap();
         let place = |key: &str| opened["region"][key].as_u64().unwrap() as usize;
-        let rows = page
-            .out()
-            .chunks_exact(320)
-            .skip(place("y"))
-            .take(place("height"));
-        let part: Vec<u8> = rows
-            .flat_map(|row| row[place("x")..][..place("width")].to_vec())
-            .collect();
+        let rows = page.out().chunks_exact(320).skip(place("y")).take(place("height"));
+        let part: Vec<u8> = rows.flat_map(|row| row[place("x")..][..place("width")].to_vec()).collect();
         assert_eq!(part, grey);
     }
 }

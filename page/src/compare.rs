@@ -44,12 +44,7 @@ struct Row {
 }
 
 /// The errors and times of all ways in one frame, and where one of them, `show`, is how far from the reference.
-pub fn compare(
-    explore: &Explore,
-    frame: u64,
-    show: &str,
-    out: &mut Vec<u8>,
-) -> Result<Value, Fault> {
+pub fn compare(explore: &Explore, frame: u64, show: &str, out: &mut Vec<u8>) -> Result<Value, Fault> {
     let scene = &explore.renderer.view().scene;
     let reference = Renderer::new(scene, Level::Reference)?;
     let seen = Frame {
@@ -83,34 +78,24 @@ pub fn compare(
         rows.push(Row {
             level,
             ms: Some(seen.ms(&way)),
-            error_max_grey: Some(
-                errors
-                    .iter()
-                    .fold(0.0, |most, error| f64::max(most, error.abs())),
-            ),
+            error_max_grey: Some(errors.iter().fold(0.0, |most, error| f64::max(most, error.abs()))),
             error_rms_grey: Some((squares / errors.len() as f64).sqrt()),
             why: None,
         });
         if level == show {
-            out.extend(
-                errors
-                    .iter()
-                    .flat_map(|&error| (error as f32).to_le_bytes()),
-            );
+            out.extend(errors.iter().flat_map(|&error| (error as f32).to_le_bytes()));
         }
     }
     let shown = WAYS.iter().find(|(level, _)| *level == show);
-    Ok(
-        json!({ "rows": rows, "show": shown.map(|(level, _)| level), "difference": Place::from(explore.region) }),
-    )
+    Ok(json!({ "rows": rows, "show": shown.map(|(level, _)| level), "difference": Place::from(explore.region) }))
 }
 
 /// What each effect costs here and now.
 pub fn costs(explore: &Explore) -> Value {
     let costs = cost::measure(&explore.renderer, COST_BUDGET, crate::clock);
-    let costs = costs.iter().map(
-        |cost| json!({ "effect": cost.effect, "frames": cost.frames, "us": cost.ns / 1000.0 }),
-    );
+    let costs = costs
+        .iter()
+        .map(|cost| json!({ "effect": cost.effect, "frames": cost.frames, "us": cost.ns / 1000.0 }));
     json!({ "costs": costs.collect::<Vec<_>>() })
 }
 
@@ -207,10 +192,7 @@ impl Frame<'_> {
         let light = self.shown[0].light;
         Panel {
             bits: self.shown[0].symbols[0].bits(),
-            first_px: [
-                corners[0][0] - self.region.x as f64,
-                corners[0][1] - self.region.y as f64,
-            ],
+            first_px: [corners[0][0] - self.region.x as f64, corners[0][1] - self.region.y as f64],
             pitch_px,
             radius_px: pitch_px / (1.0 + panel.panel.interval) / 2.0,
             off: light.off / self.background(),
@@ -249,19 +231,14 @@ mod tests {
     #[test]
     fn each_level_keeps_its_bound_and_the_straightforward_one_is_near() {
         let (rows, difference) = rows(&[]);
-        let errors: Vec<f64> = rows
-            .iter()
-            .map(|row| row["error_max_grey"].as_f64().unwrap())
-            .collect();
+        let errors: Vec<f64> = rows.iter().map(|row| row["error_max_grey"].as_f64().unwrap()).collect();
         let [fast, fine, straightforward, reference] = errors[..] else {
             panic!("{rows:?}")
         };
         assert!(fast <= 0.25 && fine <= 0.01 && reference == 0.0, "{rows:?}");
         assert!(straightforward > fine && straightforward < 30.0, "{rows:?}");
         let (values, _) = difference.as_chunks::<4>();
-        let most = values.iter().fold(0.0f32, |most, &value| {
-            most.max(f32::from_le_bytes(value).abs())
-        });
+        let most = values.iter().fold(0.0f32, |most, &value| most.max(f32::from_le_bytes(value).abs()));
         assert!((f64::from(most) - fast).abs() < 1e-6);
     }
 

@@ -18,13 +18,7 @@ pub struct Count {
 
 impl Count {
     /// Of a scene as it is, or of panels whose reflectance is drawn for each frame.
-    pub fn new(
-        scene: &Scene,
-        detector: DetectorChoice,
-        level: Level,
-        seed: u64,
-        random_reflectance: bool,
-    ) -> Result<Self, Fault> {
+    pub fn new(scene: &Scene, detector: DetectorChoice, level: Level, seed: u64, random_reflectance: bool) -> Result<Self, Fault> {
         let settings = Settings {
             frames: 0,
             seed,
@@ -45,9 +39,7 @@ impl Count {
     /// Adds so many frames.
     pub fn add(&mut self, frames: u64) -> Result<(), Fault> {
         let from = self.sum.errors.frames();
-        let part = self
-            .evaluator
-            .evaluate(from..from + frames, &mut self.workspace)?;
+        let part = self.evaluator.evaluate(from..from + frames, &mut self.workspace)?;
         self.sum.merge(&part);
         Ok(())
     }

@@ -30,14 +30,7 @@ pub struct Curve {
 impl Curve {
     /// So many ratios, evenly by their logarithm, over all that a transmitter keeps to. Reflectances are drawn, as in the paper's
     /// Figure 14.
-    pub fn new(
-        scene: &Scene,
-        measure: Measure,
-        detector: DetectorChoice,
-        level: Level,
-        seed: u64,
-        points: usize,
-    ) -> Result<Self, Fault> {
+    pub fn new(scene: &Scene, measure: Measure, detector: DetectorChoice, level: Level, seed: u64, points: usize) -> Result<Self, Fault> {
         if !(3..=100).contains(&points) {
             return Err(Fault::Range {
                 what: "the number of ratios",
@@ -59,25 +52,17 @@ impl Curve {
 
     /// Adds so many frames to each ratio.
     pub fn add(&mut self, frames: u64) -> Result<(), Fault> {
-        self.points
-            .iter_mut()
-            .try_for_each(|(_, count)| count.add(frames))
+        self.points.iter_mut().try_for_each(|(_, count)| count.add(frames))
     }
 
     /// The curve for the page.
     pub fn told(&self) -> Value {
-        let values: Vec<_> = self
-            .points
-            .iter()
-            .map(|(l2a, count)| (*l2a, self.value(count)))
-            .collect();
+        let values: Vec<_> = self.points.iter().map(|(l2a, count)| (*l2a, self.value(count))).collect();
         let better = |a: f64, b: f64| match self.measure {
             Measure::B2w => a > b,
             Measure::Ber => a < b,
         };
-        let known = values
-            .iter()
-            .filter_map(|&(l2a, value)| Some((l2a, value?[0])));
+        let known = values.iter().filter_map(|&(l2a, value)| Some((l2a, value?[0])));
         let best = known.reduce(|best, next| if better(next.1, best.1) { next } else { best });
         let points = values.iter().map(|(l2a, value)| {
             let [value, low, high] = value.map_or([None; 3], |value| value.map(Some));
@@ -103,13 +88,7 @@ impl Curve {
 }
 
 /// The best ratio, as `vocc optimize` finds it.
-pub fn best(
-    scene: &Scene,
-    detector: DetectorChoice,
-    measure: Measure,
-    frames: u64,
-    seed: u64,
-) -> Result<Value, Fault> {
+pub fn best(scene: &Scene, detector: DetectorChoice, measure: Measure, frames: u64, seed: u64) -> Result<Value, Fault> {
     let search = Search {
         criterion: match measure {
             Measure::B2w => Criterion::B2w,
@@ -121,9 +100,7 @@ pub fn best(
         ..Search::default()
     };
     let best = optimum(scene, &search)?;
-    Ok(
-        json!({ "l2a": best.l2a, "l2a_95": best.l2a_95, "at_border": best.at_border, "frames": frames }),
-    )
+    Ok(json!({ "l2a": best.l2a, "l2a_95": best.l2a_95, "at_border": best.at_border, "frames": frames }))
 }
 
 #[cfg(test)]
@@ -139,33 +116,12 @@ mod tests {
             "effects.noise=on",
         ];
         let scene = Scene::load("paper", &far.map(String::from)).unwrap();
-        let mut curve = Curve::new(
-            &scene,
-            Measure::B2w,
-            DetectorChoice::KMeans,
-            Level::Fast,
-            1,
-            9,
-        )
-        .unwrap();
+        let mut curve = Curve::new(&scene, Measure::B2w, DetectorChoice::KMeans, Level::Fast, 1, 9).unwrap();
         curve.add(256).unwrap();
         let on_the_curve = curve.told()["best"]["l2a"].as_f64().unwrap();
         let found = best(&scene, DetectorChoice::KMeans, Measure::B2w, 512, 1).unwrap();
         let found = found["l2a"].as_f64().unwrap();
-        assert!(
-            (on_the_curve / found).ln().abs() < 0.6,
-            "{on_the_curve} {found}"
-        );
-        assert!(
-            Curve::new(
-                &scene,
-                Measure::Ber,
-                DetectorChoice::KMeans,
-                Level::Fast,
-                1,
-                2
-            )
-            .is_err()
-        );
+        assert!((on_the_curve / found).ln().abs() < 0.6, "{on_the_curve} {found}");
+        assert!(Curve::new(&scene, Measure::Ber, DetectorChoice::KMeans, Level::Fast, 1, 2).is_err());
     }
 }

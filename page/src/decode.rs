@@ -51,11 +51,7 @@ pub fn rgba(bytes: &[u8], size: (usize, usize), out: &mut Vec<u8>) -> Result<Val
 }
 
 /// The brightest of red, green and blue of each pixel.
-pub fn brightest(
-    rgba: &[u8],
-    (width, height): (usize, usize),
-    grey: &mut Vec<u8>,
-) -> Result<(), Fault> {
+pub fn brightest(rgba: &[u8], (width, height): (usize, usize), grey: &mut Vec<u8>) -> Result<(), Fault> {
     let wanted = 4 * width * height;
     if rgba.len() != wanted {
         let bytes = rgba.len();
@@ -79,8 +75,7 @@ pub fn brightest(
 fn told(picture: Picture, out: &mut Vec<u8>) -> Result<Value, Fault> {
     let Picture { width, height, .. } = picture;
     let frame = Frame::new(&picture.grey, width, height)?;
-    let (read, learnt) =
-        StillDecoder::new(Method::default()).decode(&frame, Camera::default(), None)?;
+    let (read, learnt) = StillDecoder::new(Method::default()).decode(&frame, Camera::default(), None)?;
     let camera = learnt.map(|mut learnt| {
         if picture.is_encoded {
             learnt.camera.encoding = deep::of_samples(learnt.camera.encoding);
@@ -115,32 +110,22 @@ mod tests {
         let mut explore = Explore::new(&scene, Level::Fine, 1).unwrap();
         explore.frame(0);
         let (width, height) = (explore.region.width, explore.region.height);
-        let image =
-            image::GrayImage::from_raw(width as u32, height as u32, explore.grey.clone()).unwrap();
+        let image = image::GrayImage::from_raw(width as u32, height as u32, explore.grey.clone()).unwrap();
         let mut png = std::io::Cursor::new(Vec::new());
         image.write_to(&mut png, image::ImageFormat::Png).unwrap();
         let mut out = Vec::new();
         let by_file = file(png.get_ref(), &mut out).unwrap();
         assert_eq!(by_file["bits"], explore.sight.sent.to_string());
         assert_eq!(out, explore.grey);
-        let pixels: Vec<u8> = out
-            .iter()
-            .flat_map(|&grey| [grey, grey, grey, 255])
-            .collect();
+        let pixels: Vec<u8> = out.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect();
         assert_eq!(rgba(&pixels, (width, height), &mut out).unwrap(), by_file);
     }
 
     #[test]
     fn what_is_no_picture_is_refused() {
         let mut out = Vec::new();
-        assert!(matches!(
-            file(b"no picture", &mut out),
-            Err(Fault::Picture(_))
-        ));
-        assert!(matches!(
-            rgba(&[0; 7], (2, 1), &mut out),
-            Err(Fault::Pixels { .. })
-        ));
+        assert!(matches!(file(b"no picture", &mut out), Err(Fault::Picture(_))));
+        assert!(matches!(rgba(&[0; 7], (2, 1), &mut out), Err(Fault::Pixels { .. })));
         let grey = file(b"P5 4 4 255 0123456789abcdef", &mut out).unwrap();
         assert_eq!(grey["found"], false);
         assert!(grey["why"].is_string());

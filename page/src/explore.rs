@@ -218,14 +218,10 @@ impl Explore {
             }
             Err(fault) => sight.why = fault.to_string(),
         }
-        self.map
-            .build(corners, width, height)
-            .map_err(|fault| why(&fault))?;
+        self.map.build(corners, width, height).map_err(|fault| why(&fault))?;
         let features = Features::measure(&picture, &self.map).map_err(|fault| why(&fault))?;
         (sight.agr, sight.gri) = (features.agr, features.gri);
-        sight.kmeans = Detector::KMeans
-            .decide(&features)
-            .map_err(|fault| why(&fault))?;
+        sight.kmeans = Detector::KMeans.decide(&features).map_err(|fault| why(&fault))?;
         sight.is_read[0] = true;
         sight.border = border(&features, sight.kmeans);
         Ok(())
@@ -242,11 +238,7 @@ fn border(features: &Features, bits: PanelFrame) -> [f32; 3] {
             let members = (0..LEDS).filter(|&led| of.led(led));
             members.map(|led| feature[led]).sum::<f32>() / of.bits().count_ones() as f32 / deviation
         };
-        (
-            deviation,
-            centre(bits),
-            centre(PanelFrame::from_bits(!bits.bits())),
-        )
+        (deviation, centre(bits), centre(PanelFrame::from_bits(!bits.bits())))
     };
     let (agr, gri) = (axis(&features.agr), axis(&features.gri));
     let along = |(deviation, on, off): (f32, f32, f32)| (on - off) / deviation;

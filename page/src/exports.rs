@@ -3,10 +3,7 @@
 //! JavaScript writes a request as JSON into [`text_room`], bytes that go with it into [`bytes_room`], and calls [`ask`]: 0, or 1 where
 //! [`answer`] is the sentence of a fault. It reads the answer at [`answer`], bytes at [`out`], and, of a frame that it has had drawn by
 //! [`frame`], the numbers at [`numbers`] and the bits at [`bits`]. All places hold until the next call.
-#![expect(
-    unsafe_code,
-    reason = "functions that JavaScript calls by their names, and those that it gives"
-)]
+#![expect(unsafe_code, reason = "functions that JavaScript calls by their names, and those that it gives")]
 
 use std::cell::RefCell;
 use std::sync::Once;
@@ -107,12 +104,7 @@ pub extern "C" fn frame(number: u32) -> u32 {
         let yes = |is: bool| f32::from(u8::from(is));
         let [by_features, by_pixels] = sight.is_read;
         let numbers = sight.agr.into_iter().chain(sight.gri).chain(sight.border);
-        let rest = [
-            sight.confidence,
-            yes(sight.is_mixed),
-            yes(by_features),
-            yes(by_pixels),
-        ];
+        let rest = [sight.confidence, yes(sight.is_mixed), yes(by_features), yes(by_pixels)];
         for (place, number) in desk.numbers.iter_mut().zip(numbers.chain(rest)) {
             *place = number;
         }

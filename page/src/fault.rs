@@ -74,9 +74,7 @@ pub enum Fault {
     #[error(transparent)]
     Film(StreamError),
     /// A film is none.
-    #[error(
-        "it is no y4m film: it does not begin as one does; other films are read where this browser plays them"
-    )]
+    #[error("it is no y4m film: it does not begin as one does; other films are read where this browser plays them")]
     NoY4m,
     /// Nothing is left of a film.
     #[error("the film has no frame here: it is empty, or cut off")]

@@ -54,9 +54,7 @@ pub fn y4m(header: &[u8]) -> Result<Value, Fault> {
     let line = [header, b"\n"].concat();
     let stream = Stream::open(line.as_slice(), None, Channel::Brightest)?;
     let (width, height) = stream.size();
-    Ok(
-        json!({ "width": width, "height": height, "fps": stream.rate(), "frame_bytes": stream.frame_bytes() }),
-    )
+    Ok(json!({ "width": width, "height": height, "fps": stream.rate(), "frame_bytes": stream.frame_bytes() }))
 }
 
 impl Film {
@@ -109,13 +107,7 @@ impl Film {
     }
 
     /// Takes frame `number`, which was taken so many frame periods `late`.
-    pub fn take(
-        &mut self,
-        number: u64,
-        late: f64,
-        format: Format,
-        bytes: &[u8],
-    ) -> Result<Value, Fault> {
+    pub fn take(&mut self, number: u64, late: f64, format: Format, bytes: &[u8]) -> Result<Value, Fault> {
         if number < self.next {
             return Err(Fault::Range {
                 what: "the frame's number",
@@ -137,16 +129,10 @@ impl Film {
         let frame = Frame::new(&self.grey, width, height)?;
         self.receiver.set_late(late);
         let outcome = self.receiver.frame(number, &frame);
-        let detection = outcome
-            .reading
-            .as_ref()
-            .ok()
-            .map(|reading| &reading.detection);
+        let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
         let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
         self.rates
-            .hear(&outcome.event, number, late, detection, |heard| {
-                hear(heard, messages, diagnosis)
-            });
+            .hear(&outcome.event, number, late, detection, |heard| hear(heard, messages, diagnosis));
         self.diagnosis.take(&outcome.reading);
         let symbol = self.rates.symbol().or(outcome.symbol);
         let (panel, why) = match &outcome.reading {
@@ -173,8 +159,7 @@ impl Film {
     pub fn end(&mut self) -> Result<Value, Fault> {
         let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
         let last = self.receiver.finish();
-        self.rates
-            .hear_last(&last, |heard| hear(heard, messages, diagnosis));
+        self.rates.hear_last(&last, |heard| hear(heard, messages, diagnosis));
         let camera: Option<Learnt> = self.receiver.learnt();
         if let Some(learnt) = &camera {
             self.diagnosis.learn(learnt);
@@ -218,10 +203,7 @@ impl Film {
                 });
             }
             Format::Y4m => {
-                let header = self
-                    .header
-                    .as_deref()
-                    .ok_or(Fault::NotBegun("open a film"))?;
+                let header = self.header.as_deref().ok_or(Fault::NotBegun("open a film"))?;
                 let film = header.chain(b"\n".as_slice()).chain(bytes);
                 let mut stream = Stream::open(film, None, Channel::Brightest)?;
                 let frame = stream.next_frame()?.ok_or(Fault::NoFrame)?;
@@ -305,20 +287,11 @@ mod tests {
         let header = format!("YUV4MPEG2 W{width} H{height} F100:1 Cmono").into_bytes();
         assert_eq!(y4m(&header).unwrap()["frame_bytes"], width * height);
         for format in [Format::Grey, Format::Rgba, Format::Y4m] {
-            let mut receiving = Film::new(
-                (width, height),
-                Some(100.0),
-                Some(100.0),
-                Some(header.clone()),
-            )
-            .unwrap();
+            let mut receiving = Film::new((width, height), Some(100.0), Some(100.0), Some(header.clone())).unwrap();
             for (number, grey) in (0..).zip(&frames) {
                 let bytes = match format {
                     Format::Grey => grey.clone(),
-                    Format::Rgba => grey
-                        .iter()
-                        .flat_map(|&grey| [grey, grey, grey, 255])
-                        .collect(),
+                    Format::Rgba => grey.iter().flat_map(|&grey| [grey, grey, grey, 255]).collect(),
                     Format::Y4m => [b"FRAME\n".as_slice(), grey].concat(),
                 };
                 receiving.take(number, 0.0, format, &bytes).unwrap();
@@ -334,31 +307,20 @@ mod tests {
     fn a_film_without_a_panel_gives_advice() {
         let mut receiving = Film::new((64, 48), None, None, None).unwrap();
         for number in 0..5 {
-            let told = receiving
-                .take(number, 0.0, Format::Grey, &[90; 64 * 48])
-                .unwrap();
+            let told = receiving.take(number, 0.0, Format::Grey, &[90; 64 * 48]).unwrap();
             assert!(told["why"].is_string());
         }
         let end = receiving.end().unwrap();
         assert_eq!(end["read"], 0);
         assert!(end["advice"].as_array().unwrap().len() > 1, "{end}");
-        assert!(
-            receiving
-                .take(2, 0.0, Format::Grey, &[90; 64 * 48])
-                .is_err()
-        );
+        assert!(receiving.take(2, 0.0, Format::Grey, &[90; 64 * 48]).is_err());
         assert!(receiving.take(9, 0.0, Format::Grey, &[90; 5]).is_err());
         assert!(receiving.take(9, 0.0, Format::Y4m, &[90; 5]).is_err());
     }
 
     #[test]
     fn sizes_and_rates_that_are_none_are_refused() {
-        for (size, fps) in [
-            ((0, 5), 30.0),
-            ((9000, 5), 30.0),
-            ((5, 5), 0.0),
-            ((5, 5), f32::NAN),
-        ] {
+        for (size, fps) in [((0, 5), 30.0), ((9000, 5), 30.0), ((5, 5), 0.0), ((5, 5), f32::NAN)] {
             assert!(Film::new(size, Some(fps), None, None).is_err());
         }
         assert!(Film::new((64, 48), Some(30.0), Some(1e9), None).is_err());

@@ -43,18 +43,10 @@ pub struct Sending {
 
 impl Sending {
     /// Sets all three up.
-    pub fn new(
-        scene: &Scene,
-        message: &str,
-        detector: DetectorChoice,
-        level: Level,
-        seed: u64,
-    ) -> Result<Self, Fault> {
+    pub fn new(scene: &Scene, message: &str, detector: DetectorChoice, level: Level, seed: u64) -> Result<Self, Fault> {
         let message = message.as_bytes().to_vec();
         let framer = Framer::new(&message, Code::for_length(message.len()), false);
-        let panels = framer
-            .map_err(sim::road::RoadError::from)?
-            .panels_per_repeat();
+        let panels = framer.map_err(sim::road::RoadError::from)?.panels_per_repeat();
         let settings = LinkSettings {
             method: receiving_method(scene, detector, seed, level)?,
             message: message.clone(),
@@ -90,22 +82,10 @@ impl Sending {
         if let Value::Object(told) = &mut told {
             told.insert("frames".into(), self.frames.into());
             told.insert("panels".into(), self.panels.into());
-            told.insert(
-                "frame_rate_hz".into(),
-                self.scene.camera.frame_rate_hz.into(),
-            );
-            told.insert(
-                "symbol_rate_hz".into(),
-                self.scene.link.symbol_rate_hz.into(),
-            );
-            told.insert(
-                "region".into(),
-                serde_json::to_value(Place::from(self.region))?,
-            );
-            told.insert(
-                "corners_px".into(),
-                json!(corners_in(renderer, self.region)),
-            );
+            told.insert("frame_rate_hz".into(), self.scene.camera.frame_rate_hz.into());
+            told.insert("symbol_rate_hz".into(), self.scene.link.symbol_rate_hz.into());
+            told.insert("region".into(), serde_json::to_value(Place::from(self.region))?);
+            told.insert("corners_px".into(), json!(corners_in(renderer, self.region)));
         }
         Ok(told)
     }
@@ -124,12 +104,7 @@ impl Sending {
             Err(why) => return Err(why.into()),
         };
         self.next += 1;
-        let Region {
-            x,
-            y,
-            width,
-            height,
-        } = self.region;
+        let Region { x, y, width, height } = self.region;
         out.clear();
         for row in report.grey.chunks_exact(sensor.width).skip(y).take(height) {
             out.extend_from_slice(&row[x..x + width]);
@@ -137,15 +112,10 @@ impl Sending {
         self.errors.push(report.bit_errors);
         self.straddled += u64::from(report.straddled);
         let why = report.read.as_ref().err().map(ToString::to_string);
-        let corners = report.corners.map(|corners| {
-            corners
-                .points()
-                .map(|[left, top]| [left - x as f32, top - y as f32])
-        });
-        let delivered = report
-            .delivered
-            .as_ref()
-            .map(|received| self::told(received, &self.message));
+        let corners = report
+            .corners
+            .map(|corners| corners.points().map(|[left, top]| [left - x as f32, top - y as f32]));
+        let delivered = report.delivered.as_ref().map(|received| self::told(received, &self.message));
         let told = json!({
             "frame": frame, "sent": report.sent.to_string(), "read": report.read.ok().map(|bits| bits.to_string()), "why": why,
             "bit_errors": report.bit_errors, "straddled": report.straddled, "corners_px": corners, "delivered": delivered, "ended": null,

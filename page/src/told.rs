@@ -53,15 +53,9 @@ impl Settings {
         let panel = &view.panels[0];
         let dimming = road::dimming(scene);
         let (luminance_cd_m2, duty) = match &dimming {
-            Ok(dimming) => (
-                dimming.luminance_cd_m2.to_num(),
-                Some(dimming.duty.to_num()),
-            ),
+            Ok(dimming) => (dimming.luminance_cd_m2.to_num(), Some(dimming.duty.to_num())),
             // A ratio that is drawn, and that no transmitter has.
-            Err(_) => (
-                panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance,
-                None,
-            ),
+            Err(_) => (panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance, None),
         };
         let mean_cd = link::intensity::mean_cd(luminance_cd_m2, panel.panel.led_diameter_m);
         Ok(Self {
@@ -73,9 +67,7 @@ impl Settings {
             no_duty: dimming.err().map(|why| why.to_string()),
             candela: mean_cd,
             candela_max: 2.0 * mean_cd,
-            table_l2a: road::dimming(&by_table)
-                .ok()
-                .map(|dimming| dimming.l2a.to_num()),
+            table_l2a: road::dimming(&by_table).ok().map(|dimming| dimming.l2a.to_num()),
         })
     }
 }

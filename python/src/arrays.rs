@@ -5,10 +5,7 @@ use std::borrow::Cow;
 use link::camera::Encoding;
 use link::panel::{LEDS, PanelFrame, SIDE};
 use numpy::ndarray::{Array2, Array3};
-use numpy::{
-    IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArray,
-    PyUntypedArrayMethods,
-};
+use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt, PyString};
@@ -57,9 +54,7 @@ impl<'py> Image<'py> {
     pub fn of(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         let Ok(array) = object.cast::<PyUntypedArray>() else {
             let kind = object.get_type().name()?;
-            return Err(PyTypeError::new_err(format!(
-                "{name} is of type {kind}: {WANTED}"
-            )));
+            return Err(PyTypeError::new_err(format!("{name} is of type {kind}: {WANTED}")));
         };
         let shape = array.shape();
         let told = format!("{name} is of shape {shape:?} and type {}", array.dtype());
@@ -123,9 +118,7 @@ impl<'a> Pixels<'a> {
             Samples::Grey(grey) => Cow::Borrowed(grey),
             Samples::Colour(colours) => {
                 let (pixels, _) = colours.as_chunks::<3>();
-                let grey = pixels
-                    .iter()
-                    .map(|&[blue, green, red]| channel.of([red, green, blue]));
+                let grey = pixels.iter().map(|&[blue, green, red]| channel.of([red, green, blue]));
                 Cow::Owned(grey.collect())
             }
             Samples::Deep(samples) => Cow::Owned(deep.grey(samples)),
@@ -163,34 +156,23 @@ pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
         let text = text.to_cow()?;
         let bits = u64::from_str_radix(&text, 16);
         return match (text.len(), bits) {
-            (16, Ok(bits)) if text.bytes().all(|c| c.is_ascii_hexdigit()) => {
-                Ok(PanelFrame::from_bits(bits))
-            }
+            (16, Ok(bits)) if text.bytes().all(|c| c.is_ascii_hexdigit()) => Ok(PanelFrame::from_bits(bits)),
             _ => Err(refused(format!("bits = {text:?}: {wanted}"))),
         };
     }
     let Ok(array) = object.extract::<PyReadonlyArray2<'_, bool>>() else {
         let told = match object.cast::<PyUntypedArray>() {
-            Ok(array) => format!(
-                "an array of shape {:?} and type {}",
-                array.shape(),
-                array.dtype()
-            ),
+            Ok(array) => format!("an array of shape {:?} and type {}", array.shape(), array.dtype()),
             Err(_) => format!("of type {}", object.get_type().name()?),
         };
         return Err(PyTypeError::new_err(format!("bits are {told}: {wanted}")));
     };
     if array.shape() != [SIDE, SIDE] {
-        return Err(refused(format!(
-            "bits are of shape {:?}: {wanted}",
-            array.shape()
-        )));
+        return Err(refused(format!("bits are of shape {:?}: {wanted}", array.shape())));
     }
     let on = array.as_array();
     let bits = on.iter().enumerate();
-    Ok(PanelFrame::from_bits(
-        bits.fold(0, |bits, (led, &on)| bits | u64::from(on) << led),
-    ))
+    Ok(PanelFrame::from_bits(bits.fold(0, |bits, (led, &on)| bits | u64::from(on) << led)))
 }
 
 /// The LEDs of a panel, of shape (8, 8).
@@ -201,11 +183,7 @@ pub fn leds(py: Python<'_>, panel: PanelFrame) -> Py<PyArray2<bool>> {
 
 /// The LEDs of panels, of shape (n, 8, 8).
 pub fn all_leds(py: Python<'_>, panels: &[PanelFrame]) -> Py<PyArray3<bool>> {
-    let leds = py.detach(|| {
-        Array3::from_shape_fn((panels.len(), SIDE, SIDE), |(n, row, column)| {
-            panels[n].is_on(row, column)
-        })
-    });
+    let leds = py.detach(|| Array3::from_shape_fn((panels.len(), SIDE, SIDE), |(n, row, column)| panels[n].is_on(row, column)));
     leds.into_pyarray(py).unbind()
 }
 
@@ -216,10 +194,7 @@ pub fn of_leds(py: Python<'_>, values: [f32; LEDS]) -> Py<PyArray2<f32>> {
 }
 
 /// Rows of numbers, of shape (N, M).
-pub fn rows<T: numpy::Element + Copy, const N: usize, const M: usize>(
-    py: Python<'_>,
-    rows: [[T; M]; N],
-) -> Py<PyArray2<T>> {
+pub fn rows<T: numpy::Element + Copy, const N: usize, const M: usize>(py: Python<'_>, rows: [[T; M]; N]) -> Py<PyArray2<T>> {
     let rows = Array2::from_shape_fn((N, M), |(row, column)| rows[row][column]);
     rows.into_pyarray(py).unbind()
 }

@@ -252,12 +252,7 @@ impl Camera {
 
     /// What was learnt, beside what was told of the lens; the encoding is that of the images that were given, also where pixels were
     /// encoded for the receiver.
-    pub fn learnt(
-        &self,
-        py: Python<'_>,
-        learnt: &Learnt,
-        are_encoded: bool,
-    ) -> PyResult<LearntCamera> {
+    pub fn learnt(&self, py: Python<'_>, learnt: &Learnt, are_encoded: bool) -> PyResult<LearntCamera> {
         let mut camera = learnt.camera;
         if are_encoded {
             camera.encoding = deep::of_samples(camera.encoding);

@@ -158,10 +158,7 @@ pub fn decode(
         }
     };
     let (pose, no_pose) = match pose {
-        Ok(pose) => (
-            Some(Py::new(py, pose::as_record(py, &pose, [None; 2]))?),
-            None,
-        ),
+        Ok(pose) => (Some(Py::new(py, pose::as_record(py, &pose, [None; 2]))?), None),
         Err(why) => (None, Some(why)),
     };
     Ok(Decoded {
@@ -182,9 +179,7 @@ pub fn decode(
 /// What brings samples of so many bits to 8; as many as the first image needs where nobody tells.
 pub fn compander(depth: Option<u8>, told: Option<&Camera>) -> PyResult<Compander> {
     if let Some(depth) = depth.filter(|depth| !(9..=16).contains(depth)) {
-        return Err(refused(format!(
-            "depth = {depth}: give 9 to 16 bits, or None"
-        )));
+        return Err(refused(format!("depth = {depth}: give 9 to 16 bits, or None")));
     }
     let encoding = told.and_then(Camera::told_encoding);
     let encoding = encoding.unwrap_or(link::camera::Encoding::LINEAR);

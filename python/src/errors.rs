@@ -30,7 +30,5 @@ pub fn guarded<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
 }
 
 fn own_fault() -> PyErr {
-    PyRuntimeError::new_err(
-        "vocc has met a fault of its own: please report it with what was asked for and what standard error says",
-    )
+    PyRuntimeError::new_err("vocc has met a fault of its own: please report it with what was asked for and what standard error says")
 }

@@ -68,9 +68,7 @@ fn pair(interval: [f64; 2]) -> (f64, f64) {
 /// A level that many frames are drawn at.
 pub fn single_precision(level: &str) -> PyResult<Level> {
     match check(level.parse())? {
-        Level::Reference => Err(refused(
-            "the reference level is for single frames (render): choose fine or fast",
-        )),
+        Level::Reference => Err(refused("the reference level is for single frames (render): choose fine or fast")),
         level => Ok(level),
     }
 }
@@ -135,14 +133,11 @@ pub fn evaluate<'py>(
             true
         })?;
         let seconds = begun.elapsed().as_secs_f64();
-        let view =
-            monte_carlo::view(&sweep.scene, random_reflectance).map_err(EvaluateFault::View)?;
+        let view = monte_carlo::view(&sweep.scene, random_reflectance).map_err(EvaluateFault::View)?;
         Ok::<_, EvaluateFault>((results.summary(0), seconds, Plan::of(&view)))
     })?;
     let (found, seconds, plan) = done;
-    let plan = decisions(&plan)
-        .into_iter()
-        .map(|decision| Py::new(py, decision));
+    let plan = decisions(&plan).into_iter().map(|decision| Py::new(py, decision));
     Ok(Evaluation {
         detector: found.detector.into(),
         frames: found.frames,

@@ -118,11 +118,9 @@ pub fn frames(
     threads: Option<usize>,
 ) -> PyResult<Frames> {
     let scene = scene_of(scene)?;
-    let end = first.checked_add(n).ok_or_else(|| {
-        refused(format!(
-            "first = {first} and n = {n} add up to more than 2**64 - 1"
-        ))
-    })?;
+    let end = first
+        .checked_add(n)
+        .ok_or_else(|| refused(format!("first = {first} and n = {n} add up to more than 2**64 - 1")))?;
     let settings = Settings {
         random_reflectance,
         level: single_precision(level)?,
@@ -194,10 +192,7 @@ impl Frames {
         let mut grey = vec![0; height * width];
         let drawn = guarded(|| py.detach(|| check(self.draw(frame, &mut grey))))?;
         self.next += 1;
-        let image = check(numpy::ndarray::Array2::from_shape_vec(
-            (height, width),
-            grey,
-        ))?;
+        let image = check(numpy::ndarray::Array2::from_shape_vec((height, width), grey))?;
         let features = drawn.features.map(|features| {
             let values = Array3::from_shape_vec((8, 8, 3), triples(&features));
             Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
@@ -235,8 +230,7 @@ impl Frames {
         let across: Vec<bool> = truths.iter().map(|truth| truth.across).collect();
         let features = self.features.then(|| {
             let values = truths.iter().filter_map(|truth| truth.features.as_deref());
-            let values =
-                Array4::from_shape_vec((count, 8, 8, 3), values.flat_map(triples).collect());
+            let values = Array4::from_shape_vec((count, 8, 8, 3), values.flat_map(triples).collect());
             Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
         });
         let batch = Batch {
@@ -253,13 +247,7 @@ impl Frames {
     }
 
     /// Draws frames one after another into `images`, each of so many `pixels`.
-    fn piece(
-        &self,
-        first: u64,
-        images: &mut [u8],
-        pixels: usize,
-        stop: Stop,
-    ) -> Result<Vec<Truth>, EvaluateError> {
+    fn piece(&self, first: u64, images: &mut [u8], pixels: usize, stop: Stop) -> Result<Vec<Truth>, EvaluateError> {
         let mut room = self.room();
         let images = (first..).zip(images.chunks_exact_mut(pixels));
         let truths = images.map(|(frame, image)| match stop.is_asked() {
@@ -278,12 +266,7 @@ impl Frames {
         truth
     }
 
-    fn draw_in(
-        &self,
-        room: &mut Workspace,
-        frame: u64,
-        image: &mut [u8],
-    ) -> Result<Truth, EvaluateError> {
+    fn draw_in(&self, room: &mut Workspace, frame: u64, image: &mut [u8]) -> Result<Truth, EvaluateError> {
         let (bits, corners, features) = match self.features {
             true => {
                 let observed = self.evaluator.observe(frame, room)?;
@@ -306,19 +289,12 @@ impl Frames {
     }
 
     fn room(&self) -> Workspace {
-        let kept = self
-            .rooms
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .pop();
+        let kept = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
         kept.unwrap_or_else(|| self.evaluator.workspace())
     }
 
     fn keep(&self, room: Workspace) {
-        self.rooms
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(room);
+        self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
     }
 }
 
@@ -326,7 +302,5 @@ impl Frames {
 fn triples(features: &Features) -> Vec<f32> {
     let ngr = features.ngr();
     let of_leds = features.agr.iter().zip(&features.gri).zip(&ngr);
-    of_leds
-        .flat_map(|((&agr, &gri), &ngr)| [agr, gri, ngr])
-        .collect()
+    of_leds.flat_map(|((&agr, &gri), &ngr)| [agr, gri, ngr]).collect()
 }

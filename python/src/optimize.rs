@@ -106,11 +106,7 @@ impl Optimization {
     }
 
     fn __repr__(&self) -> String {
-        format!(
-            "Optimization({} optima, {} entries)",
-            self.optima.len(),
-            self.entries.len()
-        )
+        format!("Optimization({} optima, {} entries)", self.optima.len(), self.entries.len())
     }
 }
 
@@ -192,8 +188,7 @@ pub fn optimize<'py>(
                     ears.done(done);
                 }
             };
-            let (entry, cells) =
-                survey.entry_from(&scene, illuminance_lx, interval, known, tell)?;
+            let (entry, cells) = survey.entry_from(&scene, illuminance_lx, interval, known, tell)?;
             file.add(rule, entry, cells);
         }
         Ok::<_, SurveyError>(file)
@@ -212,9 +207,7 @@ fn rule_of(name: &str) -> PyResult<Rule> {
     match name {
         "mean" => Ok(Rule::Mean),
         "least-ber" => Ok(Rule::LeastBer),
-        _ => Err(refused(format!(
-            "no rule {name:?}: choose mean or least-ber"
-        ))),
+        _ => Err(refused(format!("no rule {name:?}: choose mean or least-ber"))),
     }
 }
 

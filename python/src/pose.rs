@@ -68,11 +68,7 @@ pub struct Surveyor {
 
 impl Surveyor {
     /// By what was told of the panel and of the camera.
-    pub fn new(
-        interval: Option<f64>,
-        led_diameter_m: Option<f64>,
-        camera: Option<Camera>,
-    ) -> PyResult<Self> {
+    pub fn new(interval: Option<f64>, led_diameter_m: Option<f64>, camera: Option<Camera>) -> PyResult<Self> {
         let told = check(told_size(led_diameter_m, interval))?;
         Ok(Self {
             meter: PoseMeter::new(told),

@@ -150,14 +150,10 @@ impl Receiver {
     ) -> PyResult<Self> {
         let fps = fps.unwrap_or(USUAL_FPS);
         if !(fps > 0.0 && fps.is_finite()) {
-            return Err(refused(format!(
-                "fps = {fps}: give the camera's frames a second, above 0"
-            )));
+            return Err(refused(format!("fps = {fps}: give the camera's frames a second, above 0")));
         }
         if !(1..=PANELS_MAX).contains(&panels) {
-            return Err(refused(format!(
-                "panels = {panels}: give 1 to {PANELS_MAX}"
-            )));
+            return Err(refused(format!("panels = {panels}: give 1 to {PANELS_MAX}")));
         }
         let told = camera.map(camera_of).transpose()?;
         let rate_hz = symbol_rate.unwrap_or_else(|| rates::usual(fps));
@@ -195,13 +191,7 @@ impl Receiver {
     ///
     /// Raises VoccError or TypeError of an image that is none or of another size, and of a receiver that is closed.
     #[pyo3(signature = (image, *, frame=None, late=0.0))]
-    fn feed(
-        &mut self,
-        py: Python<'_>,
-        image: &Bound<'_, PyAny>,
-        frame: Option<u64>,
-        late: f64,
-    ) -> PyResult<Received> {
+    fn feed(&mut self, py: Python<'_>, image: &Bound<'_, PyAny>, frame: Option<u64>, late: f64) -> PyResult<Received> {
         self.check_open()?;
         let number = frame.unwrap_or(self.next);
         if number < self.next {
@@ -211,14 +201,10 @@ impl Receiver {
             )));
         }
         if number == u64::MAX {
-            return Err(refused(format!(
-                "frame = {number}: give a number below it, none could follow"
-            )));
+            return Err(refused(format!("frame = {number}: give a number below it, none could follow")));
         }
         if !late.is_finite() {
-            return Err(refused(format!(
-                "late = {late}: give a number of frame periods"
-            )));
+            return Err(refused(format!("late = {late}: give a number of frame periods")));
         }
         let image = Image::of(image, "image")?;
         let pixels = image.pixels()?;
@@ -249,12 +235,7 @@ impl Receiver {
         slf
     }
 
-    fn __exit__(
-        &mut self,
-        _kind: &Bound<'_, PyAny>,
-        _value: &Bound<'_, PyAny>,
-        _traceback: &Bound<'_, PyAny>,
-    ) {
+    fn __exit__(&mut self, _kind: &Bound<'_, PyAny>, _value: &Bound<'_, PyAny>, _traceback: &Bound<'_, PyAny>) {
         self.close();
     }
 
@@ -262,16 +243,13 @@ impl Receiver {
     #[getter]
     fn camera(&self, py: Python<'_>) -> PyResult<Option<LearntCamera>> {
         let learnt = self.learnt.iter().flatten().next();
-        learnt
-            .map(|learnt| self.told.learnt(py, learnt, self.are_encoded))
-            .transpose()
+        learnt.map(|learnt| self.told.learnt(py, learnt, self.are_encoded)).transpose()
     }
 
     /// The symbols a second that are gone by: those told, or those by which messages were read.
     #[getter]
     fn symbol_rate_hz(&self) -> f32 {
-        self.found_hz
-            .unwrap_or(self.settings.symbols_per_frame * self.fps)
+        self.found_hz.unwrap_or(self.settings.symbols_per_frame * self.fps)
     }
 
     /// The number of the next frame.
@@ -338,12 +316,7 @@ impl Receiver {
         for whole in taken.whole {
             received.messages.push(whole.record(py)?);
         }
-        for Told {
-            panel,
-            read,
-            symbol,
-        } in taken.told
-        {
+        for Told { panel, read, symbol } in taken.told {
             let Shown {
                 read: Read { corners, detection },
                 pose,
@@ -492,45 +465,40 @@ impl<const PANELS: usize> Session for Reception<PANELS> {
         let (camera, lens) = (&self.camera, surveyor.lens(frame));
         let time_s = (number as f64 + late) / f64::from(fps);
         self.receiver.set_late(late);
-        self.receiver
-            .frame_each(number, frame, &mut (), |panel, outcome| {
-                let rates = rates[panel].get_or_insert_with(|| Rates::beside(own_hz, fps, is_told));
-                let detection = outcome.reading.as_ref().ok();
-                let detection = detection.map(|reading| &reading.detection);
-                rates.hear(&outcome.event, number, late, detection, |heard| {
-                    if let Heard::Event(event) = heard {
-                        taken.whole.extend(Whole::of(panel, event));
-                    }
-                });
-                let symbol = rates.symbol().or(outcome.symbol);
-                let whereabouts = &mut whereabouts[panel];
-                if let Some(said) = rates.take_geometry(&outcome.event) {
-                    whereabouts.hear(said);
+        self.receiver.frame_each(number, frame, &mut (), |panel, outcome| {
+            let rates = rates[panel].get_or_insert_with(|| Rates::beside(own_hz, fps, is_told));
+            let detection = outcome.reading.as_ref().ok();
+            let detection = detection.map(|reading| &reading.detection);
+            rates.hear(&outcome.event, number, late, detection, |heard| {
+                if let Heard::Event(event) = heard {
+                    taken.whole.extend(Whole::of(panel, event));
                 }
-                if let Err(why) = &outcome.reading {
-                    whereabouts.lose(why);
-                }
-                let read = outcome.reading.map_err(|why| why.to_string()).map(|read| {
-                    let camera = learnt[panel].map_or(*camera, |learnt| learnt.camera);
-                    let sight = Sight {
-                        frame,
-                        reading: &read,
-                        camera: &camera,
-                        lens: lens.clone(),
-                    };
-                    whereabouts.measure(&mut surveyor.meter, time_s, &sight);
-                    Box::new(Shown {
-                        read,
-                        pose: whereabouts.measured().clone(),
-                        closing: [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()],
-                    })
-                });
-                taken.told.push(Told {
-                    panel,
-                    read,
-                    symbol,
-                });
             });
+            let symbol = rates.symbol().or(outcome.symbol);
+            let whereabouts = &mut whereabouts[panel];
+            if let Some(said) = rates.take_geometry(&outcome.event) {
+                whereabouts.hear(said);
+            }
+            if let Err(why) = &outcome.reading {
+                whereabouts.lose(why);
+            }
+            let read = outcome.reading.map_err(|why| why.to_string()).map(|read| {
+                let camera = learnt[panel].map_or(*camera, |learnt| learnt.camera);
+                let sight = Sight {
+                    frame,
+                    reading: &read,
+                    camera: &camera,
+                    lens: lens.clone(),
+                };
+                whereabouts.measure(&mut surveyor.meter, time_s, &sight);
+                Box::new(Shown {
+                    read,
+                    pose: whereabouts.measured().clone(),
+                    closing: [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()],
+                })
+            });
+            taken.told.push(Told { panel, read, symbol });
+        });
         taken
     }
 

@@ -61,9 +61,5 @@ pub fn repr(record: &Bound<'_, PyAny>, names: &[&str]) -> PyResult<String> {
         Ok(format!("{name}={text}"))
     });
     let shown = shown.collect::<PyResult<Vec<_>>>()?;
-    Ok(format!(
-        "{}({})",
-        record.get_type().name()?,
-        shown.join(", ")
-    ))
+    Ok(format!("{}({})", record.get_type().name()?, shown.join(", ")))
 }

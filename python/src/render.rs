@@ -31,12 +31,7 @@ pub struct Renderer {
 impl Renderer {
     #[new]
     #[pyo3(signature = (scene=None, *, level="fine", crop=false))]
-    fn new(
-        py: Python<'_>,
-        scene: Option<&Bound<'_, PyAny>>,
-        level: &str,
-        crop: bool,
-    ) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: Option<&Bound<'_, PyAny>>, level: &str, crop: bool) -> PyResult<Self> {
         let scene = scene_of(scene)?;
         let level: Level = check(level.parse())?;
         let renderer = guarded(|| py.detach(|| check(renderer::Renderer::new(&scene, level))))?;
@@ -75,9 +70,7 @@ impl Renderer {
     #[pyo3(signature = (*, frame=0, seed=1))]
     fn bits(&self, py: Python<'_>, frame: u64, seed: u64) -> PyResult<Py<PyArray2<bool>>> {
         let shown = self.renderer.shown(seed, frame, None);
-        let first = shown
-            .first()
-            .ok_or_else(|| refused("the scene has no panel: give one"))?;
+        let first = shown.first().ok_or_else(|| refused("the scene has no panel: give one"))?;
         Ok(arrays::leds(py, first.symbols[0]))
     }
 
@@ -145,11 +138,7 @@ impl Renderer {
     }
 }
 
-fn picture<'py, T: numpy::Element>(
-    py: Python<'py>,
-    shape: (usize, usize),
-    values: Vec<T>,
-) -> PyResult<Bound<'py, PyArray2<T>>> {
+fn picture<'py, T: numpy::Element>(py: Python<'py>, shape: (usize, usize), values: Vec<T>) -> PyResult<Bound<'py, PyArray2<T>>> {
     Ok(check(Array2::from_shape_vec(shape, values))?.into_pyarray(py))
 }
 

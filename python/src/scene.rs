@@ -61,10 +61,7 @@ pub struct Scene(pub scene::Scene);
 impl Scene {
     #[new]
     #[pyo3(signature = (source=None, **overrides))]
-    fn new(
-        source: Option<&Bound<'_, PyAny>>,
-        overrides: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn new(source: Option<&Bound<'_, PyAny>>, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let Some(source) = source else {
             return load("paper", overrides);
         };
@@ -87,11 +84,7 @@ impl Scene {
     /// 60.0
     #[classmethod]
     #[pyo3(signature = (text, **overrides))]
-    fn from_toml(
-        _class: &Bound<'_, PyType>,
-        text: &str,
-        overrides: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    fn from_toml(_class: &Bound<'_, PyType>, text: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         of_toml("text", text, overrides)
     }
 
@@ -139,10 +132,7 @@ impl Scene {
     /// >>> [decision.effect for decision in vocc.Scene("paper", distance_m=30).plan() if decision.included]
     /// ['blur']
     fn plan(&self, py: Python<'_>) -> PyResult<Vec<Decision>> {
-        let plan = guarded(|| {
-            py.detach(|| check(View::new(&self.0)))
-                .map(|view| Plan::of(&view))
-        })?;
+        let plan = guarded(|| py.detach(|| check(View::new(&self.0))).map(|view| Plan::of(&view)))?;
         Ok(decisions(&plan))
     }
 
@@ -184,9 +174,7 @@ impl Scene {
         Ok(format!("Scene({})", own.join(", ")))
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>,))> {
         let dict = slf.get().to_dict(slf.py())?;
         Ok((slf.get_type().into_any(), (dict,)))
     }
@@ -235,10 +223,7 @@ fn load(name: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
         Some(text) => of_toml(name, &text, overrides),
         None if path.exists() => {
             let text = input::read_text(path, input::SCENE_MAX);
-            let text = text.map_err(|source| SceneError::Read {
-                path: name.into(),
-                source,
-            });
+            let text = text.map_err(|source| SceneError::Read { path: name.into(), source });
             of_toml(name, &check(text)?, overrides)
         }
         None => Err(refused(SceneError::NotFound { name: name.into() })),
@@ -282,12 +267,10 @@ fn without(scene: scene::Scene, removed: &[String]) -> PyResult<scene::Scene> {
         let last = parts.pop().unwrap_or_default();
         let mut place = Some(&mut table);
         for part in parts {
-            place = place
-                .and_then(|place| place.get_mut(part))
-                .and_then(|value| match value {
-                    Value::Array(panels) => panels.first_mut().and_then(Value::as_table_mut),
-                    value => value.as_table_mut(),
-                });
+            place = place.and_then(|place| place.get_mut(part)).and_then(|value| match value {
+                Value::Array(panels) => panels.first_mut().and_then(Value::as_table_mut),
+                value => value.as_table_mut(),
+            });
         }
         if let Some(place) = place {
             place.remove(last);
@@ -303,11 +286,10 @@ fn table_of(scene: &scene::Scene) -> PyResult<Table> {
 /// The value of a key in full.
 fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
     let (first, rest) = key.split_once('.')?;
-    rest.split('.')
-        .try_fold(table.get(first)?, |place, part| match place {
-            Value::Array(panels) => panels.first()?.get(part),
-            place => place.get(part),
-        })
+    rest.split('.').try_fold(table.get(first)?, |place, part| match place {
+        Value::Array(panels) => panels.first()?.get(part),
+        place => place.get(part),
+    })
 }
 
 /// How deep lists and dicts may lie in one another: a scene's lie 5 deep. What goes on for ever is deeper.

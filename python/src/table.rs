@@ -52,9 +52,7 @@ impl Table {
     fn l2a(&self, illuminance_lx: f64, interval: f64) -> PyResult<f64> {
         for (name, value) in [("illuminance_lx", illuminance_lx), ("interval", interval)] {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(refused(format!(
-                    "{name} = {value}: give a number from 0 up"
-                )));
+                return Err(refused(format!("{name} = {value}: give a number from 0 up")));
             }
         }
         let light = Illuminance::saturating_from_num(illuminance_lx);
@@ -66,29 +64,20 @@ impl Table {
     #[getter]
     fn illuminance_lx<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let lights = self.carried.illuminances_lx().iter();
-        lights
-            .map(|light| light.to_num())
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
+        lights.map(|light| light.to_num()).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// LED intervals of its columns, ascending.
     #[getter]
     fn interval<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let intervals = self.carried.intervals().iter();
-        intervals
-            .map(|interval| interval.to_num())
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
+        intervals.map(|interval| interval.to_num()).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// Its ratios in 1/sr: a row for each illuminance, a column for each interval.
     #[getter]
     fn ratios<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let shape = (
-            self.carried.illuminances_lx().len(),
-            self.carried.intervals().len(),
-        );
+        let shape = (self.carried.illuminances_lx().len(), self.carried.intervals().len());
         let ratios = self.carried.values().iter().map(|ratio| ratio.to_num());
         let ratios = Array2::from_shape_vec(shape, ratios.collect());
         Ok(check(ratios)?.into_pyarray(py))
@@ -122,11 +111,7 @@ impl Table {
         let carried = L2aTable::shipped();
         let interval: Vec<f64> = carried.intervals().iter().map(|i| i.to_num()).collect();
         let lights = carried.illuminances_lx().iter();
-        let ratios: Vec<f64> = carried
-            .values()
-            .iter()
-            .map(|ratio| ratio.to_num())
-            .collect();
+        let ratios: Vec<f64> = carried.values().iter().map(|ratio| ratio.to_num()).collect();
         let l2a = ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect();
         let empty = RatioFile::empty(lights.map(|light| light.to_num()).collect(), interval);
         Self {

@@ -29,26 +29,17 @@ const COUNT_MAX: usize = 1 << 24;
 /// '9936c96cb24d6693'
 #[pyfunction]
 #[pyo3(signature = (message, *, count=None, raw=false))]
-pub fn transmit(
-    py: Python<'_>,
-    message: &Bound<'_, PyAny>,
-    count: Option<usize>,
-    raw: bool,
-) -> PyResult<Py<PyArray3<bool>>> {
+pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>, raw: bool) -> PyResult<Py<PyArray3<bool>>> {
     let message: Vec<u8> = if let Ok(text) = message.cast::<PyString>() {
         text.to_cow()?.as_bytes().to_vec()
     } else if let Ok(bytes) = message.cast::<PyBytes>() {
         bytes.as_bytes().to_vec()
     } else {
         let kind = message.get_type().name()?;
-        return Err(PyTypeError::new_err(format!(
-            "a message is a str or bytes; this is of type {kind}"
-        )));
+        return Err(PyTypeError::new_err(format!("a message is a str or bytes; this is of type {kind}")));
     };
     if let Some(count) = count.filter(|&count| count > COUNT_MAX) {
-        return Err(refused(format!(
-            "count = {count}: give 0 to {COUNT_MAX} panels"
-        )));
+        return Err(refused(format!("count = {count}: give 0 to {COUNT_MAX} panels")));
     }
     // It says which lengths there are, raw or not.
     let framer = Framer::new(&message, Code::for_length(message.len()), false);

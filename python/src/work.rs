@@ -35,10 +35,7 @@ impl Flag {
 
 impl Drop for Flag {
     fn drop(&mut self) {
-        FLAGS
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .push(self.0);
+        FLAGS.lock().unwrap_or_else(PoisonError::into_inner).push(self.0);
     }
 }
 
@@ -83,11 +80,7 @@ impl Work {
             .num_threads(self.threads.unwrap_or_default())
             .stack_size(STACK_BYTES)
             .build();
-        let fault = |fault| {
-            refused(format!(
-                "cannot start threads: {fault}; ask for fewer with threads="
-            ))
-        };
+        let fault = |fault| refused(format!("cannot start threads: {fault}; ask for fewer with threads="));
         pool.map_err(fault)
     }
 

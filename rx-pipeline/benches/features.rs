@@ -53,14 +53,8 @@ impl Pose {
     fn corners(&self) -> Corners {
         let (sin, cos) = self.roll_deg.to_radians().sin_cos();
         let reach = 3.5 * self.pitch_px;
-        let around = [
-            [-reach, -reach],
-            [reach, -reach],
-            [reach, reach],
-            [-reach, reach],
-        ];
-        Corners::new(around.map(|[x, y]| [39.7 + cos * x - sin * y, 39.3 + sin * x + cos * y]))
-            .expect("a valid pose")
+        let around = [[-reach, -reach], [reach, -reach], [reach, reach], [-reach, reach]];
+        Corners::new(around.map(|[x, y]| [39.7 + cos * x - sin * y, 39.3 + sin * x + cos * y])).expect("a valid pose")
     }
 }
 
@@ -79,11 +73,9 @@ fn cell_map(bencher: Bencher, pose: &Pose) {
 
 #[divan::bench(args = POSES)]
 fn features(bencher: Bencher, pose: &Pose) {
-    let map = CellMap::<8192>::new(&pose.corners(), FRAME_WIDTH, FRAME_WIDTH)
-        .expect("the panel is in the frame");
+    let map = CellMap::<8192>::new(&pose.corners(), FRAME_WIDTH, FRAME_WIDTH).expect("the panel is in the frame");
     let pixels = noise();
-    let frame =
-        Frame::new(&pixels, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
+    let frame = Frame::new(&pixels, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
     bencher.bench_local(|| Features::measure(black_box(&frame), black_box(&map)));
 }
 
@@ -95,11 +87,9 @@ fn detect(bencher: Bencher, detector: &str) {
         _ => Detector::Otsu,
     };
     let corners = POSES[0].corners();
-    let map = CellMap::<8192>::new(&corners, FRAME_WIDTH, FRAME_WIDTH)
-        .expect("the panel is in the frame");
+    let map = CellMap::<8192>::new(&corners, FRAME_WIDTH, FRAME_WIDTH).expect("the panel is in the frame");
     let pixels = spots(&corners, FRAME_WIDTH, FRAME_WIDTH);
-    let frame =
-        Frame::new(&pixels, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
+    let frame = Frame::new(&pixels, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
     let features = Features::measure(&frame, &map).expect("the map was built for this frame");
     bencher.bench_local(|| detector.detect(black_box(&features)));
 }
@@ -113,11 +103,8 @@ fn read_by_likelihood(bencher: Bencher, pose: &Pose) {
     let mut next = 0;
     let mut read = || {
         next = (next + 1) % frames.len();
-        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH)
-            .expect("as many pixels as the frame has");
-        detector
-            .detect(black_box(&frame), &corners)
-            .expect("a panel")
+        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
+        detector.detect(black_box(&frame), &corners).expect("a panel")
     };
     for _ in 0..32 {
         read();
@@ -130,15 +117,12 @@ fn read_by_likelihood(bencher: Bencher, pose: &Pose) {
 fn read_by_kmeans(bencher: Bencher, pose: &Pose) {
     let corners = pose.corners();
     let frames = noisy_frames(&corners);
-    let map = CellMap::<8192>::new(&corners, FRAME_WIDTH, FRAME_WIDTH)
-        .expect("the panel is in the frame");
+    let map = CellMap::<8192>::new(&corners, FRAME_WIDTH, FRAME_WIDTH).expect("the panel is in the frame");
     let mut next = 0;
     bencher.bench_local(|| {
         next = (next + 1) % frames.len();
-        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH)
-            .expect("as many pixels as the frame has");
-        let features =
-            Features::measure(black_box(&frame), &map).expect("the map was built for this frame");
+        let frame = Frame::new(&frames[next].1, FRAME_WIDTH, FRAME_WIDTH).expect("as many pixels as the frame has");
+        let features = Features::measure(black_box(&frame), &map).expect("the map was built for this frame");
         Detector::KMeans.detect(&features)
     });
 }
@@ -168,10 +152,7 @@ fn noisy_frames(corners: &Corners) -> Vec<(u64, Vec<u8>)> {
 #[divan::bench(args = [true, false], max_time = 2)]
 fn locate_full_hd(bencher: Bencher, with_panel: bool) {
     let (width, height) = (1920, 1080);
-    let corners = POSES[0]
-        .corners()
-        .shifted(900.0, 500.0)
-        .expect("a valid pose");
+    let corners = POSES[0].corners().shifted(900.0, 500.0).expect("a valid pose");
     let pixels = if with_panel {
         spots(&corners, width, height)
     } else {

@@ -21,7 +21,7 @@ mod service;
 mod tests;
 
 pub use message::{
-    Answer, Hello, Memory, Message, MethodChoice, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX,
-    REGION_SIDE_MAX, Refusal, Region, Report, Request, STAGE_COUNT, Settings, Unread, WireReading,
+    Answer, Hello, Memory, Message, MethodChoice, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX, REGION_SIDE_MAX, Refusal, Region,
+    Report, Request, STAGE_COUNT, Settings, Unread, WireReading,
 };
 pub use service::{ANSWER_WIRE_MAX, Machine, Service};

@@ -137,11 +137,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
     ///
     /// # Errors
     /// One variant of [`CellsError`] for each way in which the panel may not fit into the frame or the map.
-    pub fn new(
-        corners: &Corners,
-        frame_width: usize,
-        frame_height: usize,
-    ) -> Result<Self, CellsError> {
+    pub fn new(corners: &Corners, frame_width: usize, frame_height: usize) -> Result<Self, CellsError> {
         let mut map = Self::empty();
         map.build(corners, frame_width, frame_height)?;
         Ok(map)
@@ -152,12 +148,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
     /// # Errors
     /// As [`CellMap::new`].
     #[inline(always)]
-    pub fn build(
-        &mut self,
-        corners: &Corners,
-        frame_width: usize,
-        frame_height: usize,
-    ) -> Result<(), CellsError> {
+    pub fn build(&mut self, corners: &Corners, frame_width: usize, frame_height: usize) -> Result<(), CellsError> {
         self.bounds = Bounds::default();
         let bounds = bounds(corners, frame_width, frame_height)?;
         let Bounds { width, height, .. } = bounds;
@@ -182,13 +173,8 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
             (start >= 1 && start.checked_add(length)? < limit).then_some(start)
         };
         let Bounds { x, y, .. } = self.bounds;
-        let place =
-            moved(x, dx, self.bounds.width, width).zip(moved(y, dy, self.bounds.height, height));
-        self.bounds = place.map_or(Bounds::default(), |(x, y)| Bounds {
-            x,
-            y,
-            ..self.bounds
-        });
+        let place = moved(x, dx, self.bounds.width, width).zip(moved(y, dy, self.bounds.height, height));
+        self.bounds = place.map_or(Bounds::default(), |(x, y)| Bounds { x, y, ..self.bounds });
         place.is_some()
     }
 
@@ -206,8 +192,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
     /// The unit vector from the pixel (`x`, `y`) of the frame towards the centre of its cell's LED. Zero at the centre
     /// itself and where there is no cell.
     pub fn rho(&self, x: usize, y: usize) -> [f32; 2] {
-        self.index(x, y)
-            .map_or([0.0; 2], |i| [self.rho_x[i], self.rho_y[i]])
+        self.index(x, y).map_or([0.0; 2], |i| [self.rho_x[i], self.rho_y[i]])
     }
 
     /// How many pixels belong to cell `cell` (0 to 63); 0 for numbers beyond. At least 1 in a built map.
@@ -222,24 +207,15 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
     pub(crate) fn rows(&self) -> impl Iterator<Item = MapRow<'_>> {
         let width = self.bounds.width.max(1);
         let area = self.bounds.width * self.bounds.height;
-        let rho = self.rho_x[..area]
-            .chunks_exact(width)
-            .zip(self.rho_y[..area].chunks_exact(width));
-        let runs = self.cell[..area]
-            .chunks_exact(width)
-            .zip(self.run[..area].chunks_exact(width));
-        rho.zip(runs).map(|((rho_x, rho_y), (cell, run))| MapRow {
-            rho_x,
-            rho_y,
-            cell,
-            run,
-        })
+        let rho = self.rho_x[..area].chunks_exact(width).zip(self.rho_y[..area].chunks_exact(width));
+        let runs = self.cell[..area].chunks_exact(width).zip(self.run[..area].chunks_exact(width));
+        rho.zip(runs)
+            .map(|((rho_x, rho_y), (cell, run))| MapRow { rho_x, rho_y, cell, run })
     }
 
     fn index(&self, x: usize, y: usize) -> Option<usize> {
         let (column, row) = (x.checked_sub(self.bounds.x)?, y.checked_sub(self.bounds.y)?);
-        (column < self.bounds.width && row < self.bounds.height)
-            .then(|| row * self.bounds.width + column)
+        (column < self.bounds.width && row < self.bounds.height).then(|| row * self.bounds.width + column)
     }
 
     #[inline(always)]
@@ -322,14 +298,8 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
             let since_first = (y - first) as f32;
             let (rho_x, rho_y) = (&mut self.rho_x[row.clone()], &mut self.rho_y[row.clone()]);
             let offsets = to_right.iter().zip(&*down).zip(&self.cell[row]);
-            for ((rho_x, rho_y), ((&right, &down), &cell)) in
-                rho_x.iter_mut().zip(rho_y).zip(offsets)
-            {
-                let down = if cell == NO_CELL {
-                    0.0
-                } else {
-                    down - since_first
-                };
+            for ((rho_x, rho_y), ((&right, &down), &cell)) in rho_x.iter_mut().zip(rho_y).zip(offsets) {
+                let down = if cell == NO_CELL { 0.0 } else { down - since_first };
                 let scale = inverse_sqrt(right * right + down * down);
                 *rho_x = right * scale;
                 *rho_y = down * scale;
@@ -346,10 +316,7 @@ fn is_upright(matrix: &[[f32; 3]; 3]) -> bool {
 
 impl CellsError {
     /// That cells which end there are not within a frame of that size.
-    pub(crate) fn outside_frame(
-        [[left, right], [top, bottom]]: [[f64; 2]; 2],
-        [width, height]: [usize; 2],
-    ) -> Self {
+    pub(crate) fn outside_frame([[left, right], [top, bottom]]: [[f64; 2]; 2], [width, height]: [usize; 2]) -> Self {
         Self::OutsideFrame {
             left,
             right,
@@ -393,22 +360,14 @@ fn bounds(corners: &Corners, width: usize, height: usize) -> Result<Bounds, Cell
 /// Each pixel's cell.
 #[inline(always)]
 fn cells_of_row(matrix: &[[f32; 3]; 3], y: f32, cell: &mut [u8]) {
-    let [[ux, u], [vx, v], [wx, w]] =
-        matrix.map(|[x_factor, y_factor, offset]| [x_factor, y_factor * y + offset]);
+    let [[ux, u], [vx, v], [wx, w]] = matrix.map(|[x_factor, y_factor, offset]| [x_factor, y_factor * y + offset]);
     for (x, cell) in cell.iter_mut().enumerate() {
         let x = x as i32 as f32;
         let scale = 1.0 / (wx * x + w);
-        let (column, row) = (
-            from_border((ux * x + u) * scale),
-            from_border((vx * x + v) * scale),
-        );
+        let (column, row) = (from_border((ux * x + u) * scale), from_border((vx * x + v) * scale));
         // The last bits of a float just above 2²³ are an integer: unlike a cast, this is vectorised.
         let index = (SIDE as f32 * floor(row) + floor(column) + INTEGERS).to_bits() as u8;
-        *cell = if is_within(column) & is_within(row) {
-            index
-        } else {
-            NO_CELL
-        };
+        *cell = if is_within(column) & is_within(row) { index } else { NO_CELL };
     }
 }
 

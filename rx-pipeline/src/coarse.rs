@@ -30,17 +30,11 @@ type Row = [u32; SEGMENT + 2];
 
 impl Grid {
     /// The frame's own pixels.
-    pub const FRAME: Self = Self {
-        side: 1,
-        origin: [0; 2],
-    };
+    pub const FRAME: Self = Self { side: 1, origin: [0; 2] };
 
     /// Larger pixels from the frame's first on.
     pub const fn of_side(side: usize) -> Self {
-        Self {
-            side,
-            origin: [0; 2],
-        }
+        Self { side, origin: [0; 2] }
     }
 
     /// Where in the frame a position in larger pixels is.
@@ -108,9 +102,7 @@ impl Grid {
 
     /// What spots in the frame look like in larger pixels.
     pub fn spots_from_frame(&self, spots: &LatticeModel) -> LatticeModel {
-        let sigma = self
-            .sigma_from_frame(spots.sigma)
-            .clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
+        let sigma = self.sigma_from_frame(spots.sigma).clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
         let lattice = self.lattice_from_frame(&spots.lattice);
         widened(spots, lattice, sigma, 1.0 / self.side as f32)
     }
@@ -125,12 +117,7 @@ impl Grid {
 
     /// The `width` × `height` larger pixels, in `buffer`; `None` if they do not fit into it or none of them is whole in the frame. Beyond
     /// its edges the frame goes on as it ends.
-    pub fn draw<'a>(
-        &self,
-        frame: &Frame<'_>,
-        size: [usize; 2],
-        buffer: &'a mut [u8],
-    ) -> Option<Frame<'a>> {
+    pub fn draw<'a>(&self, frame: &Frame<'_>, size: [usize; 2], buffer: &'a mut [u8]) -> Option<Frame<'a>> {
         let [width, height] = size;
         let inside = Inside::of(self, frame, size)?;
         let pixels = buffer.get_mut(..width.checked_mul(height)?)?;
@@ -142,13 +129,7 @@ impl Grid {
     }
 
     /// Draws some columns of larger pixels.
-    fn draw_columns(
-        &self,
-        inside: &Inside<'_>,
-        columns: Range<usize>,
-        width: usize,
-        pixels: &mut [u8],
-    ) {
+    fn draw_columns(&self, inside: &Inside<'_>, columns: Range<usize>, width: usize, pixels: &mut [u8]) {
         let mut rows: [Row; 3] = [[0; SEGMENT + 2]; 3];
         self.sum_row(inside, 0, &columns, &mut rows[0]);
         rows[2] = rows[0];
@@ -183,8 +164,7 @@ impl Grid {
         inner.fill(0);
         for down in self.offsets(SAMPLES_DOWN) {
             let part = inside.part.row(y * self.side + down);
-            let part =
-                part.and_then(|row| row.get(from as usize * self.side..to as usize * self.side));
+            let part = part.and_then(|row| row.get(from as usize * self.side..to as usize * self.side));
             let row = part.unwrap_or_default();
             match self.side {
                 2 => add_all::<2>(row, inner),
@@ -214,11 +194,7 @@ impl Grid {
         let (side, count) = (self.side, self.samples(most));
         (0..count).map(move |i| {
             let place = |i: usize| (2 * i + 1) * side / (2 * count);
-            if 2 * i < count {
-                place(i)
-            } else {
-                side - 1 - place(count - 1 - i)
-            }
+            if 2 * i < count { place(i) } else { side - 1 - place(count - 1 - i) }
         })
     }
 }
@@ -252,11 +228,7 @@ impl<'a> Inside<'a> {
         }
         let [width, height] = whole.map(|count| count * grid.side);
         let part = frame.region(first[0], first[1], width, height).ok()?;
-        Some(Self {
-            part,
-            before,
-            size: whole,
-        })
+        Some(Self { part, before, size: whole })
     }
 }
 
@@ -296,14 +268,8 @@ mod tests {
     use proptest::prelude::*;
 
     /// Grey levels of which each pixel of the frame has its own.
-    fn frame_of(
-        width: usize,
-        height: usize,
-        grey: impl Fn(usize, usize) -> u8,
-    ) -> std::vec::Vec<u8> {
-        (0..width * height)
-            .map(|i| grey(i % width, i / width))
-            .collect()
+    fn frame_of(width: usize, height: usize, grey: impl Fn(usize, usize) -> u8) -> std::vec::Vec<u8> {
+        (0..width * height).map(|i| grey(i % width, i / width)).collect()
     }
 
     #[test]
@@ -313,10 +279,7 @@ mod tests {
                 let grid = Grid::of_side(side);
                 let offsets: std::vec::Vec<usize> = grid.offsets(most).collect();
                 assert_eq!(offsets.len(), side.min(most));
-                assert_eq!(
-                    2 * offsets.iter().sum::<usize>(),
-                    offsets.len() * (side - 1)
-                );
+                assert_eq!(2 * offsets.iter().sum::<usize>(), offsets.len() * (side - 1));
                 assert!(offsets.is_sorted() && offsets.iter().all(|&offset| offset < side));
             }
         }
@@ -345,11 +308,7 @@ mod tests {
         assert!(grid.draw(&frame, [5, 4], &mut buffer).is_none());
         assert!(grid.draw(&frame, [0, 4], &mut buffer).is_none());
         for origin in [[-8, 0], [8, 0], [0, i32::MAX], [i32::MIN, 0]] {
-            assert!(
-                Grid { side: 2, origin }
-                    .draw(&frame, [4, 4], &mut buffer)
-                    .is_none()
-            );
+            assert!(Grid { side: 2, origin }.draw(&frame, [4, 4], &mut buffer).is_none());
         }
     }
 

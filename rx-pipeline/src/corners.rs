@@ -37,9 +37,7 @@ pub enum CornersError {
         y: f32,
     },
     /// The points run the other way around.
-    #[error(
-        "the corners run anticlockwise, as in a mirror image: give them as top left, top right, bottom right, bottom left"
-    )]
+    #[error("the corners run anticlockwise, as in a mirror image: give them as top left, top right, bottom right, bottom left")]
     Mirrored,
     /// The outline crosses itself, is dented, or three corners lie on a line.
     #[error(
@@ -60,9 +58,7 @@ pub enum CornersError {
         pitch_px: f32,
     },
     /// The panel is seen so obliquely that its outer cells reach the horizon.
-    #[error(
-        "the perspective is too strong: the panel's outer cells reach the vanishing line; check the corners"
-    )]
+    #[error("the perspective is too strong: the panel's outer cells reach the vanishing line; check the corners")]
     TooOblique,
 }
 
@@ -78,9 +74,7 @@ impl Corners {
             let [x, y] = points[corner];
             return Err(CornersError::NotFinite { corner, x, y });
         }
-        let turns = core::array::from_fn::<f64, 4, _>(|i| {
-            turn(points[(i + 3) % 4], points[i], points[(i + 1) % 4])
-        });
+        let turns = core::array::from_fn::<f64, 4, _>(|i| turn(points[(i + 3) % 4], points[i], points[(i + 1) % 4]));
         if turns.iter().all(|&turn| turn < 0.0) {
             return Err(CornersError::Mirrored);
         }
@@ -185,10 +179,7 @@ impl Homography {
     /// The rows of the matrix from (x, y, 1) to panel coordinates, with (`x`, `y`) as the new origin of pixels.
     pub(crate) fn inverse_from(&self, x: f64, y: f64) -> [[f32; 3]; 3] {
         let centre = project(&self.forward, [LAST / 2.0; 2]);
-        let scale = 1.0
-            / (self.inverse[2][0] * centre[0]
-                + self.inverse[2][1] * centre[1]
-                + self.inverse[2][2]);
+        let scale = 1.0 / (self.inverse[2][0] * centre[0] + self.inverse[2][1] * centre[1] + self.inverse[2][2]);
         self.inverse
             .map(|[a, b, c]| [a, b, a * x + b * y + c].map(|value| (value * scale) as f32))
     }
@@ -222,12 +213,7 @@ impl Homography {
 }
 
 /// The outer corners of the 8×8 cells in panel coordinates.
-const OUTLINE: [[f64; 2]; 4] = [
-    [-0.5, -0.5],
-    [LAST + 0.5, -0.5],
-    [LAST + 0.5, LAST + 0.5],
-    [-0.5, LAST + 0.5],
-];
+const OUTLINE: [[f64; 2]; 4] = [[-0.5, -0.5], [LAST + 0.5, -0.5], [LAST + 0.5, LAST + 0.5], [-0.5, LAST + 0.5]];
 
 #[inline]
 fn project(matrix: &[[f64; 3]; 3], [x, y]: [f64; 2]) -> [f64; 2] {
@@ -254,23 +240,14 @@ mod tests {
         let square = [[10.0, 10.0], [38.0, 10.0], [38.0, 38.0], [10.0, 38.0]];
         let [a, b, c, d] = square;
         assert_eq!(Corners::new([b, a, d, c]), Err(CornersError::Mirrored));
-        assert!(matches!(
-            Corners::new([a, c, b, d]),
-            Err(CornersError::NotConvex { .. })
-        ));
-        assert!(matches!(
-            Corners::new([a, a, a, a]),
-            Err(CornersError::NotConvex { .. })
-        ));
+        assert!(matches!(Corners::new([a, c, b, d]), Err(CornersError::NotConvex { .. })));
+        assert!(matches!(Corners::new([a, a, a, a]), Err(CornersError::NotConvex { .. })));
         assert!(matches!(
             Corners::new([a, b, [f32::NAN, 0.0], d]),
             Err(CornersError::NotFinite { corner: 2, .. })
         ));
         let tiny = square.map(|[x, y]| [x / 10.0, y / 10.0]);
-        assert!(matches!(
-            Corners::new(tiny),
-            Err(CornersError::PitchTooSmall { .. })
-        ));
+        assert!(matches!(Corners::new(tiny), Err(CornersError::PitchTooSmall { .. })));
         let wedge = [[0.0, 0.0], [600.0, 294.0], [600.0, 306.0], [0.0, 600.0]];
         assert_eq!(Corners::new(wedge), Err(CornersError::TooOblique));
     }

@@ -120,9 +120,7 @@ impl Detector {
     pub fn decide(&self, features: &Features) -> Result<PanelFrame, DetectError> {
         check_contrast(features)?;
         match self {
-            Self::KMeans => {
-                kmeans::split(&standardised(&features.agr), &standardised(&features.gri))
-            }
+            Self::KMeans => kmeans::split(&standardised(&features.agr), &standardised(&features.gri)),
             Self::KMeansRaw => kmeans::split(&features.agr, &features.gri),
             Self::Otsu => otsu::split(&features.mean_grey),
             Self::Fisher(fisher) => {
@@ -179,8 +177,7 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn noise() -> impl Strategy<Value = [[f32; 2]; LEDS]> {
-        prop::collection::vec(prop::array::uniform2(-1.0f32..1.0), LEDS)
-            .prop_map(|noise| noise.try_into().unwrap())
+        prop::collection::vec(prop::array::uniform2(-1.0f32..1.0), LEDS).prop_map(|noise| noise.try_into().unwrap())
     }
 
     const UNTRAINED: [Detector; 3] = [Detector::KMeans, Detector::KMeansRaw, Detector::Otsu];
@@ -189,10 +186,7 @@ pub(crate) mod tests {
     fn panels_without_contrast_are_refused() {
         let flat = features_of(0, 0.0, &[[0.0; 2]; LEDS]);
         for detector in UNTRAINED {
-            assert_eq!(
-                detector.detect(&flat),
-                Err(DetectError::ContrastTooLow { range_grey: 0.0 })
-            );
+            assert_eq!(detector.detect(&flat), Err(DetectError::ContrastTooLow { range_grey: 0.0 }));
         }
         let mut no_gradient = features_of(0xff, 10.0, &[[0.0; 2]; LEDS]);
         no_gradient.gri = [0.0; LEDS];
@@ -201,10 +195,7 @@ pub(crate) mod tests {
         }
         let mut alike = no_gradient;
         alike.agr = [1.0; LEDS];
-        assert_eq!(
-            Detector::KMeans.detect(&alike),
-            Err(DetectError::OneClass { on: 0 })
-        );
+        assert_eq!(Detector::KMeans.detect(&alike), Err(DetectError::OneClass { on: 0 }));
     }
 
     #[test]
@@ -220,9 +211,7 @@ pub(crate) mod tests {
     #[test]
     fn panels_without_noise_have_finite_certainty() {
         for detector in UNTRAINED {
-            let detection = detector
-                .detect(&features_of(0x1234_5678, 30.0, &[[0.0; 2]; LEDS]))
-                .unwrap();
+            let detection = detector.detect(&features_of(0x1234_5678, 30.0, &[[0.0; 2]; LEDS])).unwrap();
             assert_eq!(detection.bits.bits(), 0x1234_5678);
             assert_eq!(detection.soft.hard(), detection.bits);
             assert!(detection.confidence > 0.999 && detection.confidence <= 1.0);

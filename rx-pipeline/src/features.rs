@@ -70,10 +70,7 @@ impl Features {
     /// # Errors
     /// [`FeaturesError::EmptyMap`], and [`FeaturesError::FrameTooSmall`] if the map was built for larger frames.
     #[inline(always)]
-    pub fn measure<const PIXELS: usize>(
-        frame: &Frame<'_>,
-        map: &CellMap<PIXELS>,
-    ) -> Result<Self, FeaturesError> {
+    pub fn measure<const PIXELS: usize>(frame: &Frame<'_>, map: &CellMap<PIXELS>) -> Result<Self, FeaturesError> {
         let sums = Sums::of(frame, map)?;
         let pixels = *map.pixels();
         let total: u32 = sums.grey.iter().sum();
@@ -105,11 +102,7 @@ impl Features {
             let around = |centre: usize| centre.saturating_sub(1)..(centre + 2).min(SIDE);
             let (row, column) = (cell / SIDE, cell % SIDE);
             let block: f32 = around(row)
-                .map(|row| {
-                    self.mean_grey[SIDE * row..][around(column)]
-                        .iter()
-                        .sum::<f32>()
-                })
+                .map(|row| self.mean_grey[SIDE * row..][around(column)].iter().sum::<f32>())
                 .sum();
             let neighbours = around(row).len() * around(column).len() - 1;
             let own = self.mean_grey[cell];
@@ -128,17 +121,13 @@ struct Sums {
 
 impl Sums {
     #[inline(always)]
-    fn of<const PIXELS: usize>(
-        frame: &Frame<'_>,
-        map: &CellMap<PIXELS>,
-    ) -> Result<Self, FeaturesError> {
+    fn of<const PIXELS: usize>(frame: &Frame<'_>, map: &CellMap<PIXELS>) -> Result<Self, FeaturesError> {
         let bounds = map.bounds();
         if bounds.width == 0 {
             return Err(FeaturesError::EmptyMap);
         }
         let (width, height) = (frame.width(), frame.height());
-        let (needed_width, needed_height) =
-            (bounds.x + bounds.width + 1, bounds.y + bounds.height + 1);
+        let (needed_width, needed_height) = (bounds.x + bounds.width + 1, bounds.y + bounds.height + 1);
         let too_small = FeaturesError::FrameTooSmall {
             needed_width,
             needed_height,
@@ -154,12 +143,7 @@ impl Sums {
             radial: [0.0; LEDS],
         };
         let columns = bounds.x - 1..needed_width;
-        let row = |y: usize| {
-            frame
-                .row(y)
-                .and_then(|row| row.get(columns.clone()))
-                .ok_or(too_small)
-        };
+        let row = |y: usize| frame.row(y).and_then(|row| row.get(columns.clone())).ok_or(too_small);
         let (mut above, mut here) = (row(bounds.y - 1)?, row(bounds.y)?);
         let mut band = Band::new(bounds.width);
         for (y, map_row) in (bounds.y + 1..).zip(map.rows()) {
@@ -246,14 +230,7 @@ impl<'a> Band<'a> {
 
 /// Adds ∇G·ρ̂ of one row; the grey rows hold one pixel more on either side.
 #[inline(always)]
-fn add_radial_gradient(
-    above: &[u8],
-    here: &[u8],
-    below: &[u8],
-    rho_x: &[f32],
-    rho_y: &[f32],
-    radial: &mut [f32],
-) {
+fn add_radial_gradient(above: &[u8], here: &[u8], below: &[u8], rho_x: &[f32], rho_y: &[f32], radial: &mut [f32]) {
     let width = radial.len();
     let (left, right) = (&here[..width], &here[2..][..width]);
     let (above, below) = (&above[1..][..width], &below[1..][..width]);
@@ -299,9 +276,7 @@ mod tests {
                 let n = map.pixels_of_cell(cell) as f64;
                 let [rx, ry] = map.rho(x, y).map(f64::from);
                 means[cell] += grey(x, y) / n;
-                gri[cell] += ((grey(x + 1, y) - grey(x - 1, y)) * rx
-                    + (grey(x, y + 1) - grey(x, y - 1)) * ry)
-                    / n;
+                gri[cell] += ((grey(x + 1, y) - grey(x - 1, y)) * rx + (grey(x, y + 1) - grey(x, y - 1)) * ry) / n;
                 saturated[cell] += u16::from(grey(x, y) == 255.0);
             }
         }
@@ -328,10 +303,7 @@ mod tests {
     fn black_and_white_panels_have_features() {
         let map = map(8.0, 8.0, 4.0, 0.0);
         let black = measure(&[0; WIDTH * WIDTH], &map);
-        assert_eq!(
-            (black.agr, black.ngr(), black.panel_grey),
-            ([1.0; 64], [1.0; 64], 0.0)
-        );
+        assert_eq!((black.agr, black.ngr(), black.panel_grey), ([1.0; 64], [1.0; 64], 0.0));
         let white = measure(&[255; WIDTH * WIDTH], &map);
         assert_eq!((white.saturated, white.pixels), ([16; 64], [16; 64]));
     }
@@ -340,10 +312,7 @@ mod tests {
     fn frames_the_map_was_not_built_for_are_refused() {
         let empty = CellMap::<16>::empty();
         let frame = Frame::new(&[0; 100], 10, 10).unwrap();
-        assert_eq!(
-            Features::measure(&frame, &empty),
-            Err(FeaturesError::EmptyMap)
-        );
+        assert_eq!(Features::measure(&frame, &empty), Err(FeaturesError::EmptyMap));
         let error = Features::measure(&frame, &map(8.0, 8.0, 4.0, 0.0)).unwrap_err();
         let needed = FeaturesError::FrameTooSmall {
             needed_width: 40,

@@ -86,9 +86,7 @@ pub(crate) fn in_perspective<const N: usize>(
 /// The same lattice counted from a neighbouring row or column.
 pub(crate) fn shifted(spots: &LatticeModel, columns: i32, rows: i32) -> LatticeModel {
     let mut shifted = *spots;
-    shifted.lattice.centre = spots
-        .lattice
-        .position(MIDDLE + columns as f32, MIDDLE + rows as f32);
+    shifted.lattice.centre = spots.lattice.position(MIDDLE + columns as f32, MIDDLE + rows as f32);
     for led in 0..LEDS {
         let (column, row) = ((led % SIDE) as i32 + columns, (led / SIDE) as i32 + rows);
         let inside = 0..SIDE as i32;
@@ -103,30 +101,16 @@ pub(crate) fn shifted(spots: &LatticeModel, columns: i32, rows: i32) -> LatticeM
 }
 
 /// The pixels around a lattice, up to `rim` pitches beyond its outer LEDs; `None` if it is not in the frame.
-pub(crate) fn window(
-    lattice: &Lattice,
-    rim: f32,
-    (width, height): (usize, usize),
-) -> Option<Window> {
+pub(crate) fn window(lattice: &Lattice, rim: f32, (width, height): (usize, usize)) -> Option<Window> {
     let far = (SIDE - 1) as f32 + rim;
-    let corners =
-        [[-rim, -rim], [far, -rim], [far, far], [-rim, far]].map(|[u, v]| lattice.position(u, v));
+    let corners = [[-rim, -rim], [far, -rim], [far, far], [-rim, far]].map(|[u, v]| lattice.position(u, v));
     let ends = |axis: usize, limit: usize| {
-        let low = corners
-            .iter()
-            .fold(f32::INFINITY, |low, corner| low.min(corner[axis]));
-        let high = corners
-            .iter()
-            .fold(f32::NEG_INFINITY, |high, corner| high.max(corner[axis]));
+        let low = corners.iter().fold(f32::INFINITY, |low, corner| low.min(corner[axis]));
+        let high = corners.iter().fold(f32::NEG_INFINITY, |high, corner| high.max(corner[axis]));
         let first = libm::floorf(low).max(0.0);
         let last = libm::ceilf(high).min(limit as f32 - 1.0);
         (last > first).then(|| (first as usize, (last - first) as usize + 1))
     };
     let ((x, width), (y, height)) = (ends(0, width)?, ends(1, height)?);
-    Some(Window {
-        x,
-        y,
-        width,
-        height,
-    })
+    Some(Window { x, y, width, height })
 }

@@ -35,9 +35,7 @@ pub enum FrameError {
         height: usize,
     },
     /// Rows that overlap in memory.
-    #[error(
-        "rows start every {stride} bytes but are {width} long: the stride is at least the width"
-    )]
+    #[error("rows start every {stride} bytes but are {width} long: the stride is at least the width")]
     StrideTooShort {
         /// Bytes from one row's start to the next one's.
         stride: usize,
@@ -45,9 +43,7 @@ pub enum FrameError {
         width: usize,
     },
     /// Fewer bytes than the frame's size calls for.
-    #[error(
-        "{length} bytes do not hold {width} × {height} pixels in rows of {stride} bytes: check the frame's size"
-    )]
+    #[error("{length} bytes do not hold {width} × {height} pixels in rows of {stride} bytes: check the frame's size")]
     TooShort {
         /// Bytes given.
         length: usize,
@@ -59,9 +55,7 @@ pub enum FrameError {
         stride: usize,
     },
     /// A region that reaches beyond its frame.
-    #[error(
-        "the region of {width} × {height} pixels at ({x}, {y}) is not within the frame of {frame_width} × {frame_height}"
-    )]
+    #[error("the region of {width} × {height} pixels at ({x}, {y}) is not within the frame of {frame_width} × {frame_height}")]
     RegionOutside {
         /// The region's first column.
         x: usize,
@@ -91,21 +85,14 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     /// As [`Frame::new`], and [`FrameError::StrideTooShort`] if `stride` is less than `width`.
-    pub fn with_stride(
-        pixels: &'a [u8],
-        width: usize,
-        height: usize,
-        stride: usize,
-    ) -> Result<Self, FrameError> {
+    pub fn with_stride(pixels: &'a [u8], width: usize, height: usize, stride: usize) -> Result<Self, FrameError> {
         if width == 0 || height == 0 {
             return Err(FrameError::Empty { width, height });
         }
         if stride < width {
             return Err(FrameError::StrideTooShort { stride, width });
         }
-        let needed = stride
-            .checked_mul(height - 1)
-            .and_then(|rows| rows.checked_add(width));
+        let needed = stride.checked_mul(height - 1).and_then(|rows| rows.checked_add(width));
         if needed.is_none_or(|needed| pixels.len() < needed) {
             return Err(FrameError::TooShort {
                 length: pixels.len(),
@@ -143,10 +130,7 @@ impl<'a> Frame<'a> {
 
     /// The rows from top to bottom, each [`Frame::width`] pixels.
     pub fn rows(&self) -> impl Iterator<Item = &'a [u8]> + Clone {
-        self.pixels
-            .chunks(self.stride)
-            .take(self.height)
-            .map(|row| &row[..self.width])
+        self.pixels.chunks(self.stride).take(self.height).map(|row| &row[..self.width])
     }
 
     /// The grey level of one pixel; `None` outside the frame.
@@ -158,18 +142,11 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     /// [`FrameError::Empty`] and [`FrameError::RegionOutside`].
-    pub fn region(
-        &self,
-        x: usize,
-        y: usize,
-        width: usize,
-        height: usize,
-    ) -> Result<Self, FrameError> {
+    pub fn region(&self, x: usize, y: usize, width: usize, height: usize) -> Result<Self, FrameError> {
         if width == 0 || height == 0 {
             return Err(FrameError::Empty { width, height });
         }
-        let within =
-            |start: usize, length: usize, limit: usize| start <= limit && length <= limit - start;
+        let within = |start: usize, length: usize, limit: usize| start <= limit && length <= limit - start;
         if !within(x, width, self.width) || !within(y, height, self.height) {
             let (frame_width, frame_height) = (self.width, self.height);
             return Err(FrameError::RegionOutside {
@@ -181,12 +158,7 @@ impl<'a> Frame<'a> {
                 frame_height,
             });
         }
-        Self::with_stride(
-            &self.pixels[y * self.stride + x..],
-            width,
-            height,
-            self.stride,
-        )
+        Self::with_stride(&self.pixels[y * self.stride + x..], width, height, self.stride)
     }
 }
 
@@ -196,28 +168,13 @@ mod tests {
 
     #[test]
     fn what_is_no_frame_is_refused() {
-        assert_eq!(
-            Frame::new(&[], 0, 3).unwrap_err(),
-            FrameError::Empty {
-                width: 0,
-                height: 3
-            }
-        );
+        assert_eq!(Frame::new(&[], 0, 3).unwrap_err(), FrameError::Empty { width: 0, height: 3 });
         assert_eq!(
             Frame::with_stride(&[0; 9], 3, 3, 2).unwrap_err(),
-            FrameError::StrideTooShort {
-                stride: 2,
-                width: 3
-            }
+            FrameError::StrideTooShort { stride: 2, width: 3 }
         );
-        assert!(matches!(
-            Frame::new(&[0; 8], 3, 3),
-            Err(FrameError::TooShort { length: 8, .. })
-        ));
-        assert!(matches!(
-            Frame::new(&[0; 8], usize::MAX, 2),
-            Err(FrameError::TooShort { .. })
-        ));
+        assert!(matches!(Frame::new(&[0; 8], 3, 3), Err(FrameError::TooShort { length: 8, .. })));
+        assert!(matches!(Frame::new(&[0; 8], usize::MAX, 2), Err(FrameError::TooShort { .. })));
     }
 
     #[test]

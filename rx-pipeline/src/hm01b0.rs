@@ -158,17 +158,13 @@ pub enum CameraError {
     #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
     Silent,
     /// Somebody else is there.
-    #[error(
-        "the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0"
-    )]
+    #[error("the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0")]
     WrongId {
         /// What its identity registers hold.
         id: u16,
     },
     /// A register does not keep what is written to it.
-    #[error(
-        "register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty"
-    )]
+    #[error("register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty")]
     Register {
         /// Its address.
         register: u16,
@@ -264,11 +260,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
     /// [`CameraError::Silent`] or [`CameraError::WrongId`].
     pub fn identify(&mut self) -> Result<(), CameraError> {
         let id = u16::from_be_bytes([self.read(MODEL_ID_HIGH)?, self.read(MODEL_ID_LOW)?]);
-        if id == MODEL_ID {
-            Ok(())
-        } else {
-            Err(CameraError::WrongId { id })
-        }
+        if id == MODEL_ID { Ok(()) } else { Err(CameraError::WrongId { id }) }
     }
 
     fn read(&mut self, register: u16) -> Result<u8, CameraError> {
@@ -281,9 +273,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
 
     fn write(&mut self, register: u16, value: u8) -> Result<(), CameraError> {
         let [high, low] = register.to_be_bytes();
-        self.bus
-            .write(ADDRESS, &[high, low, value])
-            .map_err(|_| CameraError::Silent)
+        self.bus.write(ADDRESS, &[high, low, value]).map_err(|_| CameraError::Silent)
     }
 
     /// Whether a register holds what was written.
@@ -292,11 +282,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
         if holds == written {
             return Ok(());
         }
-        Err(CameraError::Register {
-            register,
-            written,
-            holds,
-        })
+        Err(CameraError::Register { register, written, holds })
     }
 }
 

@@ -38,12 +38,7 @@ impl Lattice {
     /// The lattice of four corner LEDs.
     pub fn through(corners: &Corners) -> Self {
         let [centre, column, row, tilt] = corners.homography().about_middle();
-        Self {
-            centre,
-            column,
-            row,
-            tilt,
-        }
+        Self { centre, column, row, tilt }
     }
 
     /// The same shape around `centre`, so many times as large.
@@ -78,19 +73,13 @@ impl Lattice {
         let [a, c] = leant(self.column, self.tilt[0]);
         let [b, d] = leant(self.row, self.tilt[1]);
         let determinant = a * d - b * c;
-        (determinant.abs() > f32::MIN_POSITIVE).then(|| {
-            [
-                MIDDLE + (d * x - b * y) / determinant,
-                MIDDLE + (a * y - c * x) / determinant,
-            ]
-        })
+        (determinant.abs() > f32::MIN_POSITIVE).then(|| [MIDDLE + (d * x - b * y) / determinant, MIDDLE + (a * y - c * x) / determinant])
     }
 
     /// The corner LEDs: top left, top right, bottom right, bottom left.
     pub fn corners(&self) -> [[f32; 2]; 4] {
         let last = (SIDE - 1) as f32;
-        [[0.0, 0.0], [last, 0.0], [last, last], [0.0, last]]
-            .map(|[column, row]| self.position(column, row))
+        [[0.0, 0.0], [last, 0.0], [last, last], [0.0, last]].map(|[column, row]| self.position(column, row))
     }
 
     /// Distance of neighbouring LEDs in a row and in a column.
@@ -108,9 +97,7 @@ impl Lattice {
     pub fn is_close_to(&self, other: &Self) -> bool {
         let limit = SAME_LATTICE * self.pitch()[0];
         let pairs = self.corners().into_iter().zip(other.corners());
-        pairs
-            .into_iter()
-            .all(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) < limit)
+        pairs.into_iter().all(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) < limit)
     }
 }
 

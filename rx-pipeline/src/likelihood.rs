@@ -224,11 +224,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// # Errors
     /// [`DetectError::ContrastTooLow`] if all pixels look alike, [`DetectError::OutsideMemory`] if the panel's image is not in
     /// the frame or does not fit into `PIXELS`.
-    pub fn detect(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-    ) -> Result<Detection, DetectError> {
+    pub fn detect(&mut self, frame: &Frame<'_>, corners: &Corners) -> Result<Detection, DetectError> {
         self.detect_after(&SoftPanel::ERASED, frame, corners, None)
     }
 
@@ -249,42 +245,29 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     ) -> Result<Detection, DetectError> {
         let (mut crop, variance) = self.look(frame, corners, spot_sigma_px)?;
         self.experience.set_scale(crop.scale);
-        let Experience {
-            leds, light_noise, ..
-        } = &self.experience;
+        let Experience { leds, light_noise, .. } = &self.experience;
         self.model.set_leds(leds.levels(*light_noise));
-        let mut best = self
-            .model
-            .search(frame, &crop, &self.experience.levels, variance)?;
+        let mut best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         if self.look_around(frame, corners, &mut crop, &mut best)? {
-            best = self
-                .model
-                .search(frame, &crop, &self.experience.levels, variance)?;
+            best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         if !self.experience.levels.fits(best.levels.noise) {
-            let two = self
-                .model
-                .two_symbols(frame, &crop, before, &self.experience.levels)?;
+            let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             let noise = best.levels.noise;
             #[cfg(feature = "read-lines")]
             if let Some(detection) = self.explained(two, frame, &crop, before, noise)? {
                 return Ok(detection);
             }
             #[cfg(not(feature = "read-lines"))]
-            if let Some(two) = two.filter(|two| two.explain(&self.experience.levels, before, noise))
-            {
+            if let Some(two) = two.filter(|two| two.explain(&self.experience.levels, before, noise)) {
                 return Ok(two.detection());
             }
-            let anew = self
-                .model
-                .search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
+            let anew = self.model.search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
             if anew.levels.noise < best.levels.noise {
                 best = anew;
             }
         }
-        let flip_cost = self
-            .model
-            .ascend_in_groups(&mut best, &self.experience.levels);
+        let flip_cost = self.model.ascend_in_groups(&mut best, &self.experience.levels);
         let least = self.model.least_cost(&flip_cost);
         let flip_cost = self.model.tempered(&mut best, flip_cost);
         let found = best.bits();
@@ -326,12 +309,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     /// The panel in pixels as wide as befits its spots, and the variance to begin with of those.
-    fn look(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        spot_sigma_px: Option<f32>,
-    ) -> Result<(Crop, f32), DetectError> {
+    fn look(&mut self, frame: &Frame<'_>, corners: &Corners, spot_sigma_px: Option<f32>) -> Result<(Crop, f32), DetectError> {
         let sight = self.sight(self.experience.is_plain_around);
         let crop = Crop::new(frame, corners, PIXELS, sight);
         if self.experience.spot_sigma_px().is_some() {
@@ -343,28 +321,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         let variance = self.model.first_variance(frame, &crop, usual)?;
         let spot_sigma_px = crop.scale.bin as f32 * libm::sqrtf(variance);
-        let wider = Crop::new(
-            frame,
-            corners,
-            PIXELS,
-            Sight {
-                spot_sigma_px,
-                ..sight
-            },
-        );
+        let wider = Crop::new(frame, corners, PIXELS, Sight { spot_sigma_px, ..sight });
         let ratio = crop.scale.bin as f32 / wider.scale.bin as f32;
         Ok((wider, variance * ratio * ratio))
     }
 
     /// Whether what is around the panel has turned out not to be plain, so that it has to be searched anew without. If it has turned out to
     /// be, the estimate goes on with it.
-    fn look_around(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        crop: &mut Crop,
-        estimate: &mut Estimate,
-    ) -> Result<bool, DetectError> {
+    fn look_around(&mut self, frame: &Frame<'_>, corners: &Corners, crop: &mut Crop, estimate: &mut Estimate) -> Result<bool, DetectError> {
         let noise = estimate.levels.noise;
         let sight = |is_plain_around| Sight {
             is_plain_around,
@@ -377,12 +341,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
             return Ok(!self.experience.is_plain_around);
         }
-        if !self
-            .experience
-            .levels
-            .frames()
-            .is_multiple_of(LOOK_AROUND_FRAMES)
-        {
+        if !self.experience.levels.frames().is_multiple_of(LOOK_AROUND_FRAMES) {
             return Ok(false);
         }
         let wider = Crop::new(frame, corners, PIXELS, sight(true));
@@ -408,12 +367,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[inline(never)]
     fn learn_curve(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) {
         let now = self.model.camera.encoding;
-        let Experience {
-            levels,
-            leds,
-            curve,
-            ..
-        } = &mut self.experience;
+        let Experience { levels, leds, curve, .. } = &mut self.experience;
         let tells = estimate.overlaps(&crop.scale) && levels.fits_surely(estimate.levels.noise);
         let Some(tried) = curve.next(now).filter(|_| tells) else {
             return;
@@ -431,18 +385,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     fn learn(&mut self, estimate: &mut Estimate) {
         self.model.expect(estimate);
-        let (levels, equations) = (
-            &estimate.levels,
-            self.model.equations(estimate, &self.experience.levels),
-        );
+        let (levels, equations) = (&estimate.levels, self.model.equations(estimate, &self.experience.levels));
         if let Some(unsure) = equations.covariance(levels.noise) {
             self.experience.levels.update(levels, &unsure);
         }
         let Experience {
-            levels,
-            leds,
-            light_noise,
-            ..
+            levels, leds, light_noise, ..
         } = &mut self.experience;
         let panel = estimate.bits();
         if levels.frames() == 1 && !leds.are_known() {

@@ -148,9 +148,7 @@ impl Locator {
 
     /// Standard deviation of one LED's image before anything is known of it, in pixels.
     pub(crate) fn spot_sigma_px(&self) -> f32 {
-        libm::sqrtf(
-            self.blur_sigma_px * self.blur_sigma_px + LED_SIGMA_PX * LED_SIGMA_PX + PIXEL_VARIANCE,
-        )
+        libm::sqrtf(self.blur_sigma_px * self.blur_sigma_px + LED_SIGMA_PX * LED_SIGMA_PX + PIXEL_VARIANCE)
     }
 
     /// The same in other pixels of the camera's frames.
@@ -170,11 +168,7 @@ impl Locator {
     ///
     /// # Errors
     /// One variant of [`LocateError`] for each way to fail, about what is most striking.
-    pub fn locate<const N: usize>(
-        &self,
-        frame: &Frame<'_>,
-        memory: &mut LocatorMemory<N>,
-    ) -> Result<Location, LocateError> {
+    pub fn locate<const N: usize>(&self, frame: &Frame<'_>, memory: &mut LocatorMemory<N>) -> Result<Location, LocateError> {
         self.locate_among(frame, &[], &[], Effort::Full, memory, &mut ())
     }
 
@@ -207,14 +201,9 @@ impl Locator {
         workspace: Workspace<'_, N>,
         profile: &mut impl Profile,
     ) -> Result<Location, LocateError> {
-        let same_size =
-            |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
+        let same_size = |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
         let Workspace { residuals, search } = workspace;
-        let SearchMemory {
-            busy,
-            changed,
-            suspects,
-        } = search;
+        let SearchMemory { busy, changed, suspects } = search;
         let suspected = suspects.begin();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
@@ -240,11 +229,7 @@ impl Locator {
                 let here = found.spots.lattice;
                 // Spots that overlap add up to anything smooth.
                 let apart = verification::apart(&found.spots);
-                let surprise = if self.expects(&found.spots) {
-                    1.0
-                } else {
-                    UNEXPECTED
-                };
+                let surprise = if self.expects(&found.spots) { 1.0 } else { UNEXPECTED };
                 let enough = surprise * enough / (apart * apart);
                 let suspect = Suspect {
                     lattice: here,
@@ -281,9 +266,7 @@ impl Locator {
         };
         let grounds = match effort {
             Effort::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes][..],
-            Effort::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => {
-                &[Ground::Around, Ground::Holes]
-            }
+            Effort::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => &[Ground::Around, Ground::Holes],
             Effort::Share(_) => &[Ground::Around, Ground::Edges],
             Effort::Level(_) => &[Ground::Around],
         };
@@ -307,12 +290,7 @@ impl Locator {
     }
 
     /// The likeliest pose, in `frame` alone, of a panel as large and turned as `expected` and not much further away than it is wide.
-    pub(crate) fn locate_near(
-        &self,
-        frame: &Frame<'_>,
-        expected: &Lattice,
-        spot_sigma_px: f32,
-    ) -> Option<Lattice> {
+    pub(crate) fn locate_near(&self, frame: &Frame<'_>, expected: &Lattice, spot_sigma_px: f32) -> Option<Lattice> {
         let view = View {
             spot_sigma_px,
             ..self.view(frame, None, 0.0)
@@ -330,12 +308,7 @@ impl Locator {
         (EXPECTED_WIDTH.0 * told..=EXPECTED_WIDTH.1 * widest).contains(&spots.sigma)
     }
 
-    fn view<'a, 'f>(
-        &self,
-        frame: &'a Frame<'f>,
-        earlier: Option<&'a Frame<'f>>,
-        noise_grey: f32,
-    ) -> View<'a, 'f> {
+    fn view<'a, 'f>(&self, frame: &'a Frame<'f>, earlier: Option<&'a Frame<'f>>, noise_grey: f32) -> View<'a, 'f> {
         View {
             frame,
             earlier,
@@ -394,9 +367,7 @@ impl<const N: usize> Attempt<'_, N> {
                     let Some(pose) = view.sharpened(&candidate, &widths_px) else {
                         continue;
                     };
-                    let same = |(other, scope_of_other): &(Lattice, Scope)| {
-                        scope == *scope_of_other && pose.lattice.is_close_to(other)
-                    };
+                    let same = |(other, scope_of_other): &(Lattice, Scope)| scope == *scope_of_other && pose.lattice.is_close_to(other);
                     if tried.iter().any(same) {
                         continue;
                     }
@@ -408,10 +379,7 @@ impl<const N: usize> Attempt<'_, N> {
                         // What passes may still be the second best of all poses.
                         Ok(verified) => {
                             let fits = verified.fits();
-                            if best
-                                .as_ref()
-                                .is_none_or(|best| verified.is_better_than(best))
-                            {
+                            if best.as_ref().is_none_or(|best| verified.is_better_than(best)) {
                                 best = Some(verified);
                             }
                             if fits {
@@ -433,18 +401,10 @@ impl<const N: usize> Attempt<'_, N> {
     }
 
     /// A pose that is a panel's in that scope; or within the panel's own outline, where only what is around it may speak against it.
-    fn verified(
-        &mut self,
-        view: &View<'_, '_>,
-        scope: Scope,
-        pose: &Sharpened,
-    ) -> Result<Verified, LocateError> {
-        let mut verify =
-            |scope| verification::verify(self.residuals, view, &self.locator.metric, scope, pose);
+    fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
+        let mut verify = |scope| verification::verify(self.residuals, view, &self.locator.metric, scope, pose);
         match verify(scope) {
-            Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => {
-                verify(Scope::Board).map_err(|_| why)
-            }
+            Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => verify(Scope::Board).map_err(|_| why),
             verified => verified,
         }
     }
@@ -486,9 +446,7 @@ mod tests {
             }
             light
         };
-        (0..SIDE * SIDE)
-            .map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8)
-            .collect()
+        (0..SIDE * SIDE).map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8).collect()
     }
 
     #[test]
@@ -513,9 +471,6 @@ mod tests {
         let found = locator.locate(&frame, &mut memory).unwrap();
         let seen = Lattice::through(&found.corners);
         assert!(seen.is_close_to(&TRUTH), "{seen:?}");
-        assert_eq!(
-            found.spots.state,
-            core::array::from_fn(|led| (BITS >> led & 1) as f32)
-        );
+        assert_eq!(found.spots.state, core::array::from_fn(|led| (BITS >> led & 1) as f32));
     }
 }

@@ -34,11 +34,7 @@ pub mod survey {
     pub const TILE_PX: usize = 16;
     /// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser
     /// tiles in large frames.
-    pub const TILES: usize = if cfg!(feature = "large-frames") {
-        128
-    } else {
-        32
-    };
+    pub const TILES: usize = if cfg!(feature = "large-frames") { 128 } else { 32 };
     /// Reach of the second difference (sums of 2×2 px). Longer: tuned to larger LEDs.
     pub const LAG: usize = 2;
     /// What a peak has beyond half of all tiles, at least (share of what those have). Higher: faint panels are passed

@@ -63,17 +63,13 @@ pub struct PanelSize {
 #[non_exhaustive]
 pub enum PanelSizeError {
     /// The LEDs.
-    #[error(
-        "an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure one; the usual panel's are 0.03 m wide"
-    )]
+    #[error("an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure one; the usual panel's are 0.03 m wide")]
     LedDiameter {
         /// The diameter asked for, in metres.
         led_diameter_m: f64,
     },
     /// What is between them.
-    #[error(
-        "an LED interval of {interval} is not 0 to 100: give the gap between two LEDs' edges over their diameter"
-    )]
+    #[error("an LED interval of {interval} is not 0 to 100: give the gap between two LEDs' edges over their diameter")]
     Interval {
         /// The interval asked for.
         interval: f64,
@@ -152,9 +148,7 @@ pub enum PoseError {
     #[error("the panel is not whole in the frame: aim the camera, or use a larger region")]
     OutsideFrame,
     /// There is no memory for its pixels.
-    #[error(
-        "the panel's surroundings of {width} × {height} pixels are more than the {capacity} that there is memory for"
-    )]
+    #[error("the panel's surroundings of {width} × {height} pixels are more than the {capacity} that there is memory for")]
     TooLarge {
         /// Columns.
         width: usize,
@@ -164,38 +158,28 @@ pub enum PoseError {
         capacity: usize,
     },
     /// The lens's formula sees the panel from no direction.
-    #[error(
-        "by the camera's distortion no light falls where the panel is seen: check the calibration"
-    )]
+    #[error("by the camera's distortion no light falls where the panel is seen: check the calibration")]
     NoRay,
     /// The pixels do not tell all numbers.
     #[error("the pixels do not tell it: too little contrast, or a panel too small or seen edge on")]
     Singular,
     /// The fit found no end.
-    #[error(
-        "the fit has not settled in {rounds} rounds: the pixels are not those of a panel there"
-    )]
+    #[error("the fit has not settled in {rounds} rounds: the pixels are not those of a panel there")]
     NotSettled {
         /// Rounds of the fit.
         rounds: usize,
     },
     /// The fit went elsewhere.
-    #[error(
-        "the fit has moved {off_pitches:.1} LED pitches away: the pixels are not those of a panel there"
-    )]
+    #[error("the fit has moved {off_pitches:.1} LED pitches away: the pixels are not those of a panel there")]
     Elsewhere {
         /// How far, in pitches.
         off_pitches: f64,
     },
     /// The fit has settled on what is no lattice of LEDs.
-    #[error(
-        "the light is not that of a square lattice of LEDs there: the corners or the bits are wrong"
-    )]
+    #[error("the light is not that of a square lattice of LEDs there: the corners or the bits are wrong")]
     Unlike,
     /// The blur is beyond what is fitted.
-    #[error(
-        "the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px"
-    )]
+    #[error("the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px")]
     Blur,
 }
 
@@ -266,11 +250,7 @@ impl Pose {
     ///
     /// # Errors
     /// [`PoseError::Singular`] if the information does not tell all numbers.
-    pub fn of_image(
-        fit: &PlaneFit,
-        half_side_m: f64,
-        memory: &mut PoseMemory,
-    ) -> Result<Self, PoseError> {
+    pub fn of_image(fit: &PlaneFit, half_side_m: f64, memory: &mut PoseMemory) -> Result<Self, PoseError> {
         memory.0.pose(fit, half_side_m)
     }
 

@@ -18,10 +18,7 @@ mod view;
 
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
-pub use integer::{
-    BlinkSearch, BlinkSearchError, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading,
-    IntegerReceiver,
-};
+pub use integer::{BlinkSearch, BlinkSearchError, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading, IntegerReceiver};
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, Outcome, Reading};
 pub use proof::Proof;
@@ -100,22 +97,14 @@ struct Panel {
     deframer: Deframer,
 }
 
-impl<
-    const PIXELS: usize,
-    M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>,
-    S: Search<PIXELS>,
-    const PANELS: usize,
-> Receiver<PIXELS, M, S, PANELS>
+impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Search<PIXELS>, const PANELS: usize>
+    Receiver<PIXELS, M, S, PANELS>
 {
     /// A receiver that has seen nothing.
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
-    pub fn new(
-        settings: ReceiverSettings,
-        mut memory: M,
-        search: S,
-    ) -> Result<Self, ReceiverError> {
+    pub fn new(settings: ReceiverSettings, mut memory: M, search: S) -> Result<Self, ReceiverError> {
         let (locator, reader) = (Locator::new(settings.camera)?, Reader::new(&settings)?);
         memory.borrow_mut().prepare(&settings);
         Ok(Self {
@@ -159,11 +148,7 @@ impl<
         profile: &mut impl Profile,
         mut tell: impl FnMut(usize, Outcome<'a>),
     ) {
-        let ReceiverMemory {
-            panels,
-            residuals,
-            canvas,
-        } = self.memory.borrow_mut();
+        let ReceiverMemory { panels, residuals, canvas } = self.memory.borrow_mut();
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
@@ -210,8 +195,7 @@ impl<
         let mut found = self.search.find(query, profile);
         if let Some((index, reader, deframer, memory, mut reading)) = doubtful {
             let place = reader.corners();
-            let is_here =
-                |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
+            let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
             if let Ok(location) = &found
                 && (vacant.is_none() || is_here(location))
             {
@@ -227,16 +211,14 @@ impl<
             return;
         };
         let tools = &mut memory.tools(residuals);
-        let reading = found
-            .and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));
+        let reading = found.and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));
         if reader.is_following() && known.len() + 1 == PANELS {
             self.search.forget();
         }
         // That there is no further panel is no loss.
         let nothing_more = matches!(
             reading,
-            Err(Loss::NoPlace
-                | Loss::Locate(LocateError::NothingStandsOut | LocateError::NoCandidate { .. }))
+            Err(Loss::NoPlace | Loss::Locate(LocateError::NothingStandsOut | LocateError::NoCandidate { .. }))
         );
         if known.is_empty() || !nothing_more {
             tell(index, reader.outcome(number, reading, deframer, profile));
@@ -258,11 +240,7 @@ impl<
     /// What the frames have told of the camera and the LEDs, by the numbers of the panels; none of a panel that has not been read by
     /// maximum likelihood.
     pub fn learnt_each(&self) -> [Option<Learnt>; PANELS] {
-        self.memory
-            .borrow()
-            .panels
-            .each_ref()
-            .map(PanelMemory::learnt)
+        self.memory.borrow().panels.each_ref().map(PanelMemory::learnt)
     }
 
     /// Says that the frames from now on were taken so many frame periods later than their numbers say: see
@@ -319,9 +297,7 @@ impl<
 }
 
 /// One panel.
-impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS>>
-    Receiver<PIXELS, M, S>
-{
+impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS>> Receiver<PIXELS, M, S> {
     /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
     ///
     /// Messages carry as stamps the numbers of the frames that first showed their symbols.
@@ -330,12 +306,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     }
 
     /// The same, with somebody who takes the time of each stage.
-    pub fn frame_timed(
-        &mut self,
-        number: u64,
-        frame: &Frame<'_>,
-        profile: &mut impl Profile,
-    ) -> Outcome<'_> {
+    pub fn frame_timed(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Outcome<'_> {
         let mut told = Outcome::NOTHING;
         self.frame_each(number, frame, profile, |_, outcome| told = outcome);
         told
@@ -345,13 +316,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     ///
     /// Numbers are as for [`Receiver::frame`]. Regions may begin elsewhere, and be of another size, from frame to frame: what is followed
     /// stays where it is in the camera's frame.
-    pub fn region(
-        &mut self,
-        number: u64,
-        origin: [u16; 2],
-        region: &Frame<'_>,
-        profile: &mut impl Profile,
-    ) -> Outcome<'_> {
+    pub fn region(&mut self, number: u64, origin: [u16; 2], region: &Frame<'_>, profile: &mut impl Profile) -> Outcome<'_> {
         self.move_to(origin, (region.width(), region.height()));
         self.frame_timed(number, region, profile)
     }
@@ -363,12 +328,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     ///
     /// # Errors
     /// [`CellsError`] if its cells do not fit into the region or the memory; then no panel is followed.
-    pub fn place(
-        &mut self,
-        corners: Corners,
-        origin: [u16; 2],
-        size: (usize, usize),
-    ) -> Result<(), CellsError> {
+    pub fn place(&mut self, corners: Corners, origin: [u16; 2], size: (usize, usize)) -> Result<(), CellsError> {
         self.window = (origin, size);
         let [x, y] = origin.map(f32::from);
         // Corners beyond what can be reckoned with are outside of every region.

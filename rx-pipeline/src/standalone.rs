@@ -33,8 +33,8 @@ mod tests;
 pub use application::{Application, ApplicationError, QUIET_US, Settings};
 pub use follow::{Follow, PanelReceiver, Seen, Sighting};
 pub use message::{
-    ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX,
-    PicturePart, REQUEST_MAX, Reading, Refusal, Request, SCHEMA, Status, Trouble,
+    ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading, Refusal,
+    Request, SCHEMA, Status, Trouble,
 };
 pub use picture::PICTURE_PIXELS;
 pub use range::range_pitches;

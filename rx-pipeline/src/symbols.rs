@@ -26,8 +26,7 @@ mod shared;
 
 use crate::detect::{Mixture, correlation};
 use crate::parameters::symbols::{
-    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, EXPOSURE_USUAL, FRAMES_KEPT, OTHER_CORRELATION,
-    REPEAT_CORRELATION, SURE_LLR,
+    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, EXPOSURE_USUAL, FRAMES_KEPT, OTHER_CORRELATION, REPEAT_CORRELATION, SURE_LLR,
 };
 use lateness::Lateness;
 use link::panel::{Llr, SoftPanel};
@@ -166,17 +165,10 @@ impl SymbolClock {
             };
             return self.change(frame, &mixture);
         }
-        if let Some((done, phase)) =
-            current.ended_by(frame, self.late, reading, reach, self.symbols_per_frame)
-        {
+        if let Some((done, phase)) = current.ended_by(frame, self.late, reading, reach, self.symbols_per_frame) {
             self.mixed += 1;
             let index = done.index.wrapping_add(1);
-            let next = self.start(
-                done.last_frame,
-                reading,
-                index,
-                within(phase, (-reach, 1.0)),
-            );
+            let next = self.start(done.last_frame, reading, index, within(phase, (-reach, 1.0)));
             next.symbol.last_frame = frame;
             return Some(done);
         }
@@ -210,16 +202,9 @@ impl SymbolClock {
     /// Where the two cannot be told apart, and yet the frame's `reading` is sure of nearly all LEDs, it is taken for what it shows: one
     /// symbol, which had most of the exposure, or the On LEDs of both. So is a sure reading of the symbol shown before, where little is
     /// known of the next: a trace of another symbol may be other light, and the next frame shows it better.
-    pub fn push_mixed(
-        &mut self,
-        frame: u64,
-        reading: &SoftPanel,
-        mixture: &Mixture,
-    ) -> Option<Symbol> {
-        let is_repeat =
-            |current: &Current| correlation(&current.reading, reading) >= REPEAT_CORRELATION;
-        let is_of_one = *mixture == Mixture::INSEPARABLE
-            || !is_sure(&mixture.beginning) && self.current.as_ref().is_some_and(is_repeat);
+    pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel, mixture: &Mixture) -> Option<Symbol> {
+        let is_repeat = |current: &Current| correlation(&current.reading, reading) >= REPEAT_CORRELATION;
+        let is_of_one = *mixture == Mixture::INSEPARABLE || !is_sure(&mixture.beginning) && self.current.as_ref().is_some_and(is_repeat);
         if is_of_one && is_sure(reading) {
             self.push(frame, reading)
         } else {
@@ -280,11 +265,7 @@ impl SymbolClock {
 
     /// The longest exposure that is reckoned with, in symbols.
     fn exposure(&self, is_long: bool) -> f64 {
-        let share = if is_long {
-            EXPOSURE_MAX
-        } else {
-            EXPOSURE_USUAL
-        };
+        let share = if is_long { EXPOSURE_MAX } else { EXPOSURE_USUAL };
         share * self.symbols_per_frame
     }
 
@@ -298,13 +279,7 @@ impl SymbolClock {
         self.current.take().map(|current| current.symbol)
     }
 
-    fn start(
-        &mut self,
-        frame: u64,
-        reading: &SoftPanel,
-        index: u32,
-        phase: (f64, f64),
-    ) -> &mut Current {
+    fn start(&mut self, frame: u64, reading: &SoftPanel, index: u32, phase: (f64, f64)) -> &mut Current {
         let symbol = Symbol {
             index,
             panel: *reading,
@@ -325,15 +300,8 @@ impl SymbolClock {
 impl Current {
     /// Frames since the last one, and where its exposure began, counted from the start of the last one's symbol; none for a
     /// frame that is no later.
-    fn phase_at(
-        &self,
-        frame: u64,
-        late: Lateness,
-        symbols_per_frame: f64,
-    ) -> Option<(u64, (f64, f64))> {
-        let elapsed = frame
-            .checked_sub(self.symbol.last_frame)
-            .filter(|&elapsed| elapsed > 0)?;
+    fn phase_at(&self, frame: u64, late: Lateness, symbols_per_frame: f64) -> Option<(u64, (f64, f64))> {
+        let elapsed = frame.checked_sub(self.symbol.last_frame).filter(|&elapsed| elapsed > 0)?;
         let passed = late.since(self.late, elapsed) * symbols_per_frame;
         let (earliest, latest) = self.phase;
         let phase = (
@@ -345,14 +313,7 @@ impl Current {
 
     /// The symbol as far as the next one's reading tells of it, if its only frame showed that one too; and where in the next one this frame
     /// then began.
-    fn ended_by(
-        &self,
-        frame: u64,
-        late: Lateness,
-        next: &SoftPanel,
-        reach: f64,
-        symbols_per_frame: f64,
-    ) -> Option<(Symbol, (f64, f64))> {
+    fn ended_by(&self, frame: u64, late: Lateness, next: &SoftPanel, reach: f64, symbols_per_frame: f64) -> Option<(Symbol, (f64, f64))> {
         let is_of_one_frame = self.symbol.first_frame == self.symbol.last_frame && !self.partial;
         if !is_of_one_frame || self.phase.1 + reach <= 1.0 {
             return None;
@@ -366,10 +327,7 @@ impl Current {
             return None;
         }
         let panel = shared::other(&self.reading, next)?;
-        let done = Symbol {
-            panel,
-            ..self.symbol
-        };
+        let done = Symbol { panel, ..self.symbol };
         Some((done, (earliest - 1.0, latest - 1.0)))
     }
 
@@ -408,11 +366,7 @@ fn is_sure(reading: &SoftPanel) -> bool {
 /// The part of the phases that lies in a range; the range itself if none does.
 fn within((earliest, latest): (f64, f64), (least, most): (f64, f64)) -> (f64, f64) {
     let (low, high) = (earliest.max(least), latest.min(most));
-    if low < high {
-        (low, high)
-    } else {
-        (least, most)
-    }
+    if low < high { (low, high) } else { (least, most) }
 }
 
 #[cfg(test)]
@@ -473,30 +427,16 @@ mod tests {
         clock.push(5, &panel(shown(0)));
         assert_eq!(clock.push(5, &panel(shown(1))), None);
         assert_eq!(clock.push(4, &panel(shown(1))), None);
-        assert_eq!(
-            clock.flush().map(|symbol| symbol.panel),
-            Some(panel(shown(0)))
-        );
+        assert_eq!(clock.flush().map(|symbol| symbol.panel), Some(panel(shown(0))));
     }
 
     /// Symbols read in frames of usual exposure.
-    fn read(
-        symbols_per_frame: f64,
-        start: f64,
-        frames: u64,
-        mixed: impl Fn(u64) -> Mixture,
-    ) -> Vec<(u32, u64)> {
+    fn read(symbols_per_frame: f64, start: f64, frames: u64, mixed: impl Fn(u64) -> Mixture) -> Vec<(u32, u64)> {
         exposed(EXPOSURE_USUAL, symbols_per_frame, start, frames, mixed)
     }
 
     /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two.
-    fn exposed(
-        exposure: f64,
-        symbols_per_frame: f64,
-        start: f64,
-        frames: u64,
-        mixed: impl Fn(u64) -> Mixture,
-    ) -> Vec<(u32, u64)> {
+    fn exposed(exposure: f64, symbols_per_frame: f64, start: f64, frames: u64, mixed: impl Fn(u64) -> Mixture) -> Vec<(u32, u64)> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let mut symbols = Vec::new();
         for frame in 0..frames {
@@ -509,42 +449,29 @@ mod tests {
             });
         }
         symbols.extend(clock.flush());
-        symbols
-            .iter()
-            .map(|symbol| (symbol.index, symbol.panel.hard().bits()))
-            .collect()
+        symbols.iter().map(|symbol| (symbol.index, symbol.panel.hard().bits())).collect()
     }
 
     #[test]
     fn exposures_of_most_of_a_frame_spoil_no_symbol_once_that_is_known() {
         for (exposure, symbols_per_frame) in [(0.3, 0.77), (0.4, 0.7), (0.75, 0.55), (0.8, 0.5)] {
             for start in [0.05, 0.15, 0.25, 0.35, 0.45, 0.55] {
-                let symbols = exposed(exposure, symbols_per_frame, start, 200, |_| {
-                    Mixture::INSEPARABLE
-                });
+                let symbols = exposed(exposure, symbols_per_frame, start, 200, |_| Mixture::INSEPARABLE);
                 let count = (start + 199.0 * symbols_per_frame) as usize;
                 let shown = &expected(count as u32)[count / 3..];
                 let first = symbols.iter().position(|symbol| symbol.1 == shown[0].1);
                 let symbols = &symbols[first.expect("the first of them")..];
                 for (symbol, expected) in symbols.iter().zip(shown) {
                     let numbers = [symbol.0 - symbols[0].0, expected.0 - shown[0].0];
-                    assert_eq!(
-                        numbers[0], numbers[1],
-                        "{exposure} {symbols_per_frame} {start}"
-                    );
-                    assert_eq!(
-                        symbol.1, expected.1,
-                        "{exposure} {symbols_per_frame} {start}"
-                    );
+                    assert_eq!(numbers[0], numbers[1], "{exposure} {symbols_per_frame} {start}");
+                    assert_eq!(symbol.1, expected.1, "{exposure} {symbols_per_frame} {start}");
                 }
             }
         }
     }
 
     fn expected(count: u32) -> Vec<(u32, u64)> {
-        (0..count)
-            .map(|symbol| (symbol, shown(symbol.into())))
-            .collect()
+        (0..count).map(|symbol| (symbol, shown(symbol.into()))).collect()
     }
 
     #[test]
@@ -553,10 +480,7 @@ mod tests {
             let symbols = read(symbols_per_frame, 0.35, 100, |_| Mixture::INSEPARABLE);
             let count = (0.35 + 99.0 * symbols_per_frame) as u32 + 1;
             // The last frame may be the only one of its symbol, and mixed.
-            assert_eq!(
-                symbols[..count as usize - 1],
-                expected(count)[..count as usize - 1]
-            );
+            assert_eq!(symbols[..count as usize - 1], expected(count)[..count as usize - 1]);
         }
     }
 
@@ -576,12 +500,7 @@ mod tests {
     }
 
     /// What frames of saturated LEDs give, of which every one shows all that was On in any of its exposure; and those that are lost.
-    fn saturated(
-        symbols_per_frame: f64,
-        start: f64,
-        frames: u64,
-        lost: impl Fn(u64) -> bool,
-    ) -> Vec<Symbol> {
+    fn saturated(symbols_per_frame: f64, start: f64, frames: u64, lost: impl Fn(u64) -> bool) -> Vec<Symbol> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let exposure = EXPOSURE_USUAL * symbols_per_frame;
         let mut symbols = Vec::new();
@@ -646,11 +565,7 @@ mod tests {
                 assert!(symbols.len() >= count);
                 for (index, symbol) in symbols.iter().enumerate() {
                     assert_eq!(symbol.index, index as u32);
-                    assert_eq!(
-                        wrong(symbol, shown(index as u64)),
-                        0,
-                        "{symbols_per_frame} {start} {index}"
-                    );
+                    assert_eq!(wrong(symbol, shown(index as u64)), 0, "{symbols_per_frame} {start} {index}");
                 }
             }
         }
@@ -732,12 +647,7 @@ mod tests {
 
     /// The first of 1500 frames of which the symbol is counted wrongly, where the rate is off by so many `ppm`. Frames that catch two
     /// symbols show all LEDs that either has On, where LEDs are saturated; else they tell the next symbol, if it is known what ends.
-    fn miscounted(
-        symbols_per_frame: f64,
-        ppm: f64,
-        start: f64,
-        are_saturated: bool,
-    ) -> Option<u64> {
+    fn miscounted(symbols_per_frame: f64, ppm: f64, start: f64, are_saturated: bool) -> Option<u64> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let per_frame = symbols_per_frame * (1.0 + 1e-6 * ppm);
         (0..1500).find(|&frame| {

@@ -73,15 +73,11 @@ impl Scene {
 
     pub fn render(&self) -> Rendered {
         let diameter = self.fill * self.pitch_px;
-        let variance = self
-            .blur_px
-            .map(|blur| blur * blur + diameter * diameter / 16.0 + 1.0 / 12.0);
+        let variance = self.blur_px.map(|blur| blur * blur + diameter * diameter / 16.0 + 1.0 / 12.0);
         let area = core::f32::consts::PI / 4.0 * diameter * diameter;
         let height = area / (2.0 * core::f32::consts::PI * (variance[0] * variance[1]).sqrt());
         let place = |i: usize| [(i % self.width) as f32, (i / self.width) as f32];
-        let mut light: Vec<f32> = (0..self.width * self.height)
-            .map(|i| (self.background)(place(i)))
-            .collect();
+        let mut light: Vec<f32> = (0..self.width * self.height).map(|i| (self.background)(place(i))).collect();
         for led in 0..64 {
             let [cx, cy] = self.position((led % 8) as f32 - 3.5, (led / 8) as f32 - 3.5);
             let [off, on] = self.light;
@@ -110,15 +106,9 @@ impl Scene {
                 *light += self.shot_noise * light.sqrt() * random.normal();
             }
         }
-        let grey = |light: f32| {
-            MIDDLE_GREY * light.powf(1.0 / self.gamma) + self.noise_grey * random.normal()
-        };
+        let grey = |light: f32| MIDDLE_GREY * light.powf(1.0 / self.gamma) + self.noise_grey * random.normal();
         Rendered {
-            pixels: light
-                .into_iter()
-                .map(grey)
-                .map(|grey| grey.round() as u8)
-                .collect(),
+            pixels: light.into_iter().map(grey).map(|grey| grey.round() as u8).collect(),
             scene: *self,
         }
     }

@@ -105,9 +105,7 @@ pub(crate) struct Track {
 #[non_exhaustive]
 pub enum TrackError {
     /// The frame does not look like the panel in its place.
-    #[error(
-        "the panel is not where it should be: the grid explains {explained:.2} of the light there, {needed:.2} is needed"
-    )]
+    #[error("the panel is not where it should be: the grid explains {explained:.2} of the light there, {needed:.2} is needed")]
     DoesNotFit {
         /// Share of the variance that the fitted spots explain.
         explained: f32,
@@ -118,9 +116,7 @@ pub enum TrackError {
     #[error("the panel is not where it should be: {0}")]
     Unreadable(#[from] DetectError),
     /// The panel moved otherwise than it used to.
-    #[error(
-        "the panel is {off_px:.1} px from where it was expected, too far to be sure of its bits"
-    )]
+    #[error("the panel is {off_px:.1} px from where it was expected, too far to be sure of its bits")]
     OffCourse {
         /// Distance in pixels.
         off_px: f32,
@@ -160,10 +156,7 @@ impl Track {
 
     /// The same, of a panel that was found by what is within its own outline alone.
     pub fn amid_clutter(self, is_amid_clutter: bool) -> Self {
-        Self {
-            is_amid_clutter,
-            ..self
-        }
+        Self { is_amid_clutter, ..self }
     }
 
     /// Follows a panel at rest in a given place, whatever the number of the next frame.
@@ -178,10 +171,7 @@ impl Track {
 
     /// The same track in frames that begin elsewhere, so that positions change by `shift`, and are of another size.
     pub fn shifted(&self, shift: [f32; 2], frame_size: (usize, usize)) -> Self {
-        let mut track = Self {
-            frame_size,
-            ..*self
-        };
+        let mut track = Self { frame_size, ..*self };
         for (centre, shift) in track.spots.lattice.centre.iter_mut().zip(shift) {
             *centre += shift;
         }
@@ -190,18 +180,13 @@ impl Track {
 
     /// The same track in other pixels of the same frames, `size` of them.
     pub fn seen_in(&self, before: &Grid, now: &Grid, size: (usize, usize)) -> Self {
-        let track = Self {
-            frame_size: size,
-            ..*self
-        };
+        let track = Self { frame_size: size, ..*self };
         if before == now {
             return track;
         }
         let is_near = now.side > 1;
         let finer = before.side as f32 / now.side as f32;
-        let speed = self
-            .speed
-            .scaled(self.speed.centre.map(|c| c * finer), finer);
+        let speed = self.speed.scaled(self.speed.centre.map(|c| c * finer), finer);
         let mut spots = now.spots_from_frame(&before.spots_to_frame(&self.spots));
         if !is_near {
             spots.lattice.tilt = [0.0; 2];
@@ -233,8 +218,7 @@ impl Track {
     /// Whether the prediction holds for frame `number`.
     pub fn reaches(&self, number: u64) -> bool {
         let elapsed = number.checked_sub(self.last_seen);
-        self.any_number
-            || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed))
+        self.any_number || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed))
     }
 
     /// The lattice expected in frame `number`.
@@ -276,30 +260,21 @@ impl Track {
             state,
             ..self.spots
         };
-        let needed = self
-            .usual
-            .map_or(gate.least, |usual| gate.share * usual.explained);
-        let nothing = TrackError::DoesNotFit {
-            explained: 0.0,
-            needed,
-        };
+        let needed = self.usual.map_or(gate.least, |usual| gate.share * usual.explained);
+        let nothing = TrackError::DoesNotFit { explained: 0.0, needed };
         let is_alone = self.is_amid_clutter || self.is_blurred();
         let observation = Observation {
             within: is_alone.then(|| Outline::of(&start)),
             ..observation
         };
-        let (spots, slope) = self
-            .settled(start, observation, window, residuals)
-            .ok_or(nothing)?;
+        let (spots, slope) = self.settled(start, observation, window, residuals).ok_or(nothing)?;
         let now = Usual::of(&slope);
         let explained = now.explained;
         let is_as_usual = self.usual.is_some_and(|usual| usual.leaves_as_little(now));
         if explained.is_nan() || explained < needed && !is_as_usual {
             return Err(TrackError::DoesNotFit { explained, needed });
         }
-        let levels = spots
-            .relevelled(&slope, self.is_amid_clutter)
-            .ok_or(nothing)?;
+        let levels = spots.relevelled(&slope, self.is_amid_clutter).ok_or(nothing)?;
         let shaped = self.reshaped(&spots, &slope).ok_or(nothing)?;
         let off = difference(&shaped.lattice, &lattice);
         let off_px = libm::hypotf(off.centre[0], off.centre[1]);
@@ -368,17 +343,12 @@ impl Track {
     /// Whether it may be seen halfway between two lines, by the share of the light that it explains: it is not where it was expected, and
     /// explains less than usual.
     pub fn may_be_elsewhere(&self, explained: f32) -> bool {
-        self.astray.is_some_and(|astray| astray > NEAR_COURSE)
-            && explained < LESS_THAN_USUAL * self.usually_explained()
+        self.astray.is_some_and(|astray| astray > NEAR_COURSE) && explained < LESS_THAN_USUAL * self.usually_explained()
     }
 
     /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
     /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell, nor does clutter.
-    pub fn line_beside<const N: usize>(
-        &self,
-        observation: Observation<'_, '_>,
-        residuals: &mut Residuals<N>,
-    ) -> Option<Lattice> {
+    pub fn line_beside<const N: usize>(&self, observation: Observation<'_, '_>, residuals: &mut Residuals<N>) -> Option<Lattice> {
         if self.is_blurred() || self.is_amid_clutter {
             return None;
         }
@@ -413,8 +383,7 @@ impl Track {
                 spots = spots.relevelled(&slope, false)?;
                 slope = residuals.compare(&spots, observation, window)?;
             }
-            let fit =
-                fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
+            let fit = fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
             return Some((fit.spots, fit.slope));
         }
         for _ in 0..ROUNDS {
@@ -423,10 +392,7 @@ impl Track {
             }
             let place = self.reshaped(&spots, &slope)?.lattice;
             let levels = spots.relevelled(&slope, self.is_amid_clutter)?;
-            spots = LatticeModel {
-                lattice: place,
-                ..levels
-            };
+            spots = LatticeModel { lattice: place, ..levels };
             slope = residuals.compare(&spots, observation, window)?;
         }
         Some((spots, slope))
@@ -495,10 +461,7 @@ mod tests {
         };
         assert!(usual.leaves_as_little(few));
         assert!(!usual.leaves_as_little(Usual { left: 30.0, ..few }));
-        let dark = Usual {
-            signal: 100.0,
-            ..few
-        };
+        let dark = Usual { signal: 100.0, ..few };
         assert!(!usual.leaves_as_little(dark));
     }
 }

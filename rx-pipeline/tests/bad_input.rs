@@ -3,9 +3,7 @@
 use link::framing::Event;
 use proptest::prelude::*;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 const PIXELS: usize = 4096;
 const LARGEST: usize = 160;
@@ -13,12 +11,8 @@ const LARGEST: usize = 160;
 type Owned = Receiver<PIXELS, Box<ReceiverMemory<PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
 fn receiver() -> Owned {
-    let search = FrameSearch::with_history(
-        Box::default(),
-        vec![0; FrameSearch::<Box<SearchMemory>>::bytes(LARGEST, LARGEST)],
-    );
-    Receiver::new(ReceiverSettings::default(), Box::default(), search)
-        .expect("the default settings")
+    let search = FrameSearch::with_history(Box::default(), vec![0; FrameSearch::<Box<SearchMemory>>::bytes(LARGEST, LARGEST)]);
+    Receiver::new(ReceiverSettings::default(), Box::default(), search).expect("the default settings")
 }
 
 /// Hands frames on; how many were read, and how many messages came.
@@ -64,10 +58,7 @@ impl Picture {
             let mut light = 0.0;
             for row in 0..rows {
                 for column in (0..columns).filter(|&column| lit(column, row)) {
-                    let (dx, dy) = (
-                        x - first[0] - column as f32 * pitch,
-                        y - first[1] - row as f32 * pitch,
-                    );
+                    let (dx, dy) = (x - first[0] - column as f32 * pitch, y - first[1] - row as f32 * pitch);
                     light += (-(dx * dx + dy * dy) / 5.0).exp();
                 }
             }
@@ -89,11 +80,7 @@ fn black_white_and_tiny_frames_hold_nothing() {
     for (width, height) in [(1, 1), (1, 160), (160, 1), (2, 2), (15, 17), (160, 160)] {
         for grey in [0, 118, 255] {
             let frames = (0..4).map(|_| Picture::plain(width, height, grey));
-            assert_eq!(
-                receive(&mut receiver(), frames),
-                (0, 0),
-                "{width}x{height} at {grey}"
-            );
+            assert_eq!(receive(&mut receiver(), frames), (0, 0), "{width}x{height} at {grey}");
         }
     }
 }
@@ -113,13 +100,7 @@ fn a_screen_full_of_blinking_lights_is_no_panel() {
 
 #[test]
 fn a_panel_half_out_of_the_frame_is_not_read() {
-    for first in [
-        [-15.0, 40.0],
-        [40.0, -15.0],
-        [140.0, 60.0],
-        [60.0, 140.0],
-        [-12.0, -12.0],
-    ] {
+    for first in [[-15.0, 40.0], [40.0, -15.0], [140.0, 60.0], [60.0, 140.0], [-12.0, -12.0]] {
         let frames = (0..8u64).map(|number| {
             Picture::spots(160, 160, first, 4.4, [8; 2], |column, row| {
                 random(number * 100 + (row * 8 + column) as u64)
@@ -137,32 +118,23 @@ fn a_panel_wholly_in_the_frame_is() {
         })
     });
     let (read, delivered) = receive(&mut receiver(), frames);
-    assert!(
-        read >= 7 && delivered == 0,
-        "{read} read, {delivered} delivered"
-    );
+    assert!(read >= 7 && delivered == 0, "{read} read, {delivered} delivered");
 }
 
 fn picture() -> impl Strategy<Value = Picture> {
     let size = (1..LARGEST, 1..LARGEST);
     let noise = size.clone().prop_flat_map(|(width, height)| {
         let grey = prop_oneof![any::<u8>(), Just(0), Just(255)];
-        prop::collection::vec(grey, width * height).prop_map(move |pixels| Picture {
-            pixels,
-            width,
-            height,
-        })
+        prop::collection::vec(grey, width * height).prop_map(move |pixels| Picture { pixels, width, height })
     });
-    let blocks = (size, any::<u64>(), 1..12usize, any::<[u8; 2]>()).prop_map(
-        |((width, height), seed, side, greys)| {
-            let mut picture = Picture::plain(width, height, 0);
-            for (i, pixel) in picture.pixels.iter_mut().enumerate() {
-                let block = (i / width / side) * 200 + i % width / side;
-                *pixel = greys[usize::from(random(seed.wrapping_add(block as u64)))];
-            }
-            picture
-        },
-    );
+    let blocks = (size, any::<u64>(), 1..12usize, any::<[u8; 2]>()).prop_map(|((width, height), seed, side, greys)| {
+        let mut picture = Picture::plain(width, height, 0);
+        for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+            let block = (i / width / side) * 200 + i % width / side;
+            *pixel = greys[usize::from(random(seed.wrapping_add(block as u64)))];
+        }
+        picture
+    });
     prop_oneof![noise, blocks]
 }
 

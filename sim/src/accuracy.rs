@@ -98,9 +98,7 @@ impl Accuracy {
     pub fn new(level: Level, floor: f64, excess: f64, sigma_px: f64, curve: &Curve) -> Self {
         match level {
             Level::Reference => Self::even(REFERENCE),
-            Level::Fine | Level::Fast => {
-                Self::within(level.error_bound_grey(), floor, excess, sigma_px, curve)
-            }
+            Level::Fine | Level::Fast => Self::within(level.error_bound_grey(), floor, excess, sigma_px, curve),
         }
     }
 

@@ -56,18 +56,14 @@ pub fn measure(renderer: &Renderer, budget: Duration, clock: Clock) -> Vec<Cost>
             frames,
         }
     };
-    decisions
-        .map(|decision| cost(decision.effect, decision.included))
-        .collect()
+    decisions.map(|decision| cost(decision.effect, decision.included)).collect()
 }
 
 /// Frames of a renderer, one after another, the first of which is drawn already: with it, what is made once is made.
 fn warm(renderer: &Renderer) -> Work<'_> {
     let mut canvas = Canvas::new(renderer.lit_region());
     let mut grey = vec![0; canvas.values().len()];
-    let frames: Vec<_> = (0..FRAMES)
-        .map(|frame| (frame, shown(renderer, frame)))
-        .collect();
+    let frames: Vec<_> = (0..FRAMES).map(|frame| (frame, shown(renderer, frame))).collect();
     let mut turn = 0;
     let mut work = move || {
         let (frame, shown) = &frames[turn % frames.len()];
@@ -120,10 +116,7 @@ mod tests {
             let names: Vec<_> = costs.iter().map(|cost| cost.effect).collect();
             assert_eq!(names, effects::names());
             for cost in costs {
-                assert!(
-                    cost.ns.is_finite() && cost.frames.is_finite(),
-                    "{preset}: {cost:?}"
-                );
+                assert!(cost.ns.is_finite() && cost.frames.is_finite(), "{preset}: {cost:?}");
             }
         }
     }
@@ -140,10 +133,7 @@ mod tests {
             }
             // Twice is as it was.
             let again = toggled.toggled(name);
-            assert!(
-                again.plan().included().eq(planned.iter().copied()),
-                "{name}"
-            );
+            assert!(again.plan().included().eq(planned.iter().copied()), "{name}");
         }
     }
 
@@ -153,10 +143,7 @@ mod tests {
         let greys = [&renderer, &renderer.toggled("blur")].map(|renderer| {
             let mut canvas = Canvas::new(renderer.lit_region());
             renderer.draw(&renderer.moment(0), &shown(renderer, 0), &mut canvas);
-            canvas
-                .values()
-                .iter()
-                .fold(0.0f32, |most, &value| most.max(value))
+            canvas.values().iter().fold(0.0f32, |most, &value| most.max(value))
         });
         // Sharp, an LED is as bright as it is; blurred, less than half of that.
         assert!(greys[1] > 2.0 * greys[0], "{greys:?}");

@@ -14,13 +14,7 @@ use crate::disc::spread::Shape;
 /// A change of the light of each LED, frame by frame.
 pub trait LedStage: Send + Sync {
     /// Changes each LED's own light over its exposure, which begins `delay_s` after the moment: 1 where it is on.
-    fn apply(
-        &self,
-        panel: usize,
-        moment: &Moment,
-        delay_s: &[f64; LEDS],
-        own_light: &mut [f64; LEDS],
-    );
+    fn apply(&self, panel: usize, moment: &Moment, delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]);
 }
 
 /// A change of the linear values of a row of pixels. It depends on the camera alone, so that it is worked out once for what no

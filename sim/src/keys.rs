@@ -13,9 +13,7 @@ const POSE: &str = "pose";
 /// All keys, as `TABLE.KEY`; a panel's own pose has those of `pose`.
 pub fn all() -> Vec<String> {
     let written = scene::written_keys().map(|(table, key)| format!("{table}.{key}"));
-    let effects = effects::names()
-        .into_iter()
-        .map(|effect| format!("{EFFECTS}.{effect}"));
+    let effects = effects::names().into_iter().map(|effect| format!("{EFFECTS}.{effect}"));
     // These have no default.
     let others = ["link.table", "panel.pose"].map(str::to_owned);
     written.chain(others).chain(effects).collect()
@@ -36,10 +34,7 @@ pub fn all() -> Vec<String> {
 /// [`SceneError::Key`] of a name that no key has, with the nearest, and of one that several have.
 pub fn whole_name(name: &str) -> Result<String, SceneError> {
     let keys = all();
-    let fault = |why: String| SceneError::Key {
-        key: name.into(),
-        why,
-    };
+    let fault = |why: String| SceneError::Key { key: name.into(), why };
     // The pose of one panel is written as that of all.
     let (of_panel, looked_up) = match name.strip_prefix("panel.pose.") {
         Some(key) => ("panel.", format!("{POSE}.{key}")),
@@ -106,9 +101,7 @@ fn nearest(name: &str, keys: &[String]) -> String {
         let begun = f64::from(u8::from(key.starts_with(name)));
         begun + strsim::normalized_damerau_levenshtein(name, key)
     };
-    let best = keys
-        .iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let best = keys.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     best.cloned().unwrap_or_default()
 }
 

@@ -19,12 +19,7 @@ impl Scene {
         let text = match preset_toml(name) {
             Some(text) => text,
             None if input::is_there(Path::new(name)) => {
-                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| {
-                    SceneError::Read {
-                        path: name.into(),
-                        source,
-                    }
-                })?
+                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| SceneError::Read { path: name.into(), source })?
             }
             None => return Err(SceneError::NotFound { name: name.into() }),
         };
@@ -72,10 +67,9 @@ impl Scene {
                 overrule(&mut table, text)?;
             }
             table.try_into().map_err(|fault| SceneError::Parse {
-                name: overrides[..count].last().map_or_else(
-                    || source.to_owned(),
-                    |at_fault| format!("{source} {at_fault}"),
-                ),
+                name: overrides[..count]
+                    .last()
+                    .map_or_else(|| source.to_owned(), |at_fault| format!("{source} {at_fault}")),
                 source: Box::new(fault),
             })
         };
@@ -123,25 +117,14 @@ mod tests {
         for preset in ["paper", "night", "fog"] {
             let scene = Scene::load(preset, &[]).unwrap();
             assert_eq!(scene.with("a grid", &[]).unwrap(), scene);
-            let overrides = [
-                "pose.distance_m=70",
-                "link.l2a=table",
-                "effects.noise=on",
-                "panel.interval=0.5",
-            ];
+            let overrides = ["pose.distance_m=70", "link.l2a=table", "effects.noise=on", "panel.interval=0.5"];
             let overrides = overrides.map(String::from);
-            assert_eq!(
-                scene.with("a grid", &overrides).unwrap(),
-                Scene::load(preset, &overrides).unwrap()
-            );
+            assert_eq!(scene.with("a grid", &overrides).unwrap(), Scene::load(preset, &overrides).unwrap());
         }
         let scene = Scene::default();
         let fault = scene.with("a grid", &["pose.distance_cm=1".into()]);
         let fault = fault.unwrap_err().to_string();
-        assert!(
-            fault.contains("a grid") && fault.contains("distance_m"),
-            "{fault}"
-        );
+        assert!(fault.contains("a grid") && fault.contains("distance_m"), "{fault}");
     }
 
     #[test]

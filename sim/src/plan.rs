@@ -105,10 +105,7 @@ impl Plan {
     pub(crate) fn formation(&self, view: &View) -> Formation {
         let gamma = Curve::gamma(view.scene.camera.gamma);
         let mut formation = Formation::plain(view.panels.len(), gamma);
-        for effect in effects::ALL
-            .iter()
-            .filter(|effect| self.includes(effect.name()))
-        {
+        for effect in effects::ALL.iter().filter(|effect| self.includes(effect.name())) {
             effect.include(view, &mut formation);
         }
         formation
@@ -122,15 +119,9 @@ fn decide(effect: &dyn Effect, view: &View, range: &LinearRange) -> Decision {
     let (included, why) = match mode {
         Mode::On => (true, "the scene says on".to_string()),
         Mode::Off => (false, "the scene says off".to_string()),
-        Mode::Auto if bound_grey > tolerance_grey => (
-            true,
-            format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}"),
-        ),
+        Mode::Auto if bound_grey > tolerance_grey => (true, format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}")),
         Mode::Auto if bound_grey == 0.0 => (false, "nothing in the scene calls for it".to_string()),
-        Mode::Auto => (
-            false,
-            format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}"),
-        ),
+        Mode::Auto => (false, format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}")),
     };
     Decision {
         effect: effect.name(),

@@ -109,9 +109,7 @@ mod tests {
     fn a_bell_is_nearly_normal_and_bounded() {
         assert!(bell(u64::MAX) <= BELL_MOST && bell(0) >= -BELL_MOST);
         let fixed = Fixed::new(7, Purpose::PhotoResponse);
-        let values: Vec<f64> = (0..100_000)
-            .map(|k| bell(fixed.at(k % 317, k / 317)))
-            .collect();
+        let values: Vec<f64> = (0..100_000).map(|k| bell(fixed.at(k % 317, k / 317))).collect();
         let moment = |power: i32| values.iter().map(|v| v.powi(power)).sum::<f64>() / 1e5;
         assert!(moment(1).abs() < 0.015, "{}", moment(1));
         assert!((moment(2) - 1.0).abs() < 0.02, "{}", moment(2));

@@ -13,9 +13,7 @@ use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::receiver::{
-    FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
 use tx_firmware::dimming::Dimming;
@@ -122,11 +120,7 @@ pub struct Road {
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
-    receiver: Receiver<
-        PANEL_PIXELS,
-        Box<ReceiverMemory<PANEL_PIXELS>>,
-        FrameSearch<Box<SearchMemory>, Vec<u8>>,
-    >,
+    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
     true_corners: bool,
     symbols: Symbols,
     canvas: Canvas<f32>,
@@ -194,18 +188,13 @@ impl Road {
         let shown = self.shown(&moment);
         let sent = self.renderer.truth(0, &moment, &shown[0]);
         let straddled = self.renderer.straddles(0, &moment);
-        self.renderer
-            .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
+        self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
         if self.true_corners {
             self.place();
         }
-        let outcome = self
-            .receiver
-            .frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
-        let read = outcome
-            .reading
-            .map(|reading| (reading.detection.bits, reading.corners));
+        let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
+        let read = outcome.reading.map(|reading| (reading.detection.bits, reading.corners));
         let read_bits = read.as_ref().map_or(PanelFrame::default(), |read| read.0);
         Ok(FrameReport {
             frame,
@@ -266,12 +255,7 @@ impl Road {
                 }
             });
         }
-        let full = self
-            .transmitter
-            .calibration()
-            .measured()
-            .luminance_full_cd_m2
-            .to_num::<f64>();
+        let full = self.transmitter.calibration().measured().luminance_full_cd_m2.to_num::<f64>();
         let luminance = full * self.transmitter.matrix().duty.to_num::<f64>();
         // The transmitter's calibration has seen to the limits.
         shown[0].light = self.renderer.lit(0, luminance);
@@ -284,9 +268,7 @@ const FOLLOWED_PX: f32 = 0.5;
 
 fn are_near(a: &Corners, b: &Corners) -> bool {
     let pairs = a.points().into_iter().zip(b.points());
-    pairs
-        .into_iter()
-        .all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < FOLLOWED_PX)
+    pairs.into_iter().all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < FOLLOWED_PX)
 }
 
 impl Symbols {
@@ -356,17 +338,9 @@ pub fn dimming(scene: &Scene) -> Result<Dimming, RoadError> {
 }
 
 /// The transmitter of the scene's first panel, in its light, with the message to send.
-fn transmitter(
-    scene: &Scene,
-    settings: &LinkSettings,
-) -> Result<Transmitter<RecordingMatrix>, RoadError> {
+fn transmitter(scene: &Scene, settings: &LinkSettings) -> Result<Transmitter<RecordingMatrix>, RoadError> {
     let calibration = calibration(scene)?;
-    let mut transmitter = Transmitter::new(
-        RecordingMatrix::default(),
-        calibration,
-        l2a::table_of(scene)?,
-        Smoothing::default(),
-    );
+    let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, l2a::table_of(scene)?, Smoothing::default());
     let message = &settings.message;
     let code = settings.code.unwrap_or(Code::for_length(message.len()));
     transmitter.send(message, code, Repeats::Forever)?;
@@ -383,15 +357,10 @@ fn transmitter(
 fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
     let panel = &scene.panels[0];
     let full = l2a::full_luminance_cd_m2(scene, panel).max(1.0);
-    let period_ns = if panel.pwm_hz > 0.0 {
-        1e9 / panel.pwm_hz
-    } else {
-        20_000.0
-    };
+    let period_ns = if panel.pwm_hz > 0.0 { 1e9 / panel.pwm_hz } else { 20_000.0 };
     let calibration = Calibration::new(Measured {
         luminance_full_cd_m2: U32F32::saturating_from_num(full),
-        shortest_pulse_ns: (panel.luminance_min_cd_m2.unwrap_or(0.0) / full * period_ns).round()
-            as u32,
+        shortest_pulse_ns: (panel.luminance_min_cd_m2.unwrap_or(0.0) / full * period_ns).round() as u32,
         pwm_period_ns: period_ns.round() as u32,
         reflectance: U1F31::saturating_from_num(panel.reflectance),
         interval: Interval::saturating_from_num(panel.interval),

@@ -41,10 +41,7 @@ const RUNS: usize = 8;
 /// ```
 pub fn by_turns(works: &mut [Work], turns: usize, budget: Duration, clock: Clock) -> Vec<Vec<f64>> {
     let shortest_ns = (SHORTEST_STEPS * step_ns(clock)).clamp(SHORTEST_NS, SHORTEST_MOST_NS);
-    let lengths: Vec<Length> = works
-        .iter_mut()
-        .map(|work| Length::of(work, shortest_ns, clock))
-        .collect();
+    let lengths: Vec<Length> = works.iter_mut().map(|work| Length::of(work, shortest_ns, clock)).collect();
     let mut ns = vec![Vec::new(); works.len()];
     let started = clock();
     for turn in 0..turns.max(1) {

@@ -14,9 +14,7 @@ fn range(scene: &Scene, bits: u64) -> [f64; 2] {
     let shown = [renderer.steady(0, PanelFrame::from_bits(bits))];
     renderer.draw_exact(&renderer.moment(0), &shown, &mut canvas);
     let values = canvas.values().iter();
-    values.fold([f64::INFINITY, 0.0], |[low, high], &value| {
-        [low.min(value), high.max(value)]
-    })
+    values.fold([f64::INFINITY, 0.0], |[low, high], &value| [low.min(value), high.max(value)])
 }
 
 fn fog(overrides: &[&str]) -> Scene {
@@ -30,10 +28,7 @@ fn a_dark_led_like_the_background_is_seen_at_no_distance() {
         let distance = format!("pose.distance_m={distance}");
         let scene = fog(&["panel.reflectance=0.18", "panel.interval=3", &distance]);
         for value in range(&scene, 0) {
-            assert!(
-                (value - 1.0).abs() < 1e-12,
-                "{distance}: {value} on a background of 1"
-            );
+            assert!((value - 1.0).abs() < 1e-12, "{distance}: {value} on a background of 1");
         }
     }
 }
@@ -46,12 +41,7 @@ fn a_darker_led_stays_darker_than_the_background() {
 
 #[test]
 fn the_contrast_of_an_on_led_falls_as_koschmieder_says() {
-    let effects = [
-        "effects.blur=off",
-        "effects.pwm=off",
-        "camera.exposure_bias_ev=-3",
-        "link.l2a=2",
-    ];
+    let effects = ["effects.blur=off", "effects.pwm=off", "camera.exposure_bias_ev=-3", "link.l2a=2"];
     let of = |airlight: &str| {
         let airlight = format!("atmosphere.airlight={airlight}");
         let settings: Vec<&str> = effects.into_iter().chain([airlight.as_str()]).collect();
@@ -72,8 +62,5 @@ fn the_contrast_of_an_on_led_falls_as_koschmieder_says() {
     // The horizon is a white diffuser: in the background's own light it is 1/reflectance.
     let left = air.transmission / (air.transmission + (1.0 - air.transmission) / reflectance);
     let (seen, expected) = (contrast(&foggy), contrast(&clear) * left);
-    assert!(
-        (seen - expected).abs() < 1e-3 * expected,
-        "{seen} for {expected}"
-    );
+    assert!((seen - expected).abs() < 1e-3 * expected, "{seen} for {expected}");
 }

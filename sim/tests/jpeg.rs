@@ -13,8 +13,7 @@ const OFF_GREY: u8 = 8;
 
 /// A picture that is smooth in all colours and has no whole number of blocks.
 fn shown() -> DynamicImage {
-    let colour =
-        |x: u32, y: u32| [40 + 3 * x, 60 + 4 * y, 200 - 2 * x - 2 * y].map(|part| part as u8);
+    let colour = |x: u32, y: u32| [40 + 3 * x, 60 + 4 * y, 200 - 2 * x - 2 * y].map(|part| part as u8);
     RgbImage::from_fn(50, 35, |x, y| Rgb(colour(x, y))).into()
 }
 
@@ -22,13 +21,8 @@ fn files(are_refused: bool) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/jpeg");
     let files = std::fs::read_dir(folder).expect("a folder");
     let files = files.map(|file| file.expect("a file").path());
-    let is_refused = |path: &PathBuf| {
-        path.file_name()
-            .is_some_and(|name| name.to_string_lossy().starts_with("refused"))
-    };
-    files
-        .filter(|path| is_refused(path) == are_refused)
-        .collect()
+    let is_refused = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("refused"));
+    files.filter(|path| is_refused(path) == are_refused).collect()
 }
 
 #[test]
@@ -41,11 +35,7 @@ fn what_is_read_is_what_it_shows() {
         assert_eq!(read.dimensions(), shown.dimensions(), "{}", path.display());
         let pixels = read.as_raw().iter().zip(shown.as_raw());
         let off = pixels.map(|(read, shown)| read.abs_diff(*shown)).max();
-        assert!(
-            off.is_some_and(|off| off <= OFF_GREY),
-            "{}: {off:?}",
-            path.display()
-        );
+        assert!(off.is_some_and(|off| off <= OFF_GREY), "{}: {off:?}", path.display());
     }
 }
 
@@ -55,11 +45,7 @@ fn what_is_not_read_is_refused_with_a_way_out() {
     assert_eq!(files.len(), 6);
     for path in files {
         let fault = input::picture(&path).expect_err("it cannot be read");
-        assert!(
-            matches!(fault, PictureError::Damaged(_)),
-            "{}: {fault}",
-            path.display()
-        );
+        assert!(matches!(fault, PictureError::Damaged(_)), "{}: {fault}", path.display());
         assert!(fault.to_string().contains("save it as PNG"), "{fault}");
     }
 }

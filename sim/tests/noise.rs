@@ -17,16 +17,8 @@ const CAMERAS: [[&str; 3]; 8] = [
     ["ambient.illuminance_lx=50", "camera.read_noise_e=3", ""],
     ["ambient.illuminance_lx=50", "camera.read_noise_e=0", ""],
     ["ambient.illuminance_lx=50", "camera.read_noise_e=200", ""],
-    [
-        "ambient.illuminance_lx=50",
-        "camera.read_noise_e=0.5",
-        "camera.full_well_e=3000",
-    ],
-    [
-        "ambient.illuminance_lx=9000",
-        "camera.read_noise_e=10",
-        "camera.full_well_e=900",
-    ],
+    ["ambient.illuminance_lx=50", "camera.read_noise_e=0.5", "camera.full_well_e=3000"],
+    ["ambient.illuminance_lx=9000", "camera.read_noise_e=10", "camera.full_well_e=900"],
 ];
 /// From black to white.
 const LINEAR: [f32; 6] = [0.0, 0.004, 0.21, 1.0, 3.17, 5.3];
@@ -76,16 +68,10 @@ fn chi_square(counts: &[f64; 256], law: &[f64; 256], draws: f64) -> f64 {
 
 /// Mean, variance and third central moment, and the variance of each estimate of them from one draw.
 fn moments(law: &[f64; 256]) -> [(f64, f64); 3] {
-    let mean: f64 = law
-        .iter()
-        .enumerate()
-        .map(|(level, p)| p * level as f64)
-        .sum();
+    let mean: f64 = law.iter().enumerate().map(|(level, p)| p * level as f64).sum();
     let central = |order: i32| -> f64 {
         let terms = law.iter().enumerate();
-        terms
-            .map(|(level, p)| p * (level as f64 - mean).powi(order))
-            .sum()
+        terms.map(|(level, p)| p * (level as f64 - mean).powi(order)).sum()
     };
     let [m2, m3, m4, m6] = [2, 3, 4, 6].map(central);
     [
@@ -99,22 +85,12 @@ fn check(name: &str, grey: &[u8], law: &[f64; 256]) {
     let (counts, draws) = (count(grey), grey.len() as f64);
     let chi = chi_square(&counts, law, draws);
     // A χ² of many bins is nearly normal, of few it has a longer tail.
-    assert!(
-        chi < 8.0,
-        "{name}: χ² is {chi} standard deviations beyond its mean (seed {SEED})"
-    );
+    assert!(chi < 8.0, "{name}: χ² is {chi} standard deviations beyond its mean (seed {SEED})");
     let drawn = moments(&counts.map(|count| count / draws));
-    for (moment, (drawn, exact)) in ["mean", "variance", "skewness"]
-        .iter()
-        .zip(drawn.into_iter().zip(moments(law)))
-    {
+    for (moment, (drawn, exact)) in ["mean", "variance", "skewness"].iter().zip(drawn.into_iter().zip(moments(law))) {
         let error = (exact.1 / draws).sqrt();
         // The sampler's own error comes on top: a thousandth of the variance.
-        let own = if *moment == "mean" {
-            0.0
-        } else {
-            1e-3 * exact.0.abs()
-        };
+        let own = if *moment == "mean" { 0.0 } else { 1e-3 * exact.0.abs() };
         assert!(
             (drawn.0 - exact.0).abs() <= 5.5 * error + own + 1e-9,
             "{name}: {moment} {} for {} ± {error} (seed {SEED})",
@@ -158,17 +134,11 @@ fn neighbouring_pixels_are_independent() {
     let noise = noise(&["ambient.illuminance_lx=50"]);
     let pixels = PixelNoise::new(&noise);
     let mut grey = vec![0; DRAWS];
-    pixels.read(
-        &vec![1.0; DRAWS],
-        &mut stream(SEED, 0, Purpose::Noise),
-        &mut grey,
-    );
+    pixels.read(&vec![1.0; DRAWS], &mut stream(SEED, 0, Purpose::Noise), &mut grey);
     let [(mean, variance), ..] = moments(&noise.distribution(1.0));
     for lag in [1, 2, 64, 256] {
         let pairs = grey.iter().zip(&grey[lag..]);
-        let sum: f64 = pairs
-            .map(|(&a, &b)| (f64::from(a) - mean) * (f64::from(b) - mean))
-            .sum();
+        let sum: f64 = pairs.map(|(&a, &b)| (f64::from(a) - mean) * (f64::from(b) - mean)).sum();
         let correlation = sum / variance / DRAWS as f64;
         assert!(
             correlation.abs() < 5.5 / (DRAWS as f64).sqrt(),

@@ -29,11 +29,7 @@ fn draw(scene: &Scene, region_of: &Renderer, bits: &[u64]) -> Canvas<f64> {
 
 /// A panel of large LEDs at 30 m before one at 70 m.
 fn one_behind_the_other(settings: &[&str]) -> Scene {
-    let near = [
-        "pose.distance_m=30",
-        "panel.led_diameter_m=0.1",
-        "panel.interval=0.5",
-    ];
+    let near = ["pose.distance_m=30", "panel.led_diameter_m=0.1", "panel.interval=0.5"];
     let mut scene = paper(&[&near[..], settings].concat());
     scene.panels.push(Panel {
         pose: Some(Pose {
@@ -106,9 +102,7 @@ fn a_part_of_the_sensor_is_drawn_as_in_the_whole() {
         for level in [Level::Fast, Level::Fine] {
             let renderer = Renderer::new(&scene, level).expect("a visible scene");
             let shown: Vec<_> = (0..7)
-                .map(|index| {
-                    renderer.steady(index, PanelFrame::from_bits(0x0123_4567_89ab_cdef << index))
-                })
+                .map(|index| renderer.steady(index, PanelFrame::from_bits(0x0123_4567_89ab_cdef << index)))
                 .collect();
             let drawn = |region| {
                 let mut canvas = Canvas::new(region);
@@ -122,10 +116,7 @@ fn a_part_of_the_sensor_is_drawn_as_in_the_whole() {
                 .take(part.height)
                 .flat_map(|row| row[part.x..part.x + part.width].to_vec())
                 .collect();
-            assert!(
-                same == drawn(part).values(),
-                "{apart_px} px apart, {level:?}"
-            );
+            assert!(same == drawn(part).values(), "{apart_px} px apart, {level:?}");
         }
     }
 }
@@ -148,10 +139,7 @@ fn no_pixel_is_brighter_than_the_brightest_led() {
         let canvas = draw(&scene, &renderer, &[ALL_ON, ALL_ON]);
         let range = renderer.plan().range;
         for &value in canvas.values() {
-            assert!(
-                value < range.peak + 1e-9 && value > range.floor - 1e-9,
-                "{value}"
-            );
+            assert!(value < range.peak + 1e-9 && value > range.floor - 1e-9, "{value}");
         }
     }
 }

@@ -66,10 +66,7 @@ fn frames_are_those_of_a_new_renderer() {
         let rebuilt = frame(&first.rebuilt_for(&scene).expect("a visible scene"));
         let new = frame(&Renderer::new(&scene, Level::Fast).expect("a visible scene"));
         assert!(rebuilt == new, "{settings:?}");
-        assert!(
-            rebuilt != start,
-            "{settings:?} changes nothing, so this shows nothing"
-        );
+        assert!(rebuilt != start, "{settings:?} changes nothing, so this shows nothing");
     }
 }
 

@@ -31,27 +31,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seed: u64 = arguments.next().map_or(Ok(1), |given| given.parse())?;
     print!("| d (m) | i | ISO | L2A |");
     DETECTORS.iter().for_each(|(name, _)| print!(" {name} |"));
-    COUNTED
-        .iter()
-        .for_each(|name| print!(" {name}: bits (95 %) | panels (95 %) |"));
-    println!(
-        "\n|{}",
-        "---|".repeat(4 + DETECTORS.len() + 2 * COUNTED.len())
-    );
+    COUNTED.iter().for_each(|name| print!(" {name}: bits (95 %) | panels (95 %) |"));
+    println!("\n|{}", "---|".repeat(4 + DETECTORS.len() + 2 * COUNTED.len()));
     for point in points(&grid)? {
         let (distance, interval, iso, l2a) = point;
         print!("| {distance} | {interval} | {iso} | {l2a} |");
         let mut counted = Vec::new();
         for (name, detector) in DETECTORS {
             let settings = Settings::fast(frames, seed, detector);
-            let evaluation =
-                Evaluator::new(&scene_in_clear_air(point)?, settings)?.run(|_| true)?;
+            let evaluation = Evaluator::new(&scene_in_clear_air(point)?, settings)?.run(|_| true)?;
             print!(" {:.5} |", evaluation.errors.rate());
             counted.extend(COUNTED.contains(&name).then_some(evaluation.errors));
         }
-        counted
-            .iter()
-            .for_each(|errors| print!("{}", counts(errors)));
+        counted.iter().for_each(|errors| print!("{}", counts(errors)));
         println!();
     }
     Ok(())
@@ -80,20 +72,14 @@ fn points(grid: &str) -> Result<Vec<Point>, String> {
         ],
         "distance" => [30.0, 50.0, 70.0]
             .into_iter()
-            .flat_map(|distance| {
-                [0.5, 1.0, 2.0].map(|interval| (distance, interval, 32_000.0, 1.0))
-            })
+            .flat_map(|distance| [0.5, 1.0, 2.0].map(|interval| (distance, interval, 32_000.0, 1.0)))
             .collect(),
-        "l2a" => [0.2, 0.6, 1.0, 2.0, 3.0, 4.0]
-            .map(|l2a| (60.0, 0.5, 8000.0, l2a))
-            .into(),
+        "l2a" => [0.2, 0.6, 1.0, 2.0, 3.0, 4.0].map(|l2a| (60.0, 0.5, 8000.0, l2a)).into(),
         "iso" => [100.0, 400.0, 1600.0, 6400.0, 16_000.0, 32_000.0]
             .map(|iso| (70.0, 0.5, iso, 0.6))
             .into(),
         _ => {
-            return Err(format!(
-                "no grid {grid:?}: choose noisy, distance, l2a or iso"
-            ));
+            return Err(format!("no grid {grid:?}: choose noisy, distance, l2a or iso"));
         }
     })
 }

@@ -19,8 +19,7 @@ fn main() -> Result<(), Failure> {
     let [distances, intervals, l2as, isos, ..] = &arguments[..] else {
         return Err("give DISTANCES INTERVALS L2AS ISOS, such as 70,110 0.5,1 2 100,32000".into());
     };
-    let number =
-        |at: usize, default: u64| arguments.get(at).map_or(Ok(default), |given| given.parse());
+    let number = |at: usize, default: u64| arguments.get(at).map_or(Ok(default), |given| given.parse());
     let (frames, seed) = (number(4, 200)?, number(5, 1)?);
     let followed = arguments.get(6).is_some_and(|word| word == "followed");
     println!(
@@ -66,11 +65,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-const DETECTORS: [DetectorChoice; 3] = [
-    DetectorChoice::KMeans,
-    DetectorChoice::MaximumLikelihood,
-    DetectorChoice::Genie,
-];
+const DETECTORS: [DetectorChoice; 3] = [DetectorChoice::KMeans, DetectorChoice::MaximumLikelihood, DetectorChoice::Genie];
 
 fn numbers(list: &str) -> Result<Vec<f64>, std::num::ParseFloatError> {
     list.split(',').map(str::parse).collect()
@@ -81,12 +76,7 @@ fn errors(scene: &Scene, settings: Settings) -> Result<Vec<u64>, EvaluateError> 
     let evaluator = Evaluator::new(scene, settings)?;
     let mut workspace = evaluator.workspace();
     (0..settings.frames)
-        .map(|frame| {
-            Ok(evaluator
-                .evaluate(frame..frame + 1, &mut workspace)?
-                .errors
-                .errors())
-        })
+        .map(|frame| Ok(evaluator.evaluate(frame..frame + 1, &mut workspace)?.errors.errors()))
         .collect()
 }
 

@@ -19,13 +19,9 @@ use studies::statistics::FrameErrors;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [preset, distances, readouts, exposures, rates, ..] = &arguments[..] else {
-        return Err(
-            "give SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES, such as phone 50 0,20 1 27"
-                .into(),
-        );
+        return Err("give SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES, such as phone 50 0,20 1 27".into());
     };
-    let number =
-        |at: usize, default: usize| arguments.get(at).map_or(Ok(default), |given| given.parse());
+    let number = |at: usize, default: usize| arguments.get(at).map_or(Ok(default), |given| given.parse());
     let (runs, bytes, seconds) = (number(5, 20)?, number(6, 48)?, number(7, 3)?);
     let at_once = arguments.get(8).is_some_and(|word| word == "at-once");
     println!(
@@ -78,13 +74,8 @@ impl Sum {
 }
 
 /// The preset with what is not `-`.
-fn scene(
-    preset: &str,
-    settings: [&str; 4],
-    seed: u64,
-) -> Result<Scene, Box<dyn std::error::Error>> {
-    let [distance, readout, exposure, rate] =
-        settings.map(|word| (word != "-").then(|| word.parse::<f64>()).transpose());
+fn scene(preset: &str, settings: [&str; 4], seed: u64) -> Result<Scene, Box<dyn std::error::Error>> {
+    let [distance, readout, exposure, rate] = settings.map(|word| (word != "-").then(|| word.parse::<f64>()).transpose());
     let mut overrides = vec![format!("link.phase={}", (0.37 * seed as f64) % 1.0)];
     overrides.extend(distance?.map(|metres| format!("pose.distance_m={metres}")));
     overrides.extend(readout?.map(|ms| format!("camera.readout_s={}", 1e-3 * ms)));
@@ -124,10 +115,7 @@ fn run(
     for frame in 0..frames {
         let report = road.frame(frame)?;
         errors.push(report.bit_errors);
-        if report
-            .delivered
-            .is_some_and(|received| received.message == message)
-        {
+        if report.delivered.is_some_and(|received| received.message == message) {
             return Ok((Some(frame), errors));
         }
     }

@@ -14,13 +14,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [preset, rates, codes, ..] = &arguments[..] else {
         return Err("give SCENE RATES CODES, such as day 50,90 TM1280,TM1536".into());
     };
-    let number =
-        |at: usize, default: usize| arguments.get(at).map_or(Ok(default), |given| given.parse());
+    let number = |at: usize, default: usize| arguments.get(at).map_or(Ok(default), |given| given.parse());
     let (runs, bytes) = (number(3, 20)?, number(4, 1024)?);
     let true_corners = arguments.get(5).is_some_and(|word| word == "corners");
-    println!(
-        "| scene | symbols/s | code | delivered | net bit/s | raw BER |\n|---|---|---|---|---|---|"
-    );
+    println!("| scene | symbols/s | code | delivered | net bit/s | raw BER |\n|---|---|---|---|---|---|");
     let scene = Scene::load(preset, &[])?;
     for rate in rates.split(',') {
         for name in codes.split(',') {

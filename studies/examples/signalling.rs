@@ -11,9 +11,7 @@ use studies::stop::Stop;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [preset, frames, readouts, exposures, ..] = &arguments[..] else {
-        return Err(
-            "give SCENE FRAMES_HZ READOUTS_MS EXPOSURES_MS, such as phone 30,60 0,10 1,10".into(),
-        );
+        return Err("give SCENE FRAMES_HZ READOUTS_MS EXPOSURES_MS, such as phone 30,60 0,10 1,10".into());
     };
     let search = Search {
         runs: arguments.get(4).map_or(Ok(8), |given| given.parse())?,
@@ -29,8 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let exposure_s = 1e-3 * exposure_ms.parse::<f64>()?;
             let mut at_once = None;
             for readout_ms in readouts.split(',') {
-                let [hz, readout_s] =
-                    [frames_hz.parse::<f64>()?, 1e-3 * readout_ms.parse::<f64>()?];
+                let [hz, readout_s] = [frames_hz.parse::<f64>()?, 1e-3 * readout_ms.parse::<f64>()?];
                 if readout_s > 1.0 / hz {
                     continue;
                 }

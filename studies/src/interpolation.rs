@@ -17,9 +17,7 @@ pub fn reaches(xs: &[f64], values: &[f64], share: f64) -> f64 {
     let reached = values.iter().position(|&value| value >= wanted);
     match reached.and_then(|at| Some((at, at.checked_sub(1)?))) {
         None => xs.first().copied().unwrap_or(f64::NAN),
-        Some((at, before)) => {
-            interpolated(&[values[before], values[at]], &[xs[before], xs[at]], wanted)
-        }
+        Some((at, before)) => interpolated(&[values[before], values[at]], &[xs[before], xs[at]], wanted),
     }
 }
 
@@ -31,10 +29,7 @@ mod tests {
     fn curves_are_straight_between_points_and_flat_beyond() {
         let (xs, values) = ([0.5, 1.0, 2.0], [1.0, 2.0, 4.0]);
         let at = |x| interpolated(&xs, &values, x);
-        assert_eq!(
-            [0.3, 0.5, 0.75, 1.5, 2.0, 3.0].map(at),
-            [1.0, 1.0, 1.5, 3.0, 4.0, 4.0]
-        );
+        assert_eq!([0.3, 0.5, 0.75, 1.5, 2.0, 3.0].map(at), [1.0, 1.0, 1.5, 3.0, 4.0, 4.0]);
         assert!(interpolated(&[], &[], 1.0).is_nan());
     }
 

@@ -8,9 +8,7 @@ use link::panel::PanelFrame;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{
-    FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 use sim::accuracy::Level;
 use sim::camera::clock::WINDOW;
@@ -20,9 +18,7 @@ use sim::road::calibrated_camera_of;
 use sim::scene::Scene;
 use sim::view::View;
 
-use crate::random_scenes::{
-    RIGHT, RandomSceneError, ShakenPhotograph, WINDOW_PIXELS, backdrop, farthest,
-};
+use crate::random_scenes::{RIGHT, RandomSceneError, ShakenPhotograph, WINDOW_PIXELS, backdrop, farthest};
 use crate::statistics::Reliability;
 
 /// What the panels send.
@@ -69,11 +65,7 @@ impl RandomFilm {
     ///
     /// # Errors
     /// When a frame of that size is no scene's.
-    pub fn draw(
-        seed: u64,
-        size: [usize; 2],
-        photographs: &[GrayImage],
-    ) -> Result<Self, RandomSceneError> {
+    pub fn draw(seed: u64, size: [usize; 2], photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         let [width, height] = size;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let place = settings_of_place(size, &mut random);
@@ -121,13 +113,7 @@ impl RandomFilm {
             symbols: std::array::from_fn(|ahead| self.symbols[first + ahead]),
             ..renderer.steady(0, PanelFrame::default())
         };
-        renderer.frame(
-            self.seed,
-            &moment,
-            &[shown],
-            &mut self.canvas,
-            &mut self.pixels,
-        );
+        renderer.frame(self.seed, &moment, &[shown], &mut self.canvas, &mut self.pixels);
         let bits = (!renderer.straddles(0, &moment)).then(|| renderer.truth(0, &moment, &shown));
         (&self.pixels, bits)
     }
@@ -185,14 +171,7 @@ fn settings_of_place([width, height]: [usize; 2], random: &mut impl Rng) -> Plac
 /// A camera: lens, curve, noise, and what it does to its pictures.
 fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
     let mut is = |share: f64| random.random::<f64>() < share;
-    let [
-        sharpens,
-        compresses,
-        has_pattern,
-        has_hot_pixels,
-        vignettes,
-        is_defocused,
-    ] = [0.35, 0.3, 0.5, 0.4, 0.3, 0.25].map(&mut is);
+    let [sharpens, compresses, has_pattern, has_hot_pixels, vignettes, is_defocused] = [0.35, 0.3, 0.5, 0.4, 0.3, 0.25].map(&mut is);
     let blur = BLUR_PX[0] * (softest_px / BLUR_PX[0]).max(1.0).powf(random.random());
     let curve = [
         "camera.encoding=linear",
@@ -206,60 +185,33 @@ fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
     let mut settings = vec![
         curve.into(),
         format!("camera.blur_sigma_px={blur:.3}"),
-        format!(
-            "camera.black_grey={}",
-            [0, 0, 4, 16][random.random_range(0..4)]
-        ),
-        format!(
-            "camera.exposure_bias_ev={:.2}",
-            random.random_range(-1.5..0.5)
-        ),
+        format!("camera.black_grey={}", [0, 0, 4, 16][random.random_range(0..4)]),
+        format!("camera.exposure_bias_ev={:.2}", random.random_range(-1.5..0.5)),
         format!("camera.read_noise_e={:.1}", random.random_range(1.5..6.0)),
         format!("camera.vignetting={vignettes}"),
         format!("camera.seed={}", random.random::<u32>()),
         format!("link.phase={:.3}", random.random::<f64>()),
         format!("link.symbol_rate_hz={SYMBOL_RATE_HZ}"),
-        format!(
-            "ambient.illuminance_lx={:.0}",
-            50.0 * 200f64.powf(random.random())
-        ),
+        format!("ambient.illuminance_lx={:.0}", 50.0 * 200f64.powf(random.random())),
     ];
     if is_defocused {
         settings.push("camera.psf=disc".into());
     }
     if random.random::<f64>() < 0.35 {
-        settings.push(format!(
-            "camera.blur_aspect={:.2}",
-            random.random_range(0.6..1.7)
-        ));
+        settings.push(format!("camera.blur_aspect={:.2}", random.random_range(0.6..1.7)));
     }
     if sharpens {
-        settings.push(format!(
-            "camera.sharpening={:.2}",
-            random.random_range(0.3..1.5)
-        ));
-        settings.push(format!(
-            "camera.sharpening_radius_px={:.2}",
-            random.random_range(0.8..2.0)
-        ));
+        settings.push(format!("camera.sharpening={:.2}", random.random_range(0.3..1.5)));
+        settings.push(format!("camera.sharpening_radius_px={:.2}", random.random_range(0.8..2.0)));
     }
     if compresses {
-        settings.push(format!(
-            "camera.jpeg_quality={}",
-            random.random_range(50..96)
-        ));
+        settings.push(format!("camera.jpeg_quality={}", random.random_range(50..96)));
     }
     if has_pattern {
-        settings.push(format!(
-            "camera.prnu_percent={:.2}",
-            random.random_range(0.0..2.0)
-        ));
+        settings.push(format!("camera.prnu_percent={:.2}", random.random_range(0.0..2.0)));
     }
     if has_hot_pixels {
-        settings.push(format!(
-            "camera.hot_pixels_ppm={:.0}",
-            random.random_range(10.0..150.0)
-        ));
+        settings.push(format!("camera.hot_pixels_ppm={:.0}", random.random_range(10.0..150.0)));
     }
     settings
 }
@@ -271,16 +223,10 @@ fn settings_of_panel(random: &mut impl Rng) -> Vec<String> {
         format!("panel.seed={}", random.random::<u32>()),
     ];
     if random.random::<f64>() < 0.75 {
-        settings.push(format!(
-            "panel.board_reflectance={:.3}",
-            0.02 * 45f64.powf(random.random())
-        ));
+        settings.push(format!("panel.board_reflectance={:.3}", 0.02 * 45f64.powf(random.random())));
     }
     if random.random() {
-        settings.push(format!(
-            "panel.led_spread={:.3}",
-            random.random_range(0.0..0.12)
-        ));
+        settings.push(format!("panel.led_spread={:.3}", random.random_range(0.0..0.12)));
     }
     if random.random::<f64>() < 0.3 {
         let dead = random.random_range(0..=2);
@@ -340,8 +286,7 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate 
                     fate.bits += 64;
                     fate.reliability.push(&reading.detection.soft, bits);
                     if off <= RIGHT * pitch_px {
-                        fate.reliability_in_place
-                            .push(&reading.detection.soft, bits);
+                        fate.reliability_in_place.push(&reading.detection.soft, bits);
                     }
                 }
             }
@@ -364,12 +309,7 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate 
 pub fn read_alone(film: &mut RandomFilm, size: [usize; 2]) -> Option<(Reading, PanelFrame)> {
     let number = (0..FRAMES).find(|&number| film.frame(number).1.is_some())?;
     let (pixels, bits) = film.frame(number);
-    let mut receiver = Receiving::new(
-        ReceiverSettings::default(),
-        Box::default(),
-        search(size).thorough(),
-    )
-    .expect("the default settings");
+    let mut receiver = Receiving::new(ReceiverSettings::default(), Box::default(), search(size).thorough()).expect("the default settings");
     let reading = receiver.frame(0, &frame(pixels, size)).reading;
     Some((reading.ok()?, bits?))
 }
@@ -382,11 +322,7 @@ fn is_the_message(event: &Event<'_>) -> bool {
 ///
 /// # Errors
 /// When there is no photograph.
-pub fn receive_without_panel(
-    seed: u64,
-    size: [usize; 2],
-    photographs: &[GrayImage],
-) -> Result<Vec<[[f32; 2]; 4]>, RandomSceneError> {
+pub fn receive_without_panel(seed: u64, size: [usize; 2], photographs: &[GrayImage]) -> Result<Vec<[[f32; 2]; 4]>, RandomSceneError> {
     let photograph = ShakenPhotograph::draw(seed, size, photographs)?;
     let mut receiver = receiver(ReceiverSettings::default(), size);
     let mut seen = Vec::new();
@@ -398,11 +334,7 @@ pub fn receive_without_panel(
     Ok(seen)
 }
 
-type Receiving = Receiver<
-    WINDOW_PIXELS,
-    Box<ReceiverMemory<WINDOW_PIXELS>>,
-    FrameSearch<Box<SearchMemory>, Vec<u8>>,
->;
+type Receiving = Receiver<WINDOW_PIXELS, Box<ReceiverMemory<WINDOW_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
 fn receiver(settings: ReceiverSettings, size: [usize; 2]) -> Receiving {
     Receiver::new(settings, Box::default(), search(size)).expect("settings in range")
@@ -427,9 +359,7 @@ mod tests {
     fn every_drawn_camera_is_one_that_the_simulator_has() {
         for seed in 0..20 {
             let film = RandomFilm::draw(seed, SIZE, &[]).unwrap();
-            let inside = |corner: &[f64; 2]| {
-                (0.0..640.0).contains(&corner[0]) && (0.0..480.0).contains(&corner[1])
-            };
+            let inside = |corner: &[f64; 2]| (0.0..640.0).contains(&corner[0]) && (0.0..480.0).contains(&corner[1]);
             assert!(film.corners.iter().all(inside), "{}", film.what);
         }
     }

@@ -105,12 +105,7 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
 ///
 /// # Errors
 /// When there is no photograph, or one without pixels.
-pub fn backdrop(
-    photographs: &[GrayImage],
-    width: usize,
-    height: usize,
-    random: &mut impl Rng,
-) -> Result<GrayImage, RandomSceneError> {
+pub fn backdrop(photographs: &[GrayImage], width: usize, height: usize, random: &mut impl Rng) -> Result<GrayImage, RandomSceneError> {
     let is_empty = |photo: &GrayImage| photo.width() == 0 || photo.height() == 0;
     if width == 0 || height == 0 || photographs.is_empty() || photographs.iter().any(is_empty) {
         return Err(RandomSceneError::Backdrop {
@@ -120,29 +115,16 @@ pub fn backdrop(
         });
     }
     let photo = &photographs[random.random_range(0..photographs.len())];
-    let largest =
-        (f64::from(photo.width()) / width as f64).min(f64::from(photo.height()) / height as f64);
+    let largest = (f64::from(photo.width()) / width as f64).min(f64::from(photo.height()) / height as f64);
     let scale = largest * random.random_range(0.3..1.0);
-    let size = [
-        (width as f64 * scale).max(1.0) as u32,
-        (height as f64 * scale).max(1.0) as u32,
-    ];
+    let size = [(width as f64 * scale).max(1.0) as u32, (height as f64 * scale).max(1.0) as u32];
     let (x, y) = (
         random.random_range(0..=photo.width() - size[0]),
         random.random_range(0..=photo.height() - size[1]),
     );
     let part = imageops::crop_imm(photo, x, y, size[0], size[1]).to_image();
-    let part = if random.random() {
-        imageops::flip_horizontal(&part)
-    } else {
-        part
-    };
-    Ok(imageops::resize(
-        &part,
-        width as u32,
-        height as u32,
-        FilterType::CatmullRom,
-    ))
+    let part = if random.random() { imageops::flip_horizontal(&part) } else { part };
+    Ok(imageops::resize(&part, width as u32, height as u32, FilterType::CatmullRom))
 }
 
 /// Frames of a photograph without a panel, of any gain and noise, each after a shake of the camera.
@@ -158,11 +140,7 @@ impl ShakenPhotograph {
     ///
     /// # Errors
     /// When there is no photograph, or one without pixels.
-    pub fn draw(
-        seed: u64,
-        [width, height]: [usize; 2],
-        photographs: &[GrayImage],
-    ) -> Result<Self, RandomSceneError> {
+    pub fn draw(seed: u64, [width, height]: [usize; 2], photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         const SHAKE_PX: u32 = 16;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let shake = SHAKE_PX as usize;
@@ -195,19 +173,11 @@ impl RandomScene {
     ///
     /// # Errors
     /// When a frame of that size is no scene's.
-    pub fn draw(
-        seed: u64,
-        [width, height]: [usize; 2],
-        count: u64,
-        photographs: &[GrayImage],
-    ) -> Result<Self, RandomSceneError> {
+    pub fn draw(seed: u64, [width, height]: [usize; 2], count: u64, photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let distance = random.random_range(30.0..70.0);
         let interval = random.random_range(0.5..2.0);
-        let (roll, yaw) = (
-            random.random_range(-15.0..15.0),
-            random.random_range(-30.0..30.0),
-        );
+        let (roll, yaw) = (random.random_range(-15.0..15.0), random.random_range(-30.0..30.0));
         let illuminance_lx = 50.0 * 200f64.powf(random.random());
         let board = random.random_range(0.05..0.3);
         let has_board: bool = random.random();
@@ -249,9 +219,7 @@ impl RandomScene {
             let moment = renderer.moment(frame);
             let steady = renderer.steady(0, PanelFrame::default());
             let shown = Shown {
-                symbols: std::array::from_fn(|ahead| {
-                    PanelFrame::from_bits(symbols[moment.symbol as usize + ahead])
-                }),
+                symbols: std::array::from_fn(|ahead| PanelFrame::from_bits(symbols[moment.symbol as usize + ahead])),
                 ..steady
             };
             let mut pixels = vec![0; width * height];
@@ -267,11 +235,7 @@ impl RandomScene {
             what: format!(
                 "seed {seed}: {distance:.0} m, interval {interval:.2}, roll {roll:.0}, yaw {yaw:.0}, {illuminance_lx:.0} lx, L2A \
                  {l2a:.1}, board {}, {}{}",
-                if has_board {
-                    format!("{board:.2}")
-                } else {
-                    "none".into()
-                },
+                if has_board { format!("{board:.2}") } else { "none".into() },
                 if photograph { "photograph" } else { "plain" },
                 if straddled { ", straddled" } else { "" },
             ),
@@ -302,10 +266,7 @@ mod tests {
         assert!(matches!(missing, Err(RandomSceneError::Folder { .. })));
         let random = &mut ChaCha8Rng::seed_from_u64(1);
         let nothing = backdrop(&[], 64, 48, random);
-        assert!(matches!(
-            nothing,
-            Err(RandomSceneError::Backdrop { photographs: 0, .. })
-        ));
+        assert!(matches!(nothing, Err(RandomSceneError::Backdrop { photographs: 0, .. })));
         let empty = backdrop(&[GrayImage::new(0, 9)], 64, 48, random);
         assert!(matches!(empty, Err(RandomSceneError::Backdrop { .. })));
         let no_frame = RandomScene::draw(1, [0, 0], 1, &[]);

@@ -60,11 +60,7 @@ fn evaluate(bencher: Bencher) {
     let mut frame = 0;
     bencher.bench_local(|| {
         frame += 1;
-        black_box(
-            evaluator
-                .evaluate(frame..frame + 1, &mut workspace)
-                .expect("a measurable frame"),
-        )
+        black_box(evaluator.evaluate(frame..frame + 1, &mut workspace).expect("a measurable frame"))
     });
 }
 
@@ -78,10 +74,7 @@ fn render_only(bencher: Bencher, level: Level) {
     let mut shown = renderer.steady(0, PanelFrame::from_bits(BITS));
     bencher.bench_local(|| {
         shown = Shown {
-            shift_px: [
-                (shown.shift_px[0] + 0.37) % 1.0,
-                (shown.shift_px[1] + 0.73) % 1.0,
-            ],
+            shift_px: [(shown.shift_px[0] + 0.37) % 1.0, (shown.shift_px[1] + 0.73) % 1.0],
             ..shown
         };
         renderer.draw(&moment, &[shown], &mut canvas);
@@ -149,10 +142,8 @@ fn baseline_frame(render: fn(&Panel, f64, f64, usize) -> Vec<u8>) -> impl FnMut(
         };
         let grey = render(&panel, 1.5, 2.2, side);
         let [near, far] = [first_px[0] as f32, (first_px[0] + 7.0 * pitch_px) as f32];
-        let corners =
-            Corners::new([[near, near], [far, near], [far, far], [near, far]]).expect("a square");
-        map.build(&corners, side, side)
-            .expect("a panel in the picture");
+        let corners = Corners::new([[near, near], [far, near], [far, far], [near, far]]).expect("a square");
+        map.build(&corners, side, side).expect("a panel in the picture");
         Features::measure(&Frame::new(&grey, side, side).expect("a picture"), &map)
             .expect("cells")
             .gri[0]
@@ -179,21 +170,9 @@ type Contender = (&'static str, usize, Box<dyn FnMut() -> f32>);
 /// machine.
 fn print_ratios() {
     let mut contenders: [Contender; 5] = [
-        (
-            "straightforward",
-            10,
-            Box::new(baseline_frame(straightforward::render)),
-        ),
-        (
-            "by raster",
-            10,
-            Box::new(baseline_frame(straightforward::render_by_raster)),
-        ),
-        (
-            "supersampled",
-            1,
-            Box::new(baseline_frame(supersampled_by_8)),
-        ),
+        ("straightforward", 10, Box::new(baseline_frame(straightforward::render))),
+        ("by raster", 10, Box::new(baseline_frame(straightforward::render_by_raster))),
+        ("supersampled", 1, Box::new(baseline_frame(supersampled_by_8))),
         ("fine", 40, Box::new(evaluator_frame(Level::Fine))),
         ("fast", 40, Box::new(evaluator_frame(Level::Fast))),
     ];
@@ -209,20 +188,10 @@ fn print_ratios() {
         }
     }
     println!("\nrender and features, median of {TURNS} turns (quartiles)");
-    println!(
-        "{:>16} | {:^36} | {:^36}",
-        "", "µs a frame", "times as fast as straightforward"
-    );
+    println!("{:>16} | {:^36} | {:^36}", "", "µs a frame", "times as fast as straightforward");
     for ((name, ..), own) in contenders.iter().zip(&micros) {
-        let ratios = own
-            .iter()
-            .zip(&micros[0])
-            .map(|(own, baseline)| baseline / own);
-        println!(
-            "{name:>16} | {} | {}",
-            quartiles(own.clone()),
-            quartiles(ratios.collect())
-        );
+        let ratios = own.iter().zip(&micros[0]).map(|(own, baseline)| baseline / own);
+        println!("{name:>16} | {} | {}", quartiles(own.clone()), quartiles(ratios.collect()));
     }
 }
 

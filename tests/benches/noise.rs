@@ -60,11 +60,9 @@ fn photograph() -> PathBuf {
     if !path.exists() {
         let mut random = stream(1, 0, Purpose::Bits);
         let level = |x: u32, y: u32, texture: u32| (40 + (x + y) * 180 / 3000 + texture % 16) as u8;
-        image::GrayImage::from_fn(1920, 1080, |x, y| {
-            image::Luma([level(x, y, random.next_u32())])
-        })
-        .save(&path)
-        .expect("room for a picture");
+        image::GrayImage::from_fn(1920, 1080, |x, y| image::Luma([level(x, y, random.next_u32())]))
+            .save(&path)
+            .expect("room for a picture");
     }
     path
 }
@@ -95,9 +93,7 @@ fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     let (mut grey, mut frame) = (vec![0; PIXELS], 0);
     let encoder = GammaEncoder::new(scene.camera.gamma);
     let iso = Exposure::of(&scene).iso;
-    let electrons_per_linear = scene.camera.full_well_e * 100.0
-        / iso
-        / sim::camera::grey::linear(255.0, scene.camera.gamma);
+    let electrons_per_linear = scene.camera.full_well_e * 100.0 / iso / sim::camera::grey::linear(255.0, scene.camera.gamma);
     bencher.counter(ItemsCount::new(PIXELS)).bench_local(|| {
         frame += 1;
         let mut random = stream(1, frame, Purpose::Noise);
@@ -145,9 +141,7 @@ fn pixels_of_one_value(bencher: Bencher, preset: &str) {
 #[divan::bench(args = ["night", "day"])]
 fn pixels_of_any_value(bencher: Bencher, preset: &str) {
     let pixels = PixelNoise::new(&noise(preset));
-    let linear: Vec<f32> = (0..PIXELS)
-        .map(|i| (i * 7919 % 5000) as f32 * 1e-3)
-        .collect();
+    let linear: Vec<f32> = (0..PIXELS).map(|i| (i * 7919 % 5000) as f32 * 1e-3).collect();
     let (mut grey, mut random) = (vec![0; PIXELS], stream(1, 0, Purpose::Noise));
     bencher
         .counter(ItemsCount::new(PIXELS))
@@ -179,10 +173,6 @@ fn evaluate_night(bencher: Bencher, noise: &str) {
     let mut frame = 0;
     bencher.bench_local(|| {
         frame += 1;
-        black_box(
-            evaluator
-                .evaluate(frame..frame + 1, &mut workspace)
-                .expect("a measurable frame"),
-        )
+        black_box(evaluator.evaluate(frame..frame + 1, &mut workspace).expect("a measurable frame"))
     });
 }

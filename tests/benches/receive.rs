@@ -7,9 +7,7 @@ use link::camera::Camera;
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
-use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
@@ -33,11 +31,7 @@ fn sighting(seed: u64) -> RandomScene {
 
 fn frames(sighting: &RandomScene) -> Vec<Frame<'_>> {
     let frame = |pixels| Frame::new(pixels, sighting.width, sighting.height).expect("a frame");
-    sighting
-        .frames
-        .iter()
-        .map(|pixels| frame(pixels.as_slice()))
-        .collect()
+    sighting.frames.iter().map(|pixels| frame(pixels.as_slice())).collect()
 }
 
 /// A noisy frame before clutter with the one before it: nothing is known of the panel.
@@ -47,16 +41,7 @@ fn cold_locate(bencher: Bencher, seed: u64) {
     let frames = frames(&sighting);
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
-    bencher.bench_local(|| {
-        locator.locate_among(
-            black_box(&frames[1]),
-            &frames[..1],
-            &[],
-            Effort::Share(1),
-            &mut memory,
-            &mut (),
-        )
-    });
+    bencher.bench_local(|| locator.locate_among(black_box(&frames[1]), &frames[..1], &[], Effort::Share(1), &mut memory, &mut ()));
 }
 
 /// The same in a single frame, which also has to look at what the clutter offers.
@@ -66,16 +51,7 @@ fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
     let frames = frames(&sighting);
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<PIXELS>::new());
-    bencher.bench_local(|| {
-        locator.locate_among(
-            black_box(&frames[1]),
-            &[],
-            &[],
-            Effort::Share(1),
-            &mut memory,
-            &mut (),
-        )
-    });
+    bencher.bench_local(|| locator.locate_among(black_box(&frames[1]), &[], &[], Effort::Share(1), &mut memory, &mut ()));
 }
 
 /// A frame of a panel that is followed, all in: track, cells, features, k-means, symbols and framing.
@@ -105,17 +81,10 @@ fn followed_frame_near(bencher: Bencher, distance_m: f64) {
         true_corners: false,
     };
     let mut road = Road::new(&scene, &settings).expect("a link");
-    let film: Vec<Vec<u8>> = (0..3)
-        .map(|number| road.frame(number).expect("a frame").grey.to_vec())
-        .collect();
+    let film: Vec<Vec<u8>> = (0..3).map(|number| road.frame(number).expect("a frame").grey.to_vec()).collect();
     let frame = |pixels| Frame::new(pixels, SIZE[0], SIZE[1]).expect("a frame");
     let frames: Vec<Frame<'_>> = film.iter().map(|pixels| frame(pixels.as_slice())).collect();
-    follow(
-        bencher,
-        &frames,
-        Detector::default().into(),
-        &format!("{distance_m} m"),
-    );
+    follow(bencher, &frames, Detector::default().into(), &format!("{distance_m} m"));
 }
 
 fn followed_frame(bencher: Bencher, seed: u64, method: Method) {
@@ -136,10 +105,7 @@ fn follow(bencher: Bencher, frames: &[Frame<'_>], method: Method, what: &str) {
     let mut number = 0;
     let mut next = || {
         number += 1;
-        receiver
-            .frame(number, black_box(&frames[(number % 3) as usize]))
-            .reading
-            .is_ok()
+        receiver.frame(number, black_box(&frames[(number % 3) as usize])).reading.is_ok()
     };
     for _ in 0..6 {
         next();

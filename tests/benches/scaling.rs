@@ -24,58 +24,22 @@ const EFFECTS: [(&str, &[&str]); 14] = [
     ("none but the blur", &[]),
     ("no blur either", &["effects.blur=\"off\""]),
     ("atmosphere", &["effects.atmosphere=\"on\""]),
-    (
-        "airlight",
-        &[
-            "atmosphere.airlight=true",
-            "atmosphere.transmission_at_70m=0.3",
-        ],
-    ),
-    (
-        "led_spread",
-        &["panel.led_spread=0.1", "effects.led_spread=\"on\""],
-    ),
+    ("airlight", &["atmosphere.airlight=true", "atmosphere.transmission_at_70m=0.3"]),
+    ("led_spread", &["panel.led_spread=0.1", "effects.led_spread=\"on\""]),
     ("pwm", &["panel.pwm_hz=20000", "effects.pwm=\"on\""]),
-    (
-        "scanning",
-        &[
-            "panel.scan_rows=8",
-            "panel.pwm_hz=20000",
-            "effects.scanning=\"on\"",
-        ],
-    ),
+    ("scanning", &["panel.scan_rows=8", "panel.pwm_hz=20000", "effects.scanning=\"on\""]),
     (
         "symbol_change",
-        &[
-            "link.phase=0.05",
-            "link.symbol_rate_hz=90",
-            "effects.symbol_change=\"on\"",
-        ],
+        &["link.phase=0.05", "link.symbol_rate_hz=90", "effects.symbol_change=\"on\""],
     ),
-    (
-        "rolling_shutter",
-        &["camera.readout_s=0.008", "effects.rolling_shutter=\"on\""],
-    ),
-    (
-        "board",
-        &["panel.board_reflectance=0.05", "effects.board=\"on\""],
-    ),
-    (
-        "perspective",
-        &["pose.yaw_deg=20", "effects.perspective=\"on\""],
-    ),
+    ("rolling_shutter", &["camera.readout_s=0.008", "effects.rolling_shutter=\"on\""]),
+    ("board", &["panel.board_reflectance=0.05", "effects.board=\"on\""]),
+    ("perspective", &["pose.yaw_deg=20", "effects.perspective=\"on\""]),
     (
         "distortion",
-        &[
-            "camera.distortion_k1=-0.1",
-            "pose.x_m=5",
-            "effects.distortion=\"on\"",
-        ],
+        &["camera.distortion_k1=-0.1", "pose.x_m=5", "effects.distortion=\"on\""],
     ),
-    (
-        "vignetting",
-        &["camera.vignetting=true", "effects.vignetting=\"on\""],
-    ),
+    ("vignetting", &["camera.vignetting=true", "effects.vignetting=\"on\""]),
     ("noise", &["effects.noise=\"on\""]),
 ];
 
@@ -129,12 +93,7 @@ fn run(courses: &mut [Course]) {
 }
 
 fn geometry() {
-    let keys = |distance: f64, interval: f64| {
-        [
-            format!("pose.distance_m={distance}"),
-            format!("panel.interval={interval}"),
-        ]
-    };
+    let keys = |distance: f64, interval: f64| [format!("pose.distance_m={distance}"), format!("panel.interval={interval}")];
     let mut courses: Vec<Course> = DISTANCES_M
         .iter()
         .flat_map(|&distance| INTERVALS.map(|interval| Course::new(&keys(distance, interval))))
@@ -146,19 +105,13 @@ fn geometry() {
         "\nRender, AGR and GRI, `fast`; 1 is d = 50 m, i = 1: {:.2} µs for {base_pixels} pixels\n",
         base_s * 1e6
     );
-    println!(
-        "| d | {} |",
-        INTERVALS.map(|i| format!("i = {i}")).join(" | ")
-    );
+    println!("| d | {} |", INTERVALS.map(|i| format!("i = {i}")).join(" | "));
     println!("|---|{}", "---|".repeat(INTERVALS.len()));
     for (distance, row) in DISTANCES_M.iter().zip(courses.chunks(INTERVALS.len())) {
         let cells: Vec<String> = row
             .iter()
             .map(|course| {
-                let (time, pixels) = (
-                    course.least_s / base_s,
-                    course.pixels() as f64 / base_pixels as f64,
-                );
+                let (time, pixels) = (course.least_s / base_s, course.pixels() as f64 / base_pixels as f64);
                 format!("{time:.2} ({pixels:.2} of the pixels)")
             })
             .collect();

@@ -24,11 +24,7 @@ fn main() {
         .into_par_iter()
         .map(|seed| {
             let mut film = RandomFilm::draw(seed, size, &photographs).expect("a film");
-            let camera = if is_told {
-                film.camera
-            } else {
-                Camera::default()
-            };
+            let camera = if is_told { film.camera } else { Camera::default() };
             let fate = receive(&mut film, size, camera);
             tell(&film, &fate);
             fate
@@ -74,18 +70,9 @@ fn tell(film: &RandomFilm, fate: &Fate) {
         Some(_) => {}
     }
     if fate.delivered_at.is_none() {
-        faults.push(format!(
-            "not delivered, {} of {} bits wrong",
-            fate.errors, fate.bits
-        ));
+        faults.push(format!("not delivered, {} of {} bits wrong", fate.errors, fate.bits));
     }
     if !faults.is_empty() {
-        println!(
-            "{}: pitch {:.1} px, {}: {}",
-            faults.join(", "),
-            film.pitch_px,
-            film.what,
-            fate.why
-        );
+        println!("{}: pitch {:.1} px, {}: {}", faults.join(", "), film.pitch_px, film.what, fate.why);
     }
 }

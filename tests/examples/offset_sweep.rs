@@ -60,11 +60,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn drawing() -> Result<String, Box<dyn Error>> {
     svg(SIZE, |surface| {
-        let mut chart = titled(
-            surface,
-            "Error of the variance of 1000 values about an offset",
-        )
-        .build_cartesian_2d(0..40i32, (LEAST..MOST).log_scale())?;
+        let mut chart = titled(surface, "Error of the variance of 1000 values about an offset")
+            .build_cartesian_2d(0..40i32, (LEAST..MOST).log_scale())?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
@@ -73,17 +70,10 @@ fn drawing() -> Result<String, Box<dyn Error>> {
             .y_desc("relative error")
             .y_label_formatter(&|error| format!("{error:.0e}"))
             .draw()?;
-        for Way {
-            name,
-            colour,
-            error,
-        } in &WAYS
-        {
+        for Way { name, colour, error } in &WAYS {
             let at = |k: i32| (k, error(f64::from(k).exp2()).clamp(LEAST, MOST));
             chart
-                .draw_series(
-                    LineSeries::new((0..=40).map(at), colour.stroke_width(2)).point_size(3),
-                )?
+                .draw_series(LineSeries::new((0..=40).map(at), colour.stroke_width(2)).point_size(3))?
                 .label(*name)
                 .legend(key(*colour));
         }

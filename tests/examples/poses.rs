@@ -7,12 +7,7 @@ use vocc_tests::poses::{Range, Trial, Trials};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let number = |i: usize, usual: f64| {
-        arguments
-            .get(i)
-            .and_then(|text| text.parse().ok())
-            .unwrap_or(usual)
-    };
+    let number = |i: usize, usual: f64| arguments.get(i).and_then(|text| text.parse().ok()).unwrap_or(usual);
     let count = number(0, 1000.0) as u64;
     let preset = match arguments.get(4).map(String::as_str) {
         Some("dusk") => "dusk",
@@ -38,9 +33,7 @@ fn main() {
     if let Some(Err(why)) = trials.iter().find(|trial| trial.is_err()) {
         println!("{unknown} of {count} not known, the first: {why}");
     }
-    let mean = |of: &dyn Fn(&Trial) -> f64| {
-        known.iter().map(|trial| of(trial)).sum::<f64>() / known.len() as f64
-    };
+    let mean = |of: &dyn Fn(&Trial) -> f64| known.iter().map(|trial| of(trial)).sum::<f64>() / known.len() as f64;
     let root_mean_square = |of: &dyn Fn(&Trial) -> f64| mean(&|trial| of(trial).powi(2)).sqrt();
     let nees = mean(&Trial::nees);
     let band = 1.96 * (12.0 / known.len() as f64).sqrt();
@@ -48,10 +41,7 @@ fn main() {
         "NEES {nees:.3}, 95 % band 6 ± {band:.3}, deviation of one {:.2}",
         root_mean_square(&|t| t.nees() - nees)
     );
-    for (i, name) in ["x", "y", "z", "about x", "about y", "about z"]
-        .into_iter()
-        .enumerate()
-    {
+    for (i, name) in ["x", "y", "z", "about x", "about y", "about z"].into_iter().enumerate() {
         let sigma = |t: &Trial| t.pose.covariance[i][i].sqrt();
         println!(
             "{name}: bias {:.6}, rms {:.6}, stated {:.6}, rms in sigmas {:.3}, mean in sigmas {:.3}",

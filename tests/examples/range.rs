@@ -7,10 +7,7 @@ use vocc_tests::sightings::{Tally, search_empty, search_scenes};
 
 fn main() {
     let Arguments {
-        seeds,
-        size,
-        photographs,
-        ..
+        seeds, size, photographs, ..
     } = Arguments::read();
     let scenes = seeds.end - seeds.start;
     let Tally {

@@ -101,24 +101,16 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Frames of films that are followed, those of them in which the panel is seen where it is, and one frame of each film that stands alone.
 fn films(arguments: &Arguments) -> [Reliability; 3] {
-    let read: Vec<_> = arguments
-        .seeds
-        .clone()
-        .into_par_iter()
-        .map(|seed| film(seed, arguments))
-        .collect();
+    let read: Vec<_> = arguments.seeds.clone().into_par_iter().map(|seed| film(seed, arguments)).collect();
     let mut sums = <[Reliability; 3]>::default();
     for parts in read {
-        sums.iter_mut()
-            .zip(&parts)
-            .for_each(|(sum, part)| sum.merge(part));
+        sums.iter_mut().zip(&parts).for_each(|(sum, part)| sum.merge(part));
     }
     sums
 }
 
 fn film(seed: u64, arguments: &Arguments) -> [Reliability; 3] {
-    let mut film = RandomFilm::draw(seed, arguments.size, &arguments.photographs)
-        .expect("a film that can be drawn");
+    let mut film = RandomFilm::draw(seed, arguments.size, &arguments.photographs).expect("a film that can be drawn");
     if film.has_broken_leds {
         return Default::default();
     }

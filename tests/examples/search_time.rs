@@ -14,16 +14,11 @@ const SIZE: [usize; 2] = [1920, 1080];
 
 fn main() {
     let folder = std::env::args().nth(1).expect("usage: search_time FOLDER");
-    let photographs = photographs(Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../studies/photographs"
-    )))
-    .expect("readable photographs");
+    let photographs = photographs(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/photographs"))).expect("readable photographs");
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<{ 160 * 160 }>::new());
     for seed in [0, 1, 9, 16, 19, 38] {
-        let sighting =
-            RandomScene::draw(seed, SIZE, 2, &photographs).expect("a scene that can be drawn");
+        let sighting = RandomScene::draw(seed, SIZE, 2, &photographs).expect("a scene that can be drawn");
         let frames: Vec<Frame> = sighting
             .frames
             .iter()
@@ -33,14 +28,7 @@ fn main() {
         let mut found = false;
         for _ in 0..20 {
             let begun = Instant::now();
-            let location = locator.locate_among(
-                &frames[1],
-                &frames[..1],
-                &[],
-                Effort::Share(1),
-                &mut memory,
-                &mut (),
-            );
+            let location = locator.locate_among(&frames[1], &frames[..1], &[], Effort::Share(1), &mut memory, &mut ());
             fastest_ms = fastest_ms.min(begun.elapsed().as_secs_f64() * 1e3);
             found = location.is_ok();
         }

@@ -45,13 +45,7 @@ struct Surroundings {
 ///
 /// # Panics
 /// When it does not end.
-pub fn run(
-    workshop: &Workshop,
-    work: &Work,
-    fault: Option<Fault>,
-    resume: bool,
-    folder: &Path,
-) -> Outcome {
+pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Outcome {
     let surroundings = surroundings(work, fault, resume, folder);
     let mut command = match fault {
         Some(fault) => fault.limiting(workshop.vocc()),
@@ -95,11 +89,7 @@ pub fn run(
 }
 
 /// Waits for the end, and sends a signal before it; none where it does not come.
-fn end(
-    child: &mut Child,
-    begun: Instant,
-    signal: Option<(Signal, Duration)>,
-) -> Option<(ExitStatus, Option<Duration>)> {
+fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) -> Option<(ExitStatus, Option<Duration>)> {
     let mut sent = None;
     loop {
         if let Some(status) = child.try_wait().expect("a child") {
@@ -133,19 +123,13 @@ fn read(errors: Option<ChildStderr>) -> JoinHandle<String> {
 
 fn input(work: &Work, folder: &Path) -> Stdio {
     match work.input {
-        Some(name) => std::fs::File::open(folder.join(name))
-            .expect("an input")
-            .into(),
+        Some(name) => std::fs::File::open(folder.join(name)).expect("an input").into(),
         None => Stdio::null(),
     }
 }
 
 fn device(path: &str) -> Stdio {
-    std::fs::File::options()
-        .write(true)
-        .open(path)
-        .expect("a device")
-        .into()
+    std::fs::File::options().write(true).open(path).expect("a device").into()
 }
 
 fn surroundings(work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Surroundings {

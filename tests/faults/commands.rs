@@ -23,12 +23,7 @@ pub struct Work {
 }
 
 /// Small frames.
-pub const SMALL: [&str; 4] = [
-    "--set",
-    "camera.width_px=320",
-    "--set",
-    "camera.height_px=240",
-];
+pub const SMALL: [&str; 4] = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
 
 /// What is done with what an earlier run has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,10 +80,7 @@ pub const WORKS: &[Work] = &[
             ],
         )
     },
-    work(
-        "render",
-        &["--crop", "--out", "@c.png", "--linear", "@c.npy"],
-    ),
+    work("render", &["--crop", "--out", "@c.png", "--linear", "@c.npy"]),
     work("render", &["--out", "@whole.png"]),
     work("plan", &["<scene.toml"]),
     Work {
@@ -130,73 +122,31 @@ pub const WORKS: &[Work] = &[
     Work {
         turns: 2,
         is_slow: true,
-        ..long(
-            "figures",
-            &["--quick", "--frames", "1000", "--out", "@figures/"],
-        )
+        ..long("figures", &["--quick", "--frames", "1000", "--out", "@figures/"])
     },
     long("sweep", &["<plan.toml", "--out", "@sweep/"]),
-    long(
-        "sweep",
-        &["<plan.toml", "--out", "@shards/", "--shard", "0/2"],
-    ),
+    long("sweep", &["<plan.toml", "--out", "@shards/", "--shard", "0/2"]),
     Work {
         turns: 1,
         repeats: false,
-        ..long(
-            "accuracy",
-            &["--quick", "--part", "effects", "--out", "@accuracy/"],
-        )
+        ..long("accuracy", &["--quick", "--part", "effects", "--out", "@accuracy/"])
     },
     Work {
         again: Again::Clears,
-        ..work(
-            "merge",
-            &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"],
-        )
+        ..work("merge", &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"])
     },
     long(
         "optimize",
-        &[
-            "--frames",
-            "64",
-            "--intervals",
-            "1,2",
-            "--distances",
-            "50",
-            "-o",
-            "@best.toml",
-        ],
+        &["--frames", "64", "--intervals", "1,2", "--distances", "50", "-o", "@best.toml"],
     ),
     work("table show", &["<table.toml"]),
     work("table check", &["<table.toml"]),
     work("table diff", &["<table.toml", "<table.toml"]),
-    work(
-        "table regret",
-        &[
-            "<reach.toml",
-            "--in",
-            "<reach.toml",
-            "--out",
-            "@robust.toml",
-        ],
-    ),
-    work(
-        "table push",
-        &["<table.toml", "--port", "%port", "--timeout", "0.05"],
-    ),
-    work(
-        "table pull",
-        &["@pulled.toml", "--port", "%port", "--timeout", "0.05"],
-    ),
-    work(
-        "table verify",
-        &["<table.toml", "--port", "%port", "--timeout", "0.05"],
-    ),
-    work(
-        "transmit",
-        &["--message", "hi", "--symbols", "@symbols.txt"],
-    ),
+    work("table regret", &["<reach.toml", "--in", "<reach.toml", "--out", "@robust.toml"]),
+    work("table push", &["<table.toml", "--port", "%port", "--timeout", "0.05"]),
+    work("table pull", &["@pulled.toml", "--port", "%port", "--timeout", "0.05"]),
+    work("table verify", &["<table.toml", "--port", "%port", "--timeout", "0.05"]),
+    work("transmit", &["--message", "hi", "--symbols", "@symbols.txt"]),
     work("transmit", &["--message-file", "<message.txt"]),
     work("decode", &["<frame.png"]),
     work(
@@ -215,51 +165,25 @@ pub const WORKS: &[Work] = &[
     ),
     Work {
         input: Some("film.raw"),
-        ..work(
-            "receive",
-            &["-", "--raw", "320x240", "--symbol-rate", "90", "--bits"],
-        )
+        ..work("receive", &["-", "--raw", "320x240", "--symbol-rate", "90", "--bits"])
     },
     work("device list", &[]),
     work("device status", &["--port", "%port", "--timeout", "0.05"]),
-    work(
-        "device watch",
-        &["--count", "1", "--port", "%port", "--timeout", "0.05"],
-    ),
+    work("device watch", &["--count", "1", "--port", "%port", "--timeout", "0.05"]),
     work(
         "device snapshot",
-        &[
-            "--port",
-            "%port",
-            "--timeout",
-            "0.05",
-            "--out",
-            "@snapshot.png",
-        ],
+        &["--port", "%port", "--timeout", "0.05", "--out", "@snapshot.png"],
     ),
-    work(
-        "device calibration",
-        &["--port", "%port", "--timeout", "0.05"],
-    ),
+    work("device calibration", &["--port", "%port", "--timeout", "0.05"]),
     Work {
         again: Again::Clears,
         turns: 2,
         ..work("device calibration", &["--template", "@calibration.toml"])
     },
-    work(
-        "device rate",
-        &["27", "--port", "%port", "--timeout", "0.05"],
-    ),
+    work("device rate", &["27", "--port", "%port", "--timeout", "0.05"]),
     work(
         "device send",
-        &[
-            "--message-file",
-            "<message.txt",
-            "--port",
-            "%port",
-            "--timeout",
-            "0.05",
-        ],
+        &["--message-file", "<message.txt", "--port", "%port", "--timeout", "0.05"],
     ),
     Work {
         again: Again::Clears,

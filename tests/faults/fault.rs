@@ -62,8 +62,7 @@ impl Signal {
 impl Fault {
     /// One of all that can go wrong with work that takes some time and writes at most so many bytes into a file.
     pub fn draw(random: &mut impl Rng, time: Duration, bytes: u64, inputs: usize) -> Self {
-        let signal =
-            [Signal::Interrupt, Signal::Terminate, Signal::Kill][random.random_range(0..3usize)];
+        let signal = [Signal::Interrupt, Signal::Terminate, Signal::Kill][random.random_range(0..3usize)];
         match random.random_range(0..10u32) {
             // The last bytes are where buffers hide errors.
             0 => Self::FileLimit(bytes.saturating_sub(random.random_range(1..64))),
@@ -88,9 +87,7 @@ impl Fault {
         };
         let mut command = Command::new("sh");
         // A write beyond the limit is then an error, as it is on a full disk, and not the end.
-        command
-            .args(["-c", "trap '' XFSZ; exec prlimit \"$@\"", "sh", &limit])
-            .arg(program);
+        command.args(["-c", "trap '' XFSZ; exec prlimit \"$@\"", "sh", &limit]).arg(program);
         command
     }
 
@@ -99,19 +96,8 @@ impl Fault {
         match self {
             Self::FileLimit(_) => &["File too large"],
             Self::FullOutput | Self::FullDevice => &["No space left on device"],
-            Self::AddressSpace(_) => &[
-                "memory",
-                "Resource temporarily unavailable",
-                "too large",
-                "thread",
-                "allocat",
-            ],
-            Self::ReadOnlyPlace => &[
-                "Permission denied",
-                "not permitted",
-                "Read-only file system",
-                "No such file",
-            ],
+            Self::AddressSpace(_) => &["memory", "Resource temporarily unavailable", "too large", "thread", "allocat"],
+            Self::ReadOnlyPlace => &["Permission denied", "not permitted", "Read-only file system", "No such file"],
             _ => &[],
         }
     }

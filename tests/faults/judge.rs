@@ -41,11 +41,7 @@ impl Known {
         let folder = workshop.folder();
         let outcome = attempt::run(workshop, &work, None, false, folder.path());
         let status = outcome.status.code().expect("a status");
-        assert!(
-            status == 0 || work.again != Again::Resumes,
-            "{}",
-            outcome.errors
-        );
+        assert!(status == 0 || work.again != Again::Resumes, "{}", outcome.errors);
         Self {
             work,
             status,
@@ -82,9 +78,7 @@ impl Known {
     pub fn can_suffer(&self, fault: Fault) -> bool {
         let writes_file = |text: &&str| text.starts_with('@') && !text.ends_with('/');
         match fault {
-            Fault::FullDevice => {
-                self.work.again == Again::Replaces && self.work.arguments.iter().any(writes_file)
-            }
+            Fault::FullDevice => self.work.again == Again::Replaces && self.work.arguments.iter().any(writes_file),
             Fault::ReadOnlyPlace => self.work.writes(),
             Fault::FullOutput => self.prints,
             Fault::FileLimit(_) => self.work.writes(),
@@ -97,19 +91,11 @@ impl Known {
     ///
     /// # Errors
     /// What is not as it is promised. Otherwise: how long it took to end after a signal, if it got one.
-    pub fn suffer(
-        &self,
-        workshop: &Workshop,
-        fault: Fault,
-        over_old: bool,
-        patience: Duration,
-    ) -> Result<Option<Duration>, String> {
+    pub fn suffer(&self, workshop: &Workshop, fault: Fault, over_old: bool, patience: Duration) -> Result<Option<Duration>, String> {
         let folder = workshop.folder();
         let over_old = over_old && self.work.again == Again::Replaces;
         if over_old {
-            self.written
-                .keys()
-                .for_each(|name| put(folder.path(), name, OLD));
+            self.written.keys().for_each(|name| put(folder.path(), name, OLD));
         }
         let outcome = attempt::run(workshop, &self.work, Some(fault), false, folder.path());
         self.ended_well(fault, &outcome, patience)?;
@@ -123,10 +109,7 @@ impl Known {
         }
         let again = attempt::run(workshop, &self.work, None, self.resumes(), folder.path());
         if again.status.code() != Some(self.status) {
-            return Err(format!(
-                "afterwards it ends with {}: {}",
-                again.status, again.errors
-            ));
+            return Err(format!("afterwards it ends with {}: {}", again.status, again.errors));
         }
         self.is_whole(&self.left(workshop, fault, folder.path()))
             .map_err(|why| format!("done again, {why}"))?;
@@ -137,25 +120,15 @@ impl Known {
     fn left(&self, workshop: &Workshop, fault: Fault, folder: &Path) -> Files {
         let mut left = workshop.written(folder);
         let is_killed = matches!(fault, Fault::Signal(Signal::Kill, _));
-        let is_aside = |name: &str| {
-            name.rsplit('/')
-                .next()
-                .is_some_and(|name| name.starts_with('.'))
-        };
+        let is_aside = |name: &str| name.rsplit('/').next().is_some_and(|name| name.starts_with('.'));
         left.retain(|name, _| name != PIPE && !(is_killed && is_aside(name)));
         left
     }
 
     /// A status or the signal sent, no panic, a cause, and no lie.
-    fn ended_well(
-        &self,
-        fault: Fault,
-        outcome: &Outcome,
-        patience: Duration,
-    ) -> Result<(), String> {
+    fn ended_well(&self, fault: Fault, outcome: &Outcome, patience: Duration) -> Result<(), String> {
         let said = |why: String| Err(format!("{why}: {}", outcome.errors.trim()));
-        let aborted =
-            outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
+        let aborted = outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
         let may_die_of = match fault {
             Fault::Signal(signal, _) => Some(signal.number()),
             Fault::SilentInput(_) => Some(Signal::Interrupt.number()),
@@ -163,10 +136,7 @@ impl Known {
             Fault::AddressSpace(_) if aborted => Some(ABORTED),
             _ => None,
         };
-        let is_status = outcome
-            .status
-            .code()
-            .is_some_and(|status| (0..=2).contains(&status));
+        let is_status = outcome.status.code().is_some_and(|status| (0..=2).contains(&status));
         if !is_status && (outcome.signal().is_none() || outcome.signal() != may_die_of) {
             return said(format!("it ended with {}", outcome.status));
         }
@@ -177,17 +147,11 @@ impl Known {
             return said(format!("it took {time:.1?} to end"));
         }
         let causes = fault.causes();
-        let is_named =
-            causes.is_empty() || causes.iter().any(|cause| outcome.errors.contains(cause));
+        let is_named = causes.is_empty() || causes.iter().any(|cause| outcome.errors.contains(cause));
         match outcome.status.code() {
             Some(2) if outcome.errors.is_empty() => said("it said nothing".into()),
             Some(2) if self.status != 2 && !is_named => said("it named another cause".into()),
-            Some(0 | 1)
-                if matches!(
-                    fault,
-                    Fault::FullDevice | Fault::ReadOnlyPlace | Fault::FullOutput
-                ) =>
-            {
+            Some(0 | 1) if matches!(fault, Fault::FullDevice | Fault::ReadOnlyPlace | Fault::FullOutput) => {
                 said("it ended as if all were well".into())
             }
             _ => Ok(()),
@@ -195,13 +159,7 @@ impl Known {
     }
 
     /// Old files or new ones, nothing in between and nothing else.
-    fn left_well(
-        &self,
-        fault: Fault,
-        outcome: &Outcome,
-        left: &Files,
-        over_old: bool,
-    ) -> Result<(), String> {
+    fn left_well(&self, fault: Fault, outcome: &Outcome, left: &Files, over_old: bool) -> Result<(), String> {
         for (name, bytes) in left {
             let Some(whole) = self.written.get(name) else {
                 if self.resumes() && NOTES.iter().any(|note| name.ends_with(note)) {
@@ -211,14 +169,9 @@ impl Known {
             };
             let is_old = over_old && bytes == OLD;
             let is_kept = self.resumes() || !self.work.repeats;
-            let is_learnt =
-                matches!(fault, Fault::Signal(..)) && name == LEARNT && keys(bytes) == keys(whole);
+            let is_learnt = matches!(fault, Fault::Signal(..)) && name == LEARNT && keys(bytes) == keys(whole);
             if !is_old && !is_kept && !is_learnt && bytes != whole {
-                return Err(format!(
-                    "{name} is {} bytes of {}",
-                    bytes.len(),
-                    whole.len()
-                ));
+                return Err(format!("{name} is {} bytes of {}", bytes.len(), whole.len()));
             }
         }
         if over_old && left.len() != self.written.len() {

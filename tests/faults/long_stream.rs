@@ -25,16 +25,7 @@ pub fn run(workshop: &Workshop, frames: u64) {
     let folder = workshop.folder();
     let film = std::fs::read(folder.path().join("film.raw")).expect("a film");
     let mut receive = Command::new(workshop.vocc())
-        .args([
-            "receive",
-            "-",
-            "--raw",
-            "320x240",
-            "--symbol-rate",
-            "90",
-            "--bits",
-            "--json",
-        ])
+        .args(["receive", "-", "--raw", "320x240", "--symbol-rate", "90", "--bits", "--json"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -71,10 +62,7 @@ fn write(input: &mut ChildStdin, film: &[u8], frames: std::ops::Range<u64>, told
         // Whoever counts the lines may be late himself.
         let begun = Instant::now();
         while frame.saturating_sub(told.load(Ordering::Relaxed)) > ON_THE_WAY {
-            assert!(
-                begun.elapsed() < PATIENCE,
-                "more than {ON_THE_WAY} frames are not told of"
-            );
+            assert!(begun.elapsed() < PATIENCE, "more than {ON_THE_WAY} frames are not told of");
             std::thread::yield_now();
         }
     }

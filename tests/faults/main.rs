@@ -48,10 +48,7 @@ type Test = fn(&Workshop);
 fn main() -> ExitCode {
     let tests: [(&str, Test); 3] = [
         ("every_command_is_disturbed", every_command_is_disturbed),
-        (
-            "nothing_is_lost_whatever_goes_wrong",
-            nothing_is_lost_whatever_goes_wrong,
-        ),
+        ("nothing_is_lost_whatever_goes_wrong", nothing_is_lost_whatever_goes_wrong),
         (
             "a_long_stream_takes_no_more_memory_and_is_told_of_at_once",
             a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
@@ -73,11 +70,7 @@ fn program() -> Result<PathBuf, Unready> {
 /// The commands that the program's help lists are those that are disturbed.
 fn every_command_is_disturbed(workshop: &Workshop) {
     let help = |of: &[&str]| {
-        let output = Command::new(workshop.vocc())
-            .args(of)
-            .arg("--help")
-            .output()
-            .expect("vocc runs");
+        let output = Command::new(workshop.vocc()).args(of).arg("--help").output().expect("vocc runs");
         String::from_utf8(output.stdout).expect("text")
     };
     let mut all = BTreeSet::from([String::new()]);
@@ -102,10 +95,7 @@ fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
     };
     let known: Vec<Known> = WORKS.iter().map(known).collect();
     let (next, counts) = (AtomicU64::new(0), Mutex::new(BTreeMap::<&str, u64>::new()));
-    let (faults, longest) = (
-        Mutex::new(Vec::new()),
-        Mutex::new((Duration::ZERO, String::new())),
-    );
+    let (faults, longest) = (Mutex::new(Vec::new()), Mutex::new((Duration::ZERO, String::new())));
     std::thread::scope(|scope| {
         for _ in 0..AT_ONCE {
             scope.spawn(|| {
@@ -117,20 +107,10 @@ fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
                     // Each is the same alone.
                     let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ trial);
                     let (known, fault, over_old) = draw(&known, random);
-                    let what = format!(
-                        "fault {trial} of seed {seed}: {:?}: {fault}",
-                        known.work.command
-                    );
-                    *counts
-                        .lock()
-                        .expect("nobody panics")
-                        .entry(kind(fault))
-                        .or_default() += 1;
+                    let what = format!("fault {trial} of seed {seed}: {:?}: {fault}", known.work.command);
+                    *counts.lock().expect("nobody panics").entry(kind(fault)).or_default() += 1;
                     match known.suffer(workshop, fault, over_old, PATIENCE) {
-                        Err(why) => faults
-                            .lock()
-                            .expect("nobody panics")
-                            .push(format!("{what}: {why}")),
+                        Err(why) => faults.lock().expect("nobody panics").push(format!("{what}: {why}")),
                         Ok(time) => {
                             let mut longest = longest.lock().expect("nobody panics");
                             if let Some(time) = time.filter(|time| *time > longest.0) {
@@ -143,18 +123,10 @@ fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
         }
     });
     let (time, of) = longest.into_inner().expect("nobody panics");
-    eprintln!(
-        "{count} faults of seed {seed}: {:?}",
-        counts.into_inner().expect("nobody panics")
-    );
+    eprintln!("{count} faults of seed {seed}: {:?}", counts.into_inner().expect("nobody panics"));
     eprintln!("the longest way to an end after a signal: {time:.2?}, {of}");
     let faults = faults.into_inner().expect("nobody panics");
-    assert!(
-        faults.is_empty(),
-        "{} of {count}:\n{}",
-        faults.len(),
-        faults.join("\n")
-    );
+    assert!(faults.is_empty(), "{} of {count}:\n{}", faults.len(), faults.join("\n"));
 }
 
 fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop) {
@@ -163,17 +135,12 @@ fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop
 
 /// The number that an environment variable tells.
 fn number(name: &str, usual: u64) -> u64 {
-    std::env::var(name).map_or(usual, |told| {
-        told.parse()
-            .unwrap_or_else(|_| panic!("{name}={told} is no number"))
-    })
+    std::env::var(name).map_or(usual, |told| told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
 }
 
 /// A command, in turns, and what happens to it.
 fn draw<'a>(known: &'a [Known], random: &mut impl Rng) -> (&'a Known, Fault, bool) {
-    let turns = known
-        .iter()
-        .flat_map(|known| (0..known.work.turns).map(move |_| known));
+    let turns = known.iter().flat_map(|known| (0..known.work.turns).map(move |_| known));
     let turns: Vec<&Known> = turns.collect();
     let known = turns[random.random_range(0..turns.len())];
     loop {

@@ -35,14 +35,9 @@ impl Workshop {
         write("plan.toml", PLAN.as_bytes());
         write("message.txt", b"bend ahead");
         write("orders.txt", b"light 500\nrestart\n");
-        write(
-            "reach.toml",
-            include_bytes!("../../docs/optimum/kmeans.toml"),
-        );
+        write("reach.toml", include_bytes!("../../docs/optimum/kmeans.toml"));
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
-            workshop.make(&[
-                "evaluate", "--frames", "1024", "--shard", shard, "--out", file,
-            ]);
+            workshop.make(&["evaluate", "--frames", "1024", "--shard", shard, "--out", file]);
         }
         workshop.make(&[
             "optimize",
@@ -70,11 +65,7 @@ impl Workshop {
         ];
         workshop.make(&[&film[..], &SMALL[..]].concat());
         let frames = workshop.inputs.path().join("frames");
-        std::fs::copy(
-            frames.join("frame-000000.png"),
-            workshop.inputs.path().join("frame.png"),
-        )
-        .expect("a frame");
+        std::fs::copy(frames.join("frame-000000.png"), workshop.inputs.path().join("frame.png")).expect("a frame");
         workshop.make_duties();
         let mut names: Vec<PathBuf> = std::fs::read_dir(&frames)
             .expect("frames")
@@ -102,14 +93,7 @@ impl Workshop {
                 "panel.pwm_hz=0",
                 &l2a,
             ];
-            let render = [
-                "render",
-                "day",
-                "--bits",
-                "0123456789abcdef",
-                "--out",
-                &file,
-            ];
+            let render = ["render", "day", "--bits", "0123456789abcdef", "--out", &file];
             let sets = sets.iter().flat_map(|&set| ["--set", set]);
             self.make(&render.into_iter().chain(sets).collect::<Vec<_>>());
         }
@@ -129,11 +113,7 @@ impl Workshop {
             .output()
             .expect("vocc runs");
         let is_done = output.status.code().is_some_and(|status| status < 2);
-        assert!(
-            is_done,
-            "{arguments:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        assert!(is_done, "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
         output.stdout
     }
 
@@ -179,11 +159,7 @@ fn files(folder: &Path) -> Files {
             if path.is_dir() {
                 folders.push(path);
             } else if path.is_file() {
-                let name = path
-                    .strip_prefix(folder)
-                    .expect("inside")
-                    .display()
-                    .to_string();
+                let name = path.strip_prefix(folder).expect("inside").display().to_string();
                 found.insert(name, std::fs::read(&path).expect("a file"));
             }
         }
@@ -194,10 +170,7 @@ fn files(folder: &Path) -> Files {
 impl Work {
     /// How many inputs it names.
     pub fn inputs(&self) -> usize {
-        self.arguments
-            .iter()
-            .filter(|text| text.starts_with('<'))
-            .count()
+        self.arguments.iter().filter(|text| text.starts_with('<')).count()
     }
 
     /// Whether it writes files of a name of their own.

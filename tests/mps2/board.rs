@@ -26,20 +26,8 @@ impl Board {
     /// Starts the board with a program.
     pub fn start(image: &Path) -> Self {
         let mut process = Command::new("qemu-system-arm")
-            .args([
-                "-machine",
-                "mps2-an500",
-                "-display",
-                "none",
-                "-monitor",
-                "none",
-            ])
-            .args([
-                "-chardev",
-                "stdio,id=uart,signal=off",
-                "-serial",
-                "chardev:uart",
-            ])
+            .args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"])
+            .args(["-chardev", "stdio,id=uart,signal=off", "-serial", "chardev:uart"])
             .arg("-icount")
             .arg(format!("shift={SHIFT},sleep=off"))
             .arg("-kernel")

@@ -36,13 +36,10 @@ impl Told {
 
 /// Has the board read a region.
 pub fn read(board: &mut Board, cut: &Cut, corners: Option<Corners>) -> Told {
-    board.ask(
-        &Request::Region(cut.region(corners)),
-        |answer| match answer {
-            Answer::Report(report) => Told::of(report),
-            other => panic!("{other:?}"),
-        },
-    )
+    board.ask(&Request::Region(cut.region(corners)), |answer| match answer {
+        Answer::Report(report) => Told::of(report),
+        other => panic!("{other:?}"),
+    })
 }
 
 /// Where the panel will be, by where it was seen.
@@ -137,11 +134,7 @@ fn show(image: &Path, film: &Film, side: u16, method: MethodChoice) -> Costs {
     assert_eq!(wrong, 0, "bits that are not those sent");
     assert_eq!(messages, host_messages);
     assert!(costs.soft_apart <= 1, "{} steps", costs.soft_apart);
-    assert!(
-        costs.corners_apart_px < 0.01,
-        "{} px",
-        costs.corners_apart_px
-    );
+    assert!(costs.corners_apart_px < 0.01, "{} px", costs.corners_apart_px);
     costs.tell(&format!("{method:?}, {side} × {side} px"));
     assert!(messages.iter().all(|message| message == MESSAGE));
     assert!(!messages.is_empty() || film.delivered.is_empty());
@@ -152,27 +145,21 @@ fn show(image: &Path, film: &Film, side: u16, method: MethodChoice) -> Costs {
 pub fn k_means_reads_as_on_this_computer(image: &Path) {
     let film = Film::draw(35.0, 30);
     assert!(!film.delivered.is_empty());
-    show(image, &film, 64, MethodChoice::KMeans)
-        .assert_within([1_500_000, 1_800_000], KMEANS_STACK_MAX);
+    show(image, &film, 64, MethodChoice::KMeans).assert_within([1_500_000, 1_800_000], KMEANS_STACK_MAX);
 }
 
 /// With the better detector, to a delivered message: seven times the instructions of k-means for half of the frames, seventy for a few.
 pub fn maximum_likelihood_reads_as_on_this_computer(image: &Path) {
     let film = Film::draw(35.0, 20);
     assert!(!film.delivered.is_empty());
-    show(image, &film, 64, MethodChoice::MaximumLikelihood)
-        .assert_within([9_000_000, 135_000_000], STACK_MAX);
+    show(image, &film, 64, MethodChoice::MaximumLikelihood).assert_within([9_000_000, 135_000_000], STACK_MAX);
 }
 
 /// Regions of 128 × 128 pixels, nearly filled by the panel.
 pub fn the_largest_region_is_read(image: &Path) {
     for (method, frames, instructions) in [
         (MethodChoice::KMeans, 8, [4_200_000, 6_200_000]),
-        (
-            MethodChoice::MaximumLikelihood,
-            4,
-            [115_000_000, 115_000_000],
-        ),
+        (MethodChoice::MaximumLikelihood, 4, [115_000_000, 115_000_000]),
     ] {
         show(image, &Film::draw(17.0, frames), 128, method).assert_within(instructions, STACK_MAX);
     }

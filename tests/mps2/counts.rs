@@ -29,10 +29,7 @@ const DRIFT: f64 = 0.1;
 /// Every detector takes as many instructions as the page was made with.
 pub fn the_detectors_take_what_is_on_file(image: &Path) {
     let films = PLACES.map(|place| {
-        let size = [
-            format!("camera.width_px={WIDTH}"),
-            format!("camera.height_px={HEIGHT}"),
-        ];
+        let size = [format!("camera.width_px={WIDTH}"), format!("camera.height_px={HEIGHT}")];
         let scene = scene_at(place, &size).expect("a valid scene");
         let film = Film::of(&scene, FRAMES);
         (scene, film)
@@ -42,14 +39,11 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
         .filter(|(_, choice)| !matches!(choice, DetectorChoice::Best | DetectorChoice::Genie));
     let counted: Vec<(&str, Vec<f64>)> = names
         .map(|(name, choice)| {
-            let each = films
-                .iter()
-                .map(|(scene, film)| count(image, scene, film, choice) as f64);
+            let each = films.iter().map(|(scene, film)| count(image, scene, film, choice) as f64);
             (name, each.collect())
         })
         .collect();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../studies/src/work_precision/data/cortex-m7.csv");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/src/work_precision/data/cortex-m7.csv");
     if std::env::var_os(WRITE).is_some() {
         return write(&file, &counted);
     }
@@ -57,10 +51,7 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
     let on_file: Vec<_> = rows(&on_file).collect();
     for (name, counts) in &counted {
         say(&format!("{name}: {counts:?} instructions"));
-        let (_, filed) = on_file
-            .iter()
-            .find(|(known, _)| known == name)
-            .expect("the detector is on file");
+        let (_, filed) = on_file.iter().find(|(known, _)| known == name).expect("the detector is on file");
         for (count, filed) in counts.iter().zip(filed) {
             assert!(
                 (count / filed - 1.0).abs() < DRIFT,
@@ -84,17 +75,11 @@ fn count(image: &Path, scene: &Scene, film: &Film, choice: DetectorChoice) -> u6
         let told = read(&mut board, &cut, (number == 0).then_some(film.corners));
         if told.reading.is_ok() {
             let stages = STAGES.iter().zip(&told.stage_ticks);
-            let reading = stages.filter(|(stage, _)| {
-                matches!(stage, Stage::Cells | Stage::Features | Stage::Detect)
-            });
+            let reading = stages.filter(|(stage, _)| matches!(stage, Stage::Cells | Stage::Features | Stage::Detect));
             counts.push(reading.map(|(_, &ticks)| instructions(ticks)).sum());
         }
     }
-    assert!(
-        counts.len() as u64 > FRAMES / 2,
-        "{} frames read",
-        counts.len()
-    );
+    assert!(counts.len() as u64 > FRAMES / 2, "{} frames read", counts.len());
     median(&counts)
 }
 
@@ -126,10 +111,7 @@ fn write(file: &PathBuf, counted: &[(&str, Vec<f64>)]) {
          places of the part's diagrams.\n"
     );
     for (name, counts) in counted {
-        let counts = counts
-            .iter()
-            .map(|count| count.to_string())
-            .collect::<Vec<_>>();
+        let counts = counts.iter().map(|count| count.to_string()).collect::<Vec<_>>();
         let _ = writeln!(table, "{name},{}", counts.join(","));
     }
     std::fs::write(file, table).expect("the file is written");

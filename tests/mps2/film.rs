@@ -99,21 +99,14 @@ impl Cut {
     /// The square of `side` px around a place in frame `number`, as far within the frame as it goes.
     pub fn around([x, y]: [f32; 2], side: u16, number: u64, pixels: &[u8]) -> Self {
         let span = usize::from(side);
-        let first = |centre: f32, length: usize| {
-            (centre.round() as usize)
-                .saturating_sub(span / 2)
-                .min(length - span)
-        };
+        let first = |centre: f32, length: usize| (centre.round() as usize).saturating_sub(span / 2).min(length - span);
         let (left, top) = (first(x, WIDTH), first(y, HEIGHT));
         let rows = pixels.chunks(WIDTH).skip(top).take(span);
         Self {
             frame: number,
             origin: [left as u16, top as u16],
             side,
-            pixels: rows
-                .flat_map(|row| &row[left..left + span])
-                .copied()
-                .collect(),
+            pixels: rows.flat_map(|row| &row[left..left + span]).copied().collect(),
         }
     }
 

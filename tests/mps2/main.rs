@@ -20,26 +20,14 @@ use vocc_tests::{firmware, programs};
 type Test = fn(&Path);
 
 const TESTS: &[(&str, Test)] = &[
-    (
-        "k_means_reads_as_on_this_computer",
-        compare::k_means_reads_as_on_this_computer,
-    ),
+    ("k_means_reads_as_on_this_computer", compare::k_means_reads_as_on_this_computer),
     (
         "maximum_likelihood_reads_as_on_this_computer",
         compare::maximum_likelihood_reads_as_on_this_computer,
     ),
-    (
-        "the_largest_region_is_read",
-        compare::the_largest_region_is_read,
-    ),
-    (
-        "a_lost_panel_is_reported",
-        compare::a_lost_panel_is_reported,
-    ),
-    (
-        "the_detectors_take_what_is_on_file",
-        counts::the_detectors_take_what_is_on_file,
-    ),
+    ("the_largest_region_is_read", compare::the_largest_region_is_read),
+    ("a_lost_panel_is_reported", compare::a_lost_panel_is_reported),
+    ("the_detectors_take_what_is_on_file", counts::the_detectors_take_what_is_on_file),
     ("it_is_small", measure::it_is_small),
 ];
 
@@ -53,10 +41,6 @@ fn main() -> ExitCode {
 /// The emulator, and the board's program, built as a user would.
 fn provide() -> Result<PathBuf, Unready> {
     programs::provide("qemu-system-arm")?;
-    let built = firmware::build(
-        "thumbv7em-none-eabihf",
-        "rx-pipeline/boards/mps2-an500",
-        &[],
-    )?;
+    let built = firmware::build("thumbv7em-none-eabihf", "rx-pipeline/boards/mps2-an500", &[])?;
     Ok(built.join("vocc-mps2"))
 }

@@ -74,13 +74,7 @@ pub fn it_is_small(image: &Path) {
     let Size { flash, ram } = size(&elf);
     // `tests/cargo-embedded` puts what Debian's compiler makes into a folder of that name.
     let core_is_anew = image.iter().any(|folder| folder == "debian");
-    let flash_max = if core_is_anew {
-        FLASH_MAX_CORE_ANEW
-    } else {
-        FLASH_MAX
-    };
-    say(&format!(
-        "flash {flash} bytes of {flash_max}, static RAM {ram} bytes of {RAM_MAX}"
-    ));
+    let flash_max = if core_is_anew { FLASH_MAX_CORE_ANEW } else { FLASH_MAX };
+    say(&format!("flash {flash} bytes of {flash_max}, static RAM {ram} bytes of {RAM_MAX}"));
     assert!(flash <= flash_max && ram <= RAM_MAX);
 }

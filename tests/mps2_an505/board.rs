@@ -29,18 +29,12 @@ pub struct Run {
 pub fn read(image: &Path, film: &Film) -> Run {
     let mut memory = tempfile::NamedTempFile::new().expect("a file");
     film.write(&mut memory).expect("the film is written");
-    let loader = format!(
-        "loader,file={},addr={FILM_AT},force-raw=on",
-        memory.path().display()
-    );
+    let loader = format!("loader,file={},addr={FILM_AT},force-raw=on", memory.path().display());
     let output = Command::new("qemu-system-arm")
         .args(["-machine", "mps2-an505", "-display", "none"])
         .args(["-monitor", "none", "-serial", "none"])
         .args(["-chardev", "stdio,id=text,signal=off"])
-        .args([
-            "-semihosting-config",
-            "enable=on,target=native,chardev=text",
-        ])
+        .args(["-semihosting-config", "enable=on,target=native,chardev=text"])
         .args(["-device", &loader])
         .arg("-icount")
         .arg(format!("shift={SHIFT},sleep=off"))

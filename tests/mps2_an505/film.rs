@@ -115,12 +115,7 @@ fn period_ns() -> f64 {
     f64::from(MODE.frame_lines) * LINE_NS
 }
 
-fn request(
-    number: usize,
-    exposure: Exposure,
-    symbols: &[(f64, String)],
-    pulse: Cycles,
-) -> FrameRequest {
+fn request(number: usize, exposure: Exposure, symbols: &[(f64, String)], pulse: Cycles) -> FrameRequest {
     FrameRequest {
         number: number as u64,
         ns: 1e9 * START_S + number as f64 * period_ns(),
@@ -139,10 +134,7 @@ fn request(
 
 /// The pulses by which the board's typical panel has the luminance that the table which ships asks for in this light.
 fn pulse(interval: f64) -> Cycles {
-    let (light, interval) = (
-        Illuminance::saturating_from_num(LUX),
-        Interval::saturating_from_num(interval),
-    );
+    let (light, interval) = (Illuminance::saturating_from_num(LUX), Interval::saturating_from_num(interval));
     let l2a = L2aTable::default().l2a(light, interval);
     let duty = l2a.to_num::<f64>() * LUX * REFLECTANCE / FULL_CD_M2;
     Cycles {

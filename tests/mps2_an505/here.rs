@@ -3,12 +3,8 @@
 use link::camera::{Camera as Lens, Encoding};
 use rx_pipeline::detect::Detector;
 use rx_pipeline::hm01b0::{BLACK_GREY, CameraError, Exposure, Mode};
-use rx_pipeline::receiver::{
-    BlinkSearch, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings,
-};
-use rx_pipeline::standalone::{
-    Application, Camera, Clock, Counters, Machine, PanelReceiver, Port, Settings,
-};
+use rx_pipeline::receiver::{BlinkSearch, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings};
+use rx_pipeline::standalone::{Application, Camera, Clock, Counters, Machine, PanelReceiver, Port, Settings};
 
 /// As in the Pico 2's program: how it reads, and what it expects to read. Where these are others the two ends differ, and the test fails.
 pub const MODE: Mode = Mode::QVGA;
@@ -98,9 +94,7 @@ impl Here {
     pub fn frame(&mut self, pixels: &[u8]) -> Said {
         self.frames += 1;
         self.bench.now_us = self.frames * u64::from(MODE.period_us());
-        let Self {
-            application, bench, ..
-        } = self;
+        let Self { application, bench, .. } = self;
         application.frame(pixels, bench.now_us, bench);
         Said::of(application.counters(), application.exposure())
     }

@@ -89,9 +89,7 @@ fn reads_as_here(images: &Images, what: &str, panel: Panel) -> f64 {
     assert!(film.text.contains(&text), "here: {:?}", film.text);
     let run = board::read(&images.board, &film);
     let said = run.frames.iter().map(|(said, _)| *said);
-    let differs = said
-        .zip(&film.said)
-        .position(|(there, here)| there != *here);
+    let differs = said.zip(&film.said).position(|(there, here)| there != *here);
     if let Some(number) = differs {
         let (there, here) = (&run.frames[number], &film.said[number]);
         panic!("frame {number}: {there:?} there, {here:?} here");
@@ -107,11 +105,7 @@ fn reads_as_here(images: &Images, what: &str, panel: Panel) -> f64 {
 /// Tells, and gives the latter, after how much of the panel's light it was found, and the text was there, where no frame passes by.
 fn tell_times(what: &str, film: &Film) -> f64 {
     let after_s = |is_there: fn(&Said) -> bool| {
-        let frame = film
-            .said
-            .iter()
-            .position(is_there)
-            .expect("it is found and read");
+        let frame = film.said.iter().position(is_there).expect("it is found and read");
         (frame + 1) as f64 * f64::from(MODE.period_us()) / 1e6 - DARK_S
     };
     let text_after_s = after_s(|said| said.messages > 0);
@@ -169,26 +163,10 @@ impl Costs {
             "Cortex-M33, {what}: {late} frames followed took longer than a frame's time"
         ));
         assert!(median(&self.searched) <= period, "{:?}", self.searched);
-        assert!(
-            most(&self.searched) <= SEARCHED_AT_MOST * period,
-            "{:?}",
-            self.searched
-        );
-        assert!(
-            most(&self.found) <= FOUND_AT_MOST * period,
-            "{:?}",
-            self.found
-        );
-        assert!(
-            median(&self.followed) <= period / FOLLOWED_SHARE,
-            "{:?}",
-            self.followed
-        );
-        assert!(
-            most(&self.followed) <= FOLLOWED_AT_MOST * period,
-            "{:?}",
-            self.followed
-        );
+        assert!(most(&self.searched) <= SEARCHED_AT_MOST * period, "{:?}", self.searched);
+        assert!(most(&self.found) <= FOUND_AT_MOST * period, "{:?}", self.found);
+        assert!(median(&self.followed) <= period / FOLLOWED_SHARE, "{:?}", self.followed);
+        assert!(most(&self.followed) <= FOLLOWED_AT_MOST * period, "{:?}", self.followed);
         assert!(late <= self.followed.len() / SELDOM, "{:?}", self.followed);
     }
 }

@@ -1,15 +1,11 @@
 //! The transmitter's control path in fixed point: light → ratio → luminance → duty → pulses, over everything that its types can hold.
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-use link::l2a_table::{
-    AXIS_STEP_MIN_LOG2, Illuminance, Interval, L2A_ERROR_MAX, L2a, L2aTable, log2,
-};
+use link::l2a_table::{AXIS_STEP_MIN_LOG2, Illuminance, Interval, L2A_ERROR_MAX, L2a, L2aTable, log2};
 use link::serial::Measured;
 use micromath::F32Ext;
 use tx_firmware::ambient::{Ambient, BRIGHTEST_LX, DARKEST_LX, Smoothing};
-use tx_firmware::calibration::{
-    BENCH, Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN,
-};
+use tx_firmware::calibration::{BENCH, Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN};
 use tx_firmware::dimming::{DUTY_ERROR, Dimming, Duty, L2A_MAX, LUMINANCE_ERROR_CD_M2, duty_cycle};
 use tx_firmware::drive::{Drive, Pulses};
 
@@ -25,11 +21,7 @@ fn corner_calibrations() -> impl Iterator<Item = Calibration> {
         let pwm_period_ns = pick(0, [*PWM_PERIOD_NS.start(), *PWM_PERIOD_NS.end()]);
         let end = |bit: usize, low: u64, high: u64| if ends(k, bit) { high } else { low };
         let share = |bit, range: &std::ops::RangeInclusive<U1F31>| {
-            let bits = end(
-                bit,
-                range.start().to_bits().into(),
-                range.end().to_bits().into(),
-            );
+            let bits = end(bit, range.start().to_bits().into(), range.end().to_bits().into());
             U1F31::from_bits(bits as u32)
         };
         let luminance = [LUMINANCE_CD_M2.start(), LUMINANCE_CD_M2.end()].map(|l| l.to_bits());
@@ -80,18 +72,8 @@ fn nothing_overflows_at_any_corner_of_the_declared_ranges() {
             }
         }
     }
-    for gain in [
-        *SENSOR_GAIN.start(),
-        *SENSOR_GAIN.end(),
-        U12F20::MAX,
-        U12F20::ZERO,
-    ] {
-        for times in [
-            [0; 4],
-            [1, 0, 0, 0],
-            [1, u16::MAX, u16::MAX, u16::MAX],
-            [u16::MAX; 4],
-        ] {
+    for gain in [*SENSOR_GAIN.start(), *SENSOR_GAIN.end(), U12F20::MAX, U12F20::ZERO] {
+        for times in [[0; 4], [1, 0, 0, 0], [1, u16::MAX, u16::MAX, u16::MAX], [u16::MAX; 4]] {
             let [sample_period_ms, darker_ms, brighter_ms, still_ms] = times;
             let smoothing = Smoothing {
                 sample_period_ms,
@@ -100,13 +82,7 @@ fn nothing_overflows_at_any_corner_of_the_declared_ranges() {
                 still_ms,
             };
             let mut ambient = Ambient::new(gain, smoothing);
-            for reading in [
-                I32F32::MIN,
-                I32F32::MAX,
-                I32F32::ZERO,
-                I32F32::DELTA,
-                I32F32::MAX,
-            ] {
+            for reading in [I32F32::MIN, I32F32::MAX, I32F32::ZERO, I32F32::DELTA, I32F32::MAX] {
                 let light = ambient.sense(reading);
                 assert!((DARKEST_LX..=BRIGHTEST_LX).contains(&light), "{light}");
             }
@@ -127,10 +103,7 @@ fn the_logarithm_is_right_at_every_power_of_two_and_never_falls() {
     let mut last = log2(Illuminance::from_bits(1));
     let near = (0..32).flat_map(|bit| (-300i64..=300).map(move |step| (1i64 << bit) + step));
     let dense = (0..200_000).map(|k| (f64::from(k) * 32.0 / 200_000.0).exp2() as i64);
-    let mut places: Vec<u32> = near
-        .chain(dense)
-        .filter_map(|n| u32::try_from(n).ok())
-        .collect();
+    let mut places: Vec<u32> = near.chain(dense).filter_map(|n| u32::try_from(n).ok()).collect();
     places.retain(|&bits| bits > 0);
     places.push(u32::MAX);
     places.sort_unstable();
@@ -139,34 +112,19 @@ fn the_logarithm_is_right_at_every_power_of_two_and_never_falls() {
         let ours = log2(light);
         let exact = light.to_num::<f64>().log2();
         let error = (ours.to_num::<f64>() - exact).abs();
-        assert!(
-            error <= link::l2a_table::LOG2_ERROR_MAX,
-            "{light}: {error:e}"
-        );
+        assert!(error <= link::l2a_table::LOG2_ERROR_MAX, "{light}: {error:e}");
         assert!(ours >= last, "{light}");
         last = ours;
-        naive_worst =
-            naive_worst.max((f64::from(F32Ext::log2(light.to_num::<f32>())) - exact).abs());
+        naive_worst = naive_worst.max((f64::from(F32Ext::log2(light.to_num::<f32>())) - exact).abs());
     }
-    assert!(
-        naive_worst > 1000.0 * link::l2a_table::LOG2_ERROR_MAX,
-        "{naive_worst}"
-    );
+    assert!(naive_worst > 1000.0 * link::l2a_table::LOG2_ERROR_MAX, "{naive_worst}");
 }
 
 /// Tables at the ends of what one may hold: axes as close as allowed, values from end to end, and the one that ships.
 fn tables() -> [L2aTable; 3] {
     let close = 1.05 * f64::from(AXIS_STEP_MIN_LOG2);
-    let axis = |from: f64, count: usize| -> Vec<f32> {
-        (0..count)
-            .map(|k| (from * (close * k as f64).exp2()) as f32)
-            .collect()
-    };
-    let values = |count: usize| -> Vec<f32> {
-        (0..count)
-            .map(|k| if k % 3 == 0 { 4.0 } else { 0.2 })
-            .collect()
-    };
+    let axis = |from: f64, count: usize| -> Vec<f32> { (0..count).map(|k| (from * (close * k as f64).exp2()) as f32).collect() };
+    let values = |count: usize| -> Vec<f32> { (0..count).map(|k| if k % 3 == 0 { 4.0 } else { 0.2 }).collect() };
     let far = [0.01f32, 1.0, 50.0, 1e6];
     [
         L2aTable::shipped(),
@@ -178,28 +136,15 @@ fn tables() -> [L2aTable; 3] {
 /// Where a value lies among the logarithms of an axis: the entry below, and the share of the way to the next.
 fn place(axis: &[f64], value: f64) -> (usize, f64) {
     let value = value.clamp(axis[0], axis[axis.len() - 1]);
-    let below = axis
-        .partition_point(|&node| node <= value)
-        .saturating_sub(1)
-        .min(axis.len() - 2);
-    (
-        below,
-        (value / axis[below]).log2() / (axis[below + 1] / axis[below]).log2(),
-    )
+    let below = axis.partition_point(|&node| node <= value).saturating_sub(1).min(axis.len() - 2);
+    (below, (value / axis[below]).log2() / (axis[below + 1] / axis[below]).log2())
 }
 
 /// Bilinear in the logarithms, in doubles.
 pub fn exact_ratio(table: &L2aTable, light: Illuminance, interval: Interval) -> f64 {
-    let rows: Vec<f64> = table
-        .illuminances_lx()
-        .iter()
-        .map(|lx| lx.to_num())
-        .collect();
+    let rows: Vec<f64> = table.illuminances_lx().iter().map(|lx| lx.to_num()).collect();
     let columns: Vec<f64> = table.intervals().iter().map(|i| i.to_num()).collect();
-    let ((row, down), (column, across)) = (
-        place(&rows, light.to_num()),
-        place(&columns, interval.to_num()),
-    );
+    let ((row, down), (column, across)) = (place(&rows, light.to_num()), place(&columns, interval.to_num()));
     let value = |r: usize, c: usize| table.values()[r * columns.len() + c].to_num::<f64>();
     let along = |r: usize| value(r, column) + across * (value(r, column + 1) - value(r, column));
     along(row) + down * (along(row + 1) - along(row))
@@ -213,11 +158,7 @@ fn the_ratio_is_exact_at_every_node_of_a_table_and_within_its_bound_between() {
         for (row, &light) in lights.iter().enumerate() {
             for (column, &interval) in intervals.iter().enumerate() {
                 let value = table.values()[row * intervals.len() + column];
-                assert_eq!(
-                    table.l2a(light, interval),
-                    value,
-                    "at {light} lx, {interval}"
-                );
+                assert_eq!(table.l2a(light, interval), value, "at {light} lx, {interval}");
             }
         }
         let between = |from: f64, to: f64, k: u32| from * (to / from).powf(f64::from(k) / 40.0);
@@ -230,10 +171,7 @@ fn the_ratio_is_exact_at_every_node_of_a_table_and_within_its_bound_between() {
                         let (light, interval) = (Illuminance::from_num(lx), Interval::from_num(i));
                         let ratio = table.l2a(light, interval).to_num::<f64>();
                         let error = (ratio - exact_ratio(&table, light, interval)).abs();
-                        assert!(
-                            error <= L2A_ERROR_MAX,
-                            "at {light} lx, {interval}: {error:e}"
-                        );
+                        assert!(error <= L2A_ERROR_MAX, "at {light} lx, {interval}: {error:e}");
                         naive_worst = naive_worst.max(by_micromath(&table, light, rows));
                     }
                 }
@@ -257,8 +195,7 @@ fn by_micromath(table: &L2aTable, light: Illuminance, rows: &[Illuminance]) -> f
 fn lights(nodes: &[Illuminance]) -> Vec<Illuminance> {
     let (dark, bright) = (DARKEST_LX.to_bits(), BRIGHTEST_LX.to_bits());
     let octaves = (f64::from(bright) / f64::from(dark)).log2();
-    let dense = (0..60_000u32)
-        .map(|k| (f64::from(dark) * (octaves * f64::from(k) / 60_000.0).exp2()) as u32);
+    let dense = (0..60_000u32).map(|k| (f64::from(dark) * (octaves * f64::from(k) / 60_000.0).exp2()) as u32);
     let beside = nodes.iter().flat_map(|node| {
         let at = node.to_bits();
         at.saturating_sub(500)..at.saturating_add(500)
@@ -279,9 +216,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
     let reflectance = BENCH.reflectance.to_num::<f64>();
     let drive = Drive::new(&BENCH, 125_000_000);
     let mut naive_falls = 0;
-    for interval in
-        ["0.5", "0.77", "1", "1.5", "2", "3"].map(|text| text.parse().expect("an interval"))
-    {
+    for interval in ["0.5", "0.77", "1", "1.5", "2", "3"].map(|text| text.parse().expect("an interval")) {
         let mut last = (0.0, 0.0, Pulses::default());
         let mut naive_last = 0.0;
         for light in lights(table.illuminances_lx()) {
@@ -289,33 +224,18 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
             let luminance = dimming.luminance_cd_m2.to_num::<f64>();
             // One step of the ratio, 2⁻¹³.
             let step = light.to_num::<f64>() * reflectance / 8192.0;
-            assert!(
-                luminance >= last.0 - step,
-                "{light} lx: {luminance} after {}",
-                last.0
-            );
+            assert!(luminance >= last.0 - step, "{light} lx: {luminance} after {}", last.0);
             let pulses = drive.pulses(dimming.duty, last.2);
             let given = pulses.duty(BENCH.low_current_share).to_num::<f64>();
             let rounding = 1e-6 * f64::from(pulses.step_ppm() + last.2.step_ppm());
             let step = step / 26_000.0 + given * rounding;
-            assert!(
-                given >= last.1 - step,
-                "{light} lx: {given} after {}",
-                last.1
-            );
+            assert!(given >= last.1 - step, "{light} lx: {given} after {}", last.1);
             last = (luminance, given, pulses);
             // The nearest entry instead of interpolation.
-            let nearest = table
-                .illuminances_lx()
-                .iter()
-                .min_by_key(|node| node.abs_diff(light));
+            let nearest = table.illuminances_lx().iter().min_by_key(|node| node.abs_diff(light));
             let ratio = table.l2a(*nearest.expect("a node"), interval);
-            let naive = Dimming::new(ratio, light, &calibration)
-                .luminance_cd_m2
-                .to_num::<f64>();
-            naive_falls += usize::from(
-                naive < naive_last - 2.0 * light.to_num::<f64>() * reflectance / 8192.0,
-            );
+            let naive = Dimming::new(ratio, light, &calibration).luminance_cd_m2.to_num::<f64>();
+            naive_falls += usize::from(naive < naive_last - 2.0 * light.to_num::<f64>() * reflectance / 8192.0);
             naive_last = naive;
         }
     }
@@ -328,20 +248,12 @@ fn luminance_and_duty_keep_their_bounds_at_every_node_and_between() {
     let calibration = calibration(BENCH);
     let floor = calibration.luminance_floor_cd_m2().to_num::<f64>();
     for light in lights(table.illuminances_lx()).into_iter().step_by(7) {
-        for interval in [
-            Interval::lit("0.5"),
-            Interval::lit("1.2"),
-            Interval::lit("2"),
-        ] {
+        for interval in [Interval::lit("0.5"), Interval::lit("1.2"), Interval::lit("2")] {
             let ratio = table.l2a(light, interval);
             let dimming = Dimming::new(ratio, light, &calibration);
-            let exact =
-                ratio.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
+            let exact = ratio.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
             let error = (dimming.wanted_cd_m2.to_num::<f64>() - exact).abs();
-            assert!(
-                error <= LUMINANCE_ERROR_CD_M2 + exact * 1e-15,
-                "{light} lx: {error:e}"
-            );
+            assert!(error <= LUMINANCE_ERROR_CD_M2 + exact * 1e-15, "{light} lx: {error:e}");
             if exact > floor && exact < 26_000.0 {
                 let error = (dimming.duty.to_num::<f64>() - exact / 26_000.0).abs();
                 assert!(error <= DUTY_ERROR, "{light} lx: {error:e}");

@@ -12,15 +12,10 @@ use sim::disc::outline::Outline;
 
 /// The rows of a table of numbers beside the script that computed it.
 fn table<const COLUMNS: usize>(name: &str) -> Vec<[f64; COLUMNS]> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("numerics")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("numerics").join(name);
     let text = std::fs::read_to_string(&path).expect("a table");
     let row = |line: &str| {
-        let numbers: Vec<f64> = line
-            .split(',')
-            .map(|number| f64::from_str(number).expect("a number"))
-            .collect();
+        let numbers: Vec<f64> = line.split(',').map(|number| f64::from_str(number).expect("a number")).collect();
         <[f64; COLUMNS]>::try_from(numbers).expect("a number in each column")
     };
     text.lines().skip(1).map(row).collect()
@@ -68,12 +63,7 @@ fn the_reference_level_holds_nine_digits_of_an_led_s_light() {
     for light in lights {
         for value in [light.drawn(), light.outline.light(light.sigma_px, light.at)] {
             let error = (value - light.value).abs();
-            assert!(
-                error < 1e-9,
-                "{}: {value} against {}: {error:e}",
-                light.name(),
-                light.value
-            );
+            assert!(error < 1e-9, "{}: {value} against {}: {error:e}", light.name(), light.value);
         }
     }
 }
@@ -89,12 +79,7 @@ fn far_tails_keep_nine_digits_of_their_own() {
     for light in tails {
         let value = light.outline.light(light.sigma_px, light.at);
         let error = (value / light.value - 1.0).abs();
-        assert!(
-            error < 1e-9,
-            "{}: {value:e} against {:e}: {error:e}",
-            light.name(),
-            light.value
-        );
+        assert!(error < 1e-9, "{}: {value:e} against {:e}: {error:e}", light.name(), light.value);
     }
 }
 
@@ -121,18 +106,9 @@ fn edges() -> impl Iterator<Item = Edge> {
 /// The greatest relative error of bells, steps and differences of steps.
 pub fn edge_error() -> f64 {
     let error = |edge: Edge| {
-        let Edge {
-            exact, start, end, ..
-        } = edge;
-        let ours = [
-            exact.bell(start),
-            exact.step(start),
-            exact.between(start, end - start),
-        ];
-        let errors = ours
-            .into_iter()
-            .zip(edge.values)
-            .map(|(ours, value)| (ours / value - 1.0).abs());
+        let Edge { exact, start, end, .. } = edge;
+        let ours = [exact.bell(start), exact.step(start), exact.between(start, end - start)];
+        let errors = ours.into_iter().zip(edge.values).map(|(ours, value)| (ours / value - 1.0).abs());
         errors.fold(0.0, f64::max)
     };
     edges().map(error).fold(0.0, f64::max)
@@ -205,18 +181,12 @@ fn no_light_is_lost() {
             let kernel = Exact::new(sigma_px);
             let chord = |c: &Chord| {
                 let along_x: f64 = columns.clone().map(|x| kernel.bell(x - c.u)).sum();
-                let along_y: f64 = rows
-                    .clone()
-                    .map(|y| kernel.between(y - c.bottom, c.bottom - c.top))
-                    .sum();
+                let along_y: f64 = rows.clone().map(|y| kernel.between(y - c.bottom, c.bottom - c.top)).sum();
                 c.weight * along_x * along_y
             };
             let flux = chords.0.iter().map(chord).sum::<f64>() / area;
             let lost = (flux - 1.0).abs();
-            assert!(
-                lost < 1e-12,
-                "chords of {outline:?} at σ {sigma_px} px: {lost:e}"
-            );
+            assert!(lost < 1e-12, "chords of {outline:?} at σ {sigma_px} px: {lost:e}");
         }
     }
 }
@@ -224,9 +194,7 @@ fn no_light_is_lost() {
 /// The ways that come to mind first fail on these values.
 #[test]
 fn the_naive_ways_miss_these_values() {
-    let worst = |error: &dyn Fn(&Light) -> Option<f64>| {
-        lights().iter().filter_map(error).fold(0.0, f64::max)
-    };
+    let worst = |error: &dyn Fn(&Light) -> Option<f64>| lights().iter().filter_map(error).fold(0.0, f64::max);
     // 64 points of the pixel, where there is no blur.
     let sampled = |light: &Light| {
         let Outline::Ellipse(shape) = light.outline else {

@@ -27,12 +27,7 @@ fn a_class_without_cells_or_without_scatter_makes_no_infinity() {
     // On, Off, and whether their B2W is defined.
     let cases = [
         ("no noise at all", same(1.5, 500), same(0.5, 700), None),
-        (
-            "On looks like Off, without noise",
-            same(1.0, 500),
-            same(1.0, 700),
-            None,
-        ),
+        ("On looks like Off, without noise", same(1.0, 500), same(1.0, 700), None),
         ("On looks like Off", scattered, scattered, Some(0.0)),
         ("all On", scattered, nothing, None),
         ("all Off", nothing, scattered, None),
@@ -50,32 +45,21 @@ fn a_class_without_cells_or_without_scatter_makes_no_infinity() {
         naive_fails += usize::from(!naive_b2w(&on, &off).is_finite());
         let ours = Distinguishability::of(&on, &off);
         assert_eq!(ours.b2w, b2w, "{name}: {ours:?}");
-        assert!(
-            ours.bvar.is_finite() && ours.wvar.is_finite(),
-            "{name}: {ours:?}"
-        );
+        assert!(ours.bvar.is_finite() && ours.wvar.is_finite(), "{name}: {ours:?}");
         assert!(ours.fisher.is_none_or(f64::is_finite), "{name}: {ours:?}");
     }
     assert!(naive_fails >= 5, "{naive_fails}");
     // A class of which nothing was seen is not one at (0, 0).
     assert!(naive_b2w(&scattered, &nothing) > 100.0);
-    assert_eq!(
-        Evaluation::default().distinguishability(),
-        Distinguishability::default()
-    );
+    assert_eq!(Evaluation::default().distinguishability(), Distinguishability::default());
 }
 
 #[test]
 fn one_led_of_a_class_is_enough_where_the_other_scatters() {
     let one = Moments::of(&[[2.0, 40.0]]);
-    let others: Vec<[f64; 2]> = (0..63)
-        .map(|k| [f64::from(k % 7) / 64.0, f64::from(k % 5)])
-        .collect();
+    let others: Vec<[f64; 2]> = (0..63).map(|k| [f64::from(k % 7) / 64.0, f64::from(k % 5)]).collect();
     let ours = Distinguishability::of(&one, &Moments::of(&others));
-    let (b2w, fisher) = (
-        ours.b2w.expect("a ratio"),
-        ours.fisher.expect("a criterion"),
-    );
+    let (b2w, fisher) = (ours.b2w.expect("a ratio"), ours.fisher.expect("a criterion"));
     assert!(b2w > 600.0 && fisher > b2w, "{ours:?}");
 }
 
@@ -85,10 +69,7 @@ fn a_feature_that_never_varies_leaves_the_other_one_s_criterion() {
     let with = |gri_on: f64| {
         let on = Moments::of(&[[1.0, gri_on], [3.0, gri_on]]);
         let off = Moments::of(&[[-1.0, 5.0], [-3.0, 5.0]]);
-        (
-            naive_fisher(&on, &off),
-            Distinguishability::of(&on, &off).fisher,
-        )
+        (naive_fisher(&on, &off), Distinguishability::of(&on, &off).fisher)
     };
     assert!(with(5.0).0.is_nan() && with(6.0).0.is_infinite());
     assert_eq!((with(5.0).1, with(6.0).1), (Some(8.0), None));
@@ -118,9 +99,7 @@ fn nearly_collinear(k: i32) -> ([Moments; 2], f64) {
         })
     };
     let (on, off) = (sums(1), sums(0));
-    let scatter = |i: usize, a: usize, b: usize| {
-        (200 * (on[i] + off[i]) - on[a] * on[b] - off[a] * off[b]) as f64
-    };
+    let scatter = |i: usize, a: usize, b: usize| (200 * (on[i] + off[i]) - on[a] * on[b] - off[a] * off[b]) as f64;
     let (xx, xy, yy) = (scatter(2, 0, 0), scatter(3, 0, 1), scatter(4, 1, 1));
     let (x, y) = ((on[0] - off[0]) as f64, (on[1] - off[1]) as f64);
     let exact = (x * x * yy - 2.0 * x * y * xy + y * y * xx) / (xx * yy - xy * xy);
@@ -137,10 +116,7 @@ fn fisher_s_criterion_is_right_or_undefined_however_alike_the_features_are() {
         naive_worst = naive_worst.max((naive_fisher(&on, &off) / exact - 1.0).abs());
         if let Some(fisher) = ours {
             defined += 1;
-            assert!(
-                (fisher / exact - 1.0).abs() < 1e-6,
-                "2^−{k}: {fisher} for {exact}"
-            );
+            assert!((fisher / exact - 1.0).abs() < 1e-6, "2^−{k}: {fisher} for {exact}");
         }
         // Defined as long as 1 − ρ² is above its bound.
         let rest = 4f64.powi(-k);

@@ -199,22 +199,13 @@ fn table() -> Vec<Row> {
             || logarithmic(1e-37, 1e38, libm::sqrtf, f64::sqrt),
             NONE,
         ),
-        row(
-            "libm::powf, (g/118)^γ",
-            "g 1 to 255, γ 1 to 4",
-            Relative,
-            1.2e-7,
-            of_powf,
-            NONE,
-        ),
+        row("libm::powf, (g/118)^γ", "g 1 to 255, γ 1 to 4", Relative, 1.2e-7, of_powf, NONE),
     ]
 }
 
 #[test]
 fn every_approximate_function_keeps_its_limit() {
-    println!(
-        "| function | range | error | limit | measured | exceptions |\n|---|---|---|---|---|---|"
-    );
+    println!("| function | range | error | limit | measured | exceptions |\n|---|---|---|---|---|---|");
     for row in table() {
         let measured = (row.measure)();
         let of = match row.of {
@@ -225,12 +216,7 @@ fn every_approximate_function_keeps_its_limit() {
             "| `{}` | {} | {of} | {:.1e} | {measured:.1e} | {} |",
             row.function, row.range, row.limit, row.exceptions
         );
-        assert!(
-            measured <= row.limit,
-            "{}: {measured:e} > {:e}",
-            row.function,
-            row.limit
-        );
+        assert!(measured <= row.limit, "{}: {measured:e} > {:e}", row.function, row.limit);
         assert!(
             row.limit <= LOOSEST * measured,
             "{}: {:e} holds nothing: {measured:e} is measured",
@@ -248,16 +234,8 @@ fn micromath() -> [(&'static str, f64, f64); 5] {
             INVERSE_SQRT_ERROR,
             logarithmic(1e-6, 1e6, F32Ext::invsqrt, |x| 1.0 / x.sqrt()),
         ),
-        (
-            "sqrt",
-            ROOT_ERROR,
-            logarithmic(1e-6, 1e6, F32Ext::sqrt, f64::sqrt),
-        ),
-        (
-            "powf(x, 1/2.2), grey levels",
-            CURVE_ERROR_GREY,
-            of_micromath_grey(),
-        ),
+        ("sqrt", ROOT_ERROR, logarithmic(1e-6, 1e6, F32Ext::sqrt, f64::sqrt)),
+        ("powf(x, 1/2.2), grey levels", CURVE_ERROR_GREY, of_micromath_grey()),
         ("log2", LOG2_ERROR_MAX, of_micromath_log2()),
         ("exp", 1.2e-7, relative(-20.0, 20.0, F32Ext::exp, f64::exp)),
     ]
@@ -268,10 +246,7 @@ fn micromath_runs_on_no_panel_and_in_no_receiver_because_it_keeps_no_limit() {
     println!("| micromath | limit | measured |\n|---|---|---|");
     for (function, limit, measured) in micromath() {
         println!("| `{function}` | {limit:.1e} | {measured:.1e} |");
-        assert!(
-            measured > limit,
-            "{function} may be used: {measured:e} <= {limit:e}"
-        );
+        assert!(measured > limit, "{function} may be used: {measured:e} <= {limit:e}");
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for package in [

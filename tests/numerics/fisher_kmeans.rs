@@ -1,9 +1,7 @@
 //! Fisher's discriminant of features that say the same, and two clusters where there are none.
 
 use link::panel::{LEDS, PanelFrame};
-use rx_pipeline::detect::{
-    DetectError, Detector, Fisher, FisherError, FisherFeatures, FisherScaling,
-};
+use rx_pipeline::detect::{DetectError, Detector, Fisher, FisherError, FisherFeatures, FisherScaling};
 use rx_pipeline::features::Features;
 
 use crate::synthetic::{features, spread};
@@ -24,23 +22,15 @@ fn collinear(panel: usize, noise: f32) -> Features {
 /// Means and covariance within the classes, and their inverse, by the formulas.
 fn naive_weights(panels: &[Features]) -> ([f64; 2], f64) {
     let cells = || {
-        panels.iter().flat_map(|panel| {
-            (0..LEDS).map(|led| {
-                (
-                    BITS.led(led),
-                    [f64::from(panel.agr[led]), f64::from(panel.gri[led])],
-                )
-            })
-        })
+        panels
+            .iter()
+            .flat_map(|panel| (0..LEDS).map(|led| (BITS.led(led), [f64::from(panel.agr[led]), f64::from(panel.gri[led])])))
     };
     let mean = |want: bool, axis: usize| {
         let values: Vec<f64> = cells().filter(|c| c.0 == want).map(|c| c.1[axis]).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };
-    let (on, off) = (
-        [mean(true, 0), mean(true, 1)],
-        [mean(false, 0), mean(false, 1)],
-    );
+    let (on, off) = ([mean(true, 0), mean(true, 1)], [mean(false, 0), mean(false, 1)]);
     let count = cells().count() as f64;
     let covariance = |i: usize, j: usize| {
         let products = cells().map(|(is_on, x)| {
@@ -52,10 +42,7 @@ fn naive_weights(panels: &[Features]) -> ([f64; 2], f64) {
     let (xx, xy, yy) = (covariance(0, 0), covariance(0, 1), covariance(1, 1));
     let determinant = xx * yy - xy * xy;
     let [x, y] = [on[0] - off[0], on[1] - off[1]];
-    let weights = [
-        (yy * x - xy * y) / determinant,
-        (xx * y - xy * x) / determinant,
-    ];
+    let weights = [(yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant];
     let offset = -0.5 * (weights[0] * (on[0] + off[0]) + weights[1] * (on[1] + off[1]));
     (weights, offset)
 }
@@ -69,21 +56,11 @@ fn fisher_learns_from_features_that_say_the_same() {
     let naive_errors: usize = unseen
         .iter()
         .map(|panel| {
-            let llr = |led: usize| {
-                weights[0] * f64::from(panel.agr[led])
-                    + weights[1] * f64::from(panel.gri[led])
-                    + offset
-            };
-            (0..LEDS)
-                .filter(|&led| (llr(led) > 0.0) != BITS.led(led))
-                .count()
+            let llr = |led: usize| weights[0] * f64::from(panel.agr[led]) + weights[1] * f64::from(panel.gri[led]) + offset;
+            (0..LEDS).filter(|&led| (llr(led) > 0.0) != BITS.led(led)).count()
         })
         .sum();
-    assert!(
-        naive_errors > 100 * LEDS / 10,
-        "{naive_errors} of {}",
-        100 * LEDS
-    );
+    assert!(naive_errors > 100 * LEDS / 10, "{naive_errors} of {}", 100 * LEDS);
     for scaling in [FisherScaling::None, FisherScaling::ByPanel] {
         let panels = training.iter().map(|panel| (panel, BITS));
         let fisher = Fisher::train(panels, FisherFeatures::AgrGri, scaling).expect("a training");
@@ -101,10 +78,7 @@ fn fisher_refuses_features_that_never_vary() {
     for set in [FisherFeatures::AgrGri, FisherFeatures::AgrGriNgr] {
         for scaling in [FisherScaling::None, FisherScaling::ByPanel] {
             let panels = std::iter::repeat_n((&flat, BITS), 10);
-            assert_eq!(
-                Fisher::train(panels, set, scaling),
-                Err(FisherError::Singular)
-            );
+            assert_eq!(Fisher::train(panels, set, scaling), Err(FisherError::Singular));
         }
     }
     let no_number = features(|_| f32::NAN, |_| f32::INFINITY);
@@ -128,13 +102,7 @@ fn scaled(panel: usize, [agr, gri]: [f32; 2]) -> Features {
 
 #[test]
 fn scales_of_1e_minus_4_against_1e4_change_no_bit() {
-    let scales = [
-        [1.0, 1.0],
-        [1e-4, 1e4],
-        [1e4, 1e-4],
-        [1e-4, 1e-4],
-        [1e4, 1e4],
-    ];
+    let scales = [[1.0, 1.0], [1e-4, 1e4], [1e4, 1e-4], [1e-4, 1e-4], [1e4, 1e4]];
     let mut raw_errors = 0;
     for scale in scales {
         let panels: Vec<Features> = (0..20).map(|panel| scaled(panel, scale)).collect();
@@ -202,10 +170,7 @@ fn identical_points_are_one_class_and_no_nan() {
         ..features(|_| 1.0, |_| 2.0)
     };
     for detector in [Detector::KMeans, Detector::KMeansRaw] {
-        assert_eq!(
-            detector.detect(&alike),
-            Err(DetectError::OneClass { on: 0 })
-        );
+        assert_eq!(detector.detect(&alike), Err(DetectError::OneClass { on: 0 }));
     }
     assert!(matches!(
         Detector::Otsu.detect(&features(|_| 1.0, |_| 2.0)),
@@ -217,12 +182,7 @@ fn identical_points_are_one_class_and_no_nan() {
 #[test]
 fn clusters_that_start_from_one_point_part_by_the_other_feature() {
     let panel = features(|led| 1.0 + level(led), |_| 7.0);
-    let points: Vec<[f32; 2]> = panel
-        .agr
-        .iter()
-        .zip(panel.gri)
-        .map(|(&a, g)| [a, g])
-        .collect();
+    let points: Vec<[f32; 2]> = panel.agr.iter().zip(panel.gri).map(|(&a, g)| [a, g]).collect();
     let naive = naive_kmeans(&points, [points[0]; 2]);
     assert!(naive[1][0].is_nan(), "{naive:?}");
     for detector in [Detector::KMeans, Detector::KMeansRaw] {

@@ -36,15 +36,9 @@ fn the_gamma_curve_is_defined_at_0_at_subnormal_and_at_huge_light() {
         let encoder = GammaEncoder::new(gamma);
         for light in ODD {
             let exact = grey::unrounded(light.into(), gamma);
-            assert!(
-                (0.0..=255.0).contains(&exact),
-                "{light} at γ {gamma}: {exact}"
-            );
+            assert!((0.0..=255.0).contains(&exact), "{light} at γ {gamma}: {exact}");
             let error = f64::from(encoder.unrounded(light)) - exact;
-            assert!(
-                error.abs() < CURVE_ERROR_GREY,
-                "{light} at γ {gamma}: {error}"
-            );
+            assert!(error.abs() < CURVE_ERROR_GREY, "{light} at γ {gamma}: {error}");
             assert_eq!(f64::from(encoder.grey(light)), exact.round());
         }
         for light in [0.0, 5e-324, f64::MIN_POSITIVE, f64::MAX, f64::INFINITY] {
@@ -79,10 +73,7 @@ fn the_curve_is_nowhere_off_by_a_thousandth_of_a_grey_level_and_never_falls() {
             let ours = encoder.unrounded(light);
             let error = (f64::from(ours) - exact).abs();
             assert!(error < CURVE_ERROR_GREY, "{light} at γ {gamma}: {error}");
-            assert!(
-                ours >= last - 1e-4,
-                "{light} at γ {gamma}: {ours} after {last}"
-            );
+            assert!(ours >= last - 1e-4, "{light} at γ {gamma}: {ours} after {last}");
             last = ours;
             if gamma == 2.2 {
                 naive_worst = naive_worst.max((by_micromath(light) - exact).abs());
@@ -191,11 +182,7 @@ fn frames_at_the_ends_of_every_light_hold_numbers() {
                 let moment = renderer.moment(0);
                 renderer.draw(&moment, &[renderer.steady(0, bits)], &mut canvas);
                 let values = canvas.values();
-                assert!(
-                    values
-                        .iter()
-                        .all(|&light: &f32| light.is_finite() && light >= 0.0)
-                );
+                assert!(values.iter().all(|&light: &f32| light.is_finite() && light >= 0.0));
                 let mut grey = vec![0; values.len()];
                 renderer.read_out(1, 0, &canvas, &mut grey);
             }

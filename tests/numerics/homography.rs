@@ -16,10 +16,7 @@ impl Naive {
         let (dx1, dx2, sx) = (x1 - x2, x3 - x2, x0 - x1 + x2 - x3);
         let (dy1, dy2, sy) = (y1 - y2, y3 - y2, y0 - y1 + y2 - y3);
         let determinant = dx1 * dy2 - dx2 * dy1;
-        let (p, q) = (
-            (sx * dy2 - dx2 * sy) / determinant,
-            (dx1 * sy - sx * dy1) / determinant,
-        );
+        let (p, q) = ((sx * dy2 - dx2 * sy) / determinant, (dx1 * sy - sx * dy1) / determinant);
         let [[a, b, c], [d, e, f], [g, h, i]] = [
             [(x1 - x0 + p * x1) / 7.0, (x3 - x0 + q * x3) / 7.0, x0],
             [(y1 - y0 + p * y1) / 7.0, (y3 - y0 + q * y3) / 7.0, y0],
@@ -75,18 +72,8 @@ fn corners_nearly_on_a_line_are_exact_or_refused() {
         let bend = 300.0 * 0.5f32.powi(k);
         // A sliver; a square of which one corner has all but left; a square pressed flat along its diagonal.
         for points in [
-            [
-                [100.0, 100.0],
-                [900.0, 100.0],
-                [900.0, 100.0 + bend],
-                [100.0, 100.0 + bend],
-            ],
-            [
-                [100.0, 100.0],
-                [900.0, 100.0],
-                [500.0 + bend, 500.0 + bend],
-                [100.0, 900.0],
-            ],
+            [[100.0, 100.0], [900.0, 100.0], [900.0, 100.0 + bend], [100.0, 100.0 + bend]],
+            [[100.0, 100.0], [900.0, 100.0], [500.0 + bend, 500.0 + bend], [100.0, 900.0]],
             [
                 [100.0, 100.0],
                 [500.0 + bend, 500.0 - bend],
@@ -119,11 +106,7 @@ fn turned(degrees: f64, width_px: f64) -> [[f32; 2]; 4] {
     UNIT.map(|[u, v]| {
         let (x, y) = (u / 7.0 - 0.5, v / 7.0 - 0.5);
         let depth = 1.0 + x * sin / 20.0;
-        [
-            600.0 + width_px * x * cos / depth,
-            600.0 + width_px * y / depth,
-        ]
-        .map(|c| c as f32)
+        [600.0 + width_px * x * cos / depth, 600.0 + width_px * y / depth].map(|c| c as f32)
     })
 }
 
@@ -135,17 +118,11 @@ fn a_panel_seen_edge_on_is_refused_and_until_then_exact() {
         match Corners::new(turned(degrees, 110.0)) {
             Ok(corners) => {
                 let [back, there] = errors(&corners);
-                assert!(
-                    back < 1e-9 && there < 1e-9,
-                    "{degrees}°: {back:e}, {there:e}"
-                );
+                assert!(back < 1e-9 && there < 1e-9, "{degrees}°: {back:e}, {there:e}");
                 last_accepted = degrees;
                 match CellMap::<20_000>::new(&corners, 1200, 1200) {
                     Ok(_) => last_read = degrees,
-                    Err(error) => assert!(
-                        matches!(error, CellsError::EmptyCell { .. }),
-                        "{degrees}°: {error}"
-                    ),
+                    Err(error) => assert!(matches!(error, CellsError::EmptyCell { .. }), "{degrees}°: {error}"),
                 }
             }
             Err(error) => assert!(
@@ -168,19 +145,11 @@ fn a_panel_of_5_px_is_refused_and_one_of_1000_px_is_exact() {
         let (near, far) = (from, from + side);
         Corners::new([[near, near], [far, near], [far, far], [near, far]])
     };
-    assert_eq!(
-        square(5.0, 100.0),
-        Err(CornersError::PitchTooSmall {
-            pitch_px: 5.0 / 7.0
-        })
-    );
+    assert_eq!(square(5.0, 100.0), Err(CornersError::PitchTooSmall { pitch_px: 5.0 / 7.0 }));
     for from in [0.25, 100.0, 30_000.0, 900_000.0] {
         let corners = square(1000.0, from).expect("a panel");
         let [back, there] = errors(&corners);
-        assert!(
-            back < 1e-9 && there < 1e-9,
-            "at {from}: {back:e}, {there:e}"
-        );
+        assert!(back < 1e-9 && there < 1e-9, "at {from}: {back:e}, {there:e}");
     }
     let corners = square(1000.0, 100.0).expect("a panel");
     assert!(matches!(
@@ -198,16 +167,8 @@ fn exact_cell(corners: [[i64; 2]; 4], pixel: [i64; 2]) -> Option<usize> {
     let (p, q) = (sx * dy2 - dx2 * sy, dx1 * sy - sx * dy1);
     // 7·determinant times the map.
     let [[a, b, c], [d, e, f], [g, h, i]] = [
-        [
-            (x1 - x0) * one + p * x1,
-            (x3 - x0) * one + q * x3,
-            7 * one * x0,
-        ],
-        [
-            (y1 - y0) * one + p * y1,
-            (y3 - y0) * one + q * y3,
-            7 * one * y0,
-        ],
+        [(x1 - x0) * one + p * x1, (x3 - x0) * one + q * x3, 7 * one * x0],
+        [(y1 - y0) * one + p * y1, (y3 - y0) * one + q * y3, 7 * one * y0],
         [p, q, 7 * one],
     ];
     let [x, y] = pixel.map(i128::from);
@@ -241,26 +202,11 @@ fn pixels_belong_to_the_cells_that_whole_numbers_give_them() {
     let (mut on_borders, mut naive_worst) = (0, 0.0f64);
     // Upright panels whose borders run through pixel centres; then turned and slanted ones, at the far end of a large sensor.
     let poses: [([[i64; 2]; 4], bool); 5] = [
-        (
-            [[8000, 7000], [8056, 7000], [8056, 7056], [8000, 7056]],
-            true,
-        ),
-        (
-            [[7903, 6905], [7945, 6905], [7945, 6975], [7903, 6975]],
-            true,
-        ),
-        (
-            [[8001, 7002], [8071, 7009], [8064, 7079], [7994, 7072]],
-            false,
-        ),
-        (
-            [[7905, 7003], [8000, 7040], [7990, 7100], [7911, 7090]],
-            false,
-        ),
-        (
-            [[7800, 6900], [7912, 6914], [7898, 7012], [7814, 6998]],
-            false,
-        ),
+        ([[8000, 7000], [8056, 7000], [8056, 7056], [8000, 7056]], true),
+        ([[7903, 6905], [7945, 6905], [7945, 6975], [7903, 6975]], true),
+        ([[8001, 7002], [8071, 7009], [8064, 7079], [7994, 7072]], false),
+        ([[7905, 7003], [8000, 7040], [7990, 7100], [7911, 7090]], false),
+        ([[7800, 6900], [7912, 6914], [7898, 7012], [7814, 6998]], false),
     ];
     for (points, is_upright) in poses {
         let as_f32 = points.map(|point| point.map(|c| c as f32));

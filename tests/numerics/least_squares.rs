@@ -34,11 +34,7 @@ fn the_likeliest_bits_at_150_m_are_no_worse_than_otsu_s_and_near_the_genie_s() {
             stop: Stop::NEVER,
         };
         let evaluator = Evaluator::new(&scene(), settings).expect("a visible scene");
-        evaluator
-            .run(|_| true)
-            .expect("measurable frames")
-            .errors
-            .rate()
+        evaluator.run(|_| true).expect("measurable frames").errors.rate()
     };
     let [kmeans, otsu, found, genie] = [
         DetectorChoice::KMeans,
@@ -47,15 +43,7 @@ fn the_likeliest_bits_at_150_m_are_no_worse_than_otsu_s_and_near_the_genie_s() {
         DetectorChoice::Genie,
     ]
     .map(rate);
-    println!(
-        "BER {kmeans:.3} by k-means, {otsu:.3} by Otsu, {found:.3} the likeliest bits, {genie:.3} the genie (seed 7)"
-    );
-    assert!(
-        (0.30..0.42).contains(&otsu) && kmeans > 0.3,
-        "{otsu}, {kmeans}"
-    );
-    assert!(
-        found <= otsu && found <= 1.5 * genie,
-        "{found} between {genie} and {otsu}"
-    );
+    println!("BER {kmeans:.3} by k-means, {otsu:.3} by Otsu, {found:.3} the likeliest bits, {genie:.3} the genie (seed 7)");
+    assert!((0.30..0.42).contains(&otsu) && kmeans > 0.3, "{otsu}, {kmeans}");
+    assert!(found <= otsu && found <= 1.5 * genie, "{found} between {genie} and {otsu}");
 }

@@ -27,18 +27,7 @@ fn the_soft_values_of_any_features_are_within_their_range() {
         (p / (1.0 - p)).ln()
     };
     assert!(log_odds(20.0).is_infinite() && log_odds(10.0).is_finite());
-    let huge = [
-        0.0,
-        1e-38,
-        1.0,
-        1e4,
-        1e15,
-        1e19,
-        1e30,
-        f32::MAX,
-        f32::INFINITY,
-        f32::NAN,
-    ];
+    let huge = [0.0, 1e-38, 1.0, 1e4, 1e15, 1e19, 1e30, f32::MAX, f32::INFINITY, f32::NAN];
     for agr in huge {
         for gri in huge {
             for sign in [1.0, -1.0] {
@@ -61,37 +50,22 @@ const SIDE: usize = 48;
 
 /// A frame, each pixel by its place.
 fn pixels(grey: impl Fn(usize, usize) -> u8) -> Vec<u8> {
-    (0..SIDE * SIDE)
-        .map(|at| grey(at % SIDE, at / SIDE))
-        .collect()
+    (0..SIDE * SIDE).map(|at| grey(at % SIDE, at / SIDE)).collect()
 }
 
 #[test]
 fn the_soft_values_of_any_frame_are_within_their_range() {
-    let corners =
-        Corners::new([[8.0, 8.0], [36.0, 8.0], [36.0, 36.0], [8.0, 36.0]]).expect("a panel");
+    let corners = Corners::new([[8.0, 8.0], [36.0, 8.0], [36.0, 36.0], [8.0, 36.0]]).expect("a panel");
     let near = |x: usize, y: usize| x.wrapping_sub(8) % 8 < 2 && y.wrapping_sub(8) % 4 < 2;
     let random = |x: usize, y: usize| (128.0 + 127.0 * spread(SIDE * y + x, 0.618_034)) as u8;
     let frames: [(&str, Vec<u8>); 8] = [
         ("black", pixels(|_, _| 0)),
         ("white", pixels(|_, _| 255)),
         ("grey", pixels(|_, _| 118)),
-        (
-            "one pixel white",
-            pixels(|x, y| if (x, y) == (8, 8) { 255 } else { 0 }),
-        ),
-        (
-            "all but one pixel white",
-            pixels(|x, y| if (x, y) == (8, 8) { 0 } else { 255 }),
-        ),
-        (
-            "black and white",
-            pixels(|x, y| if near(x, y) { 255 } else { 0 }),
-        ),
-        (
-            "white and black",
-            pixels(|x, y| if near(x, y) { 0 } else { 255 }),
-        ),
+        ("one pixel white", pixels(|x, y| if (x, y) == (8, 8) { 255 } else { 0 })),
+        ("all but one pixel white", pixels(|x, y| if (x, y) == (8, 8) { 0 } else { 255 })),
+        ("black and white", pixels(|x, y| if near(x, y) { 255 } else { 0 })),
+        ("white and black", pixels(|x, y| if near(x, y) { 0 } else { 255 })),
         ("random", pixels(random)),
     ];
     let mut detector = Box::new(MaximumLikelihood::<4096>::new(Camera::default()));
@@ -157,10 +131,7 @@ fn what_was_not_received_is_not_read_as_a_message_of_zeros() {
             let nothing = vec![SoftPanel::ERASED; block.panels()];
             for panels in [&nothing[..], &[]] {
                 let refusal = decoder.decode(block, panels);
-                assert!(
-                    matches!(refusal, Err(Undecodable::TooFewBits { .. })),
-                    "{code}"
-                );
+                assert!(matches!(refusal, Err(Undecodable::TooFewBits { .. })), "{code}");
             }
         }
     }
@@ -169,12 +140,7 @@ fn what_was_not_received_is_not_read_as_a_message_of_zeros() {
 /// Messages between the nodes of min-sum decoding are added up in eight bits: they must not wrap.
 #[test]
 fn certain_code_words_decode_and_certain_nonsense_is_refused() {
-    assert!(
-        [127i8; 4]
-            .iter()
-            .fold(0i8, |sum, llr| sum.wrapping_add(*llr))
-            < 0
-    );
+    assert!([127i8; 4].iter().fold(0i8, |sum, llr| sum.wrapping_add(*llr)) < 0);
     let mut decoder = Decoder::new();
     // Whole blocks, and short ones most of whose bits are known to be 0.
     let lengths = Code::ALL.map(|code| [(code, code.info_bytes()), (code, 5)]);
@@ -182,46 +148,26 @@ fn certain_code_words_decode_and_certain_nonsense_is_refused() {
         let block = Block::new(code, length);
         let info: Vec<u8> = (0..length).map(|k| (k * 151 + 7) as u8).collect();
         for llr in [1, 12, Llr::MAX] {
-            let mut panels: Vec<SoftPanel> = block
-                .encode(&info)
-                .map(|panel| SoftPanel::certain(panel, llr))
-                .collect();
+            let mut panels: Vec<SoftPanel> = block.encode(&info).map(|panel| SoftPanel::certain(panel, llr)).collect();
             // One bit in a hundred wrong, as certain as the others.
             for error in 0..panels.len() * LEDS / 100 {
                 let led = (error * 97 + 13) % (panels.len() * LEDS);
                 panels[led / LEDS].0[led % LEDS] *= -1;
             }
-            assert_eq!(
-                decoder.decode(block, &panels),
-                Ok(&info[..]),
-                "{code} at {llr}"
-            );
+            assert_eq!(decoder.decode(block, &panels), Ok(&info[..]), "{code} at {llr}");
         }
         // −128, which no receiver makes, but a file may hold.
-        let mut lowest: Vec<SoftPanel> = block
-            .encode(&info)
-            .map(|panel| SoftPanel::certain(panel, Llr::MAX))
-            .collect();
+        let mut lowest: Vec<SoftPanel> = block.encode(&info).map(|panel| SoftPanel::certain(panel, Llr::MAX)).collect();
         let values = lowest.iter_mut().flat_map(|panel| &mut panel.0);
-        values
-            .filter(|llr| **llr < 0)
-            .for_each(|llr| *llr = Llr::MIN);
+        values.filter(|llr| **llr < 0).for_each(|llr| *llr = Llr::MIN);
         assert_eq!(decoder.decode(block, &lowest), Ok(&info[..]), "{code}");
         // All Off is a code word; random bits, all of them certain, are none.
         let off = vec![SoftPanel([-Llr::MAX; LEDS]); block.panels()];
-        assert_eq!(
-            decoder.decode(block, &off),
-            Ok(&vec![0; info.len()][..]),
-            "{code}"
-        );
+        assert_eq!(decoder.decode(block, &off), Ok(&vec![0; info.len()][..]), "{code}");
         let nonsense: Vec<SoftPanel> = (0..block.panels() as u64)
             .map(|k| PanelFrame::from_bits((k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)))
             .map(|panel| SoftPanel::certain(panel, Llr::MAX))
             .collect();
-        assert_eq!(
-            decoder.decode(block, &nonsense),
-            Err(Undecodable::NoCodeword),
-            "{code}"
-        );
+        assert_eq!(decoder.decode(block, &nonsense), Err(Undecodable::NoCodeword), "{code}");
     }
 }

@@ -15,11 +15,7 @@ const HOUR: u64 = 360_000;
 
 #[test]
 fn a_simulated_hour_of_two_clocks_gathers_no_error() {
-    let overrides = [
-        "link.symbol_rate_hz=90.9",
-        "link.clock_ppm=200",
-        "link.phase=0.25",
-    ];
+    let overrides = ["link.symbol_rate_hz=90.9", "link.clock_ppm=200", "link.phase=0.25"];
     let scene = Scene::load("paper", &overrides.map(String::from)).expect("a scene");
     let exposure = Exposure::of(&scene);
     let mut worst = 0.0f64;
@@ -28,8 +24,7 @@ fn a_simulated_hour_of_two_clocks_gathers_no_error() {
         // 90.9 symbols a second, 1.0002 times as fast, a hundredth of a second a frame: in units of 10⁻⁸ symbols.
         let exact = u128::from(frame) * 909 * 10_002 * 10 + 25_000_000;
         let (whole, rest) = (exact / 100_000_000, exact % 100_000_000);
-        let apart = (moment.symbol as f64 - whole as f64)
-            + (moment.since_change_s / moment.symbol_s - rest as f64 * 1e-8);
+        let apart = (moment.symbol as f64 - whole as f64) + (moment.since_change_s / moment.symbol_s - rest as f64 * 1e-8);
         worst = worst.max(apart.abs());
         assert!((moment.shares(0.0).iter().sum::<f64>() - 1.0).abs() < 1e-9);
     }
@@ -68,16 +63,8 @@ fn the_receiver_counts_an_hour_of_drifting_symbols_to_the_last_one() {
         let mut expected = 0;
         for frame in 0..HOUR {
             if let Some(symbol) = clock.push(frame, &shown(symbol_of(frame))) {
-                assert_eq!(
-                    symbol.panel.hard(),
-                    shown(expected).hard(),
-                    "{ppm} ppm, frame {frame}"
-                );
-                assert_eq!(
-                    u64::from(symbol.index),
-                    expected,
-                    "{ppm} ppm, frame {frame}"
-                );
+                assert_eq!(symbol.panel.hard(), shown(expected).hard(), "{ppm} ppm, frame {frame}");
+                assert_eq!(u64::from(symbol.index), expected, "{ppm} ppm, frame {frame}");
                 expected = symbol_of(frame);
             }
         }
@@ -97,10 +84,7 @@ fn an_hour_of_steady_light_is_read_as_it_is() {
     for _ in 0..36_000 {
         naive += (target - naive) >> share_bits;
     }
-    assert!(
-        f64::from(naive) < 0.5 * f64::from(target),
-        "{naive} of {target}"
-    );
+    assert!(f64::from(naive) < 0.5 * f64::from(target), "{naive} of {target}");
     for light in [0.02, 1.0, 317.0, 100_000.0] {
         // Settled somewhat darker and somewhat brighter, within the band in which the filter is slowest.
         for start in [0.93, 1.07] {
@@ -136,11 +120,7 @@ const MEAN: f64 = 1e6 + 1023.0 / 2048.0;
 fn a_thousand_million_samples_keep_mean_and_variance() {
     let mut sorted: Vec<f64> = values().collect();
     sorted.sort_by(f64::total_cmp);
-    assert!(
-        sorted
-            .windows(2)
-            .all(|pair| pair[1] - pair[0] == 1.0 / 1024.0)
-    );
+    assert!(sorted.windows(2).all(|pair| pair[1] - pair[0] == 1.0 / 1024.0));
     // Adding ones up in f32 ends at 2²⁴.
     let end = (1u32 << 24) as f32;
     assert_eq!(end + 1.0, end);
@@ -159,11 +139,7 @@ fn a_thousand_million_samples_keep_mean_and_variance() {
     assert_eq!(total.count(), 1 << 30);
     assert_eq!(one_by_one.count(), (1 << 30) - 1024);
     for moments in [total, one_by_one] {
-        assert!(
-            (moments.mean()[0] - MEAN).abs() < 1e-9,
-            "{:?}",
-            moments.mean()
-        );
+        assert!((moments.mean()[0] - MEAN).abs() < 1e-9, "{:?}", moments.mean());
         let [[xx, xy], _] = moments.covariance();
         assert!((xx / VARIANCE - 1.0).abs() < 1e-12 && xy == -xx, "{xx}");
     }
@@ -184,10 +160,7 @@ fn a_thousand_million_frames_keep_their_error_rate() {
     let [low, high] = errors.interval_95();
     // Binomial of frames: 4/64 · √(1/16·15/16/2³⁰).
     let deviation = 4.0 / 64.0 * (1.0f64 / 16.0 * 15.0 / 16.0).sqrt() / 2f64.powi(15);
-    assert!(
-        (high - low - 3.92 * deviation).abs() < 0.4 * deviation,
-        "{low} to {high}"
-    );
+    assert!((high - low - 3.92 * deviation).abs() < 0.4 * deviation, "{low} to {high}");
 }
 
 /// The same value by value: a million of them, or 10⁹ where all cases are asked for, in half a minute.
@@ -206,11 +179,7 @@ fn samples_one_by_one_keep_mean_and_variance() {
         moments.mean()[0] - MEAN,
         naive / VARIANCE - 1.0
     );
-    assert!(
-        (moments.mean()[0] - MEAN).abs() < 1e-9,
-        "{:?}",
-        moments.mean()
-    );
+    assert!((moments.mean()[0] - MEAN).abs() < 1e-9, "{:?}", moments.mean());
     assert!((xx / VARIANCE - 1.0).abs() < 1e-10, "{xx}");
     assert!((naive / VARIANCE - 1.0).abs() > 1e-3, "{naive}");
 }

@@ -29,19 +29,15 @@ struct Seen {
 fn seen(seed: u64, distance_m: f64, yaw_deg: f64) -> Seen {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut turn = |most: f64| random.random_range(-most..most);
-    let rotation = DMat3::from_rotation_z(turn(0.2))
-        * DMat3::from_rotation_y((yaw_deg + turn(2.0)).to_radians())
-        * DMat3::from_rotation_x(turn(0.2));
+    let rotation =
+        DMat3::from_rotation_z(turn(0.2)) * DMat3::from_rotation_y((yaw_deg + turn(2.0)).to_radians()) * DMat3::from_rotation_x(turn(0.2));
     let place = DVec3::new(turn(0.1), turn(0.1), 1.0) * distance_m;
     let leds: Vec<_> = (0..64)
         .map(|led| {
             let at = [led % 8, led / 8].map(|line| f64::from(line) / 3.5 - 1.0);
             let point = rotation * DVec3::new(at[0], at[1], 0.0) * HALF_SIDE_M + place;
             let mut noise = || SIGMA_PX / FOCAL_PX * random.sample::<f64, _>(StandardNormal);
-            (
-                at,
-                [point.x / point.z + noise(), point.y / point.z + noise()],
-            )
+            (at, [point.x / point.z + noise(), point.y / point.z + noise()])
         })
         .collect();
     let fit = fitted(&leds, (place, rotation));
@@ -87,9 +83,7 @@ fn fitted(leds: &[([f64; 2], [f64; 2])], (place, rotation): (DVec3, DMat3)) -> P
     }
     PlaneFit {
         image,
-        information: std::array::from_fn(|i| {
-            std::array::from_fn(|j| normal[(i, j)] / (unit[i] * unit[j]))
-        }),
+        information: std::array::from_fn(|i| std::array::from_fn(|j| normal[(i, j)] / (unit[i] * unit[j]))),
     }
 }
 
@@ -101,14 +95,8 @@ fn naive_range_m(leds: &[([f64; 2], [f64; 2])]) -> f64 {
         let [u, v] = [u, v].map(|c| (c * HALF_SIDE_M) as f32);
         let [x, y] = [measured[0] + 0.264, measured[1] + 0.148].map(|c| (c * FOCAL_PX) as f32);
         for (row, value) in [
-            (
-                SVector::<f32, 8>::from([u, v, 1.0, 0.0, 0.0, 0.0, -u * x, -v * x]),
-                x,
-            ),
-            (
-                SVector::<f32, 8>::from([0.0, 0.0, 0.0, u, v, 1.0, -u * y, -v * y]),
-                y,
-            ),
+            (SVector::<f32, 8>::from([u, v, 1.0, 0.0, 0.0, 0.0, -u * x, -v * x]), x),
+            (SVector::<f32, 8>::from([0.0, 0.0, 0.0, u, v, 1.0, -u * y, -v * y]), y),
         ] {
             normal += row * row.transpose();
             right += row * value;
@@ -119,9 +107,7 @@ fn naive_range_m(leds: &[([f64; 2], [f64; 2])]) -> f64 {
     };
     let focal = FOCAL_PX as f32;
     let (cx, cy) = (0.264 * focal, 0.148 * focal);
-    let length = |a: f32, b: f32, c: f32| {
-        ((a - cx * c).powi(2) + (b - cy * c).powi(2) + (focal * c).powi(2)).sqrt()
-    };
+    let length = |a: f32, b: f32, c: f32| ((a - cx * c).powi(2) + (b - cy * c).powi(2) + (focal * c).powi(2)).sqrt();
     let middle = length(h[2], h[5], 1.0);
     let scale = (length(h[0], h[3], h[6]) * length(h[1], h[4], h[7])).sqrt();
     f64::from(middle / scale)
@@ -147,13 +133,11 @@ fn hard_poses_are_as_wrong_as_they_say_where_naive_ones_are_wrong_unawares() {
         let count = 200;
         let (mut nees, mut ours, mut sigma, mut naive) = (0.0, 0.0, 0.0, 0.0);
         for seed in 0..count {
-            let (squared, error, stated, of_naive) =
-                trial(&seen(seed, distance_m, yaw_deg), &mut memory);
+            let (squared, error, stated, of_naive) = trial(&seen(seed, distance_m, yaw_deg), &mut memory);
             nees += squared / count as f64;
             ours += error * error / count as f64;
             sigma += stated * stated / count as f64;
-            naive +=
-                f64::from(u8::from(of_naive.is_nan() || of_naive > 5.0 * stated)) / count as f64;
+            naive += f64::from(u8::from(of_naive.is_nan() || of_naive > 5.0 * stated)) / count as f64;
         }
         let band = 3.29 * (12.0 / count as f64).sqrt();
         println!(
@@ -161,14 +145,8 @@ fn hard_poses_are_as_wrong_as_they_say_where_naive_ones_are_wrong_unawares() {
             ours.sqrt(),
             sigma.sqrt()
         );
-        assert!(
-            (nees - 6.0).abs() < band,
-            "{distance_m} m, {yaw_deg}°: NEES {nees}, not 6 ± {band}"
-        );
+        assert!((nees - 6.0).abs() < band, "{distance_m} m, {yaw_deg}°: NEES {nees}, not 6 ± {band}");
         assert!(ours.sqrt() < 1.2 * sigma.sqrt());
-        assert!(
-            naive > 0.1,
-            "{distance_m} m, {yaw_deg}°: the naive way does in {naive}"
-        );
+        assert!(naive > 0.1, "{distance_m} m, {yaw_deg}°: the naive way does in {naive}");
     }
 }

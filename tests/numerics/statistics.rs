@@ -23,11 +23,7 @@ fn mean_and_variance(moments: &Moments) -> (f64, f64) {
 /// Right decimal digits: NIST's log relative error, at most 15.
 fn digits(got: f64, want: f64) -> f64 {
     let error = (got / want - 1.0).abs();
-    if error.is_nan() {
-        0.0
-    } else {
-        -error.max(1e-15).log10()
-    }
+    if error.is_nan() { 0.0 } else { -error.max(1e-15).log10() }
 }
 
 /// Digits of mean and standard deviation (over n − 1).
@@ -78,15 +74,9 @@ fn nist_s_nine_sets_keep_the_digits_that_their_decimals_leave() {
 
 /// The variance (over n) of doubles, in whole numbers of their last place: rounded once.
 fn exact_variance(values: &[f64]) -> f64 {
-    let smallest = values
-        .iter()
-        .fold(f64::INFINITY, |least, x| least.min(x.abs()));
+    let smallest = values.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()));
     let are_whole = values.iter().all(|x| x.fract() == 0.0);
-    let unit = if are_whole {
-        1.0
-    } else {
-        smallest.next_up() - smallest
-    };
+    let unit = if are_whole { 1.0 } else { smallest.next_up() - smallest };
     let whole = values.iter().map(|x| ((x - values[0]) / unit) as i128);
     let (sum, squares) = whole.fold((0, 0), |(sum, squares), x| (sum + x, squares + x * x));
     let n = values.len() as i128;
@@ -113,9 +103,9 @@ fn an_offset_of_any_size_costs_no_digits() {
             assert_eq!([xy, yx, yy], [-xx, -xx, xx], "at 2^{k}");
         }
     }
-    let worst = of_naive.iter().fold((0.0f64, 0.0f64), |worst, of| {
-        (worst.0.max(of.0), worst.1.max(of.1))
-    });
+    let worst = of_naive
+        .iter()
+        .fold((0.0f64, 0.0f64), |worst, of| (worst.0.max(of.0), worst.1.max(of.1)));
     assert!(worst.0 > 1.0 && worst.1 > 1e-6, "{worst:?}");
     // From an offset of 2^27 on, no digit is left of the sum of squares.
     assert!(of_naive[27..].iter().all(|of| of.0 > 0.1), "{of_naive:?}");
@@ -205,10 +195,7 @@ fn what_fisher_learns_does_not_depend_on_an_offset_of_the_features() {
     let weights = trained(0.0).weights();
     for offset in [1.0, 1024.0, 262_144.0] {
         for (got, want) in trained(offset).weights().into_iter().zip(weights) {
-            assert!(
-                (got - want).abs() <= 1e-6 * want.abs(),
-                "at {offset}: {got} for {want}"
-            );
+            assert!((got - want).abs() <= 1e-6 * want.abs(), "at {offset}: {got} for {want}");
         }
     }
 }

@@ -23,13 +23,12 @@ use tx_firmware::power::exp2;
 
 /// The greatest of some errors; NaN counts as the greatest of all.
 fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
-    errors.into_iter().fold(0.0, |worst: f64, error| {
-        if error.is_nan() {
-            f64::INFINITY
-        } else {
-            worst.max(error)
-        }
-    })
+    errors.into_iter().fold(
+        0.0,
+        |worst: f64, error| {
+            if error.is_nan() { f64::INFINITY } else { worst.max(error) }
+        },
+    )
 }
 
 const STEPS: u32 = 300_000;
@@ -43,12 +42,7 @@ pub fn relative(from: f64, to: f64, ours: impl Fn(f32) -> f32, exact: impl Fn(f6
 }
 
 /// The same over equal steps of the logarithm.
-pub fn logarithmic(
-    from: f64,
-    to: f64,
-    ours: impl Fn(f32) -> f32,
-    exact: impl Fn(f64) -> f64,
-) -> f64 {
+pub fn logarithmic(from: f64, to: f64, ours: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64) -> f64 {
     worst((0..=STEPS).map(|k| {
         let x = (from * (to / from).powf(f64::from(k) / f64::from(STEPS))) as f32;
         (f64::from(ours(x)) / exact(x.into()) - 1.0).abs()
@@ -74,14 +68,8 @@ pub fn of_censored_loss() -> f64 {
 pub fn of_encoder() -> f64 {
     worst([1.0, 1.3, 1.8, 2.2, 2.4, 3.1, 4.0].map(|gamma| {
         let encoder = GammaEncoder::new(gamma);
-        let lights = (1e-30f32.to_bits()..1e5f32.to_bits())
-            .step_by(9973)
-            .map(f32::from_bits);
-        worst(
-            lights.map(|x| {
-                (f64::from(encoder.unrounded(x)) - grey::unrounded(x.into(), gamma)).abs()
-            }),
-        )
+        let lights = (1e-30f32.to_bits()..1e5f32.to_bits()).step_by(9973).map(f32::from_bits);
+        worst(lights.map(|x| (f64::from(encoder.unrounded(x)) - grey::unrounded(x.into(), gamma)).abs()))
     }))
 }
 
@@ -108,9 +96,7 @@ pub fn of_gauss() -> f64 {
     let density = |z: f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     worst((0..2000).map(|k| {
         let from = -7.5 + f64::from(k) * 0.005;
-        let sum: f64 = gauss::nodes(from, from + 5.0)
-            .map(|(z, weight)| weight * density(z))
-            .sum();
+        let sum: f64 = gauss::nodes(from, from + 5.0).map(|(z, weight)| weight * density(z)).sum();
         let below = |z: f64| 0.5 * erf(z * std::f64::consts::FRAC_1_SQRT_2);
         (sum - (below(from + 5.0) - below(from))).abs()
     }))
@@ -136,19 +122,13 @@ pub fn of_chords() -> f64 {
 
 pub fn of_noise() -> f64 {
     worst(["20000", "500", "50"].map(|illuminance| {
-        let scene = Scene::load("paper", &[format!("ambient.illuminance_lx={illuminance}")])
-            .expect("a scene");
+        let scene = Scene::load("paper", &[format!("ambient.illuminance_lx={illuminance}")]).expect("a scene");
         let noise = Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera));
         let pixels = PixelNoise::new(&noise);
         worst((0..60).map(|k| {
             let light = (1e-4 * 2e5f64.powf(f64::from(k) / 60.0)) as f32;
-            let laws = pixels
-                .distribution(light)
-                .into_iter()
-                .zip(noise.distribution(light.into()));
-            laws.map(|(drawn, exact)| (drawn - exact).abs())
-                .sum::<f64>()
-                / 2.0
+            let laws = pixels.distribution(light).into_iter().zip(noise.distribution(light.into()));
+            laws.map(|(drawn, exact)| (drawn - exact).abs()).sum::<f64>() / 2.0
         }))
     }))
 }
@@ -166,9 +146,7 @@ pub fn of_l2a() -> f64 {
         let share = f64::from(k) / 200_000.0;
         let light = Illuminance::from_num(50.0 * 320f64.powf(share));
         let interval = Interval::from_num(0.5 + 1.5 * (f64::from(k) * 0.618_034).fract());
-        (table.l2a(light, interval).to_num::<f64>()
-            - crate::control::exact_ratio(&table, light, interval))
-        .abs()
+        (table.l2a(light, interval).to_num::<f64>() - crate::control::exact_ratio(&table, light, interval)).abs()
     }))
 }
 
@@ -183,13 +161,7 @@ pub fn of_exp2() -> f64 {
 
 /// A step of the light, as the module's formula has it; in lux that a step of the type is small against.
 pub fn of_ambient() -> f64 {
-    let cases = [
-        (100u16, 100u16),
-        (100, 10_000),
-        (10, 10_000),
-        (1000, 1000),
-        (7, 3000),
-    ];
+    let cases = [(100u16, 100u16), (100, 10_000), (10, 10_000), (1000, 1000), (7, 3000)];
     worst(cases.into_iter().flat_map(|(sample_period_ms, time_ms)| {
         let smoothing = Smoothing {
             sample_period_ms,
@@ -203,8 +175,7 @@ pub fn of_ambient() -> f64 {
             let decay = (-f64::from(sample_period_ms) / f64::from(time_ms)).exp();
             worst((1..=60).map(|reading| {
                 let light = ambient.sense(I32F32::from_num(to)).to_num::<f64>();
-                let exact = f64::from(to).log2()
-                    + (f64::from(from) / f64::from(to)).log2() * decay.powi(reading);
+                let exact = f64::from(to).log2() + (f64::from(from) / f64::from(to)).log2() * decay.powi(reading);
                 // Half a step of the result is the type's.
                 (light.log2() - exact).abs() - (0.5 / 4096.0 / light) / std::f64::consts::LN_2
             }))
@@ -218,8 +189,7 @@ fn dimmings() -> impl Iterator<Item = (Dimming, f64)> {
     (0..200_000).map(move |k| {
         let light = Illuminance::from_num(0.01 * 1.3e7f64.powf(f64::from(k) / 200_000.0));
         let dimming = Dimming::new(link::l2a_table::L2a::lit("2.1"), light, &calibration);
-        let exact =
-            dimming.l2a.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
+        let exact = dimming.l2a.to_num::<f64>() * light.to_num::<f64>() * BENCH.reflectance.to_num::<f64>();
         (dimming, exact)
     })
 }
@@ -237,12 +207,8 @@ pub fn of_pulses() -> f64 {
     let drive = Drive::new(&BENCH, 125_000_000);
     let floor = drive.floor_at_full_current().to_num::<f64>();
     worst((0..STEPS).map(|k| {
-        let duty = Duty::saturating_from_num(
-            1.001 * floor * (1.0 / floor).powf(f64::from(k) / f64::from(STEPS)),
-        );
-        let given = drive
-            .pulses(duty, Pulses::default())
-            .duty(BENCH.low_current_share);
+        let duty = Duty::saturating_from_num(1.001 * floor * (1.0 / floor).powf(f64::from(k) / f64::from(STEPS)));
+        let given = drive.pulses(duty, Pulses::default()).duty(BENCH.low_current_share);
         (given.to_num::<f64>() / duty.to_num::<f64>() - 1.0).abs()
     }))
 }

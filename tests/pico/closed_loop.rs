@@ -4,9 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
@@ -37,13 +35,7 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     record.extend(&board.run_ms(500));
     record.extend(&board.real_time(true));
     let terminal = Terminal::open(board.socket());
-    vocc(
-        programs,
-        folder,
-        &["device", "send", "--message", MESSAGE],
-        terminal.name(),
-    )
-    .json();
+    vocc(programs, folder, &["device", "send", "--message", MESSAGE], terminal.name()).json();
     std::thread::sleep(Duration::from_millis(100));
     record.extend(&board.real_time(false));
     let filmed_from_ns = record.symbols.last().expect("symbols are shown").ns;
@@ -51,10 +43,7 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     let luminance_cd_m2 = |ns| record.pulses_at(ns).luminance_cd_m2();
     let film = Film::new("paper", &SCENE, LUX, REFLECTANCE);
     let messages = film.messages(&record.symbols, luminance_cd_m2, filmed_from_ns);
-    assert!(
-        messages.iter().any(|message| message == MESSAGE.as_bytes()),
-        "{messages:?}"
-    );
+    assert!(messages.iter().any(|message| message == MESSAGE.as_bytes()), "{messages:?}");
 }
 
 /// A camera before the LEDs of a board.
@@ -65,10 +54,7 @@ pub struct Film {
 impl Film {
     /// A camera in a scene with these changes, in this light.
     pub fn new(scene: &str, changes: &[&str], lux: f64, reflectance: f64) -> Self {
-        let light = [
-            format!("ambient.illuminance_lx={lux}"),
-            format!("panel.reflectance={reflectance}"),
-        ];
+        let light = [format!("ambient.illuminance_lx={lux}"), format!("panel.reflectance={reflectance}")];
         let changes = changes.iter().map(|&change| change.to_owned());
         let overrides: Vec<String> = changes.chain(light).collect();
         let scene = Scene::load(scene, &overrides).expect("a valid scene");
@@ -78,12 +64,7 @@ impl Film {
     }
 
     /// The messages that it and a receiver get from the symbols from a time on, whose On LEDs have this luminance.
-    pub fn messages(
-        &self,
-        symbols: &[Symbol],
-        luminance_cd_m2: impl Fn(u64) -> f64,
-        from_ns: u64,
-    ) -> Vec<Vec<u8>> {
+    pub fn messages(&self, symbols: &[Symbol], luminance_cd_m2: impl Fn(u64) -> f64, from_ns: u64) -> Vec<Vec<u8>> {
         let renderer = &self.renderer;
         let scene = &renderer.view().scene;
         let settings = ReceiverSettings {
@@ -98,8 +79,7 @@ impl Film {
         let mut grey = vec![0; sensor.width * sensor.height];
         let mut messages = vec![];
         for number in 0.. {
-            let Some((moment, shown)) = self.exposure(symbols, &luminance_cd_m2, from_ns, number)
-            else {
+            let Some((moment, shown)) = self.exposure(symbols, &luminance_cd_m2, from_ns, number) else {
                 break;
             };
             renderer.frame(1, &moment, &[shown], &mut canvas, &mut grey);
@@ -115,18 +95,10 @@ impl Film {
     }
 
     /// What the LEDs do during the exposure of a frame; none when the symbols end before.
-    fn exposure(
-        &self,
-        symbols: &[Symbol],
-        luminance_cd_m2: impl Fn(u64) -> f64,
-        from_ns: u64,
-        number: u64,
-    ) -> Option<(Moment, Shown)> {
+    fn exposure(&self, symbols: &[Symbol], luminance_cd_m2: impl Fn(u64) -> f64, from_ns: u64, number: u64) -> Option<(Moment, Shown)> {
         let moment = self.renderer.moment(number);
         let start_ns = from_ns + (moment.start_s * 1e9) as u64;
-        let symbol = symbols
-            .partition_point(|symbol| symbol.ns <= start_ns)
-            .checked_sub(1)?;
+        let symbol = symbols.partition_point(|symbol| symbol.ns <= start_ns).checked_sub(1)?;
         let window: &[_; WINDOW] = symbols.get(symbol..)?.first_chunk()?;
         let moment = Moment {
             symbol: symbol as u64,

@@ -62,10 +62,7 @@ impl Module {
             match self.symbols.last_mut() {
                 Some(last) if event.ns - last.ns < SHIFTED_NS => last.panel = panel,
                 Some(last) if last.panel == panel => {}
-                _ => self.symbols.push(Symbol {
-                    ns: event.ns,
-                    panel,
-                }),
+                _ => self.symbols.push(Symbol { ns: event.ns, panel }),
             }
         }
     }
@@ -76,10 +73,7 @@ impl Module {
             return PanelFrame::default();
         }
         let rows = &self.registers[ROW_0..ROW_0 + 8];
-        let bits = rows
-            .iter()
-            .rev()
-            .fold(0, |bits, row| bits << 8 | u64::from(row.reverse_bits()));
+        let bits = rows.iter().rev().fold(0, |bits, row| bits << 8 | u64::from(row.reverse_bits()));
         PanelFrame::from_bits(bits)
     }
 
@@ -95,8 +89,7 @@ impl Module {
 
     /// Luminance of an On LED: an intensity of n lights a row for 2n + 1 of 32 parts of its time, at most 31.
     fn luminance_cd_m2(&self) -> f64 {
-        self.step()
-            .map_or(0.0, |step| FULL_CD_M2 * f64::from(2 * step + 1) / 31.0)
+        self.step().map_or(0.0, |step| FULL_CD_M2 * f64::from(2 * step + 1) / 31.0)
     }
 }
 
@@ -105,11 +98,7 @@ fn shining(programs: &Programs, folder: &Path) -> (Emulator, Module) {
     let mut board = Emulator::power_up_kit(programs, folder);
     let mut module = Module::default();
     module.extend(&board.run_ms(1_900));
-    assert_eq!(
-        module.step(),
-        None,
-        "dark until it is clear that no light is read"
-    );
+    assert_eq!(module.step(), None, "dark until it is clear that no light is read");
     module.extend(&board.run_ms(1_200));
     assert_eq!(module.step(), Some(NIGHT_STEP));
     (board, module)
@@ -142,10 +131,7 @@ pub fn the_desk_kit_is_read_by_a_camera_on_the_desk(programs: &Programs, folder:
     let desk = desk.to_str().expect("a name");
     let film = Film::new(desk, &["effects.scanning=on"], LUX, REFLECTANCE);
     let messages = film.messages(&module.symbols, |_| luminance_cd_m2, filmed_from_ns);
-    assert!(
-        messages.iter().any(|message| message == MESSAGE.as_bytes()),
-        "{messages:?}"
-    );
+    assert!(messages.iter().any(|message| message == MESSAGE.as_bytes()), "{messages:?}");
 }
 
 /// A panic makes the module dark at once, though it keeps what it was last given; it shines again after the restart.

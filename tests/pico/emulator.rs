@@ -159,10 +159,7 @@ impl Emulator {
     fn until(&mut self, last: impl Fn(&Event) -> bool) -> Vec<Event> {
         let mut events = vec![];
         loop {
-            let event = self
-                .events
-                .recv_timeout(PATIENCE)
-                .expect("the emulator goes on");
+            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
             assert_eq!(event.error, None, "at {} ns", event.ns);
             let done = last(&event);
             events.push(event);

@@ -36,8 +36,7 @@ pub fn the_luminance_follows_the_light_up_and_down(programs: &Programs, folder: 
         let events = board.run_ms(100);
         record.extend(&events);
         let lit_s = events.last().map_or(0.0, |event| event.lit_nanos) / 1e9;
-        let current = record.last_pulses().duty()
-            / (record.last_pulses().lit_s / record.last_pulses().period_s);
+        let current = record.last_pulses().duty() / (record.last_pulses().lit_s / record.last_pulses().period_s);
         let shown_cd_m2 = FULL_CD_M2 * current * lit_s / 0.1;
         let error = shown_cd_m2 / wanted_cd_m2(lux) - 1.0;
         assert!(
@@ -45,11 +44,7 @@ pub fn the_luminance_follows_the_light_up_and_down(programs: &Programs, folder: 
             "{shown_cd_m2} cd/m2 at {lux} lx: {:+.2} %",
             100.0 * error
         );
-        assert!(
-            record.last_pulses().lit_s >= 100e-9,
-            "{:?}",
-            record.last_pulses()
-        );
+        assert!(record.last_pulses().lit_s >= 100e-9, "{:?}", record.last_pulses());
     }
 }
 
@@ -67,31 +62,18 @@ pub fn a_failed_sensor_leads_to_a_safe_luminance(programs: &Programs, folder: &P
         let mut record = Record::default();
         board.light(9_000.0, Fault::None);
         record.extend(&board.run_ms(1_000));
-        assert!(
-            record.last_pulses().luminance_cd_m2() > 0.95 * wanted_cd_m2(9_000.0),
-            "{fault:?}"
-        );
+        assert!(record.last_pulses().luminance_cd_m2() > 0.95 * wanted_cd_m2(9_000.0), "{fault:?}");
         board.light(9_000.0, fault);
         record.extend(&board.run_ms(found_out_ms));
         let safe = record.last_pulses().luminance_cd_m2();
-        assert!(
-            safe > 0.0 && safe <= NIGHT_LIMIT_CD_M2 * 1.001,
-            "{fault:?}: {safe} cd/m2"
-        );
+        assert!(safe > 0.0 && safe <= NIGHT_LIMIT_CD_M2 * 1.001, "{fault:?}: {safe} cd/m2");
         // The board goes on: it shows symbols, was not reset, and takes the sensor back.
         board.light(9_000.0, Fault::None);
         let events = board.run_ms(20_000);
         record.extend(&events);
-        assert!(
-            events.iter().all(|event| event.reset.is_none()),
-            "{fault:?}"
-        );
+        assert!(events.iter().all(|event| event.reset.is_none()), "{fault:?}");
         let error = record.last_pulses().luminance_cd_m2() / wanted_cd_m2(9_000.0) - 1.0;
-        assert!(
-            error.abs() <= error_max(),
-            "{fault:?}: {:+.2} %",
-            100.0 * error
-        );
+        assert!(error.abs() <= error_max(), "{fault:?}: {:+.2} %", 100.0 * error);
     }
 }
 

@@ -28,10 +28,7 @@ type Test = fn(&Programs, &Path);
 
 const TESTS: &[(&str, Test)] = &[
     ("boots_and_says_how_it_is", serial::boots_and_says_how_it_is),
-    (
-        "a_table_outlives_a_power_cut",
-        serial::a_table_outlives_a_power_cut,
-    ),
+    ("a_table_outlives_a_power_cut", serial::a_table_outlives_a_power_cut),
     (
         "a_power_cut_in_an_update_leaves_one_table_whole",
         serial::a_power_cut_in_an_update_leaves_one_table_whole,
@@ -52,22 +49,13 @@ const TESTS: &[(&str, Test)] = &[
         "a_failed_sensor_leads_to_a_safe_luminance",
         light::a_failed_sensor_leads_to_a_safe_luminance,
     ),
-    (
-        "saturating_light_is_daylight",
-        light::saturating_light_is_daylight,
-    ),
+    ("saturating_light_is_daylight", light::saturating_light_is_daylight),
     (
         "a_message_sent_to_the_board_is_received_by_a_camera",
         closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
     ),
-    (
-        "a_program_that_hangs_is_restarted",
-        restart::a_program_that_hangs_is_restarted,
-    ),
-    (
-        "a_panic_is_dark_and_restarts",
-        restart::a_panic_is_dark_and_restarts,
-    ),
+    ("a_program_that_hangs_is_restarted", restart::a_program_that_hangs_is_restarted),
+    ("a_panic_is_dark_and_restarts", restart::a_panic_is_dark_and_restarts),
     (
         "the_desk_kit_is_read_by_a_camera_on_the_desk",
         desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
@@ -97,10 +85,5 @@ fn main() -> ExitCode {
         };
         (name, run)
     });
-    trials::run(
-        &arguments,
-        "the Pico's image",
-        in_a_folder,
-        Programs::provide,
-    )
+    trials::run(&arguments, "the Pico's image", in_a_folder, Programs::provide)
 }

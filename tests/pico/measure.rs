@@ -32,9 +32,7 @@ const DIMMED_MS: u64 = 1_000;
 pub fn it_is_small(programs: &Programs, _: &Path) {
     let elf = std::fs::read(&programs.image).expect("the image is built");
     let Size { flash, ram } = size(&elf);
-    say(&format!(
-        "flash {flash} bytes of {FLASH_MAX}, static RAM {ram} bytes of {RAM_MAX}"
-    ));
+    say(&format!("flash {flash} bytes of {FLASH_MAX}, static RAM {ram} bytes of {RAM_MAX}"));
     assert!(flash <= FLASH_MAX && ram <= RAM_MAX);
 }
 
@@ -54,8 +52,7 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     while record.symbols.len() <= SYMBOLS as usize {
         // As much as the line takes in the time.
         for _ in 0..20 {
-            port.write_all(&requests(&mut sequence))
-                .expect("the board takes it");
+            port.write_all(&requests(&mut sequence)).expect("the board takes it");
         }
         board.light(lux, Fault::None);
         lux = if lux > 10_000.0 { 60.0 } else { lux * 1.7 };
@@ -79,11 +76,10 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     ));
     assert!(jitter_ns <= JITTER_MAX_NS && rate_error.abs() <= RATE_ERROR_MAX);
     let cycles = last.cycles.expect("cycles were counted");
-    for (name, what) in names.into_iter().zip([
-        "symbol interrupt",
-        "dimming update, sensor reading to duty",
-        "LDPC-encoded block",
-    ]) {
+    for (name, what) in names
+        .into_iter()
+        .zip(["symbol interrupt", "dimming update, sensor reading to duty", "LDPC-encoded block"])
+    {
         let tally = |key: &str| cycles[name][key].as_u64().expect("it ran");
         say(&format!(
             "{what}: {} to {} cycles, {} on average",
@@ -106,12 +102,12 @@ pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) 
         record.extend(&board.run_ms(12_000));
         let wanted = (l2a(to) * to * REFLECTANCE).min(FULL_CD_M2);
         let after_ms = |tolerance: f64| {
-            let settled = record.pulses.iter().rev().take_while(|(ns, pulses)| {
-                *ns > started && (pulses.luminance_cd_m2() / wanted).ln().abs() <= tolerance.ln()
-            });
-            settled
-                .last()
-                .map_or(u64::MAX, |(ns, _)| (ns - started) / 1_000_000)
+            let settled = record
+                .pulses
+                .iter()
+                .rev()
+                .take_while(|(ns, pulses)| *ns > started && (pulses.luminance_cd_m2() / wanted).ln().abs() <= tolerance.ln());
+            settled.last().map_or(u64::MAX, |(ns, _)| (ns - started) / 1_000_000)
         };
         let first = record
             .pulses
@@ -131,24 +127,15 @@ pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) 
 fn message() -> Vec<u8> {
     let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
     let message = &[b'm'; MESSAGE_MAX];
-    let request = Request::Send {
-        repeats: None,
-        message,
-    };
-    encode(Kind::Request, 0, &request, &mut wire)
-        .expect("it fits")
-        .to_vec()
+    let request = Request::Send { repeats: None, message };
+    encode(Kind::Request, 0, &request, &mut wire).expect("it fits").to_vec()
 }
 
 /// Valid requests, nonsense and half a frame.
 fn requests(sequence: &mut u32) -> Vec<u8> {
     let mut bytes = vec![];
     let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
-    for request in [
-        Request::Status,
-        Request::Hello,
-        Request::ReadTable { offset: 0 },
-    ] {
+    for request in [Request::Status, Request::Hello, Request::ReadTable { offset: 0 }] {
         *sequence += 1;
         let request = encode(Kind::Request, *sequence, &request, &mut wire).expect("it fits");
         bytes.extend_from_slice(request);

@@ -56,16 +56,12 @@ impl Record {
 
     /// The pulses at the end.
     pub fn last_pulses(&self) -> Pulses {
-        self.pulses
-            .last()
-            .map_or_else(Pulses::default, |&(_, pulses)| pulses)
+        self.pulses.last().map_or_else(Pulses::default, |&(_, pulses)| pulses)
     }
 
     /// The pulses at a time, ns.
     pub fn pulses_at(&self, ns: u64) -> Pulses {
         let before = self.pulses.partition_point(|&(from, _)| from <= ns);
-        before
-            .checked_sub(1)
-            .map_or_else(Pulses::default, |index| self.pulses[index].1)
+        before.checked_sub(1).map_or_else(Pulses::default, |index| self.pulses[index].1)
     }
 }

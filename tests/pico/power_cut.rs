@@ -25,12 +25,7 @@ pub fn change(programs: &Programs, folder: &Path, words: &[&str]) {
 /// Lets `vocc` begin the same change again and again, always of the same board, and cuts the power after ever more flash operations until
 /// there are none left to cut. What `is_new` finds when the power is back, told how many operations there were, is the old state up to some
 /// cut and the new one from there on. How often the power was cut, or came too late.
-pub fn at_every_operation(
-    programs: &Programs,
-    folder: &Path,
-    words: &[&str],
-    is_new: impl Fn(&Terminal, u32) -> bool,
-) -> usize {
+pub fn at_every_operation(programs: &Programs, folder: &Path, words: &[&str], is_new: impl Fn(&Terminal, u32) -> bool) -> usize {
     let flashed = folder.join("flash.bin");
     let before = std::fs::read(&flashed).expect("the flash is a file");
     let words = [words, &["--timeout", "0.5"]].concat();
@@ -52,9 +47,6 @@ pub fn at_every_operation(
             break;
         }
     }
-    assert!(
-        kept.is_sorted() && !kept[0] && kept[kept.len() - 1],
-        "{kept:?}"
-    );
+    assert!(kept.is_sorted() && !kept[0] && kept[kept.len() - 1], "{kept:?}");
     kept.len()
 }

@@ -20,12 +20,7 @@ const STOPPED_S: f64 = 4e-6;
 /// Asks or tells the rate, with these words behind `vocc device rate`.
 fn rate_hz(board: &mut Emulator, programs: &Programs, folder: &Path, words: &[&str]) -> Value {
     let terminal = Terminal::open(board.socket());
-    let told = vocc(
-        programs,
-        folder,
-        &[&["device", "rate"], words].concat(),
-        terminal.name(),
-    );
+    let told = vocc(programs, folder, &[&["device", "rate"], words].concat(), terminal.name());
     told.json()["symbol_rate_hz"].clone()
 }
 
@@ -40,10 +35,7 @@ fn of_rate(lengths_s: &[f64], rate_hz: f64) -> (usize, &[f64]) {
 }
 
 /// The latch goes over from one rate to the next between two symbols, no symbol is lost or shown twice, and a restart keeps the rate.
-pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(
-    programs: &Programs,
-    folder: &Path,
-) {
+pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(programs: &Programs, folder: &Path) {
     let rates_hz = [27.0, 216.0, 9.0];
     {
         let mut board = Emulator::power_up(programs, folder, &[]);
@@ -53,10 +45,7 @@ pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(
             board.real_time(true);
             assert_eq!(rate_hz(&mut board, programs, folder, &[]), json!(before_hz));
             let wanted_hz: f64 = told.parse().expect("a number");
-            assert_eq!(
-                rate_hz(&mut board, programs, folder, &[told]),
-                json!(wanted_hz)
-            );
+            assert_eq!(rate_hz(&mut board, programs, folder, &[told]), json!(wanted_hz));
             record.extend(&board.real_time(false));
             record.extend(&board.run_ms(600));
         }
@@ -68,10 +57,7 @@ pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(
         let mut rest = &lengths_s[..];
         for rate_hz in [90.0].into_iter().chain(rates_hz) {
             let (count, others) = of_rate(rest, rate_hz);
-            assert!(
-                count > 4,
-                "{count} symbols at {rate_hz} a second, then {others:?}"
-            );
+            assert!(count > 4, "{count} symbols at {rate_hz} a second, then {others:?}");
             rest = others;
         }
         assert_eq!(rest, [0.0; 0], "symbols of another length");
@@ -89,11 +75,7 @@ pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(
     let mut board = Emulator::power_up(programs, folder, &[]);
     let mut record = Record::default();
     record.extend(&board.run_ms(1_000));
-    assert!(
-        record.symbols.len() >= 8,
-        "{} symbols",
-        record.symbols.len()
-    );
+    assert!(record.symbols.len() >= 8, "{} symbols", record.symbols.len());
     for pair in record.symbols.windows(2) {
         let length_s = (pair[1].ns - pair[0].ns) as f64 / 1e9;
         assert_eq!(of_rate(&[length_s], 9.0).0, 1, "{length_s} s");
@@ -111,10 +93,7 @@ pub fn a_power_cut_in_a_change_leaves_one_rate(programs: &Programs, folder: &Pat
     at_every_operation(programs, folder, &slower, |terminal, operations| {
         let told = vocc(programs, folder, &["device", "rate"], terminal.name()).json();
         let found = &told["symbol_rate_hz"];
-        assert!(
-            *found == json!(54.0) || *found == json!(27.0),
-            "after {operations}: {found}"
-        );
+        assert!(*found == json!(54.0) || *found == json!(27.0), "after {operations}: {found}");
         *found == json!(27.0)
     });
 }

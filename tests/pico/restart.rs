@@ -23,32 +23,21 @@ fn shining(programs: &Programs, folder: &Path) -> Emulator {
     let mut board = Emulator::power_up(programs, folder, &["--edges"]);
     board.light(9_000.0, Fault::None);
     let dark = board.run_ms(90);
-    assert!(
-        lit_ms(&dark) == 0.0,
-        "dark until the first reading: {} ms",
-        lit_ms(&dark)
-    );
+    assert!(lit_ms(&dark) == 0.0, "dark until the first reading: {} ms", lit_ms(&dark));
     let lit = board.run_ms(500);
     assert!(lit_ms(&lit) > 50.0, "{} ms", lit_ms(&lit));
     board
 }
 
 fn resets(events: &[Event]) -> Vec<&str> {
-    events
-        .iter()
-        .filter_map(|event| event.reset.as_deref())
-        .collect()
+    events.iter().filter_map(|event| event.reset.as_deref()).collect()
 }
 
 /// After a restart the panel shines again, and the status tells what happened.
 fn is_back(board: &mut Emulator, programs: &Programs, folder: &Path) {
     let mut record = Record::default();
     record.extend(&board.run_ms(500));
-    assert!(
-        record.last_pulses().luminance_cd_m2() > 1_000.0,
-        "{:?}",
-        record.last_pulses()
-    );
+    assert!(record.last_pulses().luminance_cd_m2() > 1_000.0, "{:?}", record.last_pulses());
     board.real_time(true);
     let terminal = Terminal::open(board.socket());
     let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();

@@ -42,19 +42,9 @@ pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     assert!(close(&status["illuminance_lx"], 1000.0), "{status}");
     let l2a = l2a(1000.0);
     assert!(close(&status["l2a"], l2a), "{status}");
-    assert!(
-        close(&status["luminance_cd_m2"], l2a * 1000.0 * REFLECTANCE),
-        "{status}"
-    );
-    assert!(
-        close(&status["duty"], l2a * 1000.0 * REFLECTANCE / FULL_CD_M2),
-        "{status}"
-    );
-    assert_eq!(
-        status["faults"],
-        json!(["no_table", "no_calibration"]),
-        "{status}"
-    );
+    assert!(close(&status["luminance_cd_m2"], l2a * 1000.0 * REFLECTANCE), "{status}");
+    assert!(close(&status["duty"], l2a * 1000.0 * REFLECTANCE / FULL_CD_M2), "{status}");
+    assert_eq!(status["faults"], json!(["no_table", "no_calibration"]), "{status}");
     assert_eq!(status["table_crc"], crc(&L2aTable::default()), "{status}");
     assert!(status["uptime_s"].as_u64() >= Some(1), "{status}");
 }
@@ -78,46 +68,21 @@ pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
     let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
     assert_eq!(status["table_crc"], crc(&table), "{status}");
     assert_eq!(status["faults"], json!(["no_calibration"]), "{status}");
-    assert!(
-        close(&status["luminance_cd_m2"], 1.25 * 1000.0 * REFLECTANCE),
-        "{status}"
-    );
-    vocc(
-        programs,
-        folder,
-        &["table", "pull", "back.toml"],
-        terminal.name(),
-    )
-    .json();
-    vocc(
-        programs,
-        folder,
-        &["table", "verify", "back.toml"],
-        terminal.name(),
-    )
-    .json();
+    assert!(close(&status["luminance_cd_m2"], 1.25 * 1000.0 * REFLECTANCE), "{status}");
+    vocc(programs, folder, &["table", "pull", "back.toml"], terminal.name()).json();
+    vocc(programs, folder, &["table", "verify", "back.toml"], terminal.name()).json();
 }
 
 /// The power goes in the middle of flash operations of updates: one of the two tables is there, whole.
 pub fn a_power_cut_in_an_update_leaves_one_table_whole(programs: &Programs, folder: &Path) {
-    let [old, new] = [
-        write_table(folder, "old.toml", 1.5),
-        write_table(folder, "new.toml", 2.5),
-    ];
+    let [old, new] = [write_table(folder, "old.toml", 1.5), write_table(folder, "new.toml", 2.5)];
     change(programs, folder, &["table", "push", "old.toml"]);
     let push = ["table", "push", "new.toml"];
     let cuts = at_every_operation(programs, folder, &push, |terminal, operations| {
         let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
         let found = &status["table_crc"];
-        assert!(
-            *found == crc(&old) || *found == crc(&new),
-            "after {operations}: {status}"
-        );
-        assert_eq!(
-            status["faults"],
-            json!(["no_calibration"]),
-            "after {operations}"
-        );
+        assert!(*found == crc(&old) || *found == crc(&new), "after {operations}: {status}");
+        assert_eq!(status["faults"], json!(["no_calibration"]), "after {operations}");
         *found == crc(&new)
     });
     assert!(cuts > 2, "{cuts}");

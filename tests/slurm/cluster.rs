@@ -64,15 +64,8 @@ impl Cluster {
 
     /// What a command of Slurm prints; nothing where it fails or does not come back.
     pub fn ask(&self, program: &str, arguments: &[&str]) -> String {
-        let output = self
-            .command("timeout")
-            .arg("10")
-            .arg(program)
-            .args(arguments)
-            .output();
-        output.map_or(String::new(), |output| {
-            String::from_utf8_lossy(&output.stdout).into_owned()
-        })
+        let output = self.command("timeout").arg("10").arg(program).args(arguments).output();
+        output.map_or(String::new(), |output| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
     /// One value of `scontrol show job`, such as JobState.
@@ -114,9 +107,7 @@ impl Cluster {
         let parents = processes.iter().filter_map(|&process| parent(process));
         let parents = parents.filter(|parent| !processes.contains(parent) && *parent > 1);
         for process in parents.chain(processes.iter().copied()) {
-            let _ = Command::new("kill")
-                .args(["-9", &process.to_string()])
-                .status();
+            let _ = Command::new("kill").args(["-9", &process.to_string()]).status();
         }
     }
 
@@ -173,16 +164,10 @@ impl Cluster {
         self.wait_for_keys();
         let configuration = self.configuration();
         let mut controller = Command::new("slurmctld");
-        self.daemon(
-            "slurmctld",
-            controller.args(["-D", "-c", "-f"]).arg(&configuration),
-        )?;
+        self.daemon("slurmctld", controller.args(["-D", "-c", "-f"]).arg(&configuration))?;
         for node in NODES {
             let mut daemon = Command::new("slurmd");
-            self.daemon(
-                node,
-                daemon.args(["-D", "-N", node, "-f"]).arg(&configuration),
-            )?;
+            self.daemon(node, daemon.args(["-D", "-N", node, "-f"]).arg(&configuration))?;
         }
         Ok(())
     }
@@ -223,10 +208,7 @@ impl Cluster {
                     let log = self.folder().join("log").join(format!("{name}.out"));
                     std::fs::read_to_string(log).unwrap_or_default()
                 });
-                return Err(Unready::Failed(format!(
-                    "Slurm's nodes did not come up: {states}{}",
-                    logs.concat()
-                )));
+                return Err(Unready::Failed(format!("Slurm's nodes did not come up: {states}{}", logs.concat())));
             }
             std::thread::sleep(Duration::from_millis(100));
         }
@@ -239,10 +221,7 @@ impl Drop for Cluster {
         for (_, daemon) in self.daemons.iter_mut().rev() {
             let asked = Command::new("kill").arg(daemon.id().to_string()).status();
             let begun = Instant::now();
-            while asked.is_ok()
-                && matches!(daemon.try_wait(), Ok(None))
-                && begun.elapsed() < Duration::from_secs(5)
-            {
+            while asked.is_ok() && matches!(daemon.try_wait(), Ok(None)) && begun.elapsed() < Duration::from_secs(5) {
                 std::thread::sleep(Duration::from_millis(50));
             }
             let _ = daemon.kill();
@@ -252,8 +231,7 @@ impl Drop for Cluster {
 }
 
 fn is_installed(program: &str) -> bool {
-    PATH.split(':')
-        .any(|folder| Path::new(folder).join(program).exists())
+    PATH.split(':').any(|folder| Path::new(folder).join(program).exists())
 }
 
 fn configuration(folder: &Path) -> std::io::Result<String> {
@@ -262,10 +240,7 @@ fn configuration(folder: &Path) -> std::io::Result<String> {
     // Held together, so that they differ.
     let listeners = [0; 3].map(|_| TcpListener::bind("127.0.0.1:0"));
     let [mut controller, mut first, mut second] = [0; 3];
-    for (port, listener) in [&mut controller, &mut first, &mut second]
-        .into_iter()
-        .zip(listeners)
-    {
+    for (port, listener) in [&mut controller, &mut first, &mut second].into_iter().zip(listeners) {
         *port = listener?.local_addr()?.port();
     }
     let folder = folder.display();
@@ -305,9 +280,7 @@ PartitionName=all Nodes=n1,n2 Default=YES MaxTime=10 State=UP
 
 fn word(command: &mut Command) -> String {
     let output = command.output();
-    output.map_or(String::new(), |output| {
-        String::from_utf8_lossy(&output.stdout).trim().to_string()
-    })
+    output.map_or(String::new(), |output| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
 /// A process's parent.

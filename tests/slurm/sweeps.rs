@@ -44,11 +44,7 @@ pose.distance_m = [45, 70]
 "
         );
         std::fs::write(folder.join("plan.toml"), plan).expect("a plan");
-        Self {
-            setting,
-            cluster,
-            folder,
-        }
+        Self { setting, cluster, folder }
     }
 
     fn vocc(&self, arguments: &[&str]) -> Output {
@@ -103,11 +99,7 @@ pose.distance_m = [45, 70]
     fn wait_for_merge(&self, job: &str) {
         self.wait("the shards are merged", || {
             let state = self.cluster.of_job(job, "JobState");
-            assert!(
-                !["FAILED", "CANCELLED"].contains(&&*state),
-                "merge {state}: {}",
-                self.logs()
-            );
+            assert!(!["FAILED", "CANCELLED"].contains(&&*state), "merge {state}: {}", self.logs());
             state == "COMPLETED"
         });
     }
@@ -116,9 +108,7 @@ pose.distance_m = [45, 70]
     fn status(&self) -> Vec<Value> {
         let output = self.vocc(&["sweep", "--status", "jobs", "--json"]);
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        let lines = text
-            .lines()
-            .map(|line| serde_json::from_str(line).expect("JSON"));
+        let lines = text.lines().map(|line| serde_json::from_str(line).expect("JSON"));
         lines.collect()
     }
 
@@ -127,9 +117,7 @@ pose.distance_m = [45, 70]
         let alone = self.vocc(&["sweep", "plan.toml", "--out", "alone"]);
         assert_eq!(alone.status.code(), Some(0));
         for name in ["sweep.json", "sweep.csv"] {
-            let read = |folder: &str| {
-                std::fs::read_to_string(self.folder.join(folder).join(name)).expect(name)
-            };
+            let read = |folder: &str| std::fs::read_to_string(self.folder.join(folder).join(name)).expect(name);
             let (alone, merged) = (read("alone"), read("jobs"));
             assert!(alone.len() > 300, "{alone}");
             assert!(alone == merged, "{name} differs:\n{alone}\n{merged}");
@@ -169,23 +157,14 @@ pub fn a_shard_that_failed_is_done_again_alone(setting: &Setting) {
     });
     let failed = &case.status()[2];
     assert_eq!(failed["state"], "failed", "{failed}");
-    assert!(
-        failed["why"]
-            .as_str()
-            .is_some_and(|why| why.contains("shard-000002"))
-    );
+    assert!(failed["why"].as_str().is_some_and(|why| why.contains("shard-000002")));
     assert!(!case.jobs().join("sweep.json").exists());
     std::fs::remove_dir_all(shard(2)).expect("a folder");
     let written = || [0, 1, 3].map(|index| modified(&shard(index)));
     let before = written();
     let again = |arguments: &[&str], script: &str| {
         let script = case.jobs().join(script);
-        let arguments = [
-            &["--parsable"],
-            arguments,
-            &[script.to_str().expect("a name")],
-        ]
-        .concat();
+        let arguments = [&["--parsable"], arguments, &[script.to_str().expect("a name")]].concat();
         let job = case.cluster.ask("sbatch", &arguments).trim().to_string();
         assert!(!job.is_empty(), "sbatch takes {arguments:?}");
         job
@@ -205,18 +184,11 @@ pub fn a_task_that_is_told_to_end_keeps_what_it_has_and_goes_on_later(setting: &
     case.wait("the task works", || file.exists());
     std::thread::sleep(Duration::from_millis(1500));
     // What Slurm does shortly before the time limit.
-    case.cluster
-        .ask("scancel", &["--batch", "--signal=USR1", &task]);
-    case.wait("the task is queued again", || {
-        case.cluster.of_job(&task, "Restarts") == "1"
-    });
+    case.cluster.ask("scancel", &["--batch", "--signal=USR1", &task]);
+    case.wait("the task is queued again", || case.cluster.of_job(&task, "Restarts") == "1");
     let status = &case.status()[0];
     assert_eq!(status["state"], "unfinished", "{status}{}", case.logs());
-    assert!(
-        status["done"]
-            .as_f64()
-            .is_some_and(|done| done > 0.0 && done < 1.0)
-    );
+    assert!(status["done"].as_f64().is_some_and(|done| done > 0.0 && done < 1.0));
     case.wait_for_merge(&jobs.merge);
     case.assert_is_one_run();
 }

@@ -28,10 +28,9 @@ impl Arguments {
         let mut arguments = std::env::args().skip(1);
         let count: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(100);
         let folder = arguments.next();
-        let folder = folder.as_deref().unwrap_or(concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../studies/photographs"
-        ));
+        let folder = folder
+            .as_deref()
+            .unwrap_or(concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/photographs"));
         let size = arguments.next().and_then(|size| {
             let (width, height) = size.split_once('x')?;
             Some([width.parse().ok()?, height.parse().ok()?])

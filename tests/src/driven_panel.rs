@@ -46,11 +46,7 @@ impl From<Cycles> for Pulses {
 impl Pulses {
     /// The share of the full light.
     pub fn duty(&self) -> f64 {
-        let current = if self.low_current {
-            LOW_CURRENT_SHARE
-        } else {
-            1.0
-        };
+        let current = if self.low_current { LOW_CURRENT_SHARE } else { 1.0 };
         if self.lit_s == 0.0 {
             0.0
         } else {

@@ -15,12 +15,5 @@ pub fn provide() -> Result<(), Unready> {
     if folder.join("node_modules/rp2040js").is_dir() {
         return Ok(());
     }
-    output(
-        Command::new("npm")
-            .arg("ci")
-            .arg("--no-audit")
-            .arg("--prefix")
-            .arg(folder),
-    )
-    .map(drop)
+    output(Command::new("npm").arg("ci").arg("--no-audit").arg("--prefix").arg(folder)).map(drop)
 }

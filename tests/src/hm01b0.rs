@@ -207,20 +207,13 @@ fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeE
         }
     }
     let spaced = changes.windows(2).map(|pair| pair[1].0 - pair[0].0);
-    let symbol_s = spaced
-        .clone()
-        .reduce(f64::max)
-        .unwrap_or((end_ns - start_ns) / 1e9);
-    let uneven = spaced
-        .clone()
-        .any(|length_s| length_s < symbol_s * (1.0 - LENGTH_ERROR_MAX));
+    let symbol_s = spaced.clone().reduce(f64::max).unwrap_or((end_ns - start_ns) / 1e9);
+    let uneven = spaced.clone().any(|length_s| length_s < symbol_s * (1.0 - LENGTH_ERROR_MAX));
     let first_s = changes.first().map_or(symbol_s, |&(after_s, _)| after_s);
     // The first one may have been there for longer than one symbol.
     let repeats = (first_s / symbol_s).ceil().max(1.0);
     if uneven || repeats as usize + changes.len() > WINDOW {
-        return Err(EyeError::Symbols(
-            changes.iter().map(|change| change.0).collect(),
-        ));
+        return Err(EyeError::Symbols(changes.iter().map(|change| change.0).collect()));
     }
     let mut symbols = [changes.last().map_or(shown, |change| change.1); WINDOW];
     symbols[..repeats as usize].fill(shown);
@@ -243,11 +236,7 @@ fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeE
 fn binned(sensor: &[u8], width: usize) -> Vec<u8> {
     let pairs = sensor.chunks_exact(2 * width).flat_map(|two| {
         let (upper, lower) = two.split_at(width);
-        upper
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .zip(lower.as_chunks::<2>().0)
+        upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0)
     });
     let mean = |(upper, lower): (&[u8; 2], &[u8; 2])| {
         let sum: u16 = upper.iter().chain(lower).copied().map(u16::from).sum();
@@ -272,10 +261,7 @@ mod tests {
             exposure_lines,
             gain: 1.0,
             black: 8.0,
-            symbols: symbols
-                .iter()
-                .map(|&(ns, digits)| (ns, digits.to_owned()))
-                .collect(),
+            symbols: symbols.iter().map(|&(ns, digits)| (ns, digits.to_owned())).collect(),
             pulse: Cycles {
                 lit_cycles: 500,
                 period_cycles: 2_000,
@@ -285,10 +271,7 @@ mod tests {
     }
 
     fn grey_means(exposure_lines: f64, gain: f64) -> (f64, f64) {
-        let changes = [
-            "pose.distance_m=1.5".to_owned(),
-            "ambient.illuminance_lx=500".into(),
-        ];
+        let changes = ["pose.distance_m=1.5".to_owned(), "ambient.illuminance_lx=500".into()];
         let mut eye = Eye::new("hm01b0", &changes).unwrap();
         let lit = [(0.0, "ffffffffffffffff")];
         let mut asked = request(&lit, exposure_lines);
@@ -321,16 +304,10 @@ mod tests {
     fn lines_see_the_symbol_of_their_own_time() {
         // Half the frame is read before the change, half behind it.
         let half_ns = 1e9 + 61.0 * 125_333.0;
-        let asked = request(
-            &[(0.0, "ffffffffffffffff"), (half_ns, "0000000000000000")],
-            2.0,
-        );
+        let asked = request(&[(0.0, "ffffffffffffffff"), (half_ns, "0000000000000000")], 2.0);
         let (moment, symbols) = moment(&asked).unwrap();
         let seen = |line: f64| symbols[moment.middle_symbol(line * 125_333e-9)].bits();
-        assert_eq!(
-            [seen(0.0), seen(60.0), seen(63.0), seen(121.0)],
-            [u64::MAX, u64::MAX, 0, 0]
-        );
+        assert_eq!([seen(0.0), seen(60.0), seen(63.0), seen(121.0)], [u64::MAX, u64::MAX, 0, 0]);
     }
 
     #[test]
@@ -344,17 +321,12 @@ mod tests {
             let from_first_change = (ns - 1e9) / 1e9 + 8.0 * 125_333e-9 + moment.since_change_s;
             symbols[(from_first_change / moment.symbol_s) as usize].bits() & 15
         };
-        assert_eq!(
-            [at(1.0069e9), at(1.0071e9), at(1.0119e9), at(1.0121e9)],
-            [1, 2, 2, 3]
-        );
+        assert_eq!([at(1.0069e9), at(1.0071e9), at(1.0119e9), at(1.0121e9)], [1, 2, 2, 3]);
     }
 
     #[test]
     fn more_than_can_be_drawn_is_an_error() {
-        let symbols: Vec<(f64, String)> = (0..20)
-            .map(|n| (0.98e9 + 2e6 * f64::from(n), "0".repeat(16)))
-            .collect();
+        let symbols: Vec<(f64, String)> = (0..20).map(|n| (0.98e9 + 2e6 * f64::from(n), "0".repeat(16))).collect();
         let mut asked = request(&[], 8.0);
         asked.symbols = symbols;
         assert!(matches!(moment(&asked), Err(EyeError::Symbols(_))));

@@ -86,9 +86,7 @@ impl Truth {
     /// The 64 bits, LED 8·row + column at that bit.
     pub fn bits(&self) -> u64 {
         let cells = self.bits.iter().flat_map(|row| row.bytes());
-        cells
-            .enumerate()
-            .fold(0, |bits, (led, cell)| bits | u64::from(cell == b'1') << led)
+        cells.enumerate().fold(0, |bits, (led, cell)| bits | u64::from(cell == b'1') << led)
     }
 }
 
@@ -97,11 +95,8 @@ impl Truth {
 /// # Panics
 /// When a frame is missing or damaged: then no test of it can pass.
 pub fn reference_frames(folder: &str) -> Vec<ReferenceFrame> {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("frames")
-        .join(folder);
-    let entries =
-        fs::read_dir(&directory).unwrap_or_else(|error| panic!("{}: {error}", directory.display()));
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("frames").join(folder);
+    let entries = fs::read_dir(&directory).unwrap_or_else(|error| panic!("{}: {error}", directory.display()));
     let mut truths: Vec<PathBuf> = entries
         .map(|entry| entry.expect("a readable folder").path())
         .filter(|path| path.extension().is_some_and(|e| e == "json"))
@@ -111,17 +106,12 @@ pub fn reference_frames(folder: &str) -> Vec<ReferenceFrame> {
 }
 
 fn load(folder: &str, path: &Path) -> ReferenceFrame {
-    let fault =
-        |error: &dyn std::fmt::Display| -> String { format!("{}: {error}", path.display()) };
+    let fault = |error: &dyn std::fmt::Display| -> String { format!("{}: {error}", path.display()) };
     let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}", fault(&error)));
     let truth = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}", fault(&error)));
-    let bytes =
-        fs::read(path.with_extension("npy")).unwrap_or_else(|error| panic!("{}", fault(&error)));
+    let bytes = fs::read(path.with_extension("npy")).unwrap_or_else(|error| panic!("{}", fault(&error)));
     let matrix = npy(&bytes).unwrap_or_else(|| panic!("{}", fault(&"no matrix of <f4")));
-    let number = path
-        .file_stem()
-        .map(|stem| stem.to_string_lossy().into_owned())
-        .unwrap_or_default();
+    let number = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     ReferenceFrame {
         name: format!("{folder}/{number}"),
         truth,
@@ -141,9 +131,7 @@ struct Matrix {
 
 /// What a NumPy file of version 1.0 holds, where that is a matrix of single precision.
 fn npy(bytes: &[u8]) -> Option<Matrix> {
-    let (length, rest) = bytes
-        .strip_prefix(b"\x93NUMPY\x01\x00")?
-        .split_first_chunk()?;
+    let (length, rest) = bytes.strip_prefix(b"\x93NUMPY\x01\x00")?.split_first_chunk()?;
     let (about, numbers) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;
     let about = std::str::from_utf8(about).ok()?;
     let shape = about
@@ -153,13 +141,6 @@ fn npy(bytes: &[u8]) -> Option<Matrix> {
     let (height, width) = shape.split_once(", ")?;
     let (height, width) = (height.parse().ok()?, width.parse().ok()?);
     let (numbers, rest) = numbers.as_chunks();
-    let values: Vec<f32> = numbers
-        .iter()
-        .map(|four| f32::from_le_bytes(*four))
-        .collect();
-    (rest.is_empty() && values.len() == height * width).then_some(Matrix {
-        height,
-        width,
-        values,
-    })
+    let values: Vec<f32> = numbers.iter().map(|four| f32::from_le_bytes(*four)).collect();
+    (rest.is_empty() && values.len() == height * width).then_some(Matrix { height, width, values })
 }

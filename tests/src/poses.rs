@@ -112,13 +112,7 @@ impl Trials {
     ///
     /// # Errors
     /// As of [`Trials::draw`].
-    pub fn approach(
-        &mut self,
-        seed: u64,
-        speed_m_s: f64,
-        fps: f64,
-        frames: u64,
-    ) -> Result<Vec<(f64, Trial)>, Unknown> {
+    pub fn approach(&mut self, seed: u64, speed_m_s: f64, fps: f64, frames: u64) -> Result<Vec<(f64, Trial)>, Unknown> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut trials = Vec::new();
         for frame in 0..frames {
@@ -136,13 +130,7 @@ impl Trials {
     }
 
     /// Films a panel and measures it.
-    fn measure(
-        &mut self,
-        placed: &Placed,
-        seed: u64,
-        frame: u64,
-        random: &mut ChaCha8Rng,
-    ) -> Result<Trial, Unknown> {
+    fn measure(&mut self, placed: &Placed, seed: u64, frame: u64, random: &mut ChaCha8Rng) -> Result<Trial, Unknown> {
         let Placed {
             preset,
             distance_m,
@@ -263,9 +251,7 @@ fn range_bound_m(truth: Truth, information: &[[f64; 8]; 8], half_side_m: f64) ->
         let moved = |by: f64| {
             let mut step = [0.0; 6];
             step[number] = by;
-            let turn = DMat3::from_rotation_x(step[3])
-                * DMat3::from_rotation_y(step[4])
-                * DMat3::from_rotation_z(step[5]);
+            let turn = DMat3::from_rotation_x(step[3]) * DMat3::from_rotation_y(step[4]) * DMat3::from_rotation_z(step[5]);
             let moved = (translation + DVec3::from_slice(&step[..3]), turn * rotation);
             let PlaneImage {
                 centre: [a, b],
@@ -303,8 +289,6 @@ pub fn image_of((translation, rotation): Truth, half_side_m: f64) -> PlaneImage 
 fn solved(matrix: Matrix6<f64>, right: &Vector6<f64>) -> Vector6<f64> {
     let size = matrix.diagonal().map(|c| c.sqrt().recip());
     let scaled = matrix.component_mul(&(size * size.transpose()));
-    let solved = Cholesky::new(scaled)
-        .expect("a covariance")
-        .solve(&right.component_mul(&size));
+    let solved = Cholesky::new(scaled).expect("a covariance").solve(&right.component_mul(&size));
     solved.component_mul(&size)
 }

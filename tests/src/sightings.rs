@@ -26,30 +26,19 @@ pub struct Tally {
 ///
 /// # Panics
 /// When a scene cannot be drawn.
-pub fn search_scenes(
-    seeds: Range<u64>,
-    size: [usize; 2],
-    photographs: &[GrayImage],
-    mut tell: impl FnMut(&str),
-) -> Tally {
+pub fn search_scenes(seeds: Range<u64>, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> Tally {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut tally = Tally::default();
     for seed in seeds {
-        let sighting = RandomScene::draw(seed, size, FRAMES as u64, photographs)
-            .expect("a scene that can be drawn");
-        let frames: Vec<Frame> = sighting
-            .frames
-            .iter()
-            .map(|pixels| frame(pixels, size))
-            .collect();
+        let sighting = RandomScene::draw(seed, size, FRAMES as u64, photographs).expect("a scene that can be drawn");
+        let frames: Vec<Frame> = sighting.frames.iter().map(|pixels| frame(pixels, size)).collect();
         let mut why = Vec::new();
         let mut outcome = None;
         for number in 0..FRAMES {
             let earlier: Vec<Frame> = frames[..number].iter().rev().copied().collect();
             let effort = Effort::Share(number as u64);
-            match locator.locate_among(&frames[number], &earlier, &[], effort, &mut memory, &mut ())
-            {
+            match locator.locate_among(&frames[number], &earlier, &[], effort, &mut memory, &mut ()) {
                 Ok(location) => {
                     outcome = Some((number, sighting.error_px(location.corners.points())));
                     break;
@@ -64,10 +53,7 @@ pub fn search_scenes(
             }
             Some((number, error_px)) => {
                 tally.wrong += 1;
-                tell(&format!(
-                    "wrong by {error_px:.1} px at frame {number}: {}",
-                    sighting.what
-                ));
+                tell(&format!("wrong by {error_px:.1} px at frame {number}: {}", sighting.what));
             }
             None => {
                 tally.lost += 1;
@@ -83,23 +69,14 @@ pub fn search_scenes(
 ///
 /// # Panics
 /// When a photograph is no picture.
-pub fn search_empty(
-    seeds: Range<u64>,
-    size: [usize; 2],
-    photographs: &[GrayImage],
-    mut tell: impl FnMut(&str),
-) -> usize {
+pub fn search_empty(seeds: Range<u64>, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> usize {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut seen = 0;
     for seed in seeds {
         let photograph = ShakenPhotograph::draw(seed, size, photographs).expect("a photograph");
         let noise = photograph.noise_grey;
-        let frames: Vec<Frame> = photograph
-            .frames
-            .iter()
-            .map(|pixels| frame(pixels, size))
-            .collect();
+        let frames: Vec<Frame> = photograph.frames.iter().map(|pixels| frame(pixels, size)).collect();
         let mut tell_of = |kind: &str, found: rx_pipeline::locate::Location| {
             seen += 1;
             tell(&format!(
@@ -113,14 +90,7 @@ pub fn search_empty(
         }
         for number in 1..FRAMES {
             let earlier: Vec<Frame> = frames[..number].iter().rev().copied().collect();
-            if let Ok(found) = locator.locate_among(
-                &frames[number],
-                &earlier,
-                &[],
-                Effort::Share(seed),
-                &mut memory,
-                &mut (),
-            ) {
+            if let Ok(found) = locator.locate_among(&frames[number], &earlier, &[], Effort::Share(seed), &mut memory, &mut ()) {
                 tell_of("moved", found);
             }
         }

@@ -38,9 +38,7 @@ impl Terminal {
         let held = File::open(&name).expect("it can be opened");
         drop(slave);
         let (mut to_board, mut from_board) = (clone(&socket), clone(&socket));
-        let mut screen = master
-            .try_clone_native()
-            .expect("the terminal can be shared");
+        let mut screen = master.try_clone_native().expect("the terminal can be shared");
         let open = Arc::new(AtomicBool::new(true));
         let [here, there] = [open.clone(), open.clone()];
         let threads = vec![
@@ -73,9 +71,7 @@ impl Drop for Terminal {
 }
 
 fn clone(socket: &UnixStream) -> UnixStream {
-    socket
-        .set_read_timeout(Some(TURN))
-        .expect("any time-out will do");
+    socket.set_read_timeout(Some(TURN)).expect("any time-out will do");
     socket.try_clone().expect("the socket can be shared")
 }
 
@@ -86,11 +82,7 @@ fn pass_on(from: &mut impl Read, to: &mut impl Write, open: &AtomicBool) -> bool
         Ok(0) => false,
         Ok(count) => to.write_all(&bytes[..count]).is_ok(),
         Err(error) => {
-            let again = [
-                ErrorKind::TimedOut,
-                ErrorKind::WouldBlock,
-                ErrorKind::Interrupted,
-            ];
+            let again = [ErrorKind::TimedOut, ErrorKind::WouldBlock, ErrorKind::Interrupted];
             open.load(Ordering::Relaxed) && again.contains(&error.kind())
         }
     }

@@ -22,11 +22,7 @@ impl Run {
     /// # Panics
     /// When it failed, or printed none.
     pub fn json(&self) -> Value {
-        let Self {
-            status,
-            output,
-            errors,
-        } = self;
+        let Self { status, output, errors } = self;
         assert_eq!(*status, 0, "{errors}");
         serde_json::from_str(output).unwrap_or_else(|_| panic!("no JSON: {output}, {errors}"))
     }
@@ -37,9 +33,7 @@ impl Run {
 /// # Panics
 /// When it cannot be run.
 pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run {
-    let output = at_port(program, folder, command, port)
-        .output()
-        .expect("vocc runs");
+    let output = at_port(program, folder, command, port).output().expect("vocc runs");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     Run {
         status: output.status.code().unwrap_or(-1),
@@ -52,13 +46,7 @@ pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run 
 ///
 /// # Panics
 /// When it cannot be run, prints anything else, or ends before.
-pub fn vocc_until(
-    program: &Path,
-    folder: &Path,
-    command: &[&str],
-    port: &str,
-    is_last: impl Fn(&Value) -> bool,
-) -> Vec<Value> {
+pub fn vocc_until(program: &Path, folder: &Path, command: &[&str], port: &str, is_last: impl Fn(&Value) -> bool) -> Vec<Value> {
     let mut process = at_port(program, folder, command, port)
         .stdout(Stdio::piped())
         .spawn()
@@ -80,8 +68,6 @@ pub fn vocc_until(
 
 fn at_port(program: &Path, folder: &Path, command: &[&str], port: &str) -> Command {
     let mut vocc = Command::new(program);
-    vocc.current_dir(folder)
-        .args(command)
-        .args(["--json", "--port", port]);
+    vocc.current_dir(folder).args(command).args(["--json", "--port", port]);
     vocc
 }

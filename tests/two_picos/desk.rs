@@ -56,10 +56,7 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     let watch = ["device", "watch", "--interval", "0.5"];
     let is_there = |line: &Value| line["message"]["text"] == ANOTHER_TEXT;
     let lines = vocc_until(&programs.vocc, folder, &watch, terminal.name(), is_there);
-    assert!(
-        lines.len() > 1,
-        "it came before it was watched for: {lines:?}"
-    );
+    assert!(lines.len() > 1, "it came before it was watched for: {lines:?}");
     let earlier = lines.iter().filter(|line| line["message"]["text"] == TEXT);
     assert!(earlier.count() <= 1, "told twice: {lines:?}");
 }
@@ -73,20 +70,11 @@ pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
 }
 
 /// The picture has bright pixels where the panel is, and none elsewhere.
-fn assert_pictured(
-    pair: &mut Pair,
-    programs: &Programs,
-    folder: &Path,
-    port: &str,
-    status: &Value,
-) {
+fn assert_pictured(pair: &mut Pair, programs: &Programs, folder: &Path, port: &str, status: &Value) {
     let snapshot = ["device", "snapshot", "--out", PICTURE];
     let about = ask(pair, programs, folder, port, &snapshot);
     let [inside, outside] = bright_pixels(&folder.join(PICTURE), &about, status);
-    assert!(
-        inside >= BRIGHT_PIXELS && outside == 0,
-        "{inside}, {outside} in {about}, {status}"
-    );
+    assert!(inside >= BRIGHT_PIXELS && outside == 0, "{inside}, {outside} in {about}, {status}");
 }
 
 /// What a frame was read as that did not catch two symbols, as one in three does.
@@ -114,14 +102,8 @@ fn bright_pixels(file: &Path, about: &Value, status: &Value) -> [u32; 2] {
     let middle = (levels[0] + levels[1]) / 2.0;
     let outline = outline(status);
     let mut counts = [0; 2];
-    for (x, y, _) in picture
-        .enumerate_pixels()
-        .filter(|(_, _, grey)| f64::from(grey.0[0]) > middle)
-    {
-        let at = [
-            origin[0] + step * f64::from(x),
-            origin[1] + step * f64::from(y),
-        ];
+    for (x, y, _) in picture.enumerate_pixels().filter(|(_, _, grey)| f64::from(grey.0[0]) > middle) {
+        let at = [origin[0] + step * f64::from(x), origin[1] + step * f64::from(y)];
         counts[usize::from(!is_inside(at, &outline))] += 1;
     }
     counts
@@ -132,8 +114,7 @@ fn outline(status: &Value) -> [[f64; 2]; 4] {
     let corners = serde_json::from_value(status["corners_px"].clone());
     let corners: [[f64; 2]; 4] = corners.expect("a panel is followed");
     let centre = [0, 1].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0);
-    corners
-        .map(|corner| [0, 1].map(|axis| centre[axis] + (corner[axis] - centre[axis]) * 8.0 / 7.0))
+    corners.map(|corner| [0, 1].map(|axis| centre[axis] + (corner[axis] - centre[axis]) * 8.0 / 7.0))
 }
 
 /// Whether a point is on the same side of all edges, which are told clockwise.

@@ -11,9 +11,7 @@ use serde_json::{Value, json};
 use crate::desk;
 use crate::image::Programs;
 use crate::pair::{Event, Pair};
-use crate::talk::{
-    ANOTHER_TEXT, ARRIVES_IN_S, MESSAGE, arrives, reads_on, send, sending, talking, text_arrives,
-};
+use crate::talk::{ANOTHER_TEXT, ARRIVES_IN_S, MESSAGE, arrives, reads_on, send, sending, talking, text_arrives};
 
 /// A line through the panel.
 const LOST_LINE: u32 = 55;
@@ -52,10 +50,7 @@ fn assert_no_reset(pair: &Pair) {
 
 /// The last frame's exposure times gain.
 fn sensitivity(pair: &Pair) -> f64 {
-    pair.frames_since(0)
-        .next_back()
-        .map(Event::sensitivity)
-        .expect("frames")
+    pair.frames_since(0).next_back().map(Event::sensitivity).expect("frames")
 }
 
 /// The light changes; the next text, and how the camera is exposed then.
@@ -73,14 +68,8 @@ pub fn the_exposure_follows_the_light(programs: &Programs, folder: &Path) {
     let first = sensitivity(&pair);
     let dim = in_light(&mut pair, programs, folder, DIM_LUX, "In the dark");
     let bright = in_light(&mut pair, programs, folder, BRIGHT_LUX, "In the light");
-    assert!(
-        dim > FOLLOWS * first,
-        "{first} ms at gain 1, {dim} by {DIM_LUX} lx"
-    );
-    assert!(
-        bright * FOLLOWS < first,
-        "{first} ms at gain 1, {bright} by {BRIGHT_LUX} lx"
-    );
+    assert!(dim > FOLLOWS * first, "{first} ms at gain 1, {dim} by {DIM_LUX} lx");
+    assert!(bright * FOLLOWS < first, "{first} ms at gain 1, {bright} by {BRIGHT_LUX} lx");
     assert_no_reset(&pair);
 }
 
@@ -103,11 +92,7 @@ pub fn frames_with_a_lost_line_are_left_out(programs: &Programs, folder: &Path) 
     send(&mut pair, programs, folder, ANOTHER_TEXT);
     let lost = pair.frames_since(from).count();
     let is_said = |line: &str| pair.record[from..].iter().any(|event| event.says(line));
-    assert!(
-        !is_said("message") && is_said(CAMERA_FAULT),
-        "{}",
-        pair.said()
-    );
+    assert!(!is_said("message") && is_said(CAMERA_FAULT), "{}", pair.said());
     pair.tell(&json!({ "lost_lines": [] }));
     arrives(&mut pair, from);
     let status = desk::status(&mut pair, programs, folder);
@@ -240,11 +225,7 @@ pub fn a_camera_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder
     let from = pair.record.len();
     ends_and_begins(&mut pair, &json!({ "enter": ONLY_ONCE }), PANICKED);
     let is_missed = |event: &Event| event.says(NO_CAMERA);
-    assert!(
-        !pair.record[from..].iter().any(is_missed),
-        "{}",
-        pair.said()
-    );
+    assert!(!pair.record[from..].iter().any(is_missed), "{}", pair.said());
 }
 
 /// Garbage comes over the serial line without end while a text arrives.

@@ -5,9 +5,7 @@ use std::path::Path;
 use link::camera::{Camera, Encoding};
 use link::framing::Event as Received;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 const PANEL_PIXELS: usize = 128 * 128;
 /// The camera as its datasheet and the driver make it: linear, black at 8.

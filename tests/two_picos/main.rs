@@ -28,35 +28,20 @@ const TESTS: &[(&str, Test)] = &[
         talk::text_goes_from_one_pico_to_the_other_by_light,
     ),
     ("frames_are_done_in_time", timing::frames_are_done_in_time),
-    (
-        "a_computer_asks_the_receiver",
-        desk::a_computer_asks_the_receiver,
-    ),
+    ("a_computer_asks_the_receiver", desk::a_computer_asks_the_receiver),
     ("a_computer_asks_over_usb", desk::a_computer_asks_over_usb),
     (
         "code_words_that_can_hardly_be_decoded_are_done_in_time",
         timing::code_words_that_can_hardly_be_decoded_are_done_in_time,
     ),
-    (
-        "the_exposure_follows_the_light",
-        faults::the_exposure_follows_the_light,
-    ),
-    (
-        "a_moved_panel_is_found_again",
-        faults::a_moved_panel_is_found_again,
-    ),
-    (
-        "frames_with_a_lost_line_are_left_out",
-        faults::frames_with_a_lost_line_are_left_out,
-    ),
+    ("the_exposure_follows_the_light", faults::the_exposure_follows_the_light),
+    ("a_moved_panel_is_found_again", faults::a_moved_panel_is_found_again),
+    ("frames_with_a_lost_line_are_left_out", faults::frames_with_a_lost_line_are_left_out),
     (
         "a_camera_that_answers_wrongly_is_named",
         faults::a_camera_that_answers_wrongly_is_named,
     ),
-    (
-        "frames_that_stop_are_missed",
-        faults::frames_that_stop_are_missed,
-    ),
+    ("frames_that_stop_are_missed", faults::frames_that_stop_are_missed),
     (
         "a_receiver_whose_power_was_cut_reads_on",
         faults::a_receiver_whose_power_was_cut_reads_on,
@@ -65,14 +50,8 @@ const TESTS: &[(&str, Test)] = &[
         "a_transmitter_whose_power_was_cut_is_read_on",
         faults::a_transmitter_whose_power_was_cut_is_read_on,
     ),
-    (
-        "a_receiver_that_hangs_is_restarted",
-        faults::a_receiver_that_hangs_is_restarted,
-    ),
-    (
-        "a_panic_is_told_at_the_next_start",
-        faults::a_panic_is_told_at_the_next_start,
-    ),
+    ("a_receiver_that_hangs_is_restarted", faults::a_receiver_that_hangs_is_restarted),
+    ("a_panic_is_told_at_the_next_start", faults::a_panic_is_told_at_the_next_start),
     (
         "a_hard_fault_is_told_at_the_next_start",
         faults::a_hard_fault_is_told_at_the_next_start,
@@ -105,10 +84,5 @@ fn main() -> ExitCode {
         };
         (name, run)
     });
-    trials::run(
-        &arguments,
-        "two Picos' images",
-        in_a_folder,
-        Programs::provide,
-    )
+    trials::run(&arguments, "two Picos' images", in_a_folder, Programs::provide)
 }

@@ -96,11 +96,7 @@ impl Pair {
         let mut process = Command::new("node")
             .arg(root().join("tests/emulator/two_picos.mjs"))
             .args(options)
-            .args([
-                &programs.transmitter,
-                &programs.receiver,
-                &folder.to_owned(),
-            ])
+            .args([&programs.transmitter, &programs.receiver, &folder.to_owned()])
             .arg("--")
             .arg(&programs.eye)
             .arg("hm01b0")
@@ -168,10 +164,7 @@ impl Pair {
                 return event.clone();
             }
         }
-        panic!(
-            "no line {beginning:?} within {at_most_s} s; {}",
-            self.said()
-        );
+        panic!("no line {beginning:?} within {at_most_s} s; {}", self.said());
     }
 
     /// The same where the line may have come already, since an event, by its number in the record.
@@ -179,9 +172,7 @@ impl Pair {
     /// # Panics
     /// When it has not, and does not.
     pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
-        let already = self.record[from..]
-            .iter()
-            .find(|event| event.says(beginning));
+        let already = self.record[from..].iter().find(|event| event.says(beginning));
         match already.cloned() {
             Some(event) => event,
             None => self.wait_for(beginning, at_most_s),
@@ -191,9 +182,7 @@ impl Pair {
     /// Why the receiver was reset since an event, by its number in the record.
     pub fn resets_since(&self, from: usize) -> Vec<&str> {
         let happened = self.record[from..].iter();
-        happened
-            .filter_map(|event| event.reset.as_deref())
-            .collect()
+        happened.filter_map(|event| event.reset.as_deref()).collect()
     }
 
     /// The receiver's last lines.
@@ -211,11 +200,7 @@ impl Pair {
 
     /// The cycles that a function took until the end of the last run.
     pub fn tally(&self, function: &str) -> Tally {
-        let counted = self
-            .record
-            .iter()
-            .rev()
-            .find_map(|event| event.cycles.as_ref());
+        let counted = self.record.iter().rev().find_map(|event| event.cycles.as_ref());
         let tally = counted.and_then(|counted| counted.get(function));
         tally.copied().unwrap_or_default()
     }
@@ -233,17 +218,12 @@ impl Pair {
 
     /// The frames that began from an event on, by its number in the record.
     pub fn frames_since(&self, from: usize) -> impl DoubleEndedIterator<Item = &Event> {
-        self.record[from..]
-            .iter()
-            .filter(|event| event.frame.is_some())
+        self.record[from..].iter().filter(|event| event.frame.is_some())
     }
 
     fn until(&mut self, last: impl Fn(&Event) -> bool) {
         loop {
-            let event = self
-                .events
-                .recv_timeout(PATIENCE)
-                .expect("the emulator goes on");
+            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
             assert_eq!(event.error, None, "at {} ns of {}", event.ns, event.board);
             let done = last(&event);
             self.record.push(event);

@@ -39,12 +39,7 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
     let mut pair = Pair::new(programs, folder, &SCENE, options);
     pair.tell(&json!({ "lux": LUX }));
     pair.run_ms(500);
-    tell_transmitter(
-        &mut pair,
-        programs,
-        folder,
-        &["device", "rate", SYMBOL_RATE],
-    );
+    tell_transmitter(&mut pair, programs, folder, &["device", "rate", SYMBOL_RATE]);
     send(&mut pair, programs, folder, TEXT);
     pair
 }
@@ -57,12 +52,7 @@ pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
 
 /// Gives the transmitter another text.
 pub fn hand_over(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
-    tell_transmitter(
-        pair,
-        programs,
-        folder,
-        &["device", "send", "--message", text],
-    );
+    tell_transmitter(pair, programs, folder, &["device", "send", "--message", text]);
 }
 
 /// Sends another text, since one that is repeated is given out once, and waits until it is there.
@@ -117,28 +107,17 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     }
     let Some(arrived) = arrived else {
         let seen = film::texts(&film, SYMBOLS_PER_FRAME);
-        panic!(
-            "no text arrived; a computer reads {seen:?} in the same frames; {}",
-            pair.said()
-        );
+        panic!("no text arrived; a computer reads {seen:?} in the same frames; {}", pair.said());
     };
     assert!(
-        pair.record
-            .iter()
-            .any(|event| event.usb.as_deref() == Some(MESSAGE)),
+        pair.record.iter().any(|event| event.usb.as_deref() == Some(MESSAGE)),
         "the text is on USB too"
     );
     let late = pair.record.iter().find_map(|event| event.late.as_deref());
     assert_eq!(late, None, "pixels may be lost on a chip");
     tell_latency(&pair, on_ns, &arrived);
-    assert!(
-        lamp_changes(&pair.record) > 0,
-        "it flashes while it searches"
-    );
-    assert!(
-        lamp_changes(pair.run_ms(1_000)) > QUICKLY,
-        "it blinks after a message"
-    );
+    assert!(lamp_changes(&pair.record) > 0, "it flashes while it searches");
+    assert!(lamp_changes(pair.run_ms(1_000)) > QUICKLY, "it blinks after a message");
 }
 
 /// How often the lamp was switched.

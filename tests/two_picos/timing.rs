@@ -58,8 +58,7 @@ fn repeats_end_ns(record: &[Event]) -> Vec<u64> {
     });
     let is_repeat = |from: usize, panels: &[u64]| {
         let seen = bits[from..].iter().zip(panels);
-        seen.clone().all(|(seen, panel)| seen == panel)
-            || seen.clone().all(|(seen, panel)| *seen == !panel)
+        seen.clone().all(|(seen, panel)| seen == panel) || seen.clone().all(|(seen, panel)| *seen == !panel)
     };
     let length = repeats[0].len();
     let ends = (length..ns.len()).filter(|end| {
@@ -139,16 +138,9 @@ pub fn code_words_that_can_hardly_be_decoded_are_done_in_time(programs: &Program
         "RP2040: of {count} frames with {SPOILT} of the LEDs wrong the longest takes {most} cycles, {:.2} s",
         most as f64 / CLOCK_HZ
     ));
-    assert!(
-        most > period_cycles(),
-        "no code word was hard: {most} cycles"
-    );
+    assert!(most > period_cycles(), "no code word was hard: {most} cycles");
     assert!((most as f64) < LONGEST_S * CLOCK_HZ, "{most} cycles");
-    assert!(
-        !pair.record[from..]
-            .iter()
-            .any(|event| event.says(SEARCHING))
-    );
+    assert!(!pair.record[from..].iter().any(|event| event.says(SEARCHING)));
     pair.tell(&json!({ "spoilt": 0.0 }));
     reads_on(&mut pair, programs, folder);
     assert_eq!(pair.resets_since(0), [""; 0]);

@@ -10,9 +10,7 @@ const L2A_MOST: f64 = 4.0;
 
 fn main() {
     let drive = Drive::new(&BENCH, CLOCK_HZ);
-    println!(
-        "  full, cd/m²      L2A        lx  exposure    duty, %    PWM, kHz  ripple, %  step, %  current"
-    );
+    println!("  full, cd/m²      L2A        lx  exposure    duty, %    PWM, kHz  ripple, %  step, %  current");
     for full_lx in [16_000, 100_000] {
         let full_cd_m2 = L2A_MOST * f64::from(full_lx) * REFLECTANCE;
         for l2a in [1.0, 2.0, 4.0] {

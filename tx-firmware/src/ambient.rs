@@ -185,11 +185,7 @@ impl Ambient {
 impl Pace {
     /// The pace at which to go the `distance` to a reading, in octaves.
     fn after(self, distance: I6F26) -> Self {
-        let way = if distance < 0 {
-            Self::Darker
-        } else {
-            Self::Brighter
-        };
+        let way = if distance < 0 { Self::Darker } else { Self::Brighter };
         if distance.abs() > BAND_OCTAVES || (self == way && distance.abs() > SETTLED_OCTAVES) {
             way
         } else {
@@ -239,8 +235,7 @@ mod tests {
 
     /// As likely in the dark as in the sun.
     fn any_light() -> impl Strategy<Value = Illuminance> {
-        (0.0102f64.log2()..130_000f64.log2())
-            .prop_map(|octave| Illuminance::from_num(octave.exp2()))
+        (0.0102f64.log2()..130_000f64.log2()).prop_map(|octave| Illuminance::from_num(octave.exp2()))
     }
 
     proptest! {
@@ -298,10 +293,7 @@ mod tests {
 
     #[test]
     fn without_a_time_constant_every_reading_is_taken_at_once() {
-        assert_eq!(
-            settled_at(20_000u16, even(100, 0)).sense(I32F32::ONE),
-            Illuminance::ONE
-        );
+        assert_eq!(settled_at(20_000u16, even(100, 0)).sense(I32F32::ONE), Illuminance::ONE);
     }
 
     #[test]
@@ -326,18 +318,14 @@ mod tests {
                 ambient.sense(to.into());
             }
             let left = octaves_between(ambient.illuminance_lx().unwrap(), to.into());
-            assert!(
-                left < SETTLED_OCTAVES.to_num::<f64>(),
-                "{left} octaves from {to} lx"
-            );
+            assert!(left < SETTLED_OCTAVES.to_num::<f64>(), "{left} octaves from {to} lx");
         }
     }
 
     /// What a sensor reads that integrates for `integration_s` under a lamp that flickers at `lamp_hz` by 100 %.
     fn flickering(mean_lx: f64, lamp_hz: f64, integration_s: f64, start_s: f64) -> I32F32 {
         let phase = |at_s: f64| core::f64::consts::TAU * lamp_hz * at_s;
-        let swing = (phase(start_s).cos() - phase(start_s + integration_s).cos())
-            / (core::f64::consts::TAU * lamp_hz * integration_s);
+        let swing = (phase(start_s).cos() - phase(start_s + integration_s).cos()) / (core::f64::consts::TAU * lamp_hz * integration_s);
         I32F32::from_num(mean_lx * (1.0 + swing))
     }
 

@@ -157,10 +157,7 @@ impl Calibration {
             return Err(CalibrationError::PwmPeriod(period_ns));
         }
         if pulse_ns > period_ns {
-            return Err(CalibrationError::ShortestPulse {
-                pulse_ns,
-                period_ns,
-            });
+            return Err(CalibrationError::ShortestPulse { pulse_ns, period_ns });
         }
         if !REFLECTANCE.contains(&reflectance) {
             return Err(CalibrationError::Reflectance(reflectance));
@@ -201,11 +198,7 @@ impl Calibration {
             let most_cd_m2 = below_step.saturating_sub(self.luminance_floor_cd_m2());
             most_cd_m2.min(full_cd_m2)
         });
-        Self {
-            limit,
-            most_cd_m2,
-            ..self
-        }
+        Self { limit, most_cd_m2, ..self }
     }
 
     /// The limit of the luminous intensity, if there is one.
@@ -244,10 +237,8 @@ impl Calibration {
     /// of the longest periods, at the low current.
     pub fn luminance_floor_cd_m2(&self) -> U32F32 {
         // 10⁶ · 10⁷ at most, with 32 and 31 bits of fraction: too much for 64 bits.
-        let brightest = u128::from(self.measured.luminance_full_cd_m2.to_bits())
-            * u128::from(self.measured.low_current_share.to_bits());
-        let floor = brightest * u128::from(self.measured.shortest_pulse_ns)
-            / u128::from(self.measured.pwm_period_ns.max(1));
+        let brightest = u128::from(self.measured.luminance_full_cd_m2.to_bits()) * u128::from(self.measured.low_current_share.to_bits());
+        let floor = brightest * u128::from(self.measured.shortest_pulse_ns) / u128::from(self.measured.pwm_period_ns.max(1));
         U32F32::from_bits((floor >> 31).try_into().unwrap_or(u64::MAX))
     }
 }
@@ -358,10 +349,7 @@ mod tests {
                 ..PANEL
             },
         ] {
-            assert_eq!(
-                Calibration::new(ends).map(|valid| *valid.measured()),
-                Ok(ends)
-            );
+            assert_eq!(Calibration::new(ends).map(|valid| *valid.measured()), Ok(ends));
         }
     }
 

@@ -139,9 +139,7 @@ fn luminance_cd_m2(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibrat
     let reflectance = calibration.measured().reflectance;
     // 16 + 29 + 32 bits, of them 13 + 12 + 31 of fraction: exact in 128 bits, truncated once, to
     // 32.
-    let product = u128::from(l2a.to_bits())
-        * u128::from(illuminance_lx.to_bits())
-        * u128::from(reflectance.to_bits());
+    let product = u128::from(l2a.to_bits()) * u128::from(illuminance_lx.to_bits()) * u128::from(reflectance.to_bits());
     U32F32::from_bits((product >> 24) as u64)
 }
 
@@ -207,15 +205,10 @@ mod tests {
     }
 
     /// The same path in `f64`: wanted luminance, given luminance, duty.
-    fn reference(
-        l2a: L2a,
-        illuminance_lx: Illuminance,
-        calibration: &Calibration,
-    ) -> (f64, f64, f64) {
+    fn reference(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> (f64, f64, f64) {
         let measured = calibration.measured();
         let full = measured.luminance_full_cd_m2.to_num::<f64>();
-        let floor =
-            full * f64::from(measured.shortest_pulse_ns) / f64::from(measured.pwm_period_ns);
+        let floor = full * f64::from(measured.shortest_pulse_ns) / f64::from(measured.pwm_period_ns);
         let one_to_one = illuminance_lx.to_num::<f64>() * measured.reflectance.to_num::<f64>();
         let wanted = l2a.to_num::<f64>() * one_to_one;
         let given = if wanted < floor && floor > 4.0 * one_to_one {

@@ -116,9 +116,7 @@ impl Drive {
     pub fn new(panel: &Measured, clock_hz: u32) -> Self {
         let counts = |ns: u32| u64::from(ns) * u64::from(clock_hz);
         let longest = (counts(panel.pwm_period_ns) / NANOS_PER_S).clamp(1, u16::MAX.into());
-        let pulse = counts(panel.shortest_pulse_ns)
-            .div_ceil(NANOS_PER_S)
-            .clamp(1, longest);
+        let pulse = counts(panel.shortest_pulse_ns).div_ceil(NANOS_PER_S).clamp(1, longest);
         let shortest = counts(period_ns(EXPOSURE_SHORT_NS)) / NANOS_PER_S;
         Self {
             shortest_pulse: pulse as u16,
@@ -136,8 +134,7 @@ impl Drive {
         }
         let low_current = self.low_current_share < U1F31::ONE && duty < floor;
         let of_current = if low_current {
-            (u64::from(duty.to_bits()) << U1F31::FRAC_NBITS)
-                / u64::from(self.low_current_share.to_bits().max(1))
+            (u64::from(duty.to_bits()) << U1F31::FRAC_NBITS) / u64::from(self.low_current_share.to_bits().max(1))
         } else {
             duty.to_bits().into()
         };
@@ -155,12 +152,7 @@ impl Drive {
     /// The pulses for a duty in steps of 2⁻³².
     fn at_one_current(&self, duty: u32) -> Pulses {
         let duty = u64::from(duty);
-        let [pulse, shortest, longest] = [
-            self.shortest_pulse,
-            self.shortest_period,
-            self.longest_period,
-        ]
-        .map(u64::from);
+        let [pulse, shortest, longest] = [self.shortest_pulse, self.shortest_period, self.longest_period].map(u64::from);
         // Below the floor a pulse may be shorter than is clean: dimmer than asked for, never brighter.
         if duty * longest < pulse * ONE {
             return Pulses {
@@ -186,11 +178,7 @@ impl Pulses {
         let lit = share(self.lit, self.period);
         if self.low_current {
             let product = u64::from(lit.to_bits()) * u64::from(low_current_share.to_bits());
-            Duty::from_bits(
-                (product >> U1F31::FRAC_NBITS)
-                    .try_into()
-                    .unwrap_or(u32::MAX),
-            )
+            Duty::from_bits((product >> U1F31::FRAC_NBITS).try_into().unwrap_or(u32::MAX))
         } else {
             lit
         }
@@ -243,10 +231,7 @@ mod tests {
     /// The lit time from the start of a period to `time_ns`, summed pulse by pulse.
     fn lit_ns(pulses: Pulses, time_ns: f64) -> f64 {
         let count_ns = 1e9 / f64::from(CLOCK_HZ);
-        let (lit, period) = (
-            f64::from(pulses.lit) * count_ns,
-            f64::from(pulses.period) * count_ns,
-        );
+        let (lit, period) = (f64::from(pulses.lit) * count_ns, f64::from(pulses.period) * count_ns);
         (time_ns / period).floor() * lit + (time_ns % period).min(lit)
     }
 
@@ -286,10 +271,7 @@ mod tests {
         let above = pulses(floor + Duty::DELTA);
         assert_eq!((above.lit, above.period), (13, 6125));
         let below = pulses(floor / 5);
-        assert_eq!(
-            (below.lit, below.period, below.low_current),
-            (2, 6125, false)
-        );
+        assert_eq!((below.lit, below.period, below.low_current), (2, 6125, false));
     }
 
     proptest! {

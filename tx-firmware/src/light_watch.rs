@@ -147,9 +147,7 @@ impl LightWatch {
             Evidence::None => {
                 self.recovered = 0;
                 // After one saturated reading nothing is wrong yet: the other range decides.
-                if self.doubt != Faults::SENSOR_SATURATED
-                    && matches!(self.light, Light::Measured | Light::Daylight)
-                {
+                if self.doubt != Faults::SENSOR_SATURATED && matches!(self.light, Light::Measured | Light::Daylight) {
                     self.light = Light::Held;
                 }
                 return Evidence::None;
@@ -260,29 +258,20 @@ mod tests {
     fn measured() -> LightWatch {
         let mut watch = LightWatch::new();
         watch.observe(100, SensorRange::Operating, light(1));
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Measured, Faults::empty())
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()));
         watch
     }
 
     /// A watch to which both ranges were saturated, at 100 and 200 ms.
     fn daylight() -> LightWatch {
         let mut watch = LightWatch::new();
-        assert_eq!(
-            watch.observe(100, SensorRange::Operating, LightSample::Saturated),
-            Evidence::None
-        );
+        assert_eq!(watch.observe(100, SensorRange::Operating, LightSample::Saturated), Evidence::None);
         assert_eq!(watch.next_range(), SensorRange::CrossCheck);
         assert_eq!(
             watch.observe(200, SensorRange::CrossCheck, LightSample::Saturated),
             Evidence::Daylight
         );
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Daylight, Faults::empty())
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Daylight, Faults::empty()));
         assert_eq!(watch.next_range(), SensorRange::Operating);
         watch
     }
@@ -291,65 +280,35 @@ mod tests {
     fn lost() -> LightWatch {
         let mut watch = measured();
         watch.watch(5_000);
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Lost, Faults::SENSOR_SILENT)
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_SILENT));
         watch
     }
 
     #[test]
     fn unknown_stays_until_the_first_evidence_or_the_end_of_patience() {
         let mut watch = LightWatch::new();
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Unknown, Faults::empty())
-        );
-        assert_eq!(
-            watch.observe(100, SensorRange::Operating, LightSample::Missing),
-            Evidence::None
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Unknown, Faults::empty()));
+        assert_eq!(watch.observe(100, SensorRange::Operating, LightSample::Missing), Evidence::None);
         watch.watch(HOLD_MS);
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Unknown, Faults::empty())
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Unknown, Faults::empty()));
         watch.watch(HOLD_MS + 1);
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Lost, Faults::SENSOR_MISSING)
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_MISSING));
     }
 
     #[test]
     fn a_watch_that_nobody_feeds_calls_the_sensor_silent() {
         let mut watch = LightWatch::new();
         watch.watch(HOLD_MS + 1);
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Lost, Faults::SENSOR_SILENT)
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_SILENT));
     }
 
     #[test]
     fn measured_light_is_held_without_a_reading_and_measured_again_with_one() {
         let mut watch = measured();
-        assert_eq!(
-            watch.observe(200, SensorRange::Operating, LightSample::Missing),
-            Evidence::None
-        );
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Held, Faults::SENSOR_MISSING)
-        );
-        assert_eq!(
-            watch.observe(300, SensorRange::Operating, light(2)),
-            Evidence::Light(LUX)
-        );
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Measured, Faults::empty())
-        );
+        assert_eq!(watch.observe(200, SensorRange::Operating, LightSample::Missing), Evidence::None);
+        assert_eq!((watch.light(), watch.faults()), (Light::Held, Faults::SENSOR_MISSING));
+        assert_eq!(watch.observe(300, SensorRange::Operating, light(2)), Evidence::Light(LUX));
+        assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()));
     }
 
     #[test]
@@ -377,15 +336,8 @@ mod tests {
         for now_ms in (100..60_000).step_by(100) {
             let range = watch.next_range();
             probes += u32::from(range == SensorRange::CrossCheck);
-            let word = if range == SensorRange::Operating {
-                7
-            } else {
-                14
-            };
-            assert_eq!(
-                watch.observe(now_ms, range, light(word)),
-                Evidence::Light(LUX)
-            );
+            let word = if range == SensorRange::Operating { 7 } else { 14 };
+            assert_eq!(watch.observe(now_ms, range, light(word)), Evidence::Light(LUX));
             assert_eq!(watch.light(), Light::Measured);
         }
         assert!((30..=60).contains(&probes), "{probes} probes in a minute");
@@ -403,12 +355,7 @@ mod tests {
             watch.observe(now_ms, watch.next_range(), light(1));
             states.push((now_ms, watch.light()));
         }
-        let first = |light| {
-            states
-                .iter()
-                .find(|state| state.1 == light)
-                .map(|state| state.0)
-        };
+        let first = |light| states.iter().find(|state| state.1 == light).map(|state| state.0);
         assert_eq!(first(Light::Held), Some(100 + STUCK_MS + 100));
         assert_eq!(first(Light::Lost), Some(100 + STUCK_MS + HOLD_MS + 100));
         assert_eq!(watch.faults(), Faults::SENSOR_STUCK);
@@ -442,10 +389,7 @@ mod tests {
     fn daylight_is_held_then_lost_without_readings() {
         let mut watch = daylight();
         watch.observe(300, SensorRange::Operating, LightSample::Missing);
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Held, Faults::SENSOR_MISSING)
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Held, Faults::SENSOR_MISSING));
         watch.watch(201 + HOLD_MS);
         assert_eq!(watch.light(), Light::Lost);
     }
@@ -453,10 +397,7 @@ mod tests {
     #[test]
     fn daylight_ends_with_a_reading() {
         let mut watch = daylight();
-        assert_eq!(
-            watch.observe(300, SensorRange::Operating, light(1)),
-            Evidence::Light(LUX)
-        );
+        assert_eq!(watch.observe(300, SensorRange::Operating, light(1)), Evidence::Light(LUX));
         assert_eq!(watch.light(), Light::Measured);
     }
 
@@ -472,10 +413,7 @@ mod tests {
             let evidence = watch.observe(now_ms, range, sample);
             assert_ne!(evidence, Evidence::Daylight);
             if now_ms > 200 {
-                assert_eq!(
-                    (watch.light(), watch.faults()),
-                    (Light::Measured, Faults::empty())
-                );
+                assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()));
             }
         }
     }
@@ -484,11 +422,7 @@ mod tests {
     fn saturation_long_ago_confirms_nothing() {
         let mut watch = measured();
         watch.observe(200, SensorRange::Operating, LightSample::Saturated);
-        let late = watch.observe(
-            201 + CONFIRM_MS,
-            SensorRange::CrossCheck,
-            LightSample::Saturated,
-        );
+        let late = watch.observe(201 + CONFIRM_MS, SensorRange::CrossCheck, LightSample::Saturated);
         assert_eq!(late, Evidence::None);
         assert_eq!(watch.light(), Light::Measured);
     }
@@ -510,10 +444,7 @@ mod tests {
             assert_eq!(watch.light(), Light::Lost);
         }
         assert_eq!(next(&mut watch, light(99)), Evidence::Light(LUX));
-        assert_eq!(
-            (watch.light(), watch.faults()),
-            (Light::Measured, Faults::empty())
-        );
+        assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()));
     }
 
     #[test]

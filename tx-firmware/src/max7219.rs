@@ -177,8 +177,7 @@ pub fn intensity(duty: Duty) -> Option<u8> {
     const HALF: u32 = Duty::FRAC_NBITS - 1;
     let halves = u64::from(duty.to_bits()) * BRIGHTEST;
     // Rounded to the nearest odd number of 31sts: floor(x/2) of x = 31·duty, for what is above one half.
-    (halves >= 1 << HALF)
-        .then(|| ((halves >> Duty::FRAC_NBITS) / 2).min(u64::from(STEPS) - 1) as u8)
+    (halves >= 1 << HALF).then(|| ((halves >> Duty::FRAC_NBITS) / 2).min(u64::from(STEPS) - 1) as u8)
 }
 
 #[cfg(test)]
@@ -234,10 +233,7 @@ mod tests {
     #[test]
     fn it_starts_blank_and_dark() {
         let chip = panel().release();
-        assert_eq!(
-            chip.registers,
-            [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0]
-        );
+        assert_eq!(chip.registers, [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0]);
         // In shutdown before anything else: what the rows hold is not to be seen.
         assert_eq!(chip.writes[0], [0xc, 0]);
     }
@@ -258,17 +254,11 @@ mod tests {
                 fails_after: Some(fails_after),
                 ..Chip::default()
             };
-            assert_eq!(
-                Max7219Panel::new(chip).map(drop),
-                Err(Max7219Error(ErrorKind::ModeFault))
-            );
+            assert_eq!(Max7219Panel::new(chip).map(drop), Err(Max7219Error(ErrorKind::ModeFault)));
         }
         let mut panel = panel();
         panel.spi.fails_after = Some(panel.spi.writes.len() + 1);
-        assert_eq!(
-            panel.set_duty(Duty::MAX),
-            Err(Max7219Error(ErrorKind::ModeFault))
-        );
+        assert_eq!(panel.set_duty(Duty::MAX), Err(Max7219Error(ErrorKind::ModeFault)));
         panel.spi.fails_after = None;
         panel.set_duty(Duty::MAX).unwrap();
         assert_eq!(light(&panel.spi), 1.0);
@@ -279,9 +269,7 @@ mod tests {
         let mut panel = panel();
         let lights: Vec<_> = (0..=u16::MAX)
             .map(|duty| {
-                panel
-                    .set_duty(Duty::from_bits(u32::from(duty) << 16))
-                    .unwrap();
+                panel.set_duty(Duty::from_bits(u32::from(duty) << 16)).unwrap();
                 (light(&panel.spi) * 31.0).round() as u8
             })
             .collect();

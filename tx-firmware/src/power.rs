@@ -29,9 +29,7 @@ pub fn exp2(y: I6F26) -> U32F32 {
 fn exp2_of_fraction(x: U2F30) -> U2F30 {
     const TERMS: u32 = 11;
     let x = x * U2F30::LN_2;
-    (1..=TERMS)
-        .rev()
-        .fold(U2F30::ONE, |sum, term| U2F30::ONE + x * sum / term)
+    (1..=TERMS).rev().fold(U2F30::ONE, |sum, term| U2F30::ONE + x * sum / term)
 }
 
 #[cfg(test)]
@@ -55,13 +53,7 @@ mod tests {
 
     #[test]
     fn it_keeps_its_bound_at_the_ends() {
-        for y in [
-            I6F26::MIN,
-            I6F26::MAX,
-            -I6F26::DELTA,
-            I6F26::ZERO,
-            I6F26::from_num(31),
-        ] {
+        for y in [I6F26::MIN, I6F26::MAX, -I6F26::DELTA, I6F26::ZERO, I6F26::from_num(31)] {
             assert!(relative_error(y) <= EXP2_ERROR, "2^{y}");
         }
     }

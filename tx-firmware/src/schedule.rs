@@ -72,12 +72,7 @@ impl Schedule {
     ///
     /// # Errors
     /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
-    pub fn send(
-        &mut self,
-        message: &[u8],
-        code: Code,
-        repeats: Repeats,
-    ) -> Result<(), FramingError> {
+    pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
         self.framer = Framer::new(message, code, !self.fresh)?;
         self.fresh = !self.fresh;
         self.repeats = Some(repeats);
@@ -145,9 +140,7 @@ mod tests {
         let mut deframer = Box::new(Deframer::new());
         let mut messages = vec![];
         for (index, &panel) in (0u32..).zip(panels) {
-            if let Event::Delivered(delivery) =
-                deframer.push(index, 0, &SoftPanel::certain(panel, 20))
-            {
+            if let Event::Delivered(delivery) = deframer.push(index, 0, &SoftPanel::certain(panel, 20)) {
                 messages.push(delivery.message.to_vec());
             }
         }
@@ -165,9 +158,7 @@ mod tests {
     fn a_message_is_shown_so_many_times_and_then_beacons() {
         for times in 0..4 {
             let mut schedule = Schedule::new();
-            schedule
-                .send(b"to be repeated", CODE, Repeats::Times(times))
-                .unwrap();
+            schedule.send(b"to be repeated", CODE, Repeats::Times(times)).unwrap();
             let mut framer = Framer::new(b"to be repeated", CODE, true).unwrap();
             let length = times * framer.panels_per_repeat();
             let expected: Vec<_> = (0..length).map(|_| framer.next_panel()).collect();

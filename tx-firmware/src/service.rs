@@ -16,9 +16,8 @@ use link::{
     intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{
-        ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind,
-        Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Status, TablePart, VERSION, encode,
-        wire_length,
+        ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind, Measured, REQUEST_FRAME_MAX, Refusal, Request,
+        SCHEMA, Status, TablePart, VERSION, encode, wire_length,
     },
     symbol_rate::SymbolRate,
 };
@@ -279,10 +278,7 @@ impl Conversation {
             Request::ReadSymbolRate => Ok(shown(device)),
             Request::WriteSymbolRate { millihertz } => change_rate(millihertz, device, memory),
             Request::ReadIntensityLimit => Ok(limit_of(device)),
-            Request::WriteIntensityLimit {
-                most_mcd,
-                led_diameter_um,
-            } => change_limit([most_mcd, led_diameter_um], device, memory),
+            Request::WriteIntensityLimit { most_mcd, led_diameter_um } => change_limit([most_mcd, led_diameter_um], device, memory),
         }
     }
 
@@ -327,12 +323,7 @@ impl Conversation {
         })
     }
 
-    fn commit(
-        &mut self,
-        crc: u32,
-        device: &mut impl Device,
-        memory: &mut impl Memory,
-    ) -> Result<Answer<'static>, Refusal> {
+    fn commit(&mut self, crc: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
         let Some(staging) = &self.staging else {
             return if self.committed == Some(crc) {
                 Ok(Answer::Committed { crc })
@@ -348,21 +339,13 @@ impl Conversation {
         Ok(Answer::Committed { crc })
     }
 
-    fn send(
-        &mut self,
-        sequence: u32,
-        repeats: Option<u32>,
-        message: &[u8],
-        device: &mut impl Device,
-    ) -> Result<Answer<'static>, Refusal> {
+    fn send(&mut self, sequence: u32, repeats: Option<u32>, message: &[u8], device: &mut impl Device) -> Result<Answer<'static>, Refusal> {
         if self.message != Some(sequence) {
             let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
-            device
-                .send(message, repeats)
-                .map_err(|_| Refusal::MessageLength {
-                    length: message.len() as u16,
-                    most: MESSAGE_MAX as u16,
-                })?;
+            device.send(message, repeats).map_err(|_| Refusal::MessageLength {
+                length: message.len() as u16,
+                most: MESSAGE_MAX as u16,
+            })?;
             self.message = Some(sequence);
         }
         Ok(Answer::Done)
@@ -404,9 +387,7 @@ impl Identity {
 /// As much of a name as an answer has room for.
 fn shortened(name: &'static str) -> &'static str {
     const MOST: usize = 32;
-    let end = (0..=MOST.min(name.len()))
-        .rev()
-        .find(|&end| name.is_char_boundary(end));
+    let end = (0..=MOST.min(name.len())).rev().find(|&end| name.is_char_boundary(end));
     name.get(..end.unwrap_or(0)).unwrap_or("")
 }
 
@@ -422,11 +403,7 @@ fn part(image: &[u8], offset: u16) -> TablePart<'_> {
     }
 }
 
-fn calibrate(
-    measured: Measured,
-    device: &mut impl Device,
-    memory: &mut impl Memory,
-) -> Result<Answer<'static>, Refusal> {
+fn calibrate(measured: Measured, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let calibration = Calibration::new(measured).map_err(|error| Refusal::Calibration {
         value: match error {
             CalibrationError::LuminanceFull(_) => 0,
@@ -438,18 +415,12 @@ fn calibrate(
             CalibrationError::LowCurrentShare(_) => 6,
         },
     })?;
-    memory
-        .save_calibration(&calibration)
-        .map_err(|_| Refusal::Store)?;
+    memory.save_calibration(&calibration).map_err(|_| Refusal::Store)?;
     device.set_calibration(calibration);
     Ok(Answer::Done)
 }
 
-fn change_rate(
-    millihertz: u32,
-    device: &mut impl Device,
-    memory: &mut impl Memory,
-) -> Result<Answer<'static>, Refusal> {
+fn change_rate(millihertz: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let rate = SymbolRate::from_millihertz(millihertz).map_err(|_| Refusal::SymbolRate {
         millihertz,
         least: SymbolRate::MIN.millihertz(),
@@ -466,25 +437,16 @@ fn shown(device: &impl Device) -> Answer<'static> {
     }
 }
 
-fn change_limit(
-    numbers: [u32; 2],
-    device: &mut impl Device,
-    memory: &mut impl Memory,
-) -> Result<Answer<'static>, Refusal> {
+fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let limit = match numbers {
         [0, 0] => None,
         [most_mcd, led_diameter_um] => {
             let limit = IntensityLimit::new(most_mcd, led_diameter_um);
-            let refusal = Refusal::IntensityLimit {
-                most_mcd,
-                led_diameter_um,
-            };
+            let refusal = Refusal::IntensityLimit { most_mcd, led_diameter_um };
             Some(limit.map_err(|_| refusal)?)
         }
     };
-    memory
-        .save_intensity_limit(limit)
-        .map_err(|_| Refusal::Store)?;
+    memory.save_intensity_limit(limit).map_err(|_| Refusal::Store)?;
     device.set_intensity_limit(limit);
     Ok(limit_of(device))
 }

@@ -56,17 +56,13 @@ pub enum LitBy {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ShiftRegisterError<S, L, P> {
     /// The SPI bus did not take the 64 bits.
-    #[error(
-        "the SPI bus did not take the panel ({0:?}): the LEDs still show the one before; show the next"
-    )]
+    #[error("the SPI bus did not take the panel ({0:?}): the LEDs still show the one before; show the next")]
     Spi(S),
     /// The latch line did not move.
     #[error("the latch line did not move ({0:?}): the LEDs may show either panel; show the next")]
     Latch(L),
     /// The PWM of the output-enable line did not take the duty.
-    #[error(
-        "the PWM did not take the duty ({0:?}): the LEDs keep their brightness; set the duty again"
-    )]
+    #[error("the PWM did not take the duty ({0:?}): the LEDs keep their brightness; set the duty again")]
     Pwm(P),
 }
 
@@ -111,13 +107,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
     ///
     /// # Errors
     /// Of the first line that fails; the panel may then be in any state.
-    pub fn new(
-        spi: S,
-        latch: L,
-        pwm: P,
-        output_enable: OutputEnable,
-        lit_by: LitBy,
-    ) -> Result<Self, <Self as LedMatrix>::Error> {
+    pub fn new(spi: S, latch: L, pwm: P, output_enable: OutputEnable, lit_by: LitBy) -> Result<Self, <Self as LedMatrix>::Error> {
         let mut panel = Self {
             spi,
             latch,
@@ -141,9 +131,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> LedMatrix for ShiftRegisterPanel<
     type Error = ShiftRegisterError<S::Error, L::Error, P::Error>;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
-        self.spi
-            .write(&chain_bytes(panel, self.lit_by))
-            .map_err(ShiftRegisterError::Spi)?;
+        self.spi.write(&chain_bytes(panel, self.lit_by)).map_err(ShiftRegisterError::Spi)?;
         self.spi.flush().map_err(ShiftRegisterError::Spi)?;
         self.latch.set_high().map_err(ShiftRegisterError::Latch)?;
         self.latch.set_low().map_err(ShiftRegisterError::Latch)
@@ -156,9 +144,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> LedMatrix for ShiftRegisterPanel<
             OutputEnable::ActiveHigh => lit,
             OutputEnable::ActiveLow => max - lit,
         };
-        self.pwm
-            .set_duty_cycle(high)
-            .map_err(ShiftRegisterError::Pwm)
+        self.pwm.set_duty_cycle(high).map_err(ShiftRegisterError::Pwm)
     }
 }
 
@@ -205,19 +191,12 @@ mod tests {
     }
 
     fn dimmed(high: u16) -> [PwmEvent; 2] {
-        [
-            PwmEvent::max_duty_cycle(PWM_MAX),
-            PwmEvent::set_duty_cycle(high),
-        ]
+        [PwmEvent::max_duty_cycle(PWM_MAX), PwmEvent::set_duty_cycle(high)]
     }
 
     /// A bus that expects a blank panel and then `panels`.
     fn bus(panels: &[[u8; 8]]) -> Spi<u8> {
-        let events: Vec<_> = core::iter::once(&[0; 8])
-            .chain(panels)
-            .copied()
-            .flat_map(shifted)
-            .collect();
+        let events: Vec<_> = core::iter::once(&[0; 8]).chain(panels).copied().flat_map(shifted).collect();
         Spi::new(&events)
     }
 
@@ -243,36 +222,17 @@ mod tests {
 
     #[test]
     fn it_starts_blank_and_dark() {
-        for (output_enable, dark) in [
-            (OutputEnable::ActiveLow, PWM_MAX),
-            (OutputEnable::ActiveHigh, 0),
-        ] {
-            let panel = ShiftRegisterPanel::new(
-                bus(&[]),
-                latch(1),
-                pwm(&[dark]),
-                output_enable,
-                LitBy::One,
-            );
+        for (output_enable, dark) in [(OutputEnable::ActiveLow, PWM_MAX), (OutputEnable::ActiveHigh, 0)] {
+            let panel = ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&[dark]), output_enable, LitBy::One);
             done(panel.unwrap().release());
         }
     }
 
     #[test]
     fn outputs_that_light_with_a_0_are_blank_with_ones() {
-        let shifts = [
-            shifted([0xff; 8]),
-            shifted([0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe]),
-        ];
+        let shifts = [shifted([0xff; 8]), shifted([0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xfe])];
         let bus = Spi::new(&shifts.concat());
-        let mut panel = ShiftRegisterPanel::new(
-            bus,
-            latch(2),
-            pwm(&[PWM_MAX]),
-            OutputEnable::ActiveLow,
-            LitBy::Zero,
-        )
-        .unwrap();
+        let mut panel = ShiftRegisterPanel::new(bus, latch(2), pwm(&[PWM_MAX]), OutputEnable::ActiveLow, LitBy::Zero).unwrap();
         panel.show(PanelFrame::from_bits(1)).unwrap();
         done(panel.release());
     }
@@ -280,14 +240,7 @@ mod tests {
     #[test]
     fn the_top_left_led_is_the_last_bit_shifted_and_the_bottom_right_the_first() {
         let bus = bus(&[[0, 0, 0, 0, 0, 0, 0, 1], [0x80, 0, 0, 0, 0, 0, 0, 0]]);
-        let mut panel = ShiftRegisterPanel::new(
-            bus,
-            latch(3),
-            pwm(&[0]),
-            OutputEnable::ActiveHigh,
-            LitBy::One,
-        )
-        .unwrap();
+        let mut panel = ShiftRegisterPanel::new(bus, latch(3), pwm(&[0]), OutputEnable::ActiveHigh, LitBy::One).unwrap();
         panel.show(PanelFrame::from_bits(1)).unwrap();
         panel.show(PanelFrame::from_bits(1 << 63)).unwrap();
         done(panel.release());
@@ -299,9 +252,7 @@ mod tests {
             (OutputEnable::ActiveLow, [2500, 2500, 1875, 0]),
             (OutputEnable::ActiveHigh, [0, 0, 625, 2500]),
         ] {
-            let mut panel =
-                ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&highs), output_enable, LitBy::One)
-                    .unwrap();
+            let mut panel = ShiftRegisterPanel::new(bus(&[]), latch(1), pwm(&highs), output_enable, LitBy::One).unwrap();
             for duty in [Duty::ZERO, Duty::MAX / 4, Duty::MAX] {
                 panel.set_duty(duty).unwrap();
             }
@@ -334,11 +285,7 @@ mod tests {
         for events in [
             vec![low().with_error(broken())],
             vec![low(), PinEvent::set(State::High).with_error(broken())],
-            vec![
-                low(),
-                PinEvent::set(State::High),
-                low().with_error(broken()),
-            ],
+            vec![low(), PinEvent::set(State::High), low().with_error(broken())],
         ] {
             let spi = if events.len() > 1 {
                 Spi::new(&shifted([0; 8]))
@@ -347,9 +294,7 @@ mod tests {
             };
             let lines = (spi, Pin::new(&events), Pwm::new(&dimmed(0)));
             let (spi, latch, pwm) = lines.clone();
-            let refused =
-                ShiftRegisterPanel::new(spi, latch, pwm, OutputEnable::ActiveHigh, LitBy::One)
-                    .unwrap_err();
+            let refused = ShiftRegisterPanel::new(spi, latch, pwm, OutputEnable::ActiveHigh, LitBy::One).unwrap_err();
             assert_eq!(refused, ShiftRegisterError::Latch(broken()));
             done(lines);
         }
@@ -364,18 +309,8 @@ mod tests {
             PwmEvent::max_duty_cycle(PWM_MAX),
             PwmEvent::set_duty_cycle(PWM_MAX).with_error(broken()),
         ]);
-        let mut panel = ShiftRegisterPanel::new(
-            bus(&[]),
-            latch(1),
-            pwm,
-            OutputEnable::ActiveHigh,
-            LitBy::One,
-        )
-        .unwrap();
-        assert_eq!(
-            panel.set_duty(Duty::MAX),
-            Err(ShiftRegisterError::Pwm(broken()))
-        );
+        let mut panel = ShiftRegisterPanel::new(bus(&[]), latch(1), pwm, OutputEnable::ActiveHigh, LitBy::One).unwrap();
+        assert_eq!(panel.set_duty(Duty::MAX), Err(ShiftRegisterError::Pwm(broken())));
         done(panel.release());
     }
 
@@ -422,14 +357,7 @@ mod tests {
         for good_calls in [2, 3] {
             let (mut latch, mut pwm) = (latch(1), pwm(&[0]));
             let failing = FailingSpi { good_calls };
-            let mut panel = ShiftRegisterPanel::new(
-                failing,
-                latch.clone(),
-                pwm.clone(),
-                OutputEnable::ActiveHigh,
-                LitBy::One,
-            )
-            .unwrap();
+            let mut panel = ShiftRegisterPanel::new(failing, latch.clone(), pwm.clone(), OutputEnable::ActiveHigh, LitBy::One).unwrap();
             assert_eq!(
                 panel.show(PanelFrame::from_bits(1)),
                 Err(ShiftRegisterError::Spi(ErrorKind::ModeFault))

@@ -56,9 +56,7 @@ const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StoreError {
     /// These addresses are none for a store.
-    #[error(
-        "the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units"
-    )]
+    #[error("the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units")]
     Addresses {
         /// Its first address.
         start: u32,
@@ -132,8 +130,7 @@ impl<F: NorFlash> Store<F> {
         if start > end {
             return Err(StoreError::Addresses { start, end });
         }
-        let config =
-            MapConfig::try_new(addresses).map_err(|_| StoreError::Addresses { start, end })?;
+        let config = MapConfig::try_new(addresses).map_err(|_| StoreError::Addresses { start, end })?;
         Ok(Self {
             map: MapStorage::new(Awaited(flash), config, Cache::new_uncached()),
             buffer: [0; BUFFER],
@@ -157,8 +154,7 @@ impl<F: NorFlash> Store<F> {
     pub fn calibration(&mut self) -> Result<Option<Calibration>, StoreError> {
         self.load(CALIBRATION)?
             .map(|bytes| {
-                let measured: Measured =
-                    postcard::from_bytes(bytes).map_err(|_| StoreError::Damaged)?;
+                let measured: Measured = postcard::from_bytes(bytes).map_err(|_| StoreError::Damaged)?;
                 Calibration::new(measured).map_err(|_| StoreError::Damaged)
             })
             .transpose()
@@ -172,8 +168,7 @@ impl<F: NorFlash> Store<F> {
         self.load(SYMBOL_RATE)?
             .map(|bytes| {
                 let millihertz = bytes.try_into().map_err(|_| StoreError::Damaged)?;
-                SymbolRate::from_millihertz(u32::from_le_bytes(millihertz))
-                    .map_err(|_| StoreError::Damaged)
+                SymbolRate::from_millihertz(u32::from_le_bytes(millihertz)).map_err(|_| StoreError::Damaged)
             })
             .transpose()
     }
@@ -220,14 +215,11 @@ impl<F: NorFlash> Store<F> {
 
     /// The content of an item: what stands between its format and its CRC.
     fn load(&mut self, key: u8) -> Result<Option<&[u8]>, StoreError> {
-        let item: Option<&[u8]> = block_on(self.map.fetch_item(&mut self.buffer, &key))
-            .map_err(|error| store_error(&error))?;
+        let item: Option<&[u8]> = block_on(self.map.fetch_item(&mut self.buffer, &key)).map_err(|error| store_error(&error))?;
         item.map(|item| {
             let (content, crc) = item.split_last_chunk().ok_or(StoreError::Damaged)?;
             match content.split_first() {
-                Some((&FORMAT, value)) if crc32c(&[content]) == u32::from_le_bytes(*crc) => {
-                    Ok(value)
-                }
+                Some((&FORMAT, value)) if crc32c(&[content]) == u32::from_le_bytes(*crc) => Ok(value),
                 _ => Err(StoreError::Damaged),
             }
         })
@@ -240,8 +232,7 @@ impl<F: NorFlash> Store<F> {
         append(&[FORMAT])?;
         append(value)?;
         let crc = crc32c(&[&item]);
-        item.extend_from_slice(&crc.to_le_bytes())
-            .map_err(|_| StoreError::Full)?;
+        item.extend_from_slice(&crc.to_le_bytes()).map_err(|_| StoreError::Full)?;
         match self.put(key, &item) {
             Err(StoreError::Damaged) if self.is_foreign() => {
                 block_on(self.map.erase_all()).map_err(|error| store_error(&error))?;
@@ -252,8 +243,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn put(&mut self, key: u8, item: &[u8]) -> Result<(), StoreError> {
-        block_on(self.map.store_item(&mut self.buffer, &key, &item))
-            .map_err(|error| store_error(&error))
+        block_on(self.map.store_item(&mut self.buffer, &key, &item)).map_err(|error| store_error(&error))
     }
 
     /// Whether there is nothing in it that could be lost.
@@ -271,8 +261,7 @@ impl<F: NorFlash> Memory for Store<F> {
 
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError> {
         let mut bytes = [0; 64];
-        let bytes =
-            postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Full)?;
+        let bytes = postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Full)?;
         self.save(CALIBRATION, bytes)
     }
 
@@ -282,10 +271,7 @@ impl<F: NorFlash> Memory for Store<F> {
 
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
         let numbers = limit.map_or([0, 0], |limit| [limit.most_mcd(), limit.led_diameter_um()]);
-        self.save(
-            INTENSITY_LIMIT,
-            numbers.map(u32::to_le_bytes).as_flattened(),
-        )
+        self.save(INTENSITY_LIMIT, numbers.map(u32::to_le_bytes).as_flattened())
     }
 }
 

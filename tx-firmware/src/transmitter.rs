@@ -78,12 +78,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// # Errors
     /// Of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries
     /// again.
-    pub fn sense(
-        &mut self,
-        now_ms: u64,
-        range: SensorRange,
-        sample: LightSample,
-    ) -> Result<Option<Dimming>, M::Error> {
+    pub fn sense(&mut self, now_ms: u64, range: SensorRange, sample: LightSample) -> Result<Option<Dimming>, M::Error> {
         self.now_ms = self.now_ms.max(now_ms);
         count(match sample {
             LightSample::Missing => &mut self.counters.missed_readings,
@@ -136,12 +131,7 @@ impl<M: LedMatrix> Transmitter<M> {
     ///
     /// # Errors
     /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
-    pub fn send(
-        &mut self,
-        message: &[u8],
-        code: Code,
-        repeats: Repeats,
-    ) -> Result<(), FramingError> {
+    pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
         self.schedule.send(message, code, repeats)
     }
 
@@ -159,8 +149,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] is over. The limit of the
     /// luminous intensity stays.
     pub fn set_calibration(&mut self, calibration: Calibration) {
-        self.ambient
-            .set_sensor_gain(calibration.measured().sensor_gain);
+        self.ambient.set_sensor_gain(calibration.measured().sensor_gain);
         self.calibration = calibration.limited_to(self.calibration.limit());
         self.faults.remove(Faults::NO_CALIBRATION);
     }
@@ -194,9 +183,7 @@ impl<M: LedMatrix> Transmitter<M> {
                 self.ambient.fall_back(NIGHT_LX);
                 let night = Dimming::new(L2A_MAX, NIGHT_LX, &self.calibration);
                 let known = self.known.map(dimmed);
-                known
-                    .filter(|known| known.luminance_cd_m2 < night.luminance_cd_m2)
-                    .or(Some(night))
+                known.filter(|known| known.luminance_cd_m2 < night.luminance_cd_m2).or(Some(night))
             }
         };
         if let Some(dimming) = dimming {
@@ -235,9 +222,9 @@ impl<M> Transmitter<M> {
 
     /// How the transmitter is; the serial port's own counters are 0.
     pub fn status(&self) -> Status {
-        let (l2a, luminance_cd_m2, duty) = self.dimming.map_or_else(Default::default, |dimming| {
-            (dimming.l2a, dimming.luminance_cd_m2, dimming.duty)
-        });
+        let (l2a, luminance_cd_m2, duty) = self
+            .dimming
+            .map_or_else(Default::default, |dimming| (dimming.l2a, dimming.luminance_cd_m2, dimming.duty));
         Status {
             uptime_s: u32::try_from(self.now_ms / 1000).unwrap_or(u32::MAX),
             light: self.light_watch.light(),
@@ -321,12 +308,7 @@ mod tests {
 
     fn transmitter<M: LedMatrix>(matrix: M) -> Transmitter<M> {
         let calibration = Calibration::new(MEASURED).unwrap();
-        Transmitter::new(
-            matrix,
-            calibration,
-            L2aTable::shipped(),
-            Smoothing::default(),
-        )
+        Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default())
     }
 
     /// L2A 1 in the dark to 4 in the sun at interval 1, and 0.5 at interval 2.
@@ -369,11 +351,7 @@ mod tests {
 
     impl FragileMatrix {
         fn intact(&mut self) -> Result<&mut RecordingMatrix, Broken> {
-            if self.broken {
-                Err(Broken)
-            } else {
-                Ok(&mut self.inner)
-            }
+            if self.broken { Err(Broken) } else { Ok(&mut self.inner) }
         }
     }
 
@@ -395,10 +373,7 @@ mod tests {
     fn it_is_dark_until_the_first_reading_or_until_it_is_clear_that_none_will_come() {
         let mut transmitter = transmitter(RecordingMatrix::default());
         for now_ms in (0..=HOLD_MS).step_by(100) {
-            assert_eq!(
-                transmitter.sense(now_ms, SensorRange::Operating, LightSample::Missing),
-                Ok(None)
-            );
+            assert_eq!(transmitter.sense(now_ms, SensorRange::Operating, LightSample::Missing), Ok(None));
             transmitter.tick().unwrap();
             assert_eq!(transmitter.matrix().duty, 0);
             assert_eq!(transmitter.status().light, Light::Unknown);
@@ -406,10 +381,7 @@ mod tests {
         transmitter.watch(HOLD_MS + 100).unwrap();
         assert!((shown_cd_m2(&transmitter) - NIGHT_CD_M2).abs() < ROUNDING_CD_M2);
         let status = transmitter.status();
-        assert_eq!(
-            (status.light, status.faults),
-            (Light::Lost, Faults::SENSOR_MISSING)
-        );
+        assert_eq!((status.light, status.faults), (Light::Lost, Faults::SENSOR_MISSING));
     }
 
     #[test]
@@ -461,10 +433,7 @@ mod tests {
     #[test]
     fn every_fault_of_the_sensor_leads_to_the_night_limit_in_its_stated_time() {
         let soon = HOLD_MS + 100;
-        assert_eq!(
-            time_to_night(|_| Some(LightSample::Missing)),
-            (soon, Faults::SENSOR_MISSING)
-        );
+        assert_eq!(time_to_night(|_| Some(LightSample::Missing)), (soon, Faults::SENSOR_MISSING));
         assert_eq!(time_to_night(|_| None), (soon, Faults::SENSOR_SILENT));
         assert_eq!(
             time_to_night(|_| Some(light(20_000, 20_000))),
@@ -483,18 +452,11 @@ mod tests {
         let mut transmitter = transmitter(RecordingMatrix::default());
         for now_ms in (0..60_000).step_by(100) {
             let range = transmitter.next_range();
-            transmitter
-                .sense(now_ms, range, LightSample::Saturated)
-                .unwrap();
+            transmitter.sense(now_ms, range, LightSample::Saturated).unwrap();
         }
         let dimming = transmitter.dimming().unwrap();
         assert_eq!(transmitter.status().light, Light::Daylight);
-        assert_eq!(
-            dimming.l2a,
-            transmitter
-                .table()
-                .l2a(Illuminance::from_num(130_000), Interval::ONE)
-        );
+        assert_eq!(dimming.l2a, transmitter.table().l2a(Illuminance::from_num(130_000), Interval::ONE));
         assert_eq!(transmitter.matrix().duty, Duty::MAX);
     }
 
@@ -517,9 +479,7 @@ mod tests {
         for n in 1..=60 {
             let now_ms = HOLD_MS + 100 + 100 * n;
             let sample = light(20_000, n as u16);
-            transmitter
-                .sense(now_ms, SensorRange::Operating, sample)
-                .unwrap();
+            transmitter.sense(now_ms, SensorRange::Operating, sample).unwrap();
             duties.push(transmitter.matrix().duty);
         }
         let doubtful = usize::from(RECOVERY) - 1;

@@ -43,9 +43,7 @@ fn rate(number: u16) -> SymbolRate {
 trait Kept: Sized + PartialEq + std::fmt::Debug {
     fn numbered(number: u16) -> Self;
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError>;
-    fn load<const WRITE: usize>(
-        store: &mut Store<Flash<WRITE>>,
-    ) -> Result<Option<Self>, StoreError>;
+    fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError>;
 }
 
 impl Kept for L2aTable {
@@ -57,9 +55,7 @@ impl Kept for L2aTable {
         store.save_table(self)
     }
 
-    fn load<const WRITE: usize>(
-        store: &mut Store<Flash<WRITE>>,
-    ) -> Result<Option<Self>, StoreError> {
+    fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError> {
         store.table()
     }
 }
@@ -73,9 +69,7 @@ impl Kept for SymbolRate {
         store.save_symbol_rate(*self)
     }
 
-    fn load<const WRITE: usize>(
-        store: &mut Store<Flash<WRITE>>,
-    ) -> Result<Option<Self>, StoreError> {
+    fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError> {
         store.symbol_rate()
     }
 }
@@ -89,9 +83,7 @@ impl Kept for IntensityLimit {
         store.save_intensity_limit(Some(*self))
     }
 
-    fn load<const WRITE: usize>(
-        store: &mut Store<Flash<WRITE>>,
-    ) -> Result<Option<Self>, StoreError> {
+    fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError> {
         store.intensity_limit()
     }
 }
@@ -125,39 +117,25 @@ fn cut_everywhere<const WRITE: usize, K: Kept>(before: &Flash<WRITE>, number: u1
             let flash = cut.release().restarted();
             let mut restarted = store(flash.clone());
             let found = K::load(&mut restarted).expect("readable").expect("a value");
-            let context =
-                format!("{WRITE}-byte words, update {number}, tear {tear}, cut at {operations}");
+            let context = format!("{WRITE}-byte words, update {number}, tear {tear}, cut at {operations}");
             if saved.is_ok() {
                 assert_eq!(found, new, "{context}");
                 break;
             }
             cuts += 1;
             assert!(found == old || found == new, "neither: {context}");
-            assert_eq!(
-                restarted.calibration(),
-                Ok(Some(calibration(1))),
-                "{context}"
-            );
+            assert_eq!(restarted.calibration(), Ok(Some(calibration(1))), "{context}");
             cuts += cut_repair_everywhere(&flash, &old, &new, &context);
             // It goes on working: the update is tried again, and holds.
             new.save(&mut restarted).expect("saved after the restart");
-            assert_eq!(
-                K::load(&mut restarted).as_ref(),
-                Ok(&Some(K::numbered(number))),
-                "{context}"
-            );
+            assert_eq!(K::load(&mut restarted).as_ref(), Ok(&Some(K::numbered(number))), "{context}");
         }
     }
     cuts
 }
 
 /// Cuts the power at each operation with which a restarted transmitter mends what the first cut left.
-fn cut_repair_everywhere<const WRITE: usize, K: Kept>(
-    left: &Flash<WRITE>,
-    old: &K,
-    new: &K,
-    context: &str,
-) -> u64 {
+fn cut_repair_everywhere<const WRITE: usize, K: Kept>(left: &Flash<WRITE>, old: &K, new: &K, context: &str) -> u64 {
     for operations in 0.. {
         let mut cut = store(Flash {
             power: Power::For(operations),
@@ -166,10 +144,7 @@ fn cut_repair_everywhere<const WRITE: usize, K: Kept>(
         let read = K::load(&mut cut);
         let found = K::load(&mut store(cut.release().restarted()));
         let found = found.expect("readable").expect("a value");
-        assert!(
-            found == *old || found == *new,
-            "{context}, repair cut at {operations}"
-        );
+        assert!(found == *old || found == *new, "{context}, repair cut at {operations}");
         if read.is_ok() {
             return operations;
         }
@@ -189,15 +164,7 @@ fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_or_the_new_and_the_table() {
     // With eleven tables before them, the first rates end the unit and the later ones move the table to the other.
-    for (tables, rates) in [
-        (1, 1),
-        (11, 1),
-        (11, 2),
-        (11, 9),
-        (11, 10),
-        (11, 11),
-        (11, 12),
-    ] {
+    for (tables, rates) in [(1, 1), (11, 1), (11, 2), (11, 9), (11, 10), (11, 11), (11, 12)] {
         let before = used::<4>(tables, rates);
         assert!(cut_everywhere::<4, SymbolRate>(&before, rates) > 0);
         let mut store = store(before);
@@ -266,10 +233,7 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
         foreign.save_table(&table(1)).expect("taken over");
         assert_eq!(foreign.table(), Ok(Some(table(1))));
         let found = foreign.remembered(calibration(1));
-        assert_eq!(
-            (found.table, found.faults),
-            (table(1), Faults::NO_CALIBRATION)
-        );
+        assert_eq!((found.table, found.faults), (table(1), Faults::NO_CALIBRATION));
     }
 }
 

@@ -13,10 +13,7 @@ use frames::{Random, contents, is_whole_request};
 use link::framing::FramingError;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
-use link::serial::{
-    ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request,
-    Status, encode,
-};
+use link::serial::{ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request, Status, encode};
 use link::symbol_rate::SymbolRate;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::schedule::Repeats;
@@ -106,11 +103,7 @@ struct Unsteady(u32);
 impl Unsteady {
     fn save(&mut self) -> Result<(), StoreError> {
         self.0 = self.0.wrapping_add(1);
-        if self.0.is_multiple_of(3) {
-            Err(StoreError::Flash)
-        } else {
-            Ok(())
-        }
+        if self.0.is_multiple_of(3) { Err(StoreError::Flash) } else { Ok(()) }
     }
 }
 
@@ -163,9 +156,7 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
         // A whole frame in the end: whatever came before, it must be answered.
         let sequence = random.number() as u32;
         let mut hello = [0; 32];
-        wire.extend_from_slice(
-            encode(Kind::Request, sequence, &Request::Hello, &mut hello).expect("it fits"),
-        );
+        wire.extend_from_slice(encode(Kind::Request, sequence, &Request::Hello, &mut hello).expect("it fits"));
         tally.frames += 2;
 
         let mut answers = 0;
@@ -174,29 +165,15 @@ fn fuzz(frames: u64, seed: u64) -> Tally {
             let before = recorder.acts;
             let mut out = [0; ANSWER_MAX];
             let answer = service.receive(byte, &mut recorder, &mut memory, &mut out);
-            let expected =
-                contents(&mut pending, byte).is_some_and(|content| is_whole_request(&content));
-            assert_eq!(
-                answer.is_some(),
-                expected,
-                "seed {seed}, frame {}",
-                tally.frames
-            );
-            assert!(
-                expected || recorder.acts == before,
-                "acted on a bad frame: seed {seed}"
-            );
+            let expected = contents(&mut pending, byte).is_some_and(|content| is_whole_request(&content));
+            assert_eq!(answer.is_some(), expected, "seed {seed}, frame {}", tally.frames);
+            assert!(expected || recorder.acts == before, "acted on a bad frame: seed {seed}");
             if let Some(answer) = answer {
                 answers += 1;
                 last = read(answer);
             }
         }
-        assert_eq!(
-            last,
-            Some((sequence, true)),
-            "seed {seed}, frame {}",
-            tally.frames
-        );
+        assert_eq!(last, Some((sequence, true)), "seed {seed}, frame {}", tally.frames);
         tally.requests += answers;
     }
     tally.acts = recorder.acts;
@@ -226,8 +203,5 @@ fn a_million_frames_are_answered_exactly_where_they_are_whole_requests() {
     };
     let tally = fuzz(frames, seed);
     println!("{tally:?}");
-    assert!(
-        tally.requests > frames / 2 && tally.acts > frames / 100,
-        "{tally:?}"
-    );
+    assert!(tally.requests > frames / 2 && tally.acts > frames / 100, "{tally:?}");
 }

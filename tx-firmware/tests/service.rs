@@ -9,10 +9,7 @@ use link::framing::MESSAGE_MAX;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::l2a_table::image::IMAGE_MAX;
-use link::serial::{
-    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request,
-    SCHEMA, VERSION, encode,
-};
+use link::serial::{ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request, SCHEMA, VERSION, encode};
 use link::symbol_rate::SymbolRate;
 use tx_firmware::calibration::BENCH;
 
@@ -36,16 +33,7 @@ fn it_says_who_it_is() {
         other => panic!("{other:?}"),
     });
     let (chunk_max, message_max) = (CHUNK_MAX as u16, MESSAGE_MAX as u16);
-    assert_eq!(
-        hello,
-        (
-            SCHEMA,
-            "1.2.3".into(),
-            "bench".into(),
-            chunk_max,
-            message_max
-        )
-    );
+    assert_eq!(hello, (SCHEMA, "1.2.3".into(), "bench".into(), chunk_max, message_max));
 }
 
 #[test]
@@ -65,10 +53,7 @@ fn a_table_that_is_written_and_committed_runs_is_stored_and_reads_back() {
         let offset = read.len() as u16;
         let part = bench.ask(&Request::ReadTable { offset }, |answer| match answer {
             Answer::Table(part) => {
-                assert_eq!(
-                    (part.length, part.crc, part.offset),
-                    (image.len() as u16, crc, offset)
-                );
+                assert_eq!((part.length, part.crc, part.offset), (image.len() as u16, crc, offset));
                 part.bytes.to_vec()
             }
             other => panic!("{other:?}"),
@@ -87,19 +72,13 @@ fn every_request_may_be_repeated() {
     let (image, crc) = (table().image(), table().crc());
     let length = image.len() as u16;
     for _ in 0..2 {
-        bench.expect(
-            &Request::BeginTable { length, crc },
-            &Answer::Staged { received: 0 },
-        );
+        bench.expect(&Request::BeginTable { length, crc }, &Answer::Staged { received: 0 });
     }
     for (index, bytes) in image.chunks(CHUNK_MAX).enumerate() {
         let offset = (index * CHUNK_MAX) as u16;
         let received = offset + bytes.len() as u16;
         for _ in 0..2 {
-            bench.expect(
-                &Request::WriteTable { offset, bytes },
-                &Answer::Staged { received },
-            );
+            bench.expect(&Request::WriteTable { offset, bytes }, &Answer::Staged { received });
         }
     }
     for _ in 0..3 {
@@ -132,27 +111,14 @@ fn a_table_out_of_order_is_refused_and_changes_nothing() {
         );
     }
 
-    bench.expect(
-        &Request::BeginTable { length, crc },
-        &Answer::Staged { received: 0 },
-    );
+    bench.expect(&Request::BeginTable { length, crc }, &Answer::Staged { received: 0 });
     bench.expect(&first, &Answer::Staged { received: 100 });
-    for (offset, bytes) in [
-        (101, &image[101..200]),
-        (u16::MAX, &image[..100]),
-        (100, &image[..]),
-    ] {
-        bench.expect(
-            &Request::WriteTable { offset, bytes },
-            &refused(Refusal::Offset { expected: 100 }),
-        );
+    for (offset, bytes) in [(101, &image[101..200]), (u16::MAX, &image[..100]), (100, &image[..])] {
+        bench.expect(&Request::WriteTable { offset, bytes }, &refused(Refusal::Offset { expected: 100 }));
     }
     bench.expect(
         &Request::CommitTable { crc },
-        &refused(Refusal::Incomplete {
-            received: 100,
-            length,
-        }),
+        &refused(Refusal::Incomplete { received: 100, length }),
     );
     bench.expect(&Request::RollBackTable, &Answer::Done);
     bench.expect(&Request::CommitTable { crc }, &refused(Refusal::NotBegun));
@@ -167,10 +133,7 @@ fn a_table_that_came_wrong_or_is_none_is_refused_whole() {
     image[200] ^= 1;
     bench.stage(&image, crc);
     let found = link::checksum::crc32c(&[&image]);
-    let refusal = Refusal::TableCrc {
-        found,
-        expected: crc,
-    };
+    let refusal = Refusal::TableCrc { found, expected: crc };
     bench.expect(&Request::CommitTable { crc }, &Answer::Refused(refusal));
     // Announced as it came, but committed as another one.
     bench.stage(&image, found);
@@ -182,10 +145,7 @@ fn a_table_that_came_wrong_or_is_none_is_refused_whole() {
     image[last] = 0xa0;
     let crc = link::checksum::crc32c(&[&image]);
     bench.stage(&image, crc);
-    bench.expect(
-        &Request::CommitTable { crc },
-        &Answer::Refused(Refusal::TableInvalid),
-    );
+    bench.expect(&Request::CommitTable { crc }, &Answer::Refused(Refusal::TableInvalid));
     assert_eq!(bench.transmitter.table(), &L2aTable::default());
     assert_eq!(bench.store.table(), Ok(None));
 }
@@ -213,20 +173,11 @@ fn a_table_that_cannot_be_stored_does_not_run() {
     bench.store = tx_firmware::store::Store::new(dead, 0..8192).expect("a store");
     let crc = table().crc();
     bench.stage(&table().image(), crc);
-    bench.expect(
-        &Request::CommitTable { crc },
-        &Answer::Refused(Refusal::Store),
-    );
+    bench.expect(&Request::CommitTable { crc }, &Answer::Refused(Refusal::Store));
     assert_eq!(bench.transmitter.table(), &L2aTable::default());
-    bench.expect(
-        &Request::WriteCalibration(BENCH),
-        &Answer::Refused(Refusal::Store),
-    );
+    bench.expect(&Request::WriteCalibration(BENCH), &Answer::Refused(Refusal::Store));
     let millihertz = 27_000;
-    bench.expect(
-        &Request::WriteSymbolRate { millihertz },
-        &Answer::Refused(Refusal::Store),
-    );
+    bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::Refused(Refusal::Store));
     assert_eq!(bench.transmitter.symbol_rate(), SymbolRate::DEFAULT);
 }
 
@@ -244,15 +195,8 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
     }
     let (least, most) = (9_000, 300_000);
     for millihertz in [0, 8_999, 300_001, u32::MAX] {
-        let refusal = Refusal::SymbolRate {
-            millihertz,
-            least,
-            most,
-        };
-        bench.expect(
-            &Request::WriteSymbolRate { millihertz },
-            &Answer::Refused(refusal),
-        );
+        let refusal = Refusal::SymbolRate { millihertz, least, most };
+        bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::Refused(refusal));
     }
     bench.expect(&Request::ReadSymbolRate, &rate(300_000));
 }
@@ -260,14 +204,8 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
 #[test]
 fn an_intensity_limit_is_checked_stored_read_back_and_outlives_calibrations() {
     let mut bench = Bench::new();
-    let limit = |most_mcd, led_diameter_um| Answer::IntensityLimit {
-        most_mcd,
-        led_diameter_um,
-    };
-    let write = |most_mcd, led_diameter_um| Request::WriteIntensityLimit {
-        most_mcd,
-        led_diameter_um,
-    };
+    let limit = |most_mcd, led_diameter_um| Answer::IntensityLimit { most_mcd, led_diameter_um };
+    let write = |most_mcd, led_diameter_um| Request::WriteIntensityLimit { most_mcd, led_diameter_um };
     bench.expect(&Request::ReadIntensityLimit, &limit(0, 0));
     bench.expect(&write(100_000, 30_000), &limit(100_000, 30_000));
     bench.expect(&Request::WriteCalibration(BENCH), &Answer::Done);
@@ -275,10 +213,7 @@ fn an_intensity_limit_is_checked_stored_read_back_and_outlives_calibrations() {
     let kept = IntensityLimit::new(100_000, 30_000);
     assert_eq!(bench.store.intensity_limit(), Ok(kept.ok()));
     for (most_mcd, led_diameter_um) in [(0, 30_000), (1000, 0), (u32::MAX, 30_000)] {
-        let refusal = Refusal::IntensityLimit {
-            most_mcd,
-            led_diameter_um,
-        };
+        let refusal = Refusal::IntensityLimit { most_mcd, led_diameter_um };
         bench.expect(&write(most_mcd, led_diameter_um), &Answer::Refused(refusal));
     }
     bench.expect(&Request::ReadIntensityLimit, &limit(100_000, 30_000));
@@ -296,11 +231,7 @@ fn a_calibration_is_checked_stored_and_read_back() {
     };
     bench.expect(&Request::WriteCalibration(brighter), &Answer::Done);
     bench.expect(&Request::ReadCalibration, &Answer::Calibration(brighter));
-    let stored = bench
-        .store
-        .calibration()
-        .expect("readable")
-        .expect("stored");
+    let stored = bench.store.calibration().expect("readable").expect("stored");
     assert_eq!(stored.measured(), &brighter);
 
     let impossible = [
@@ -312,10 +243,7 @@ fn a_calibration_is_checked_stored_and_read_back() {
             shortest_pulse_ns: BENCH.pwm_period_ns + 1,
             ..BENCH
         },
-        Measured {
-            pwm_period_ns: 1,
-            ..BENCH
-        },
+        Measured { pwm_period_ns: 1, ..BENCH },
         Measured {
             reflectance: U1F31::ZERO,
             ..BENCH
@@ -335,10 +263,7 @@ fn a_calibration_is_checked_stored_and_read_back() {
     ];
     for (value, measured) in (0..).zip(impossible) {
         let refusal = Refusal::Calibration { value };
-        bench.expect(
-            &Request::WriteCalibration(measured),
-            &Answer::Refused(refusal),
-        );
+        bench.expect(&Request::WriteCalibration(measured), &Answer::Refused(refusal));
     }
     bench.expect(&Request::ReadCalibration, &Answer::Calibration(brighter));
 }
@@ -422,9 +347,7 @@ fn echoes_garbage_and_cut_frames_get_no_answer() {
     assert!(bench.exchange(&vec![0x41; 100_000]).is_empty());
     assert!(bench.exchange(&[0]).is_empty());
     let mut wire = [0; 64];
-    let hello = encode(Kind::Request, 1, &Request::Hello, &mut wire)
-        .expect("it fits")
-        .to_vec();
+    let hello = encode(Kind::Request, 1, &Request::Hello, &mut wire).expect("it fits").to_vec();
     for cut in 0..hello.len() - 1 {
         assert!(bench.exchange(&hello[..cut]).is_empty());
     }
@@ -432,10 +355,7 @@ fn echoes_garbage_and_cut_frames_get_no_answer() {
         Answer::Status(status) => (status.counters.bad_frames, status.counters.frames),
         other => panic!("{other:?}"),
     });
-    assert!(
-        bad >= 2 && frames == 2,
-        "{bad} bad frames, {frames} good ones"
-    );
+    assert!(bad >= 2 && frames == 2, "{bad} bad frames, {frames} good ones");
     bench.expect(&Request::ResetCounters, &Answer::Done);
 }
 

@@ -50,13 +50,9 @@ impl Keys {
         let focal_px = match (self.focal_px, self.focal_length_mm, self.pixel_pitch_um) {
             (Some(Focal::One(focal_px)), None, None) => Some([focal_px; 2]),
             (Some(Focal::Two(focal_px)), None, None) => Some(focal_px),
-            (None, Some(focal_length_mm), Some(pitch_um)) => {
-                Some([focal_length_mm * 1e3 / pitch_um; 2])
-            }
+            (None, Some(focal_length_mm), Some(pitch_um)) => Some([focal_length_mm * 1e3 / pitch_um; 2]),
             (None, None, None) => None,
-            (Some(_), ..) => bail!(
-                "the focal length is told twice: give focal_px, or focal_length_mm and pixel_pitch_um"
-            ),
+            (Some(_), ..) => bail!("the focal length is told twice: give focal_px, or focal_length_mm and pixel_pitch_um"),
             _ => bail!("half a focal length is told: give both focal_length_mm and pixel_pitch_um"),
         };
         Calibration {
@@ -108,9 +104,7 @@ impl Calibration {
     /// The lens before frames of `size`; why not, if it is not known.
     pub fn lens(&self, size: [usize; 2]) -> Result<Lens, String> {
         let Some(focal_px) = self.focal_px else {
-            return Err(
-                "no focal length: give focal_px in --camera, or OpenCV's calibration file".into(),
-            );
+            return Err("no focal length: give focal_px in --camera, or OpenCV's calibration file".into());
         };
         if let Some(calibrated) = self.size.filter(|&calibrated| calibrated != size) {
             let [[a, b], [c, d]] = [calibrated, size];
@@ -136,8 +130,7 @@ impl Calibration {
             Some((first, rest)) if first.starts_with("%YAML:") => rest,
             _ => text,
         };
-        let file: OpenCv =
-            serde_saphyr::from_str(text).context("OpenCV's calibration cannot be read")?;
+        let file: OpenCv = serde_saphyr::from_str(text).context("OpenCV's calibration cannot be read")?;
         if let Some(model) = &file.distortion_model {
             ensure!(
                 matches!(model.as_str(), "plumb_bob" | "rational_polynomial"),
@@ -145,27 +138,18 @@ impl Calibration {
             );
         }
         let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix.data[..] else {
-            bail!(
-                "camera_matrix has {} numbers instead of 3 × 3",
-                file.camera_matrix.data.len()
-            );
+            bail!("camera_matrix has {} numbers instead of 3 × 3", file.camera_matrix.data.len());
         };
         ensure!(
             skew == 0.0 && [below, g, h] == [0.0; 3] && one == 1.0,
             "camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]: give the one that OpenCV's calibrateCamera returns"
         );
-        let distortion = file
-            .distortion_coefficients
-            .map(|matrix| matrix.data)
-            .unwrap_or_default();
+        let distortion = file.distortion_coefficients.map(|matrix| matrix.data).unwrap_or_default();
         let calibration = Self {
             focal_px: Some([fx, fy]),
             principal_px: Some([cx, cy]),
             distortion: coefficients(&distortion)?,
-            size: file
-                .image_width
-                .zip(file.image_height)
-                .map(|(width, height)| [width, height]),
+            size: file.image_width.zip(file.image_height).map(|(width, height)| [width, height]),
         };
         calibration.checked().map(Some)
     }
@@ -200,21 +184,14 @@ mod tests {
 
     #[test]
     fn calibrations_of_opencv_and_ros_are_read_as_they_are() {
-        let lens = Calibration::of_opencv(OPENCV)
-            .unwrap()
-            .unwrap()
-            .lens([1920, 1080])
-            .unwrap();
+        let lens = Calibration::of_opencv(OPENCV).unwrap().unwrap().lens([1920, 1080]).unwrap();
         assert_eq!(lens.focal_px, [3636.3636, 3640.0]);
         assert_eq!(lens.principal_px, [959.5, 539.25]);
         assert_eq!(lens.distortion[..5], [-0.15, 0.02, 1e-4, -2e-4, 0.0]);
         let ros = Calibration::of_opencv(ROS).unwrap().unwrap();
         assert_eq!(ros.lens([640, 480]).unwrap().focal_px, [500.0, 501.0]);
         let other_size = ros.lens([320, 240]).unwrap_err();
-        assert!(
-            other_size.contains("640 × 480") && other_size.contains("320 × 240"),
-            "{other_size}"
-        );
+        assert!(other_size.contains("640 × 480") && other_size.contains("320 × 240"), "{other_size}");
         assert_eq!(Calibration::of_opencv("blur_sigma_px = 1.0").unwrap(), None);
     }
 
@@ -231,12 +208,7 @@ mod tests {
             assert!(format!("{error:#}").contains(wrong), "{error:#}");
         }
         let fisheye = ROS.replace("plumb_bob", "equidistant");
-        assert!(
-            Calibration::of_opencv(&fisheye)
-                .unwrap_err()
-                .to_string()
-                .contains("equidistant")
-        );
+        assert!(Calibration::of_opencv(&fisheye).unwrap_err().to_string().contains("equidistant"));
     }
 
     #[test]
@@ -253,28 +225,13 @@ mod tests {
             focal_px: Some(Focal::One(3636.0)),
             ..keys.clone()
         };
-        assert!(
-            twice
-                .calibration()
-                .unwrap_err()
-                .to_string()
-                .contains("told twice")
-        );
+        assert!(twice.calibration().unwrap_err().to_string().contains("told twice"));
         let half = Keys {
             pixel_pitch_um: None,
             ..keys
         };
-        assert!(
-            half.calibration()
-                .unwrap_err()
-                .to_string()
-                .contains("half a focal length")
-        );
-        let unknown = Keys::default()
-            .calibration()
-            .unwrap()
-            .lens([640, 480])
-            .unwrap_err();
+        assert!(half.calibration().unwrap_err().to_string().contains("half a focal length"));
+        let unknown = Keys::default().calibration().unwrap().lens([640, 480]).unwrap_err();
         assert!(unknown.contains("give focal_px in --camera"));
     }
 }

@@ -83,11 +83,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
         }
     }
-    anyhow::ensure!(
-        bad == 0,
-        "{bad} of {} images could not be used",
-        arguments.images.len()
-    );
+    anyhow::ensure!(bad == 0, "{bad} of {} images could not be used", arguments.images.len());
     Ok(answer)
 }
 
@@ -95,12 +91,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 pub fn corners(text: &str) -> Result<Corners, String> {
     let numbers: Vec<f32> = text
         .split(',')
-        .map(|number| {
-            number
-                .trim()
-                .parse()
-                .map_err(|_| format!("{number:?} is no number"))
-        })
+        .map(|number| number.trim().parse().map_err(|_| format!("{number:?} is no number")))
         .collect::<Result<_, _>>()?;
     let [a, b, c, d, e, f, g, h] = numbers[..] else {
         return Err(format!(
@@ -150,12 +141,7 @@ impl Decoder {
     }
 }
 
-fn report(
-    path: &Path,
-    read: Result<Shown, String>,
-    with_pose: bool,
-    shared: &Shared,
-) -> anyhow::Result<()> {
+fn report(path: &Path, read: Result<Shown, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
     let shown = match read {
         Ok(shown) => shown,
         Err(why) if shared.json => {
@@ -172,11 +158,7 @@ fn report(
         }
         Err(why) => return line(&format!("{}: no panel: {why}", path.display())),
     };
-    let Shown {
-        corners,
-        detection,
-        pose,
-    } = shown;
+    let Shown { corners, detection, pose } = shown;
     if shared.json {
         return output::json(&Report {
             file: path,

@@ -116,10 +116,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
         Action::Watch(arguments) => watch(arguments, shared),
         Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
-        Action::Calibration {
-            template: Some(file),
-            ..
-        } => calibration::template(file.as_deref(), shared),
+        Action::Calibration { template: Some(file), .. } => calibration::template(file.as_deref(), shared),
         Action::Calibration { port, file, .. } => {
             let port = port.as_ref().context("name the port with --port")?;
             calibration::run(port, file.as_deref(), shared)
@@ -129,10 +126,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Action::Rate { port, wanted } => rate::run(port, wanted, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
-            port,
-            message,
-            repeats,
-            ..
+            port, message, repeats, ..
         } => {
             let message = message
                 .bytes()?
@@ -167,12 +161,7 @@ fn list(shared: &Shared) -> anyhow::Result<Answer> {
 
 fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
     const NAP: Duration = Duration::from_millis(50);
-    let Watch {
-        port,
-        count,
-        readings,
-        ..
-    } = arguments;
+    let Watch { port, count, readings, .. } = arguments;
     let (stop, interval) = (stop(), arguments.interval());
     let mut client = port.greet_any()?;
     if client.identity().is_receiver() {
@@ -275,19 +264,11 @@ fn short(status: &Status) -> String {
         status.luminance_cd_m2.to_num::<f64>(),
         status.duty.to_num::<f64>(),
         if status.sending { "sending" } else { "idle" },
-        faults(status)
-            .iter()
-            .map(|fault| format!("  {fault}!"))
-            .collect::<String>()
+        faults(status).iter().map(|fault| format!("  {fault}!")).collect::<String>()
     )
 }
 
-fn report(
-    status: &Status,
-    client: &mut Connection,
-    port: &Port,
-    shared: &Shared,
-) -> anyhow::Result<()> {
+fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<()> {
     let mut values = as_json(status);
     values["symbol_rate_hz"] = rate::shown(client).with_context(|| port.name())?.into();
     let identity = client.identity();

@@ -57,9 +57,7 @@ pub struct Arguments {
 /// A level that the Monte Carlo can run at.
 pub fn single_precision(text: &str) -> Result<Level, String> {
     match text.parse()? {
-        Level::Reference => Err(
-            "the reference level is for single frames (`vocc render`): choose fine or fast".into(),
-        ),
+        Level::Reference => Err("the reference level is for single frames (`vocc render`): choose fine or fast".into()),
         level => Ok(level),
     }
 }
@@ -79,12 +77,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     sweep.rare_events = arguments.rare_events;
     if let Some(path) = &arguments.out {
         let scene = outputs::files_of(&arguments.scene, &sweep.scene);
-        results::check(
-            path,
-            "json",
-            &["csv"],
-            scene.into_iter().chain(arguments.camera.file()),
-        )?;
+        results::check(path, "json", &["csv"], scene.into_iter().chain(arguments.camera.file()))?;
     }
     let place = arguments.out.as_deref().map(results::Place::new);
     let mut results = Results::new(sweep.clone());

@@ -103,13 +103,7 @@ pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
         camera: Camera::default(),
         true_corners: false,
     };
-    send(
-        &scene,
-        &settings,
-        None,
-        &Save::First(Path::new(FRAME_FOLDER)),
-        shared,
-    )
+    send(&scene, &settings, None, &Save::First(Path::new(FRAME_FOLDER)), shared)
 }
 
 /// Sends, films, receives and reports.
@@ -129,21 +123,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     send(&scene, &settings, arguments.frames, &save, shared)
 }
 
-fn send(
-    scene: &Scene,
-    settings: &LinkSettings,
-    frames: Option<u64>,
-    save: &Save,
-    shared: &Shared,
-) -> anyhow::Result<Answer> {
+fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: &Save, shared: &Shared) -> anyhow::Result<Answer> {
     let mut road = Road::new(scene, settings)?;
     let frames = match frames {
         Some(frames) => frames,
         None => frames_for(scene, &settings.message)?,
     };
     if let Save::First(folder) | Save::All(folder) = save {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
     let _held = match save {
         Save::All(folder) => {
@@ -155,11 +142,7 @@ fn send(
     let stop = stop();
     let mut progress = Progress::new(frames, "frames");
     let mut counts = FrameCounts::default();
-    let (mut received, mut saved, mut last_loss): (
-        Option<Received>,
-        Option<PathBuf>,
-        Option<String>,
-    ) = Default::default();
+    let (mut received, mut saved, mut last_loss): (Option<Received>, Option<PathBuf>, Option<String>) = Default::default();
     let sensor = road.renderer().sensor();
     let (mut ended, mut unsaved) = (None, None);
     for frame in 0..frames {
@@ -216,37 +199,22 @@ fn send(
     if let Some(error) = unsaved {
         return Err(error);
     }
-    Ok(
-        if received.is_some_and(|received| received.message == settings.message) {
-            Answer::Yes
-        } else {
-            Answer::No
-        },
-    )
+    Ok(if received.is_some_and(|received| received.message == settings.message) {
+        Answer::Yes
+    } else {
+        Answer::No
+    })
 }
 
 /// Frames that film two repeats of the message, and one more for the last symbol's end.
 fn frames_for(scene: &Scene, message: &[u8]) -> anyhow::Result<u64> {
     let panels = Framer::new(message, Code::for_length(message.len()), false)?.panels_per_repeat();
-    Ok(
-        (2.0 * f64::from(panels) * scene.camera.frame_rate_hz / scene.link.symbol_rate_hz).ceil()
-            as u64
-            + 1,
-    )
+    Ok((2.0 * f64::from(panels) * scene.camera.frame_rate_hz / scene.link.symbol_rate_hz).ceil() as u64 + 1)
 }
 
-fn report(
-    road: &Road,
-    settings: &LinkSettings,
-    received: Option<&Received>,
-    counts: &FrameCounts,
-    shared: &Shared,
-) -> anyhow::Result<()> {
+fn report(road: &Road, settings: &LinkSettings, received: Option<&Received>, counts: &FrameCounts, shared: &Shared) -> anyhow::Result<()> {
     let errors = &counts.errors;
-    let dimming = road
-        .transmitter()
-        .dimming()
-        .context("the transmitter has seen light")?;
+    let dimming = road.transmitter().dimming().context("the transmitter has seen light")?;
     let exposure = road.renderer().view().exposure;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let report = Report {
@@ -293,17 +261,11 @@ fn report(
             received.last_frame,
             received.corrected_bits
         ))?,
-        None => {
-            line("received      nothing: film longer (--frames), come nearer, or change the L2A")?
-        }
+        None => line("received      nothing: film longer (--frames), come nearer, or change the L2A")?,
     }
     line(&format!(
         "bit errors    {} of {} raw bits in {} frames ({} unread, {} across a symbol change)",
-        report.bit_errors,
-        report.bits,
-        report.frames,
-        report.unread_frames,
-        report.straddled_frames
+        report.bit_errors, report.bits, report.frames, report.unread_frames, report.straddled_frames
     ))?;
     line(&format!(
         "raw BER       {}",

@@ -75,9 +75,7 @@ fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Answer>
         let part = TableFile::read(path)?;
         match &mut whole {
             None => whole = Some(part),
-            Some(whole) => whole
-                .merge(part)
-                .with_context(|| path.display().to_string())?,
+            Some(whole) => whole.merge(part).with_context(|| path.display().to_string())?,
         }
     }
     let whole = whole.context("there are no parts: give the tables of all shards")?;

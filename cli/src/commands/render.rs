@@ -68,9 +68,7 @@ struct Report {
 fn hexadecimal(text: &str) -> Result<u64, String> {
     match (text.len(), u64::from_str_radix(text, 16)) {
         (16, Ok(bits)) => Ok(bits),
-        _ => Err(format!(
-            "{text:?} is not 16 hexadecimal digits, such as 8040201008040201"
-        )),
+        _ => Err(format!("{text:?} is not 16 hexadecimal digits, such as 8040201008040201")),
     }
 }
 
@@ -78,10 +76,7 @@ fn hexadecimal(text: &str) -> Result<u64, String> {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene(&arguments.scene)?;
     outputs::check(
-        [&arguments.out]
-            .into_iter()
-            .chain(&arguments.linear)
-            .cloned(),
+        [&arguments.out].into_iter().chain(&arguments.linear).cloned(),
         outputs::files_of(&arguments.scene, &scene),
     )?;
     let renderer = Renderer::new(&scene, arguments.level)?;
@@ -121,30 +116,15 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let enlarged = pictures::enlarged(&picture, region.width, zoom);
     let [width, height] = [region.width, region.height].map(|side| side * zoom);
     pictures::write_png(&arguments.out, &enlarged, width, height)?;
-    report(
-        arguments,
-        shared,
-        &renderer,
-        region,
-        shown.first().context("a scene has a panel")?,
-    )
+    report(arguments, shared, &renderer, region, shown.first().context("a scene has a panel")?)
 }
 
-fn report(
-    arguments: &Arguments,
-    shared: &Shared,
-    renderer: &Renderer,
-    region: Region,
-    shown: &Shown,
-) -> anyhow::Result<Answer> {
-    let corners_px = renderer
-        .corner_leds_px(0)
-        .map(|[x, y]| [x - region.x as f64, y - region.y as f64]);
+fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &Shown) -> anyhow::Result<Answer> {
+    let corners_px = renderer.corner_leds_px(0).map(|[x, y]| [x - region.x as f64, y - region.y as f64]);
     let [top_left, top_right, ..] = corners_px;
     let report = Report {
         bits: shown.symbols[0].to_string(),
-        centre_px: [0, 1]
-            .map(|axis| corners_px.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0),
+        centre_px: [0, 1].map(|axis| corners_px.iter().map(|corner| corner[axis]).sum::<f64>() / 4.0),
         pitch_px: (top_right[0] - top_left[0]).hypot(top_right[1] - top_left[1]) / 7.0,
         level: arguments.level,
         error_bound_grey: arguments.level.error_bound_grey(),
@@ -162,9 +142,7 @@ fn report(
     output::plan(&report.plan)?;
     line(&format!("bits     {}", report.bits))?;
     if let 0 | LEDS = shown.symbols[0].bits().count_ones() {
-        line(
-            "         all LEDs are alike: without another frame nobody can tell On from Off, nor where the panel is",
-        )?;
+        line("         all LEDs are alike: without another frame nobody can tell On from Off, nor where the panel is")?;
     }
     line(&format!(
         "panel    centre ({:.3}, {:.3}) px, LEDs {:.3} px apart",
@@ -172,10 +150,7 @@ fn report(
     ))?;
     line(&format!(
         "corners  {}",
-        report
-            .corners_px
-            .map(|[x, y]| format!("{x:.3},{y:.3}"))
-            .join(",")
+        report.corners_px.map(|[x, y]| format!("{x:.3},{y:.3}")).join(",")
     ))?;
     line(&format!(
         "grey     at most {} from the reference, before rounding",
@@ -183,9 +158,7 @@ fn report(
     ))?;
     let enlarged = match report.zoom {
         1 => String::new(),
-        zoom => format!(
-            ", each drawn as {zoom} × {zoom}, which is for the eye and not for `vocc decode`"
-        ),
+        zoom => format!(", each drawn as {zoom} × {zoom}, which is for the eye and not for `vocc decode`"),
     };
     line(&format!(
         "written  {} ({} × {} pixels from ({}, {}) of the sensor on{enlarged})",

@@ -16,8 +16,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
     match &arguments.name {
         Some(name) => {
             let known = || PRESETS.map(|preset| preset.name).join(", ");
-            let text = preset_toml(name)
-                .ok_or_else(|| anyhow::anyhow!("no preset {name:?}: choose one of {}", known()))?;
+            let text = preset_toml(name).ok_or_else(|| anyhow::anyhow!("no preset {name:?}: choose one of {}", known()))?;
             line(text.trim_end())?;
         }
         None => {

@@ -48,9 +48,8 @@ impl Arguments {
         let Some((led_diameter_m, interval)) = self.led_diameter.zip(self.interval) else {
             return Ok(None);
         };
-        let interval = Interval::checked_from_num(interval).with_context(|| {
-            format!("an interval of {interval} is outside 0 to 16: give the gap between LEDs over their diameter")
-        })?;
+        let interval = Interval::checked_from_num(interval)
+            .with_context(|| format!("an interval of {interval} is outside 0 to 16: give the gap between LEDs over their diameter"))?;
         let geometry = Geometry::new((led_diameter_m * 1e6).round() as u32, interval);
         let geometry = geometry.with_context(|| format!("--led-diameter {led_diameter_m}"))?;
         Ok(Some(geometry))
@@ -87,25 +86,15 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 /// The panels one after another: as many as are asked for, or the message once.
-fn panels(
-    message: &[u8],
-    arguments: &Arguments,
-) -> anyhow::Result<Box<dyn Iterator<Item = PanelFrame>>> {
+fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Box<dyn Iterator<Item = PanelFrame>>> {
     if arguments.raw {
-        anyhow::ensure!(
-            !message.is_empty(),
-            "the message is empty: give at least 1 byte"
-        );
+        anyhow::ensure!(!message.is_empty(), "the message is empty: give at least 1 byte");
         let once: Vec<PanelFrame> = raw::panels(message).collect();
         let count = arguments.count.map_or(once.len(), |count| count as usize);
         return Ok(Box::new(once.into_iter().cycle().take(count)));
     }
     let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
-    let count = arguments
-        .count
-        .unwrap_or_else(|| framer.panels_per_repeat());
+    let count = arguments.count.unwrap_or_else(|| framer.panels_per_repeat());
     let geometry = arguments.geometry()?;
-    Ok(Box::new(
-        (0..count).map(move |_| framer.next_panel_of(geometry)),
-    ))
+    Ok(Box::new((0..count).map(move |_| framer.next_panel_of(geometry))))
 }

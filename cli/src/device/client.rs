@@ -3,10 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use link::serial::{
-    Answer, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, VERSION, encode,
-    wire_length,
-};
+use link::serial::{Answer, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, VERSION, encode, wire_length};
 use rx_pipeline::standalone::{ANSWER_MAX, BOARD_PREFIX};
 use serde::Serialize;
 
@@ -56,9 +53,7 @@ impl<P: Read + Write> Client<P> {
             identity if identity.is_receiver() => Err(DeviceError::IsReceiver {
                 board: identity.board.clone(),
             }),
-            Identity {
-                schema, firmware, ..
-            } if *schema != SCHEMA => Err(DeviceError::Schema {
+            Identity { schema, firmware, .. } if *schema != SCHEMA => Err(DeviceError::Schema {
                 theirs: *schema,
                 firmware: firmware.clone(),
             }),
@@ -110,11 +105,7 @@ impl<P: Read + Write> Client<P> {
     ///
     /// # Errors
     /// [`DeviceError`] when there is none after [`TRIES`], or a refusal, or one that `read` does not want.
-    pub fn ask<R>(
-        &mut self,
-        request: &Request<'_>,
-        read: impl Fn(Answer<'_>) -> Option<R>,
-    ) -> Result<R, DeviceError> {
+    pub fn ask<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
         self.exchange(request, |frame| outcome(frame, &read))
     }
 
@@ -122,15 +113,10 @@ impl<P: Read + Write> Client<P> {
     ///
     /// # Errors
     /// [`DeviceError`] when there is none after [`TRIES`], or what `read` says.
-    pub fn exchange<R>(
-        &mut self,
-        request: &impl Serialize,
-        read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>,
-    ) -> Result<R, DeviceError> {
+    pub fn exchange<R>(&mut self, request: &impl Serialize, read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>) -> Result<R, DeviceError> {
         self.sequence = self.sequence.wrapping_add(1);
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
-        let wire = encode(Kind::Request, self.sequence, request, &mut wire)
-            .map_err(|_| DeviceError::Unexpected)?;
+        let wire = encode(Kind::Request, self.sequence, request, &mut wire).map_err(|_| DeviceError::Unexpected)?;
         let mut heard = 0;
         for _ in 0..TRIES {
             match self.port.write_all(wire).and_then(|()| self.port.flush()) {
@@ -191,14 +177,10 @@ impl<P: Read + Write> Client<P> {
 
 fn outcome<R>(frame: &Frame<'_>, read: impl Fn(Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
     if frame.version() != VERSION {
-        return Err(DeviceError::Version {
-            theirs: frame.version(),
-        });
+        return Err(DeviceError::Version { theirs: frame.version() });
     }
     match frame.answer() {
-        Ok(Answer::Refused(Refusal::Version { speaks })) => {
-            Err(DeviceError::Version { theirs: speaks })
-        }
+        Ok(Answer::Refused(Refusal::Version { speaks })) => Err(DeviceError::Version { theirs: speaks }),
         Ok(Answer::Refused(refusal)) => Err(refusal.into()),
         Ok(answer) => read(answer).ok_or(DeviceError::Unexpected),
         Err(_) => Err(DeviceError::Unexpected),
@@ -207,14 +189,9 @@ fn outcome<R>(frame: &Frame<'_>, read: impl Fn(Answer<'_>) -> Option<R>) -> Resu
 
 /// Whether it is worth another try.
 fn is_passing(kind: ErrorKind) -> bool {
-    matches!(
-        kind,
-        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-    )
+    matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
 fn gone(error: &std::io::Error) -> DeviceError {
-    DeviceError::Gone {
-        why: error.to_string(),
-    }
+    DeviceError::Gone { why: error.to_string() }
 }

@@ -9,9 +9,7 @@ use link::symbol_rate::SymbolRate;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// There is no such port.
-    #[error(
-        "there is no port {port}: plug the transmitter in; `vocc device list` shows the ports there are"
-    )]
+    #[error("there is no port {port}: plug the transmitter in; `vocc device list` shows the ports there are")]
     NoSuchPort {
         /// Its name.
         port: String,
@@ -32,9 +30,7 @@ pub enum DeviceError {
         port: String,
     },
     /// It is something else.
-    #[error(
-        "{port} cannot be opened as a serial port ({why}): `vocc device list` shows the ports there are"
-    )]
+    #[error("{port} cannot be opened as a serial port ({why}): `vocc device list` shows the ports there are")]
     NoPort {
         /// Its name.
         port: String,
@@ -56,9 +52,7 @@ pub enum DeviceError {
         tries: u32,
     },
     /// Something comes back, but no answer.
-    #[error(
-        "what answers is not a transmitter, or not at this --baud: {bytes} bytes came in {tries} tries, and no frame among them"
-    )]
+    #[error("what answers is not a transmitter, or not at this --baud: {bytes} bytes came in {tries} tries, and no frame among them")]
     NoTransmitter {
         /// How many bytes came.
         bytes: usize,
@@ -123,9 +117,7 @@ pub enum DeviceError {
     #[error("the transmitter refuses: {0}")]
     Refused(#[from] Refusal),
     /// A table never came through whole.
-    #[error(
-        "the table did not come through in {attempts} attempts, at last because {last}: check the cable"
-    )]
+    #[error("the table did not come through in {attempts} attempts, at last because {last}: check the cable")]
     Table {
         /// How often it was begun.
         attempts: u32,

@@ -16,11 +16,7 @@ const ATTEMPTS: u32 = 5;
 ///
 /// # Errors
 /// [`DeviceError`]; the transmitter then has the table before, or this one, and nothing between.
-pub fn push<P: Read + Write>(
-    client: &mut Client<P>,
-    table: &L2aTable,
-    mut progress: impl FnMut(usize),
-) -> Result<(), DeviceError> {
+pub fn push<P: Read + Write>(client: &mut Client<P>, table: &L2aTable, mut progress: impl FnMut(usize)) -> Result<(), DeviceError> {
     let (image, crc) = (table.image(), table.crc());
     let mut last = String::new();
     for _ in 0..ATTEMPTS {
@@ -34,29 +30,18 @@ pub fn push<P: Read + Write>(
             Err(error) => return Err(error),
         }
     }
-    Err(DeviceError::Table {
-        attempts: ATTEMPTS,
-        last,
-    })
+    Err(DeviceError::Table { attempts: ATTEMPTS, last })
 }
 
 /// Whether beginning the table anew helps: the transmitter restarted, or somebody else wrote at the same time.
 fn is_passing(refusal: Refusal) -> bool {
     matches!(
         refusal,
-        Refusal::NotBegun
-            | Refusal::Offset { .. }
-            | Refusal::Incomplete { .. }
-            | Refusal::TableCrc { .. }
+        Refusal::NotBegun | Refusal::Offset { .. } | Refusal::Incomplete { .. } | Refusal::TableCrc { .. }
     )
 }
 
-fn stage<P: Read + Write>(
-    client: &mut Client<P>,
-    image: &[u8],
-    crc: u32,
-    progress: &mut impl FnMut(usize),
-) -> Result<(), DeviceError> {
+fn stage<P: Read + Write>(client: &mut Client<P>, image: &[u8], crc: u32, progress: &mut impl FnMut(usize)) -> Result<(), DeviceError> {
     let staged = |answer: Answer<'_>| match answer {
         Answer::Staged { received } => Some(usize::from(received)),
         _ => None,
@@ -90,13 +75,10 @@ pub fn pull<P: Read + Write>(client: &mut Client<P>) -> Result<L2aTable, DeviceE
     let mut of = None;
     for _ in 0..ATTEMPTS * u32::from(u8::MAX) {
         let offset = image.len() as u16;
-        let (length, crc, bytes) =
-            client.ask(&Request::ReadTable { offset }, |answer| match answer {
-                Answer::Table(part) if part.offset == offset => {
-                    Some((part.length, part.crc, part.bytes.to_vec()))
-                }
-                _ => None,
-            })?;
+        let (length, crc, bytes) = client.ask(&Request::ReadTable { offset }, |answer| match answer {
+            Answer::Table(part) if part.offset == offset => Some((part.length, part.crc, part.bytes.to_vec())),
+            _ => None,
+        })?;
         if *of.get_or_insert((length, crc)) != (length, crc) {
             // Another table took effect in between.
             (image, of) = (Vec::new(), None);

@@ -211,10 +211,7 @@ fn what_is_cut_off_leaves_the_old_table_or_the_new() {
         if outcome.is_ok() {
             assert_eq!(*running, large());
         }
-        assert_eq!(
-            fake.kept.table.as_ref().unwrap_or(&Fake::first_table()),
-            running
-        );
+        assert_eq!(fake.kept.table.as_ref().unwrap_or(&Fake::first_table()), running);
     }
 }
 
@@ -238,16 +235,10 @@ fn a_message_whose_answer_is_lost_is_shown_once() {
             assert!(fake.transmitter.is_sending());
         }
         // The header's bit of a new message has toggled once, not twice.
-        let panels = |transmitter: &mut tx_firmware::transmitter::Transmitter<_>| {
-            (0..3).map(|_| transmitter.tick()).collect::<Vec<_>>()
-        };
+        let panels = |transmitter: &mut tx_firmware::transmitter::Transmitter<_>| (0..3).map(|_| transmitter.tick()).collect::<Vec<_>>();
         let mut once = Fake::new();
         once.transmitter
-            .send(
-                b"once",
-                link::fec::Code::for_length(4),
-                tx_firmware::schedule::Repeats::Times(1),
-            )
+            .send(b"once", link::fec::Code::for_length(4), tx_firmware::schedule::Repeats::Times(1))
             .expect("a message");
         if fake.transmitter.is_sending() {
             assert_eq!(panels(&mut fake.transmitter), panels(&mut once.transmitter));
@@ -264,10 +255,7 @@ fn status_comes_through() {
             _ => None,
         })
         .expect("an answer");
-    assert_eq!(
-        status.illuminance_lx.map(|lx| lx.to_num::<f64>().round()),
-        Some(2000.0)
-    );
+    assert_eq!(status.illuminance_lx.map(|lx| lx.to_num::<f64>().round()), Some(2000.0));
     assert_eq!((status.faults, status.uptime_s), (Faults::empty(), 1));
     assert_eq!(client.identity().board, "fake");
 }
@@ -302,8 +290,5 @@ fn whoever_is_no_transmitter_is_told_from_nobody() {
     let greeted = |port| Client::greet(port, Duration::from_millis(1), 0).err();
     assert_eq!(greeted(Other(b"")), Some(DeviceError::Silent { tries: 8 }));
     let babble = greeted(Other(b"login: \0\r\n"));
-    assert!(
-        matches!(babble, Some(DeviceError::NoTransmitter { .. })),
-        "{babble:?}"
-    );
+    assert!(matches!(babble, Some(DeviceError::NoTransmitter { .. })), "{babble:?}");
 }

@@ -48,8 +48,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
             frames.push(source.clone());
             continue;
         }
-        let mut inside = pictures_in(source)
-            .with_context(|| format!("cannot read the folder {}", source.display()))?;
+        let mut inside = pictures_in(source).with_context(|| format!("cannot read the folder {}", source.display()))?;
         ensure!(
             !inside.is_empty(),
             "the folder {} has no PNG, JPEG or PGM files; a film is received by its own name",
@@ -60,13 +59,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
     }
     let numbers = numbers(&frames);
     let files = frames.into_iter().zip(numbers);
-    Ok(files
-        .map(|(path, number)| FrameFile {
-            path,
-            number,
-            late: 0.0,
-        })
-        .collect())
+    Ok(files.map(|(path, number)| FrameFile { path, number, late: 0.0 }).collect())
 }
 
 /// The same by the times at which the frames were taken, where a folder is all there is, and has [time stamps](super::stamps).
@@ -97,19 +90,13 @@ pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// Whether a name ends in one of these, in letters of any size.
 pub fn has_ending(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default();
-    endings
-        .iter()
-        .any(|known| ending.eq_ignore_ascii_case(known))
+    endings.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 /// The frames' numbers from 0 on.
 fn numbers(paths: &[PathBuf]) -> Vec<u64> {
     let counted = || (0..paths.len() as u64).collect();
-    let Some(named) = paths
-        .iter()
-        .map(|path| number(path))
-        .collect::<Option<Vec<u64>>>()
-    else {
+    let Some(named) = paths.iter().map(|path| number(path)).collect::<Option<Vec<u64>>>() else {
         return counted();
     };
     let steps = || named.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
@@ -137,10 +124,7 @@ mod tests {
 
     #[test]
     fn missing_numbers_are_lost_frames() {
-        assert_eq!(
-            numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]),
-            [0, 1, 3, 4]
-        );
+        assert_eq!(numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]), [0, 1, 3, 4]);
         // Times, every second frame, no numbers, two folders: one after the other.
         for names in [
             &["1000.png", "1010.png", "1021.png"][..],

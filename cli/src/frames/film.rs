@@ -14,9 +14,7 @@ use crate::output::tell;
 use crate::stop;
 
 /// How the names of films end that ffmpeg decodes.
-const FILMS: [&str; 12] = [
-    "mp4", "m4v", "mov", "mkv", "webm", "avi", "mts", "ts", "mpg", "mpeg", "3gp", "wmv",
-];
+const FILMS: [&str; 12] = ["mp4", "m4v", "mov", "mkv", "webm", "avi", "mts", "ts", "mpg", "mpeg", "3gp", "wmv"];
 /// How those end that need no decoding.
 const PLAIN: [&str; 1] = ["y4m"];
 /// What y4m frames may be made of; ffmpeg changes to the nearest of these where a film is of something else.
@@ -84,16 +82,9 @@ impl Film {
             return Ok(());
         };
         let said = said.join().unwrap_or_default().join("; ");
-        ensure!(
-            status.success(),
-            "ffmpeg cannot decode {} ({status}): {said}",
-            self.path.display()
-        );
+        ensure!(status.success(), "ffmpeg cannot decode {} ({status}): {said}", self.path.display());
         if !said.is_empty() {
-            tell(format_args!(
-                "ffmpeg says of {}: {said}",
-                self.path.display()
-            ));
+            tell(format_args!("ffmpeg says of {}: {said}", self.path.display()));
         }
         Ok(())
     }
@@ -114,10 +105,7 @@ fn decoder(path: &Path) -> Command {
     ffmpeg.args(["-nostdin", "-hide_banner", "-loglevel", "error"]);
     ffmpeg.args(["-protocol_whitelist", "file", "-i"]).arg(name);
     ffmpeg.args(["-map", "0:v:0", "-vf", PIXELS, "-f", "yuv4mpegpipe", "-"]);
-    ffmpeg
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
+    ffmpeg.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     ffmpeg
 }
 
@@ -129,9 +117,7 @@ fn last_lines(said: ChildStderr) -> Vec<String> {
         }
         let line = String::from_utf8_lossy(&line);
         // Which part of ffmpeg speaks, and where that is in its memory, helps nobody.
-        let words = line
-            .strip_prefix('[')
-            .and_then(|line| line.split_once("] "));
+        let words = line.strip_prefix('[').and_then(|line| line.split_once("] "));
         last.push(words.map_or(&*line, |(_, words)| words).trim().to_owned());
     }
     last

@@ -27,23 +27,14 @@ impl std::str::FromStr for Mosaic {
 
 impl<'de> Deserialize<'de> for Mosaic {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?
-            .parse()
-            .map_err(serde::de::Error::custom)
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
     }
 }
 
 impl Serialize for Mosaic {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let letter = |colour: u8| ["R", "G", "B"][usize::from(colour)];
-        serializer.serialize_str(
-            &self
-                .0
-                .as_flattened()
-                .iter()
-                .map(|&colour| letter(colour))
-                .collect::<String>(),
-        )
+        serializer.serialize_str(&self.0.as_flattened().iter().map(|&colour| letter(colour)).collect::<String>())
     }
 }
 
@@ -66,23 +57,14 @@ impl Mosaic {
             let near_rows = [mirrored(y, -1, height), y, mirrored(y, 1, height)];
             for x in 0..width {
                 let near = [mirrored(x, -1, width), x, mirrored(x, 1, width)];
-                channels.push(channel.of(self.colours(
-                    near_rows.map(|y| near.map(|x| rows[y][x])),
-                    x,
-                    y,
-                )));
+                channels.push(channel.of(self.colours(near_rows.map(|y| near.map(|x| rows[y][x])), x, y)));
             }
         }
         Ok(channels)
     }
 
     /// Red, green and blue in the middle of 3×3 samples.
-    fn colours<T: Copy + Into<u32> + TryFrom<u32>>(
-        self,
-        near: [[T; 3]; 3],
-        x: usize,
-        y: usize,
-    ) -> [T; 3] {
+    fn colours<T: Copy + Into<u32> + TryFrom<u32>>(self, near: [[T; 3]; 3], x: usize, y: usize) -> [T; 3] {
         let own = self.0[y % 2][x % 2];
         let mut sums = [(0u32, 0u32); 3];
         for (j, row) in near.iter().enumerate() {
@@ -121,12 +103,7 @@ mod tests {
         ] {
             let mosaic: Mosaic = name.parse().unwrap();
             let samples = [a, b, a, b, c, d, c, d, a, b, a, b, c, d, c, d];
-            for (channel, value) in [
-                (Channel::Red, 9),
-                (Channel::Green, 5),
-                (Channel::Blue, 1),
-                (Channel::Brightest, 9),
-            ] {
+            for (channel, value) in [(Channel::Red, 9), (Channel::Green, 5), (Channel::Blue, 1), (Channel::Brightest, 9)] {
                 let read = mosaic.channel(&samples, (4, 4), channel).unwrap();
                 assert_eq!(read, [value; 16], "{name}");
             }

@@ -37,8 +37,7 @@ impl PictureReader {
         let image = input::picture(path).with_context(unusable)?;
         let (width, height) = (image.width(), image.height());
         let grey = self.grey(image).with_context(unusable)?;
-        GrayImage::from_raw(width, height, grey)
-            .with_context(|| format!("{} has other pixels than its size says", path.display()))
+        GrayImage::from_raw(width, height, grey).with_context(|| format!("{} has other pixels than its size says", path.display()))
     }
 
     fn grey(&mut self, image: DynamicImage) -> anyhow::Result<Vec<u8>> {

@@ -139,9 +139,7 @@ impl Stamps {
         let places = places(&times_s, period_s.unwrap_or(1.0));
         let files = taken.into_iter().zip(places);
         Ok(Frames {
-            files: files
-                .map(|((path, _), (number, late))| FrameFile { path, number, late })
-                .collect(),
+            files: files.map(|((path, _), (number, late))| FrameFile { path, number, late }).collect(),
             rate: period_s.map(|period_s| (1.0 / period_s) as f32),
             doubled,
         })
@@ -160,8 +158,7 @@ impl Stamps {
 fn stamp(line: &StringRecord) -> Option<(&str, f64)> {
     let (frame, seconds) = (line.get(0)?, line.get(1)?);
     let seconds = seconds.parse().ok()?;
-    (!frame.is_empty() && (-SECONDS_MAX..=SECONDS_MAX).contains(&seconds))
-        .then_some((frame, seconds))
+    (!frame.is_empty() && (-SECONDS_MAX..=SECONDS_MAX).contains(&seconds)).then_some((frame, seconds))
 }
 
 /// The time from one frame to the next: that of most of them, refined by the length of all; none of fewer than two frames.
@@ -169,10 +166,7 @@ fn period_s(times_s: &[f64]) -> Option<f64> {
     let mut steps_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps_s.sort_by(f64::total_cmp);
     let usual_s = *steps_s.get(steps_s.len() / 2)?;
-    let periods: f64 = steps_s
-        .iter()
-        .map(|step_s| (step_s / usual_s).round())
-        .sum();
+    let periods: f64 = steps_s.iter().map(|step_s| (step_s / usual_s).round()).sum();
     let all_s: f64 = steps_s.iter().sum();
     Some(all_s / periods.max(1.0))
 }
@@ -211,8 +205,7 @@ mod tests {
     #[test]
     fn frames_are_named_or_numbered() {
         let names = ["f08.png", "f09.png", "f10.png", "f13.png"];
-        let named =
-            "frame,seconds\nf08.png,5.0\nf09.png,5.1\nf10.png, 5.2\n# two were lost\nf13.png,5.5\n";
+        let named = "frame,seconds\nf08.png,5.0\nf09.png,5.1\nf10.png, 5.2\n# two were lost\nf13.png,5.5\n";
         let numbered = "8,5.0\n9,5.1\n10,5.2\n13,5.5";
         for csv in [named, numbered] {
             assert_eq!(numbers(csv, &names), [0, 1, 2, 5]);
@@ -223,10 +216,7 @@ mod tests {
 
     #[test]
     fn a_frame_of_the_same_time_is_there_twice() {
-        let frames = ordered(
-            "1,0\n2,0.04\n3,0.04\n4,0.08",
-            &["1.png", "2.png", "3.png", "4.png"],
-        );
+        let frames = ordered("1,0\n2,0.04\n3,0.04\n4,0.08", &["1.png", "2.png", "3.png", "4.png"]);
         let frames = frames.unwrap();
         assert_eq!((frames.files.len(), frames.doubled), (3, 1));
     }
@@ -257,11 +247,7 @@ mod tests {
 
     #[test]
     fn a_folder_without_them_has_none() {
-        assert!(
-            Stamps::in_folder(tempfile::tempdir().unwrap().path())
-                .unwrap()
-                .is_none()
-        );
+        assert!(Stamps::in_folder(tempfile::tempdir().unwrap().path()).unwrap().is_none());
     }
 
     proptest! {

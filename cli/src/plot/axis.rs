@@ -14,11 +14,7 @@ const ROOM: f64 = 0.07;
 /// The shortest logarithmic axis, in powers of ten.
 const SHORTEST: f64 = 0.5;
 /// Ticks within a power of ten, from few to many; as many as it takes for so many on an axis.
-const STEPS: [&[f64]; 3] = [
-    &[1.0],
-    &[1.0, 2.0, 5.0],
-    &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
-];
+const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]];
 const FEWEST: usize = 3;
 /// The most ticks of a linear axis.
 const MOST: f64 = 10.0;
@@ -43,9 +39,7 @@ impl Axis {
 
     /// From 0 to a little above the greatest of `values`.
     pub fn from_zero(label: &str, values: impl Iterator<Item = f64>) -> Self {
-        let top = values
-            .filter(|value| value.is_finite())
-            .fold(f64::MIN_POSITIVE, f64::max);
+        let top = values.filter(|value| value.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
         Self::linear(label, [0.0, (1.0 + ROOM) * top])
     }
 
@@ -112,13 +106,10 @@ impl Axis {
         let [low, high] = self.ends.map(f64::log10);
         let every = ((high - low) / 7.0).ceil().max(1.0) as i32;
         let of = |steps: &[f64]| -> Vec<f64> {
-            let powers = (low.floor() as i32..=high.ceil() as i32)
-                .filter(|power| power.rem_euclid(every) == 0);
+            let powers = (low.floor() as i32..=high.ceil() as i32).filter(|power| power.rem_euclid(every) == 0);
             powers
                 .flat_map(|power| steps.iter().map(move |step| step * 10f64.powi(power)))
-                .filter(|tick| {
-                    (self.ends[0] * (1.0 - 1e-9)..=self.ends[1] * (1.0 + 1e-9)).contains(tick)
-                })
+                .filter(|tick| (self.ends[0] * (1.0 - 1e-9)..=self.ends[1] * (1.0 + 1e-9)).contains(tick))
                 .collect()
         };
         let powers = of(STEPS[0]);
@@ -128,10 +119,7 @@ impl Axis {
             return powers.into_iter().map(|tick| (tick, label(tick))).collect();
         }
         let mut finer = STEPS.iter().map(|steps| of(steps));
-        let ticks = finer
-            .clone()
-            .find(|ticks| ticks.len() >= FEWEST)
-            .or_else(|| finer.next_back());
+        let ticks = finer.clone().find(|ticks| ticks.len() >= FEWEST).or_else(|| finer.next_back());
         let ticks = ticks.unwrap_or_default().into_iter();
         ticks.map(|tick| (tick, short(tick))).collect()
     }
@@ -168,9 +156,7 @@ fn superscript(number: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let sign = if number < 0 { "⁻" } else { "" };
     let digits = number.unsigned_abs().to_string();
-    let raised = digits
-        .bytes()
-        .map(|digit| DIGITS[usize::from(digit - b'0')]);
+    let raised = digits.bytes().map(|digit| DIGITS[usize::from(digit - b'0')]);
     sign.chars().chain(raised).collect()
 }
 
@@ -196,10 +182,7 @@ mod tests {
     #[test]
     fn linear_axes_have_round_ticks_and_room() {
         let axis = Axis::linear("", [0.2, 4.0]);
-        assert_eq!(
-            ticks(&axis),
-            ["0.5", "1", "1.5", "2", "2.5", "3", "3.5", "4"]
-        );
+        assert_eq!(ticks(&axis), ["0.5", "1", "1.5", "2", "2.5", "3", "3.5", "4"]);
         let around = Axis::around("", [30.0, 70.0].into_iter());
         assert!(around.share(30.0) > 0.0 && around.share(70.0) < 1.0);
         assert_eq!(Axis::from_zero("", [5.0].into_iter()).share(0.0), 0.0);

@@ -32,35 +32,18 @@ impl Chart {
     pub fn draw(&self, surface: &Surface, has_legend: bool) -> anyhow::Result<()> {
         let plane = Plane::new(self, surface);
         plane.axes()?;
-        self.series
-            .iter()
-            .try_for_each(|series| plane.line(series))?;
-        let (bounds, values): (Vec<_>, Vec<_>) = plane
-            .marked()
-            .partition(|(_, point)| point.mark == Mark::AtMost);
+        self.series.iter().try_for_each(|series| plane.line(series))?;
+        let (bounds, values): (Vec<_>, Vec<_>) = plane.marked().partition(|(_, point)| point.mark == Mark::AtMost);
         for &(series, point) in &values {
             plane.point(series, point, plane.at(point))?;
         }
-        let mut taken: Vec<Box> = values
-            .iter()
-            .map(|(_, point)| plane.around(point))
-            .collect();
+        let mut taken: Vec<Box> = values.iter().map(|(_, point)| plane.around(point)).collect();
         for chain in chains(bounds, |point| plane.at(point)) {
             taken.push(plane.chain(&chain)?);
         }
-        let entries: Vec<Entry> = self
-            .series
-            .iter()
-            .filter(|series| !series.name.is_empty())
-            .map(Entry::of)
-            .collect();
+        let entries: Vec<Entry> = self.series.iter().filter(|series| !series.name.is_empty()).map(Entry::of).collect();
         if has_legend && entries.len() > 1 {
-            taken.push(legend::inside(
-                surface,
-                plane.edges,
-                &entries,
-                &plane.drawn(),
-            )?);
+            taken.push(legend::inside(surface, plane.edges, &entries, &plane.drawn())?);
         }
         plane.names(taken)
     }
@@ -103,15 +86,8 @@ impl<'a, 'b> Plane<'a, 'b> {
         point.y_range.unwrap_or([point.y; 2]).map(|end| self.y(end))
     }
 
-    fn path(
-        &self,
-        line: Vec<(i32, i32)>,
-        colour: &impl Color,
-        width_px: u32,
-    ) -> anyhow::Result<()> {
-        Ok(self
-            .surface
-            .draw(&PathElement::new(line, colour.stroke_width(width_px)))?)
+    fn path(&self, line: Vec<(i32, i32)>, colour: &impl Color, width_px: u32) -> anyhow::Result<()> {
+        Ok(self.surface.draw(&PathElement::new(line, colour.stroke_width(width_px)))?)
     }
 
     /// Title, edge, ticks and what the axes show.
@@ -131,27 +107,9 @@ impl<'a, 'b> Plane<'a, 'b> {
         let corners = [(left, top), (right, bottom)];
         surface.draw(&Rectangle::new(corners, EDGE.stroke_width(1)))?;
         let middle = ((left + right) / 2, (top + bottom) / 2);
-        words(
-            surface,
-            &chart.title,
-            (middle.0, 10),
-            TITLE_PX,
-            Stand::Below,
-        )?;
-        words(
-            surface,
-            &chart.x.label,
-            (middle.0, bottom + 26),
-            TEXT_PX,
-            Stand::Below,
-        )?;
-        words(
-            surface,
-            &chart.y.label,
-            (8, middle.1),
-            TEXT_PX,
-            Stand::Upright,
-        )
+        words(surface, &chart.title, (middle.0, 10), TITLE_PX, Stand::Below)?;
+        words(surface, &chart.x.label, (middle.0, bottom + 26), TEXT_PX, Stand::Below)?;
+        words(surface, &chart.y.label, (8, middle.1), TEXT_PX, Stand::Upright)
     }
 
     fn line(&self, series: &Series) -> anyhow::Result<()> {
@@ -171,8 +129,7 @@ impl<'a, 'b> Plane<'a, 'b> {
                     let upper = run.iter().map(|point| end(point, 1));
                     let lower = run.iter().rev().map(|point| end(point, 0));
                     let band: Vec<(i32, i32)> = upper.chain(lower).collect();
-                    self.surface
-                        .draw(&Polygon::new(band, series.colour.mix(0.20)))?;
+                    self.surface.draw(&Polygon::new(band, series.colour.mix(0.20)))?;
                     self.path(pixels(run), &series.colour, width_px)?;
                 }
                 Ok(())
@@ -212,9 +169,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         let (mut covered, mut tip) = (Box::default(), None);
         for (k, &(series, point)) in bounds.iter().enumerate() {
             let (x, y) = self.at(point);
-            let is_new = !bounds[..k]
-                .iter()
-                .any(|(other, _)| std::ptr::eq(*other, series));
+            let is_new = !bounds[..k].iter().any(|(other, _)| std::ptr::eq(*other, series));
             let from = *tip.get_or_insert(y);
             if k == 0 {
                 covered = self.around(point);
@@ -287,24 +242,14 @@ impl<'a, 'b> Plane<'a, 'b> {
                 self.path(vec![at, end], &series.colour.mix(0.5), 1)?;
             }
             let corner = placed.corner;
-            coloured(
-                self.surface,
-                name,
-                corner,
-                LABEL_PX,
-                Stand::Corner,
-                series.colour,
-            )?;
+            coloured(self.surface, name, corner, LABEL_PX, Stand::Corner, series.colour)?;
         }
         Ok(())
     }
 }
 
 /// Bounds, those at one pixel together.
-fn chains<'a>(
-    bounds: Vec<(&'a Series, &'a Point)>,
-    at: impl Fn(&Point) -> (i32, i32),
-) -> Vec<Vec<(&'a Series, &'a Point)>> {
+fn chains<'a>(bounds: Vec<(&'a Series, &'a Point)>, at: impl Fn(&Point) -> (i32, i32)) -> Vec<Vec<(&'a Series, &'a Point)>> {
     let mut chains: Vec<Vec<(&Series, &Point)>> = Vec::new();
     for (series, point) in bounds {
         let same = |chain: &&mut Vec<(&Series, &Point)>| {

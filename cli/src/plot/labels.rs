@@ -29,11 +29,7 @@ const APART_PX: i32 = 3;
 impl Labels {
     /// For labels within a rectangle, that must not cover what is `taken`, and as few as can be of the pixels that are `drawn`.
     pub fn new(within: Box, taken: Vec<Box>, drawn: Vec<(i32, i32)>) -> Self {
-        Self {
-            within,
-            taken,
-            drawn,
-        }
+        Self { within, taken, drawn }
     }
 
     /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
@@ -56,12 +52,7 @@ impl Labels {
             (left, below),
         ];
         // So far from its mark, whose name it is has to be shown.
-        let farther = near.map(|(left, top)| {
-            (
-                left + (left - x).signum() * 10,
-                top + 16 * (top - middle).signum(),
-            )
-        });
+        let farther = near.map(|(left, top)| (left + (left - x).signum() * 10, top + 16 * (top - middle).signum()));
         let label = |&(left, top): &(i32, i32)| [left, top, left + width, top + LINE_PX];
         let free = near.into_iter().chain(farther).filter(|corner| {
             let label = label(corner);
@@ -81,9 +72,7 @@ impl Labels {
     /// How much of what is drawn a label would cover.
     fn covered(&self, label: Box) -> usize {
         let drawn = self.drawn.iter();
-        drawn
-            .filter(|&&(x, y)| meet(label, [x - 1, y - 1, x + 1, y + 1]))
-            .count()
+        drawn.filter(|&&(x, y)| meet(label, [x - 1, y - 1, x + 1, y + 1])).count()
     }
 
     fn holds(&self, [left, top, right, bottom]: Box) -> bool {
@@ -103,11 +92,7 @@ mod tests {
         assert!((15..45).contains(&width), "{width}");
         let mut labels = Labels::new([0, 0, 200, 100], vec![point], vec![(70, 50); 3]);
         let first = labels.place("name", (50, 50), 4).expect("room");
-        assert!(
-            first.corner.0 < 50,
-            "a line runs to the right: {:?}",
-            first.corner
-        );
+        assert!(first.corner.0 < 50, "a line runs to the right: {:?}", first.corner);
         let mut labels = Labels::new([0, 0, 200, 100], vec![point], Vec::new());
         let (mut placed, mut far) = (Vec::new(), 0);
         while let Some(Placed { corner, leader }) = labels.place("name", (50, 50), 4) {

@@ -64,11 +64,7 @@ impl Entry {
     }
 
     fn width_px(&self) -> i32 {
-        let sample = if self.is_bare() {
-            0
-        } else {
-            SAMPLE_PX + RIM_PX
-        };
+        let sample = if self.is_bare() { 0 } else { SAMPLE_PX + RIM_PX };
         sample + width_px(&self.name, NAME_PX)
     }
 
@@ -79,10 +75,7 @@ impl Entry {
             let centre = (left + SAMPLE_PX / 2, middle);
             if let Some(width) = self.line.width_px() {
                 let line = vec![(left, middle), (left + SAMPLE_PX, middle)];
-                surface.draw(&PathElement::new(
-                    line,
-                    self.colour.stroke_width(width.max(2)),
-                ))?;
+                surface.draw(&PathElement::new(line, self.colour.stroke_width(width.max(2))))?;
             }
             if let Some(mark) = self.mark {
                 mark.draw(surface, centre, [middle; 2], self.colour)?;
@@ -97,12 +90,7 @@ impl Entry {
 }
 
 /// Draws entries one below the other, inside a chart where they cover the fewest of `drawn`; returns where they stand.
-pub fn inside(
-    surface: &Surface,
-    edges: Box,
-    entries: &[Entry],
-    drawn: &[(i32, i32)],
-) -> anyhow::Result<Box> {
+pub fn inside(surface: &Surface, edges: Box, entries: &[Entry], drawn: &[(i32, i32)]) -> anyhow::Result<Box> {
     let widest = entries.iter().map(Entry::width_px).max().unwrap_or(0);
     let size = [widest + 2 * RIM_PX, ROW_PX * entries.len() as i32 + RIM_PX];
     let place = freest(edges, size, drawn);
@@ -129,9 +117,7 @@ fn freest(edges: Box, [width, height]: [i32; 2], drawn: &[(i32, i32)]) -> Box {
     let places = places.map(|(x, y)| [x, y, x + width, y + height]);
     let covered = |place: &Box| {
         let pixels = drawn.iter();
-        pixels
-            .filter(|&&(x, y)| meet(*place, [x - 4, y - 4, x + 4, y + 4]))
-            .count()
+        pixels.filter(|&&(x, y)| meet(*place, [x - 4, y - 4, x + 4, y + 4])).count()
     };
     places.min_by_key(covered).unwrap_or(edges)
 }
@@ -163,9 +149,7 @@ pub fn height_px(rows: &[Vec<Entry>], page_px: i32) -> i32 {
 pub fn above(surface: &Surface, rows: &[Vec<Entry>]) -> anyhow::Result<()> {
     let (width, _) = surface.dim_in_pixel();
     let placed = places(rows, width as i32);
-    placed
-        .into_iter()
-        .try_for_each(|(entry, at)| entry.draw(surface, at))
+    placed.into_iter().try_for_each(|(entry, at)| entry.draw(surface, at))
 }
 
 #[cfg(test)]
@@ -177,10 +161,7 @@ mod tests {
         let rising: Vec<(i32, i32)> = (0..100).map(|k| (2 * k, 100 - k)).collect();
         assert_eq!(freest([0, 0, 200, 100], [60, 30], &rising), [8, 8, 68, 38]);
         let falling: Vec<(i32, i32)> = (0..100).map(|k| (2 * k, k)).collect();
-        assert_eq!(
-            freest([0, 0, 200, 100], [60, 30], &falling),
-            [132, 8, 192, 38]
-        );
+        assert_eq!(freest([0, 0, 200, 100], [60, 30], &falling), [132, 8, 192, 38]);
     }
 
     #[test]

@@ -41,13 +41,7 @@ impl Mark {
     }
 
     /// Draws it at a pixel; `range` is that of a box, from its lower to its upper pixel.
-    pub fn draw(
-        self,
-        surface: &Surface,
-        at: (i32, i32),
-        range: [i32; 2],
-        colour: RGBColor,
-    ) -> anyhow::Result<()> {
+    pub fn draw(self, surface: &Surface, at: (i32, i32), range: [i32; 2], colour: RGBColor) -> anyhow::Result<()> {
         let (x, y) = at;
         match self {
             Self::None => {}

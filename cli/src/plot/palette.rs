@@ -48,19 +48,12 @@ const OWN: [(&str, RGBColor); 14] = [
 /// The colours of what one plot shows, in its order: what has a colour of its own bears it, all else those that are left.
 pub fn colours(names: &[impl AsRef<str>]) -> Vec<RGBColor> {
     let own = |name: &str| OWN.iter().find(|(known, _)| *known == name);
-    let own: Vec<Option<RGBColor>> = names
-        .iter()
-        .map(|name| own(name.as_ref()).map(|&(_, colour)| colour))
-        .collect();
-    let left = COLOURS
-        .iter()
-        .filter(|colour| !own.contains(&Some(**colour)));
+    let own: Vec<Option<RGBColor>> = names.iter().map(|name| own(name.as_ref()).map(|&(_, colour)| colour)).collect();
+    let left = COLOURS.iter().filter(|colour| !own.contains(&Some(**colour)));
     // Where all are taken, some are seen twice.
     let mut left = left.chain(&COLOURS).cycle();
     let mut next = || *left.next().unwrap_or(&BLACK);
-    own.iter()
-        .map(|own| own.unwrap_or_else(&mut next))
-        .collect()
+    own.iter().map(|own| own.unwrap_or_else(&mut next)).collect()
 }
 
 #[cfg(test)]

@@ -34,10 +34,7 @@ pub struct Drawing {
 ///
 /// # Errors
 /// Those of `draw`, and when it has no pixels or too many.
-pub fn draw(
-    size_px: (u32, u32),
-    draw: impl FnOnce(&Surface) -> anyhow::Result<()>,
-) -> anyhow::Result<Drawing> {
+pub fn draw(size_px: (u32, u32), draw: impl FnOnce(&Surface) -> anyhow::Result<()>) -> anyhow::Result<Drawing> {
     know_font()?;
     let raster = Raster::new(size_px, dejavu::sans::regular());
     let mut raster = raster.with_context(|| format!("no plot is {size_px:?} pixels large"))?;
@@ -54,8 +51,7 @@ pub fn draw(
 
 /// Without its own font plotters cannot tell how wide a word is.
 fn know_font() -> anyhow::Result<()> {
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .map_err(|_| anyhow!("the font {FONT} is damaged"))
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| anyhow!("the font {FONT} is damaged"))
 }
 
 /// Where words stand against their place.
@@ -74,25 +70,12 @@ pub enum Stand {
 }
 
 /// Words of a size, in black.
-pub fn words(
-    surface: &Surface,
-    words: &str,
-    at: (i32, i32),
-    size_px: i32,
-    stand: Stand,
-) -> anyhow::Result<()> {
+pub fn words(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand) -> anyhow::Result<()> {
     coloured(surface, words, at, size_px, stand, BLACK)
 }
 
 /// Words of a size, in a colour.
-pub fn coloured(
-    surface: &Surface,
-    words: &str,
-    at: (i32, i32),
-    size_px: i32,
-    stand: Stand,
-    colour: RGBColor,
-) -> anyhow::Result<()> {
+pub fn coloured(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand, colour: RGBColor) -> anyhow::Result<()> {
     let mut font = (FONT, size_px).into_font();
     if stand == Stand::Upright {
         font = font.transform(FontTransform::Rotate270);
@@ -109,13 +92,9 @@ pub fn coloured(
 
 /// The width of words of a size.
 pub fn width_px(words: &str, size_px: i32) -> i32 {
-    let size = know_font()
-        .ok()
-        .and_then(|()| (FONT, size_px).into_font().box_size(words).ok());
+    let size = know_font().ok().and_then(|()| (FONT, size_px).into_font().box_size(words).ok());
     // DejaVu's letters are somewhat wider than half of their size.
-    size.map_or(words.chars().count() as i32 * size_px * 5 / 9, |size| {
-        size.0 as i32
-    })
+    size.map_or(words.chars().count() as i32 * size_px * 5 / 9, |size| size.0 as i32)
 }
 
 /// Writes a plot as `stem`.svg and `stem`.png, each whole or not at all.
@@ -153,10 +132,7 @@ mod tests {
     use super::*;
 
     fn page(text: &str) -> Drawing {
-        draw((200, 60), |surface| {
-            words(surface, text, (10, 20), 20, Stand::Corner)
-        })
-        .expect("a drawing")
+        draw((200, 60), |surface| words(surface, text, (10, 20), 20, Stand::Corner)).expect("a drawing")
     }
 
     fn dark_pixels(drawing: &Drawing) -> usize {

@@ -55,12 +55,7 @@ impl Picture<'_> {
     }
 
     /// Draws it pixel by pixel, equal neighbours in a row together.
-    fn draw(
-        &self,
-        surface: &Surface,
-        (left, top): (i32, i32),
-        width_px: i32,
-    ) -> anyhow::Result<()> {
+    fn draw(&self, surface: &Surface, (left, top): (i32, i32), width_px: i32) -> anyhow::Result<()> {
         let at = |x: usize, y: usize| (left + self.edge(x, width_px), top + self.edge(y, width_px));
         for (y, row) in self.grey.chunks_exact(self.width.max(1)).enumerate() {
             let mut x = 0;

@@ -34,13 +34,12 @@ impl<'a> Raster<'a> {
     pub fn png(&self) -> image::ImageResult<Vec<u8>> {
         let mut file = Vec::new();
         // Plots are drawn once and kept for long: small files are worth the time.
-        PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::NoFilter)
-            .write_image(
-                self.pixels.data(),
-                self.pixels.width(),
-                self.pixels.height(),
-                image::ExtendedColorType::Rgba8,
-            )?;
+        PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::NoFilter).write_image(
+            self.pixels.data(),
+            self.pixels.width(),
+            self.pixels.height(),
+            image::ExtendedColorType::Rgba8,
+        )?;
         Ok(file)
     }
 
@@ -50,13 +49,7 @@ impl<'a> Raster<'a> {
     }
 
     /// A rectangle, filled or its edge.
-    pub fn rectangle(
-        &mut self,
-        upper_left: BackendCoord,
-        bottom_right: BackendCoord,
-        style: &impl BackendStyle,
-        fill: bool,
-    ) {
+    pub fn rectangle(&mut self, upper_left: BackendCoord, bottom_right: BackendCoord, style: &impl BackendStyle, fill: bool) {
         let path = rectangle(upper_left, bottom_right);
         if fill {
             self.fill(path, style.color());
@@ -76,13 +69,7 @@ impl<'a> Raster<'a> {
     }
 
     /// A circle, filled or its edge.
-    pub fn circle(
-        &mut self,
-        centre: BackendCoord,
-        radius: u32,
-        style: &impl BackendStyle,
-        fill: bool,
-    ) {
+    pub fn circle(&mut self, centre: BackendCoord, radius: u32, style: &impl BackendStyle, fill: bool) {
         let path = PathBuilder::from_circle(centre.0 as f32, centre.1 as f32, radius as f32);
         if fill {
             self.fill(path, style.color());
@@ -116,17 +103,13 @@ impl<'a> Raster<'a> {
             .post_translate(left, base)
             .post_rotate(turn)
             .post_translate(at.0 as f32, at.1 as f32);
-        self.fill(
-            outline.and_then(|path| path.transform(place)),
-            style.color(),
-        );
+        self.fill(outline.and_then(|path| path.transform(place)), style.color());
     }
 
     fn fill(&mut self, path: Option<Path>, colour: BackendColor) {
         if let Some(path) = path {
             let scale = Transform::from_scale(SCALE, SCALE);
-            self.pixels
-                .fill_path(&path, &paint(colour), FillRule::Winding, scale, None);
+            self.pixels.fill_path(&path, &paint(colour), FillRule::Winding, scale, None);
         }
     }
 
@@ -137,8 +120,7 @@ impl<'a> Raster<'a> {
                 width: width as f32,
                 ..Stroke::default()
             };
-            self.pixels
-                .stroke_path(&path, &paint(colour), &stroke, scale, None);
+            self.pixels.stroke_path(&path, &paint(colour), &stroke, scale, None);
         }
     }
 }
@@ -182,11 +164,7 @@ fn outline(font: &FontRef, text: &str) -> (Option<Path>, f32) {
         let glyph = font.glyph_id(letter);
         right += last.map_or(0.0, |last| font.kern_unscaled(last, glyph));
         let mut end = None;
-        for curve in font
-            .outline(glyph)
-            .iter()
-            .flat_map(|outline| &outline.curves)
-        {
+        for curve in font.outline(glyph).iter().flat_map(|outline| &outline.curves) {
             add(&mut path, curve, right, &mut end);
         }
         if end.is_some() {
@@ -200,9 +178,7 @@ fn outline(font: &FontRef, text: &str) -> (Option<Path>, f32) {
 
 /// Adds a curve, which begins a contour where it does not go on from the end of the last one.
 fn add(path: &mut PathBuilder, curve: &OutlineCurve, right: f32, end: &mut Option<Point>) {
-    let (OutlineCurve::Line(from, to)
-    | OutlineCurve::Quad(from, _, to)
-    | OutlineCurve::Cubic(from, _, _, to)) = curve;
+    let (OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, _, _, to)) = curve;
     if *end != Some(*from) {
         if end.is_some() {
             path.close();
@@ -212,14 +188,7 @@ fn add(path: &mut PathBuilder, curve: &OutlineCurve, right: f32, end: &mut Optio
     match curve {
         OutlineCurve::Line(_, to) => path.line_to(right + to.x, to.y),
         OutlineCurve::Quad(_, by, to) => path.quad_to(right + by.x, by.y, right + to.x, to.y),
-        OutlineCurve::Cubic(_, by, near, to) => path.cubic_to(
-            right + by.x,
-            by.y,
-            right + near.x,
-            near.y,
-            right + to.x,
-            to.y,
-        ),
+        OutlineCurve::Cubic(_, by, near, to) => path.cubic_to(right + by.x, by.y, right + near.x, near.y, right + to.x, to.y),
     }
     *end = Some(*to);
 }

@@ -182,8 +182,7 @@ impl ImageAnnotations {
     pub fn outline(timestamp: Time, corners: &Corners, bits: String) -> Self {
         let homography = corners.homography();
         let (near, far) = (-0.5, 7.5);
-        let points = [[near, near], [far, near], [far, far], [near, far]]
-            .map(|corner| homography.to_image(corner));
+        let points = [[near, near], [far, near], [far, far], [near, far]].map(|corner| homography.to_image(corner));
         let pitch_px = f64::from(corners.pitch_px());
         let [x, y] = points[3];
         Self {

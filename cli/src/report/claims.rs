@@ -15,13 +15,7 @@ pub struct Judged {
 }
 
 /// The report of a run.
-pub fn report(
-    study: &Study,
-    command: &str,
-    claims: &[Claim],
-    readings: &[Judged],
-    figures: &[Figure],
-) -> Document {
+pub fn report(study: &Study, command: &str, claims: &[Claim], readings: &[Judged], figures: &[Figure]) -> Document {
     let mut document = Document::new("The figures of Do & Yoo 2020, computed again");
     document.text(&format!(
         "Do & Yoo, \"The Necessity of LED to Ambient Light Ratio Optimization for Vehicular Optical Camera Communication\", Sensors \
@@ -93,14 +87,7 @@ pub fn verdict(holds: Option<bool>) -> &'static str {
 }
 
 fn claims_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) {
-    let head = [
-        "figure",
-        "claim",
-        "quantity",
-        "measured (95 %)",
-        "holds",
-        "otherwise under",
-    ];
+    let head = ["figure", "claim", "quantity", "measured (95 %)", "holds", "otherwise under"];
     let row = |claim: &Claim| {
         vec![
             claim.figure.to_string(),
@@ -119,10 +106,7 @@ fn otherwise_under(claim: &Claim, readings: &[Judged]) -> String {
     let turned: Vec<String> = readings
         .iter()
         .filter_map(|judged| {
-            let other = judged
-                .claims
-                .iter()
-                .find(|other| other.name == claim.name)?;
+            let other = judged.claims.iter().find(|other| other.name == claim.name)?;
             let differs = other.holds.is_some() && other.holds != claim.holds;
             differs.then(|| format!("{} ({})", judged.name, verdict(other.holds)))
         })

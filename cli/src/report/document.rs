@@ -51,11 +51,7 @@ impl Document {
     }
 
     /// Adds a table.
-    pub fn table<H: AsRef<str>>(
-        &mut self,
-        head: &[H],
-        rows: impl IntoIterator<Item = Vec<String>>,
-    ) {
+    pub fn table<H: AsRef<str>>(&mut self, head: &[H], rows: impl IntoIterator<Item = Vec<String>>) {
         let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         let head: Vec<String> = head.iter().map(|cell| cell.as_ref().into()).collect();
         let line = "|---".repeat(head.len()) + "|\n";
@@ -65,10 +61,7 @@ impl Document {
 
     /// Adds a picture, which is in files of that name, and what stands under it.
     pub fn picture(&mut self, name: &str, caption: &str, svg: &str) {
-        self.add(&format!(
-            "![{name}]({name}.png)\n\n{}: {caption}\n",
-            titled(name)
-        ));
+        self.add(&format!("![{name}]({name}.png)\n\n{}: {caption}\n", titled(name)));
         self.pictures.insert(format!("{name}.png"), svg.into());
     }
 
@@ -104,10 +97,7 @@ impl Document {
         for word in ["yes", "no", "open"] {
             for (cell, end) in [("<td>", " "), ("<td><strong>", "</strong>")] {
                 let coloured = cell.replace("<td>", &format!("<td class=\"{word}\">"));
-                body = body.replace(
-                    &format!("{cell}{word}{end}"),
-                    &format!("{coloured}{word}{end}"),
-                );
+                body = body.replace(&format!("{cell}{word}{end}"), &format!("{coloured}{word}{end}"));
             }
         }
         let title = self.title.replace('&', "&amp;").replace('<', "&lt;");
@@ -137,13 +127,7 @@ mod tests {
     fn document() -> Document {
         let mut document = Document::new("A & B");
         document.text("see `x < y`");
-        document.table(
-            &["a", "b"],
-            [
-                vec!["**yes**".into(), "1".into()],
-                vec!["no 2".into(), "not".into()],
-            ],
-        );
+        document.table(&["a", "b"], [vec!["**yes**".into(), "1".into()], vec!["no 2".into(), "not".into()]]);
         document.picture("figure-08", "a row", "<svg></svg>");
         document
     }
@@ -152,14 +136,8 @@ mod tests {
     fn markdown_names_its_pictures() {
         let document = document();
         let text = document.markdown();
-        assert!(
-            text.contains("| a | b |\n|---|---|\n| **yes** | 1 |"),
-            "{text}"
-        );
-        assert!(
-            text.contains("![figure-08](figure-08.png)\n\nFigure 8: a row"),
-            "{text}"
-        );
+        assert!(text.contains("| a | b |\n|---|---|\n| **yes** | 1 |"), "{text}");
+        assert!(text.contains("![figure-08](figure-08.png)\n\nFigure 8: a row"), "{text}");
     }
 
     #[test]
@@ -169,14 +147,8 @@ mod tests {
             text.contains("<code>x &lt; y</code>") && text.contains("<h1>A &amp; B</h1>"),
             "{text}"
         );
-        assert!(
-            text.contains("<svg></svg>") && !text.contains("<img"),
-            "{text}"
-        );
+        assert!(text.contains("<svg></svg>") && !text.contains("<img"), "{text}");
         assert!(text.contains("<td class=\"yes\"><strong>yes"), "{text}");
-        assert!(
-            text.contains("<td class=\"no\">no 2") && text.contains("<td>not<"),
-            "{text}"
-        );
+        assert!(text.contains("<td class=\"no\">no 2") && text.contains("<td>not<"), "{text}");
     }
 }

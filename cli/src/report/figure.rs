@@ -33,7 +33,6 @@ impl Figure {
 pub fn csv(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<String> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(head)?;
-    rows.into_iter()
-        .try_for_each(|row| table.write_record(row))?;
+    rows.into_iter().try_for_each(|row| table.write_record(row))?;
     Ok(String::from_utf8(table.into_inner()?)?)
 }

@@ -25,12 +25,7 @@ pub struct Report {
 
 impl Report {
     /// For a survey of which so many entries are missing; those that are there are printed first.
-    pub fn new(
-        survey: &Survey,
-        begun: &TableFile,
-        missing: usize,
-        as_json: bool,
-    ) -> anyhow::Result<Self> {
+    pub fn new(survey: &Survey, begun: &TableFile, missing: usize, as_json: bool) -> anyhow::Result<Self> {
         let cells = (missing * survey.cells_of_entry()) as u64;
         let frames = survey.search.frames;
         let at_most = cells * (GRID as u64 * frames.min(FIRST_ROUND) + FINE * frames);
@@ -44,9 +39,7 @@ impl Report {
             frames_done: 0,
         };
         for entry in &begun.entries {
-            let of_entry = |cell: &&Cell| {
-                (cell.illuminance_lx, cell.interval) == (entry.illuminance_lx, entry.interval)
-            };
+            let of_entry = |cell: &&Cell| (cell.illuminance_lx, cell.interval) == (entry.illuminance_lx, entry.interval);
             let cells: Vec<Cell> = begun.cells.iter().filter(of_entry).copied().collect();
             report.entry(entry, &cells)?;
         }
@@ -86,9 +79,7 @@ impl Report {
             cells.iter().try_for_each(json)?;
             return json(entry);
         }
-        line(
-            "illuminance  interval  distance   yaw     L2A   95 %               B2W      BER   table costs",
-        )?;
+        line("illuminance  interval  distance   yaw     L2A   95 %               B2W      BER   table costs")?;
         for cell in cells {
             let border = if cell.at_border { "≥" } else { " " };
             line(&format!(

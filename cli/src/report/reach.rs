@@ -22,12 +22,7 @@ pub struct Report {
 
 impl Report {
     /// For a survey of which so many entries are missing; those that are there are printed first.
-    pub fn new(
-        survey: &ReachSurvey,
-        begun: &TableFile,
-        missing: usize,
-        as_json: bool,
-    ) -> anyhow::Result<Self> {
+    pub fn new(survey: &ReachSurvey, begun: &TableFile, missing: usize, as_json: bool) -> anyhow::Result<Self> {
         let entries = missing as u64;
         let report = Self {
             progress: Progress::new(entries * (RATIOS as u64 + BETWEEN), "ratios"),

@@ -63,9 +63,7 @@ impl Report {
     pub fn heard(&mut self, news: &News) -> anyhow::Result<()> {
         self.progress.expect(news.expected.max(news.frames));
         self.progress.done(news.frames);
-        news.finished
-            .iter()
-            .try_for_each(|&cell| self.cell(news.results, cell))
+        news.finished.iter().try_for_each(|&cell| self.cell(news.results, cell))
     }
 
     /// Shows the cells that were not shown yet, finished or not.
@@ -147,19 +145,11 @@ fn row(sweep: &Sweep, summary: &Summary) -> String {
         one_symbol.map(rate).unwrap_or_default(),
         two_decimals(summary.b2w)
     );
-    if summary.finished {
-        row
-    } else {
-        format!("{row}  unfinished")
-    }
+    if summary.finished { row } else { format!("{row}  unfinished") }
 }
 
 fn rate(rate: f64) -> String {
-    if rate == 0.0 {
-        "0".into()
-    } else {
-        format!("{rate:.3e}")
-    }
+    if rate == 0.0 { "0".into() } else { format!("{rate:.3e}") }
 }
 
 /// The cell's keys and values, then what came out.

@@ -23,9 +23,7 @@ pub fn reach_line(entry: &ReachEntry) -> String {
         false => " ",
     };
     let flat = if entry.is_flat { ", flat" } else { "" };
-    let lost = entry
-        .lost_at_m
-        .map_or(String::new(), |lost| format!(", lost at {lost} m"));
+    let lost = entry.lost_at_m.map_or(String::new(), |lost| format!(", lost at {lost} m"));
     format!(
         "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {}{flat}{lost}",
         entry.illuminance_lx,
@@ -77,9 +75,7 @@ fn light(mean_cd: f64, peak_cd: f64, luminance_cd_m2: f64) -> String {
 pub fn sketch(file: &TableFile) -> Vec<String> {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let all = || file.ratios.l2a.iter().flatten().copied();
-    let (low, high) = all().fold((f64::INFINITY, 0.0f64), |(low, high), ratio| {
-        (low.min(ratio), high.max(ratio))
-    });
+    let (low, high) = all().fold((f64::INFINITY, 0.0f64), |(low, high), ratio| (low.min(ratio), high.max(ratio)));
     let block = |ratio: f64| {
         let share = (ratio - low) / (high - low).max(f64::MIN_POSITIVE);
         BLOCKS[((share * 8.0) as usize).min(7)]
@@ -88,9 +84,7 @@ pub fn sketch(file: &TableFile) -> Vec<String> {
     columns
         .map(|(column, interval)| {
             let ratios = file.ratios.l2a.iter().filter_map(|row| row.get(column));
-            let blocks: String = ratios
-                .map(|&ratio| String::from(block(ratio)).repeat(3))
-                .collect();
+            let blocks: String = ratios.map(|&ratio| String::from(block(ratio)).repeat(3)).collect();
             format!("interval {interval:<4} {blocks}")
         })
         .collect()
@@ -135,9 +129,7 @@ pub fn over_light(file: &TableFile) -> Chart {
         let intervals = file.ratios.interval.iter();
         intervals.filter_map(move |&interval| file.l2a_95(light, interval))
     });
-    let highest = all
-        .chain(bands.map(|[_, high]| high))
-        .filter(|ratio| ratio.is_finite());
+    let highest = all.chain(bands.map(|[_, high]| high)).filter(|ratio| ratio.is_finite());
     Chart {
         title: "What the table holds".into(),
         x: Axis::around_logarithms("ambient illuminance (lx)", lights.iter().copied()),
@@ -161,10 +153,7 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     Chart {
         title: format!("Reach at {light} lx"),
         x: Axis::around_logarithms("L2A (1/sr)", ratios),
-        y: Axis::from_zero(
-            "reach (m)",
-            file.reach_points.iter().map(|point| point.reach_m),
-        ),
+        y: Axis::from_zero("reach (m)", file.reach_points.iter().map(|point| point.reach_m)),
         series: by_interval(&file.ratios.interval, of_column),
     }
 }
@@ -185,20 +174,14 @@ fn loss_over_ratio(file: &TableFile, light: f64) -> Chart {
     Chart {
         title: format!("Lost in the worst scene at {light} lx"),
         x: Axis::around_logarithms("L2A (1/sr)", points().map(|point| point.l2a)),
-        y: Axis::from_zero(
-            "reach lost (%)",
-            points().map(|point| 100.0 * point.most_lost),
-        ),
+        y: Axis::from_zero("reach lost (%)", points().map(|point| 100.0 * point.most_lost)),
         series: by_interval(&file.ratios.interval, of_column),
     }
 }
 
 /// A line for each interval.
 pub fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>) -> Vec<Series> {
-    let names: Vec<String> = intervals
-        .iter()
-        .map(|interval| format!("interval {interval}"))
-        .collect();
+    let names: Vec<String> = intervals.iter().map(|interval| format!("interval {interval}")).collect();
     let columns = intervals.iter().enumerate();
     let columns = columns.zip(&names).zip(colours(&names));
     columns

@@ -53,11 +53,7 @@ pub fn page(parts: &[Part], made: &Made, figures: &[Figure]) -> Document {
 fn table(document: &mut Document, part: &Part) {
     let head = ["", "variant", "error", "cost", "ratio (quartiles)", "front"];
     let rows = part.diagrams.iter().flat_map(|diagram| {
-        let mut points: Vec<&Point> = diagram
-            .points
-            .iter()
-            .filter(|point| is_told(diagram, point))
-            .collect();
+        let mut points: Vec<&Point> = diagram.points.iter().filter(|point| is_told(diagram, point)).collect();
         points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
         let first = points.first().map(|point| std::ptr::from_ref(*point));
         points
@@ -70,15 +66,9 @@ fn table(document: &mut Document, part: &Part) {
 
 /// Whether a point is on the front, alone, the default, the baseline or the end of a curve.
 fn is_told(diagram: &Diagram, point: &Point) -> bool {
-    let mut curve = diagram
-        .points
-        .iter()
-        .filter(|other| other.curve == point.curve);
+    let mut curve = diagram.points.iter().filter(|other| other.curve == point.curve);
     let ends = [curve.next(), curve.next_back()];
-    let is_an_end = ends
-        .into_iter()
-        .flatten()
-        .any(|end| std::ptr::eq(end, point));
+    let is_an_end = ends.into_iter().flatten().any(|end| std::ptr::eq(end, point));
     point.on_front || point.is_default || point.is_baseline || point.curve.is_empty() || is_an_end
 }
 
@@ -86,11 +76,7 @@ fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
     let emphasis = if point.is_default { "**" } else { "" };
     let error = match point.error_95 {
         Some(interval) => with_interval(point.error, interval, digits),
-        None if point.rms.is_some() => format!(
-            "{} (rms {})",
-            digits(point.error),
-            digits(point.rms.unwrap_or_default())
-        ),
+        None if point.rms.is_some() => format!("{} (rms {})", digits(point.error), digits(point.rms.unwrap_or_default())),
         None if point.at_most => format!("< {}", digits(point.error)),
         None => digits(point.error),
     };
@@ -104,11 +90,7 @@ fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
         format!("{emphasis}{}{emphasis}", point.variant),
         error,
         cost,
-        with_interval(
-            point.ratio.median,
-            [point.ratio.low, point.ratio.high],
-            digits,
-        ),
+        with_interval(point.ratio.median, [point.ratio.low, point.ratio.high], digits),
         match (point.on_front, point.at_most) {
             (true, _) => "●".into(),
             (false, true) => "↓ a bound".into(),

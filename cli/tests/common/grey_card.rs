@@ -10,9 +10,4 @@ pub const SCENE: [&str; 5] = [
 ];
 
 /// Where the panel and the card then are.
-pub const PLACES: [&str; 4] = [
-    "--corners",
-    "167,87,473,87,473,393,167,393",
-    "--card",
-    "20,100,100,200",
-];
+pub const PLACES: [&str; 4] = ["--corners", "167,87,473,87,473,393,167,393", "--card", "20,100,100,200"];

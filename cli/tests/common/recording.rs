@@ -42,11 +42,7 @@ pub fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> Path
         &format!("link.symbol_rate_hz={symbol_rate_hz}"),
     ]);
     let output = run(&mut link);
-    assert!(
-        output.status.code().is_some_and(|code| code < 2),
-        "{}",
-        text(&output.stderr)
-    );
+    assert!(output.status.code().is_some_and(|code| code < 2), "{}", text(&output.stderr));
     folder
 }
 

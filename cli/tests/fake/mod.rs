@@ -67,12 +67,7 @@ impl Fake {
 
     pub fn new() -> Self {
         let calibration = Calibration::new(BENCH).expect("possible values");
-        let mut transmitter = Transmitter::new(
-            RecordingMatrix::default(),
-            calibration,
-            Self::first_table(),
-            Smoothing::default(),
-        );
+        let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, Self::first_table(), Smoothing::default());
         let light = LightSample::Light {
             lux: I32F32::lit("2000"),
             word: 0,

@@ -46,9 +46,7 @@ impl Encoding {
     /// The nearest γ in range; the least if it is not a number.
     pub(super) fn clamped(self) -> Self {
         match self {
-            Self::Gamma(gamma) => {
-                Self::Gamma(gamma.max(*Self::GAMMA.start()).min(*Self::GAMMA.end()))
-            }
+            Self::Gamma(gamma) => Self::Gamma(gamma.max(*Self::GAMMA.start()).min(*Self::GAMMA.end())),
             other => other,
         }
     }
@@ -162,10 +160,7 @@ mod tests {
             for grey in (0..=255).map(f64::from) {
                 let light = encoding.light_f64(grey);
                 // The feet of the standards' curves meet their arcs to four digits.
-                assert!(
-                    (encoding.grey_f64(light) - grey).abs() < 0.01,
-                    "{encoding:?} {grey}"
-                );
+                assert!((encoding.grey_f64(light) - grey).abs() < 0.01, "{encoding:?} {grey}");
                 let single = encoding.light(grey as f32);
                 assert!((f64::from(single) - light).abs() <= 2e-6 * light + 1e-12);
                 assert!((encoding.grey(single) - grey as f32).abs() < 0.011);
@@ -180,9 +175,6 @@ mod tests {
         // IEC 61966-2-1: half of white is the level 188 of 255; BT.709: 0.5 is the level 0.7055.
         let white = |encoding: Encoding| encoding.light_f64(255.0);
         assert!((Encoding::Srgb.grey_f64(0.5 * white(Encoding::Srgb)) - 187.516).abs() < 1e-3);
-        assert!(
-            (Encoding::Rec709.grey_f64(0.5 * white(Encoding::Rec709)) / 255.0 - 0.70552).abs()
-                < 1e-4
-        );
+        assert!((Encoding::Rec709.grey_f64(0.5 * white(Encoding::Rec709)) / 255.0 - 0.70552).abs() < 1e-4);
     }
 }

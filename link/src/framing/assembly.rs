@@ -65,10 +65,7 @@ impl Assembly {
             decoded: 0,
             complete: false,
             first_stamp: 0,
-            bits: BitCount {
-                corrected: 0,
-                coded: 0,
-            },
+            bits: BitCount { corrected: 0, coded: 0 },
         }
     }
 
@@ -96,9 +93,7 @@ impl Assembly {
 
     /// Segments not decoded yet.
     pub fn missing(&self) -> u8 {
-        let segments = self
-            .header
-            .map_or(0, |header| Layout::segments(header.layout()));
+        let segments = self.header.map_or(0, |header| Layout::segments(header.layout()));
         (segments as u32).saturating_sub(self.decoded.count_ones()) as u8
     }
 
@@ -132,11 +127,7 @@ impl Assembly {
                 let kept = self.kept & bit != 0;
                 let sum = Self::keep(&mut self.soft, header, payload, kept);
                 self.kept |= bit;
-                match if kept {
-                    decoder.decode(block, sum)
-                } else {
-                    Err(alone)
-                } {
+                match if kept { decoder.decode(block, sum) } else { Err(alone) } {
                     Ok(info) => info,
                     Err(undecodable) => return Added::Kept(undecodable),
                 }
@@ -169,31 +160,19 @@ impl Assembly {
         if self.complete {
             Added::Complete
         } else {
-            Added::Corrupt {
-                announced,
-                computed,
-            }
+            Added::Corrupt { announced, computed }
         }
     }
 
     /// Puts a segment into its place in `soft`, added to what is `kept` there; returns the sum.
-    fn keep<'a>(
-        soft: &'a mut [SoftPanel],
-        header: Header,
-        payload: &Payload,
-        kept: bool,
-    ) -> &'a [SoftPanel] {
+    fn keep<'a>(soft: &'a mut [SoftPanel], header: Header, payload: &Payload, kept: bool) -> &'a [SoftPanel] {
         let first = usize::from(header.segment) * Code::panels(header.code);
         let panels = header.block().panels().min(payload.len());
         let Some(place) = soft.get_mut(first..first + panels) else {
             return &[];
         };
         for (sum, panel) in place.iter_mut().zip(payload) {
-            if kept {
-                combine(sum, panel)
-            } else {
-                *sum = *panel
-            }
+            if kept { combine(sum, panel) } else { *sum = *panel }
         }
         place
     }

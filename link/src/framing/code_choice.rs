@@ -72,16 +72,8 @@ mod tests {
         for length in 1..=MESSAGE_MAX {
             let panels = |code| Layout::new(code, length).panels();
             let strong_enough = |code: &Code| *code != Code::Tm1280 || length <= TM1280_LENGTH_MAX;
-            let fewest = Code::ALL
-                .into_iter()
-                .filter(strong_enough)
-                .map(panels)
-                .min();
-            assert_eq!(
-                Some(panels(Code::for_length(length))),
-                fewest,
-                "{length} bytes"
-            );
+            let fewest = Code::ALL.into_iter().filter(strong_enough).map(panels).min();
+            assert_eq!(Some(panels(Code::for_length(length))), fewest, "{length} bytes");
         }
     }
 }

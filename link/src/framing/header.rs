@@ -74,9 +74,7 @@ pub enum Announcement {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HeaderError {
     /// The CRC-8 does not match.
-    #[error(
-        "the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was no header"
-    )]
+    #[error("the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was no header")]
     Checksum {
         /// As it stands in the header.
         found: u8,
@@ -84,14 +82,10 @@ pub enum HeaderError {
         computed: u8,
     },
     /// A format of another version.
-    #[error(
-        "the header is of version {0}, this receiver reads version {VERSION}: use the same release at both ends"
-    )]
+    #[error("the header is of version {0}, this receiver reads version {VERSION}: use the same release at both ends")]
     Version(u8),
     /// A code that this version does not define.
-    #[error(
-        "the header names code {0}, of 0 to 4 (or 6, a size, or 7, a beacon): it was read wrongly, or the transmitter is newer"
-    )]
+    #[error("the header names code {0}, of 0 to 4 (or 6, a size, or 7, a beacon): it was read wrongly, or the transmitter is newer")]
     Code(u8),
     /// A segment beyond the message's end.
     #[error("the header names segment {segment} of a message of {segments}: it was read wrongly")]
@@ -102,9 +96,7 @@ pub enum HeaderError {
         segments: usize,
     },
     /// A beacon whose other fields are not all zero.
-    #[error(
-        "the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer"
-    )]
+    #[error("the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer")]
     Beacon,
     /// A size that no panel can have.
     #[error("the header tells a size that cannot be: {0}")]
@@ -127,9 +119,7 @@ impl Announcement {
     pub fn to_bytes(self) -> [u8; HEADER_BYTES] {
         let fields = match self {
             Self::Beacon => u64::from(VERSION) | u64::from(BEACON) << 3,
-            Self::Geometry(geometry) => {
-                u64::from(VERSION) | u64::from(GEOMETRY) << 3 | geometry.to_bits() << 6
-            }
+            Self::Geometry(geometry) => u64::from(VERSION) | u64::from(GEOMETRY) << 3 | geometry.to_bits() << 6,
             Self::Segment(header) => {
                 u64::from(VERSION)
                     | (header.code as u64) << 3
@@ -240,14 +230,8 @@ mod tests {
 
     #[test]
     fn a_beacon_comes_back_and_is_refused_with_other_fields() {
-        assert_eq!(
-            Announcement::from_bytes(Announcement::Beacon.to_bytes()),
-            Ok(Announcement::Beacon)
-        );
-        assert_eq!(
-            Announcement::from_bytes(with_fields(0x39 | 1 << 30)),
-            Err(HeaderError::Beacon)
-        );
+        assert_eq!(Announcement::from_bytes(Announcement::Beacon.to_bytes()), Ok(Announcement::Beacon));
+        assert_eq!(Announcement::from_bytes(with_fields(0x39 | 1 << 30)), Err(HeaderError::Beacon));
     }
 
     proptest! {
@@ -263,10 +247,7 @@ mod tests {
     fn a_size_that_cannot_be_is_refused() {
         for diameter_um in [0, 99, 1_000_001, 0xf_ffff] {
             let refused = Announcement::from_bytes(with_fields(1 | 6 << 3 | diameter_um << 6));
-            assert!(
-                matches!(refused, Err(HeaderError::Geometry(_))),
-                "{refused:?}"
-            );
+            assert!(matches!(refused, Err(HeaderError::Geometry(_))), "{refused:?}");
         }
         let more = Announcement::from_bytes(with_fields(1 | 6 << 3 | 30_000 << 6 | 1 << 42));
         assert_eq!(more, Err(HeaderError::MoreThanGeometry));
@@ -274,22 +255,10 @@ mod tests {
 
     #[test]
     fn what_this_version_does_not_define_is_refused_by_name() {
-        assert_eq!(
-            Announcement::from_bytes(with_fields(2)),
-            Err(HeaderError::Version(2))
-        );
-        assert_eq!(
-            Announcement::from_bytes(with_fields(1 | 5 << 3)),
-            Err(HeaderError::Code(5))
-        );
+        assert_eq!(Announcement::from_bytes(with_fields(2)), Err(HeaderError::Version(2)));
+        assert_eq!(Announcement::from_bytes(with_fields(1 | 5 << 3)), Err(HeaderError::Code(5)));
         let beyond = Announcement::from_bytes(with_fields(1 | 1 << 16));
-        assert_eq!(
-            beyond,
-            Err(HeaderError::Segment {
-                segment: 1,
-                segments: 1
-            })
-        );
+        assert_eq!(beyond, Err(HeaderError::Segment { segment: 1, segments: 1 }));
     }
 
     #[test]

@@ -29,11 +29,7 @@ impl Layout {
         let length = if length < 1 { 1 } else { length };
         Self {
             code,
-            length: if length > MESSAGE_MAX {
-                MESSAGE_MAX
-            } else {
-                length
-            },
+            length: if length > MESSAGE_MAX { MESSAGE_MAX } else { length },
         }
     }
 
@@ -44,10 +40,7 @@ impl Layout {
 
     /// The code word of segment `segment`; the last one's is shortened to the bytes that are left.
     pub const fn block(self, segment: usize) -> Block {
-        Block::new(
-            self.code,
-            self.length.saturating_sub(self.first_byte(segment)),
-        )
+        Block::new(self.code, self.length.saturating_sub(self.first_byte(segment)))
     }
 
     /// Where in the message segment `segment` begins.
@@ -78,12 +71,7 @@ mod tests {
                 let layout = Layout::new(code, length);
                 let blocks = (0..layout.segments()).map(|segment| layout.block(segment));
                 assert_eq!(blocks.clone().map(Block::info_bytes).sum::<usize>(), length);
-                assert_eq!(
-                    blocks
-                        .map(|block| OVERHEAD_PANELS + block.panels())
-                        .sum::<usize>(),
-                    layout.panels()
-                );
+                assert_eq!(blocks.map(|block| OVERHEAD_PANELS + block.panels()).sum::<usize>(), layout.panels());
                 assert!(layout.segments() <= 128, "{code}, {length} bytes");
             }
         }

@@ -119,9 +119,7 @@ pub enum FramingError {
     #[error("the message is empty: give 1 to {MESSAGE_MAX} bytes, or send a beacon")]
     Empty,
     /// Too many bytes.
-    #[error(
-        "the message has {length} bytes, the most is {MESSAGE_MAX}: split it into several messages"
-    )]
+    #[error("the message has {length} bytes, the most is {MESSAGE_MAX}: split it into several messages")]
     TooLong {
         /// Its bytes.
         length: usize,
@@ -137,17 +135,9 @@ mod tests {
     fn image(way: usize) -> impl Iterator<Item = bool> {
         (0..SIDE * SIDE).map(move |led| {
             let (row, column) = (led / SIDE, led % SIDE);
-            let (row, column) = if way & 1 == 0 {
-                (row, column)
-            } else {
-                (column, row)
-            };
+            let (row, column) = if way & 1 == 0 { (row, column) } else { (column, row) };
             let row = if way & 2 == 0 { row } else { SIDE - 1 - row };
-            let column = if way & 4 == 0 {
-                column
-            } else {
-                SIDE - 1 - column
-            };
+            let column = if way & 4 == 0 { column } else { SIDE - 1 - column };
             SYNC.is_on(row, column)
         })
     }
@@ -155,10 +145,7 @@ mod tests {
     #[test]
     fn the_sync_panel_is_balanced_and_has_no_long_runs() {
         for line in 0..2 * SIDE {
-            let leds: Vec<bool> = image(line / SIDE)
-                .skip(SIDE * (line % SIDE))
-                .take(SIDE)
-                .collect();
+            let leds: Vec<bool> = image(line / SIDE).skip(SIDE * (line % SIDE)).take(SIDE).collect();
             assert_eq!(leds.iter().filter(|&&on| on).count(), SIDE / 2);
             assert!(leds.chunk_by(|a, b| a == b).all(|run| run.len() <= 2));
         }

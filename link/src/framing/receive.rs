@@ -140,9 +140,7 @@ pub enum Rejection {
         segment: u8,
     },
     /// All segments were decoded, and they are not the message that their headers announce.
-    #[error(
-        "the message's CRC-32 is {computed:#010x}, its headers announce {announced:#010x}: it was decoded wrongly and is dropped"
-    )]
+    #[error("the message's CRC-32 is {computed:#010x}, its headers announce {announced:#010x}: it was decoded wrongly and is dropped")]
     MessageCorrupt {
         /// The CRC in the headers.
         announced: u32,
@@ -257,21 +255,14 @@ impl Outcome {
 
     /// The weightier of the two; the first, where they weigh the same.
     fn or(self, other: Self) -> Self {
-        if other.weight() > self.weight() {
-            other
-        } else {
-            self
-        }
+        if other.weight() > self.weight() { other } else { self }
     }
 }
 
 /// What hunting found in the last three panels.
 enum Found {
     Nothing,
-    Announced {
-        announcement: Announcement,
-        inverted: bool,
-    },
+    Announced { announcement: Announcement, inverted: bool },
     Refused(Event<'static>),
 }
 
@@ -296,9 +287,7 @@ impl Deframer {
     /// jump by more is a new beginning of the count, in either direction. `stamp` is any number, such as the
     /// frame's: it comes back in the delivery.
     pub fn push(&mut self, index: u32, stamp: u64, panel: &SoftPanel) -> Event<'_> {
-        let ahead = self
-            .last_index
-            .map_or(1, |last| index.wrapping_sub(last).cast_signed());
+        let ahead = self.last_index.map_or(1, |last| index.wrapping_sub(last).cast_signed());
         let lost = match ahead {
             1..=GAP_MAX => ahead - 1,
             _ if (-GAP_MAX..=0).contains(&ahead) => return Event::Nothing,
@@ -333,10 +322,7 @@ impl Deframer {
         self.recent[OVERHEAD_PANELS - 1] = reading;
         self.track = self.track.map(Track::next);
         match self.hunt() {
-            Found::Announced {
-                announcement,
-                inverted,
-            } => self.begin(announcement, inverted),
+            Found::Announced { announcement, inverted } => self.begin(announcement, inverted),
             Found::Refused(event) => self.follow(event),
             Found::Nothing => self.follow(Event::Nothing),
         }
@@ -355,18 +341,10 @@ impl Deframer {
             Err(why) => return Found::Refused(Event::Rejected(Rejection::HeaderUndecodable(why))),
         };
         let mut header = [0; super::HEADER_BYTES];
-        header
-            .iter_mut()
-            .zip(bytes)
-            .for_each(|(to, &from)| *to = from);
+        header.iter_mut().zip(bytes).for_each(|(to, &from)| *to = from);
         match Announcement::from_bytes(header) {
-            Ok(announcement) => Found::Announced {
-                announcement,
-                inverted,
-            },
-            Err(HeaderError::Version(version)) => {
-                Found::Refused(Event::UnsupportedVersion(version))
-            }
+            Ok(announcement) => Found::Announced { announcement, inverted },
+            Err(HeaderError::Version(version)) => Found::Refused(Event::UnsupportedVersion(version)),
             Err(why) => Found::Refused(Event::Rejected(Rejection::HeaderInvalid(why))),
         }
     }
@@ -390,11 +368,7 @@ impl Deframer {
     }
 
     fn begin_segment(&mut self, header: Header, inverted: bool, expected: bool) -> Outcome {
-        let first_stamp = self
-            .recent
-            .iter()
-            .find_map(|reading| reading.stamp)
-            .unwrap_or(0);
+        let first_stamp = self.recent.iter().find_map(|reading| reading.stamp).unwrap_or(0);
         self.track = Some(Track {
             header,
             inverted,
@@ -406,9 +380,7 @@ impl Deframer {
         self.payload = [SoftPanel::ERASED; CODEWORD_PANELS_MAX];
         if self.assembly.is_of(header) {
             self.rival = None;
-        } else if self.assembly.is_empty()
-            || self.rival.is_some_and(|rival| rival.same_message(header))
-        {
+        } else if self.assembly.is_empty() || self.rival.is_some_and(|rival| rival.same_message(header)) {
             self.adopt(header, first_stamp);
         } else {
             self.rival = Some(header);
@@ -464,15 +436,10 @@ impl Deframer {
             self.recent[n].panel.correlation(shown)
         };
         let sync = correlation(0, SYNC);
-        let header = Announcement::Segment(track.header)
-            .to_panels()
-            .zip(1..OVERHEAD_PANELS);
-        let header = header
-            .map(|(coded, n)| correlation(n, coded))
-            .fold((0, 0), add);
+        let header = Announcement::Segment(track.header).to_panels().zip(1..OVERHEAD_PANELS);
+        let header = header.map(|(coded, n)| correlation(n, coded)).fold((0, 0), add);
         let all = add(sync, header);
-        exceeds(all.0, all.1, EXPECTED_DEVIATIONS)
-            && exceeds(header.0, header.1, EXPECTED_HEADER_DEVIATIONS)
+        exceeds(all.0, all.1, EXPECTED_DEVIATIONS) && exceeds(header.0, header.1, EXPECTED_HEADER_DEVIATIONS)
     }
 
     /// The payload of `track`'s segment is there, as far as it was received.
@@ -495,16 +462,10 @@ impl Deframer {
                 self.ended(header, outcome)
             }
             Added::Complete => Outcome::Delivered,
-            Added::Corrupt {
-                announced,
-                computed,
-            } => {
+            Added::Corrupt { announced, computed } => {
                 self.assembly.clear();
                 self.track = None;
-                Outcome::Told(Event::Rejected(Rejection::MessageCorrupt {
-                    announced,
-                    computed,
-                }))
+                Outcome::Told(Event::Rejected(Rejection::MessageCorrupt { announced, computed }))
             }
         }
     }

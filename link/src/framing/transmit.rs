@@ -54,9 +54,9 @@ impl Framer {
             return Err(FramingError::Empty);
         }
         let mut copy = [0; MESSAGE_MAX];
-        let place = copy.get_mut(..message.len()).ok_or(FramingError::TooLong {
-            length: message.len(),
-        })?;
+        let place = copy
+            .get_mut(..message.len())
+            .ok_or(FramingError::TooLong { length: message.len() })?;
         place.copy_from_slice(message);
         let header = Header {
             code,
@@ -145,11 +145,7 @@ impl Framer {
             (None, Announcement::Segment(header)) => {
                 let header = header.of_segment(self.segment);
                 let number = u32::from(self.segment) ^ self.repeats;
-                (
-                    Announcement::Segment(header),
-                    Some(self.payload(header)),
-                    number,
-                )
+                (Announcement::Segment(header), Some(self.payload(header)), number)
             }
             (None, content) => (content, None, self.repeats),
         };
@@ -165,10 +161,7 @@ impl Framer {
     }
 
     fn payload(&self, header: Header) -> impl Iterator<Item = PanelFrame> + use<> {
-        let first = header
-            .layout()
-            .first_byte(header.segment.into())
-            .min(MESSAGE_MAX);
+        let first = header.layout().first_byte(header.segment.into()).min(MESSAGE_MAX);
         header.block().encode(&self.message[first..])
     }
 
@@ -208,18 +201,12 @@ mod tests {
 
     /// The panels of the first `repeats` repeats.
     fn shown(mut framer: Framer, repeats: u32) -> Vec<PanelFrame> {
-        (0..repeats * framer.panels_per_repeat())
-            .map(|_| framer.next_panel())
-            .collect()
+        (0..repeats * framer.panels_per_repeat()).map(|_| framer.next_panel()).collect()
     }
 
     /// How long LED `led` stays the same at the longest.
     fn longest_run(panels: &[PanelFrame], led: usize) -> usize {
-        panels
-            .chunk_by(|a, b| a.led(led) == b.led(led))
-            .map(<[_]>::len)
-            .max()
-            .unwrap_or(0)
+        panels.chunk_by(|a, b| a.led(led) == b.led(led)).map(<[_]>::len).max().unwrap_or(0)
     }
 
     proptest! {
@@ -270,10 +257,7 @@ mod tests {
 
     #[test]
     fn a_message_must_have_1_to_1024_bytes() {
-        assert_eq!(
-            Framer::new(&[], Code::Tc128, false).unwrap_err(),
-            FramingError::Empty
-        );
+        assert_eq!(Framer::new(&[], Code::Tc128, false).unwrap_err(), FramingError::Empty);
         let refusal = Framer::new(&[0; 1025], Code::Tc128, false).unwrap_err();
         assert_eq!(refusal, FramingError::TooLong { length: 1025 });
         assert!(Framer::new(&[0; 1024], Code::Tc128, false).is_ok());
@@ -282,15 +266,8 @@ mod tests {
     #[test]
     fn the_sync_panel_begins_each_segment_in_alternating_polarity() {
         let panels = shown(framer(0, &[7; 24]), 3);
-        let upright: Vec<_> = panels
-            .iter()
-            .step_by(5)
-            .map(|panel| panel.bits() == SYNC.bits())
-            .collect();
-        assert_eq!(
-            upright,
-            [true, false, true, false, true, false, true, false, true]
-        );
+        let upright: Vec<_> = panels.iter().step_by(5).map(|panel| panel.bits() == SYNC.bits()).collect();
+        assert_eq!(upright, [true, false, true, false, true, false, true, false, true]);
     }
 
     #[test]

@@ -12,16 +12,13 @@
 //! | 2·m | intervals, 1/4096 |
 //! | 2·n·m | L2A, 1/8192, row by row of one illuminance |
 
-use super::{
-    ILLUMINANCES_MAX, INTERVALS_MAX, Illuminance, Interval, L2a, L2aTable, TableError, Vec,
-};
+use super::{ILLUMINANCES_MAX, INTERVALS_MAX, Illuminance, Interval, L2a, L2aTable, TableError, Vec};
 use crate::checksum::crc32c;
 
 /// The format of the image.
 pub const FORMAT: u8 = 1;
 /// Bytes of the largest table's image.
-pub const IMAGE_MAX: usize =
-    HEADER + 4 * ILLUMINANCES_MAX + 2 * INTERVALS_MAX + 2 * ILLUMINANCES_MAX * INTERVALS_MAX;
+pub const IMAGE_MAX: usize = HEADER + 4 * ILLUMINANCES_MAX + 2 * INTERVALS_MAX + 2 * ILLUMINANCES_MAX * INTERVALS_MAX;
 
 const HEADER: usize = 4;
 
@@ -79,11 +76,10 @@ impl L2aTable {
     ///
     /// [`ImageError`] where they are not exactly the image of a table that [`L2aTable::new`] would take.
     pub fn from_image(bytes: &[u8]) -> Result<Self, ImageError> {
-        let (&[format, rows, columns, reserved], numbers) =
-            bytes.split_first_chunk().ok_or(ImageError::Length {
-                found: bytes.len(),
-                needed: HEADER,
-            })?;
+        let (&[format, rows, columns, reserved], numbers) = bytes.split_first_chunk().ok_or(ImageError::Length {
+            found: bytes.len(),
+            needed: HEADER,
+        })?;
         if format != FORMAT || reserved != 0 {
             return Err(ImageError::Format { found: format });
         }
@@ -99,13 +95,10 @@ impl L2aTable {
         }
         Ok(Self::from_fixed(
             &numbers_of::<_, 4, ILLUMINANCES_MAX>(illuminances, Illuminance::from_le_bytes)
-                .map_err(|()| {
-                    super::Quantity::IlluminanceLx.wrong_length(rows, ILLUMINANCES_MAX)
-                })?,
+                .map_err(|()| super::Quantity::IlluminanceLx.wrong_length(rows, ILLUMINANCES_MAX))?,
             &numbers_of::<_, 2, INTERVALS_MAX>(intervals, Interval::from_le_bytes)
                 .map_err(|()| super::Quantity::Interval.wrong_length(columns, INTERVALS_MAX))?,
-            &numbers_of::<_, 2, { ILLUMINANCES_MAX * INTERVALS_MAX }>(values, L2a::from_le_bytes)
-                .map_err(|()| wrong_length)?,
+            &numbers_of::<_, 2, { ILLUMINANCES_MAX * INTERVALS_MAX }>(values, L2a::from_le_bytes).map_err(|()| wrong_length)?,
         )?)
     }
 
@@ -116,10 +109,7 @@ impl L2aTable {
 }
 
 /// The numbers of `SIZE` bytes each; an error where there are more than `MOST`.
-fn numbers_of<T, const SIZE: usize, const MOST: usize>(
-    bytes: &[u8],
-    number: impl Fn([u8; SIZE]) -> T,
-) -> Result<Vec<T, MOST>, ()> {
+fn numbers_of<T, const SIZE: usize, const MOST: usize>(bytes: &[u8], number: impl Fn([u8; SIZE]) -> T) -> Result<Vec<T, MOST>, ()> {
     let mut numbers = Vec::new();
     for &chunk in bytes.as_chunks().0 {
         numbers.push(number(chunk)).map_err(|_| ())?;

@@ -46,12 +46,7 @@ pub struct EncodeError {
 ///
 /// [`EncodeError`] when `out` is too short; [`wire_length`] of [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`]
 /// always suffices for messages within their limits.
-pub fn encode<'a>(
-    kind: Kind,
-    sequence: u32,
-    message: &impl Serialize,
-    out: &'a mut [u8],
-) -> Result<&'a [u8], EncodeError> {
+pub fn encode<'a>(kind: Kind, sequence: u32, message: &impl Serialize, out: &'a mut [u8]) -> Result<&'a [u8], EncodeError> {
     encode_version(VERSION, kind, sequence, message, out)
 }
 
@@ -96,16 +91,12 @@ impl Flavor for OutgoingFrame<'_> {
 
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
         self.digest.update(bytes);
-        self.encoder
-            .push(bytes)
-            .map_err(|_| postcard::Error::SerializeBufferFull)
+        self.encoder.push(bytes).map_err(|_| postcard::Error::SerializeBufferFull)
     }
 
     fn finalize(mut self) -> postcard::Result<usize> {
         let crc = self.digest.finalize().to_le_bytes();
-        self.encoder
-            .push(&crc)
-            .map_err(|_| postcard::Error::SerializeBufferFull)?;
+        self.encoder.push(&crc).map_err(|_| postcard::Error::SerializeBufferFull)?;
         Ok(self.encoder.finalize())
     }
 }
@@ -162,8 +153,7 @@ impl<'a> Frame<'a> {
     /// The frame of these bytes, COBS undone.
     fn parse(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let (content, crc) = bytes.split_last_chunk().ok_or(FrameError::Truncated)?;
-        let (&[version, kind, s0, s1, s2, s3], body) =
-            content.split_first_chunk().ok_or(FrameError::Truncated)?;
+        let (&[version, kind, s0, s1, s2, s3], body) = content.split_first_chunk().ok_or(FrameError::Truncated)?;
         let (found, expected) = (u32::from_le_bytes(*crc), crc32c(&[content]));
         if found == expected {
             let sequence = u32::from_le_bytes([s0, s1, s2, s3]);
@@ -221,9 +211,7 @@ impl<'a> Frame<'a> {
             return Err(BodyError::OtherKind);
         }
         if self.version != VERSION {
-            return Err(BodyError::Version {
-                version: self.version,
-            });
+            return Err(BodyError::Version { version: self.version });
         }
         match postcard::take_from_bytes(self.body) {
             Ok((message, [])) => Ok(message),
@@ -318,9 +306,7 @@ mod tests {
 
     fn sent(kind: Kind, message: &impl Serialize) -> Vec<u8> {
         let mut place = [0; wire_length(REQUEST_FRAME_MAX)];
-        encode(kind, 7, message, &mut place)
-            .expect("it fits")
-            .to_vec()
+        encode(kind, 7, message, &mut place).expect("it fits").to_vec()
     }
 
     #[test]
@@ -363,11 +349,7 @@ mod tests {
             Answer::Calibration(GREATEST),
             Answer::Refused(refusal),
         ] {
-            assert_eq!(
-                read::<ANSWER_FRAME_MAX>(&sent(Kind::Answer, &answer)),
-                [Ok(7)],
-                "{answer:?}"
-            );
+            assert_eq!(read::<ANSWER_FRAME_MAX>(&sent(Kind::Answer, &answer)), [Ok(7)], "{answer:?}");
         }
     }
 
@@ -376,24 +358,11 @@ mod tests {
         let whole = sent(Kind::Request, &Request::WriteCalibration(GREATEST));
         for room in 0..whole.len() {
             let mut place = std::vec![0; room];
-            let outcome = encode(
-                Kind::Request,
-                7,
-                &Request::WriteCalibration(GREATEST),
-                &mut place,
-            );
+            let outcome = encode(Kind::Request, 7, &Request::WriteCalibration(GREATEST), &mut place);
             assert_eq!(outcome, Err(EncodeError { room }));
         }
         let mut place = std::vec![0; whole.len()];
-        assert!(
-            encode(
-                Kind::Request,
-                7,
-                &Request::WriteCalibration(GREATEST),
-                &mut place
-            )
-            .is_ok()
-        );
+        assert!(encode(Kind::Request, 7, &Request::WriteCalibration(GREATEST), &mut place).is_ok());
     }
 
     #[test]

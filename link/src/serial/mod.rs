@@ -54,8 +54,7 @@ mod status;
 pub use answer::{Answer, Hello, Refusal, TablePart};
 pub use calibration::Measured;
 pub use frame::{
-    ANSWER_FRAME_MAX, BodyError, EncodeError, FRAME_OVERHEAD, Frame, FrameError, FrameReader, Kind,
-    REQUEST_FRAME_MAX, encode, wire_length,
+    ANSWER_FRAME_MAX, BodyError, EncodeError, FRAME_OVERHEAD, Frame, FrameError, FrameReader, Kind, REQUEST_FRAME_MAX, encode, wire_length,
 };
 pub use request::Request;
 pub use status::{Counters, Faults, Light, Limit, Status};

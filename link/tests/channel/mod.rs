@@ -21,13 +21,7 @@ impl Channel {
             Self::Bsc(p) => {
                 let certainty = ((1.0 - p) / p).ln();
                 SoftPanel(core::array::from_fn(|led| {
-                    quantised(
-                        if noise.uniform() < p {
-                            -certainty
-                        } else {
-                            certainty
-                        } * truth(led),
-                    )
+                    quantised(if noise.uniform() < p { -certainty } else { certainty } * truth(led))
                 }))
             }
             Self::Awgn(p) => {

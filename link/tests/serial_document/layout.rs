@@ -4,9 +4,7 @@ use std::slice::SliceIndex;
 
 use link::serial::{Answer, Counters, Faults, Light, Limit, Measured, Refusal, Request};
 use postcard_schema::Schema;
-use postcard_schema::schema::{
-    DataModelType as Type, DataModelVariant as Variant, NamedType, NamedValue, NamedVariant,
-};
+use postcard_schema::schema::{DataModelType as Type, DataModelVariant as Variant, NamedType, NamedValue, NamedVariant};
 use pulldown_cmark::{Event, Parser, Tag, TagEnd};
 
 /// Messages that every program of this version knows, from 0 on. Others were added later.
@@ -53,10 +51,7 @@ pub fn shown(document: &str) -> [&str; 2] {
         }
         Some(None)
     });
-    let layouts: Vec<&str> = texts
-        .flatten()
-        .filter(|text| text.contains("\nrequest\n"))
-        .collect();
+    let layouts: Vec<&str> = texts.flatten().filter(|text| text.contains("\nrequest\n")).collect();
     layouts
         .try_into()
         .expect("docs/serial.md shows the messages, and those that were added")
@@ -90,10 +85,7 @@ fn plain(line: &str) -> String {
     words.join(" ").to_lowercase().replace('-', " ")
 }
 
-fn message<T: Schema>(
-    name: &str,
-    numbers: impl SliceIndex<[usize], Output = [usize]>,
-) -> Vec<String> {
+fn message<T: Schema>(name: &str, numbers: impl SliceIndex<[usize], Output = [usize]>) -> Vec<String> {
     let all = cases(T::SCHEMA);
     let every: Vec<usize> = (0..all.len()).collect();
     let cases = every[numbers].iter().map(|&number| {
@@ -107,18 +99,14 @@ fn message<T: Schema>(
             Variant::StructVariant(members) => fields(members),
             Variant::TupleVariant(_) => panic!("{} has fields without names", case.name),
         };
-        format!("{number} {} {body}", spaced(case.name))
-            .trim_end()
-            .to_owned()
+        format!("{number} {} {body}", spaced(case.name)).trim_end().to_owned()
     });
     [name.to_owned()].into_iter().chain(cases).collect()
 }
 
 fn choices<T: Schema>() -> String {
     let cases = cases(T::SCHEMA).iter().enumerate();
-    let words: Vec<String> = cases
-        .map(|(number, case)| format!("{number} {}", spaced(case.name)))
-        .collect();
+    let words: Vec<String> = cases.map(|(number, case)| format!("{number} {}", spaced(case.name))).collect();
     words.join(", ")
 }
 
@@ -150,11 +138,7 @@ fn fields(members: &[&NamedValue]) -> String {
 fn field(member: &NamedValue) -> String {
     let name = member.name.trim_end_matches("_cd_m2");
     let (name, kind) = (name.trim_end_matches("_lx"), type_word(member.ty));
-    if name == kind {
-        kind
-    } else {
-        format!("{name} {kind}")
-    }
+    if name == kind { kind } else { format!("{name} {kind}") }
 }
 
 fn type_word(of: &NamedType) -> String {

@@ -5,8 +5,8 @@ mod layout;
 use fixed::types::{U0F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2a, L2aTable};
 use link::serial::{
-    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal,
-    Request, SCHEMA, Status, TablePart, encode, wire_length,
+    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Status, TablePart, encode,
+    wire_length,
 };
 
 const DOCUMENT: &str = include_str!("../../../docs/serial.md");
@@ -82,15 +82,11 @@ fn example(kind: Kind, sequence: u32, name: &str, message: &impl serde::Serializ
 }
 
 fn examples() -> Vec<String> {
-    let table =
-        L2aTable::new(&[1000.0], &[0.5, 1.0, 1.5, 2.0], &[1.35, 2.05, 2.95, 3.9]).expect("a table");
+    let table = L2aTable::new(&[1000.0], &[0.5, 1.0, 1.5, 2.0], &[1.35, 2.05, 2.95, 3.9]).expect("a table");
     let (image, crc) = (table.image(), table.crc());
     let length = image.len() as u16;
-    let asked = |sequence, name: &str, request: Request<'_>| {
-        example(Kind::Request, sequence, name, &request)
-    };
-    let told =
-        |sequence, name: &str, answer: Answer<'_>| example(Kind::Answer, sequence, name, &answer);
+    let asked = |sequence, name: &str, request: Request<'_>| example(Kind::Request, sequence, name, &request);
+    let told = |sequence, name: &str, answer: Answer<'_>| example(Kind::Answer, sequence, name, &answer);
     vec![
         asked(1, "hello", Request::Hello),
         told(
@@ -110,28 +106,13 @@ fn examples() -> Vec<String> {
             "status, 3600 s, 2000 lx, L2A 2.05, 1640 cd/m2, duty 0.205, at the floor, no calibration",
             Answer::Status(STATUS),
         ),
-        asked(
-            3,
-            "begin table, 24 bytes",
-            Request::BeginTable { length, crc },
-        ),
+        asked(3, "begin table, 24 bytes", Request::BeginTable { length, crc }),
         told(3, "staged, 0 bytes", Answer::Staged { received: 0 }),
-        asked(
-            4,
-            "write table, from byte 0",
-            Request::WriteTable {
-                offset: 0,
-                bytes: &image,
-            },
-        ),
+        asked(4, "write table, from byte 0", Request::WriteTable { offset: 0, bytes: &image }),
         told(4, "staged, 24 bytes", Answer::Staged { received: length }),
         asked(5, "commit table", Request::CommitTable { crc }),
         told(5, "committed", Answer::Committed { crc }),
-        asked(
-            6,
-            "read table, from byte 0",
-            Request::ReadTable { offset: 0 },
-        ),
+        asked(6, "read table, from byte 0", Request::ReadTable { offset: 0 }),
         told(
             6,
             "table, all of it",
@@ -150,11 +131,7 @@ fn examples() -> Vec<String> {
             "calibration, 8000 cd/m2, 100 ns, 20000 ns, R 0.4, interval 1, gain 1, low current 1",
             Answer::Calibration(MEASURED),
         ),
-        asked(
-            9,
-            "write calibration, the same",
-            Request::WriteCalibration(MEASURED),
-        ),
+        asked(9, "write calibration, the same", Request::WriteCalibration(MEASURED)),
         asked(
             10,
             "send \"ice ahead\" for ever",
@@ -180,21 +157,13 @@ fn examples() -> Vec<String> {
             Answer::Refused(Refusal::Offset { expected: 128 }),
         ),
         asked(16, "read symbol rate", Request::ReadSymbolRate),
-        told(
-            16,
-            "symbol rate, 90 a second",
-            Answer::SymbolRate { millihertz: 90_000 },
-        ),
+        told(16, "symbol rate, 90 a second", Answer::SymbolRate { millihertz: 90_000 }),
         asked(
             17,
             "write symbol rate, 22.5 a second",
             Request::WriteSymbolRate { millihertz: 22_500 },
         ),
-        told(
-            17,
-            "symbol rate, 22.5 a second",
-            Answer::SymbolRate { millihertz: 22_500 },
-        ),
+        told(17, "symbol rate, 22.5 a second", Answer::SymbolRate { millihertz: 22_500 }),
         asked(18, "read intensity limit", Request::ReadIntensityLimit),
         told(
             18,
@@ -238,16 +207,9 @@ fn the_document_shows_what_is_sent() {
 #[test]
 fn the_document_shows_the_layout_of_the_messages() {
     let meant = [layout::by_the_types(), layout::added_by_the_types()];
-    for (shown, meant) in layout::shown(DOCUMENT)
-        .map(layout::words)
-        .iter()
-        .zip(&meant)
-    {
+    for (shown, meant) in layout::shown(DOCUMENT).map(layout::words).iter().zip(&meant) {
         for (shown, meant) in shown.iter().zip(meant) {
-            assert_eq!(
-                shown, meant,
-                "docs/serial.md on the left, the types on the right"
-            );
+            assert_eq!(shown, meant, "docs/serial.md on the left, the types on the right");
         }
         assert_eq!(shown.len(), meant.len());
     }

@@ -250,9 +250,7 @@ pub struct Message<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
     /// The request is of another version of the frames.
-    #[error(
-        "the board speaks version {speaks} of the frames: use a program that does, or update it"
-    )]
+    #[error("the board speaks version {speaks} of the frames: use a program that does, or update it")]
     Version {
         /// The version it speaks.
         speaks: u8,
@@ -267,9 +265,7 @@ pub enum Refusal {
     )]
     Settings,
     /// The region's size is impossible, or not that of its pixels.
-    #[error(
-        "{pixels} pixels are no region of {width} × {height}, each side 1 to {REGION_SIDE_MAX}"
-    )]
+    #[error("{pixels} pixels are no region of {width} × {height}, each side 1 to {REGION_SIDE_MAX}")]
     Size {
         /// Columns announced.
         width: u16,
@@ -279,13 +275,9 @@ pub enum Refusal {
         pixels: u32,
     },
     /// The corners are no panel's.
-    #[error(
-        "the corners are no readable panel's: top left, top right, bottom right, bottom left, at least 1.5 px from LED to LED"
-    )]
+    #[error("the corners are no readable panel's: top left, top right, bottom right, bottom left, at least 1.5 px from LED to LED")]
     Corners,
     /// The panel at these corners is not in the region, with a pixel around it, or larger than the board's memory.
-    #[error(
-        "the panel is not wholly in the region, or too large for the board: send another region"
-    )]
+    #[error("the panel is not wholly in the region, or too large for the board: send another region")]
     Place,
 }

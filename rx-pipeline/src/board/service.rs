@@ -3,8 +3,8 @@
 use core::borrow::BorrowMut;
 
 use super::message::{
-    Answer, Hello, Memory, Message, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX,
-    REGION_SIDE_MAX, Refusal, Region, Report, Request, STAGE_COUNT, Settings, Unread, WireReading,
+    Answer, Hello, Memory, Message, PROTOCOL, REGION_ANSWER_MAX, REGION_REQUEST_MAX, REGION_SIDE_MAX, Refusal, Region, Report, Request,
+    STAGE_COUNT, Settings, Unread, WireReading,
 };
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -68,8 +68,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Service<PIXELS, 
         match frame.message(Kind::Request) {
             Ok(request) => {
                 // What was asked twice is done once.
-                let repeated = self.desk.answered == Some(sequence)
-                    && matches!(request, Request::Region(_) | Request::Finish);
+                let repeated = self.desk.answered == Some(sequence) && matches!(request, Request::Region(_) | Request::Finish);
                 if !repeated {
                     self.desk.answer(sequence, request, machine);
                 }
@@ -100,8 +99,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>> Desk<PIXELS, M> 
                 Ok(()) => Answer::Ready,
                 Err(_) => Answer::Refused(Refusal::Settings),
             },
-            Request::Region(region) => read(&mut self.receiver, &region, machine)
-                .map_or_else(Answer::Refused, Answer::Report),
+            Request::Region(region) => read(&mut self.receiver, &region, machine).map_or_else(Answer::Refused, Answer::Report),
             Request::Finish => Answer::Finished(delivered(self.receiver.finish())),
         };
         let written = encode(Kind::Answer, sequence, &answer, &mut self.wire);
@@ -130,8 +128,7 @@ fn read<'a, const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>>(
         pixels: region.pixels.len() as u32,
     };
     let (columns, rows) = (usize::from(width), usize::from(height));
-    if columns > REGION_SIDE_MAX || rows > REGION_SIDE_MAX || region.pixels.len() != columns * rows
-    {
+    if columns > REGION_SIDE_MAX || rows > REGION_SIDE_MAX || region.pixels.len() != columns * rows {
         return Err(wrong_size);
     }
     let frame = Frame::new(region.pixels, columns, rows).map_err(|_| wrong_size)?;

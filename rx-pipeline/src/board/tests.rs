@@ -31,16 +31,14 @@ fn board() -> Board {
 
 fn request(sequence: u32, request: &Request<'_>) -> Vec<u8> {
     let mut wire = std::vec![0; wire_length(REGION_REQUEST_MAX)];
-    encode(Kind::Request, sequence, request, &mut wire)
-        .unwrap()
-        .to_vec()
+    encode(Kind::Request, sequence, request, &mut wire).unwrap().to_vec()
 }
 
 /// The last answer to these bytes, on the wire.
 fn said(board: &mut Board, bytes: &[u8]) -> Option<Vec<u8>> {
-    bytes.iter().fold(None, |said, &byte| {
-        board.receive(byte, &Bench).map(<[u8]>::to_vec).or(said)
-    })
+    bytes
+        .iter()
+        .fold(None, |said, &byte| board.receive(byte, &Bench).map(<[u8]>::to_vec).or(said))
 }
 
 fn understood<T>(wire: &[u8], look: impl FnOnce(&Answer<'_>) -> T) -> T {
@@ -53,12 +51,7 @@ fn understood<T>(wire: &[u8], look: impl FnOnce(&Answer<'_>) -> T) -> T {
     look(&frame.message(Kind::Answer).unwrap())
 }
 
-fn ask<T>(
-    board: &mut Board,
-    sequence: u32,
-    of: &Request<'_>,
-    look: impl FnOnce(&Answer<'_>) -> T,
-) -> T {
+fn ask<T>(board: &mut Board, sequence: u32, of: &Request<'_>, look: impl FnOnce(&Answer<'_>) -> T) -> T {
     understood(&said(board, &request(sequence, of)).unwrap(), look)
 }
 
@@ -99,10 +92,7 @@ fn what_is_asked_twice_is_done_once() {
     });
     assert_eq!(said(&mut board, &asked), Some(first));
     // Anew it would be a frame whose number does not rise.
-    let again = Region {
-        corners: None,
-        ..region
-    };
+    let again = Region { corners: None, ..region };
     ask(&mut board, 2, &Request::Region(again), |answer| {
         assert!(
             matches!(
@@ -139,10 +129,7 @@ fn impossible_requests_are_refused() {
                 pixels: 4096
             })
         );
-        assert!(ask(&mut board, 2, &Request::Hello, |answer| matches!(
-            answer,
-            Answer::Hello(_)
-        )));
+        assert!(ask(&mut board, 2, &Request::Hello, |answer| matches!(answer, Answer::Hello(_))));
     }
     let mirrored = Some([[40.0, 8.0], [8.0, 8.0], [8.0, 40.0], [40.0, 40.0]]);
     assert_eq!(
@@ -171,20 +158,13 @@ fn impossible_requests_are_refused() {
         symbols_per_frame: 2.0,
         ..Settings::default()
     };
-    assert_eq!(
-        refusal(&mut board, 3, &Request::Begin(settings)),
-        Some(Refusal::Settings)
-    );
+    assert_eq!(refusal(&mut board, 3, &Request::Begin(settings)), Some(Refusal::Settings));
     // A request that there is not.
     let mut wire = [0; 32];
     let unknown = encode(Kind::Request, 4, &99u8, &mut wire).unwrap();
     let answer = said(&mut board, unknown).unwrap();
-    understood(&answer, |answer| {
-        assert_eq!(*answer, Answer::Refused(Refusal::Unknown))
-    });
-    assert!(ask(&mut board, 5, &Request::Finish, |answer| {
-        *answer == Answer::Finished(None)
-    }));
+    understood(&answer, |answer| assert_eq!(*answer, Answer::Refused(Refusal::Unknown)));
+    assert!(ask(&mut board, 5, &Request::Finish, |answer| { *answer == Answer::Finished(None) }));
 }
 
 #[test]
@@ -217,12 +197,8 @@ fn the_longest_messages_fit_their_frames() {
         stage_ticks: [u32::MAX; STAGE_COUNT],
     };
     let mut wire = [0; ANSWER_WIRE_MAX];
-    let length = encode(Kind::Answer, u32::MAX, &Answer::Report(report), &mut wire)
-        .unwrap()
-        .len();
-    understood(&wire[..length], |answer| {
-        assert_eq!(*answer, Answer::Report(report))
-    });
+    let length = encode(Kind::Answer, u32::MAX, &Answer::Report(report), &mut wire).unwrap().len();
+    understood(&wire[..length], |answer| assert_eq!(*answer, Answer::Report(report)));
 }
 
 proptest! {

@@ -39,11 +39,7 @@ fn rho_points_to_the_led() {
     assert_eq!(map.rho(8, 6), [0.0, 0.0]);
     approx::assert_abs_diff_eq!(map.rho(7, 6)[..], [1.0, 0.0][..], epsilon = 1e-6);
     let diagonal = core::f32::consts::FRAC_1_SQRT_2;
-    approx::assert_abs_diff_eq!(
-        map.rho(9, 7)[..],
-        [-diagonal, -diagonal][..],
-        epsilon = 1e-6
-    );
+    approx::assert_abs_diff_eq!(map.rho(9, 7)[..], [-diagonal, -diagonal][..], epsilon = 1e-6);
     assert_eq!(map.rho(0, 0), [0.0, 0.0]);
 }
 
@@ -52,14 +48,7 @@ fn a_rim_of_one_pixel_is_needed() {
     // The first pixel of the cells is x = ceil(3 − 2) = 1, the last 31.5 floored.
     assert!(CellMap::<2000>::new(&square(3.0, 3.0, 4.0), 35, 35).is_ok());
     let outside = CellMap::<2000>::new(&square(2.0, 3.0, 4.0), 35, 35).unwrap_err();
-    assert!(matches!(
-        outside,
-        CellsError::OutsideFrame {
-            left: 0.0,
-            width: 35,
-            ..
-        }
-    ));
+    assert!(matches!(outside, CellsError::OutsideFrame { left: 0.0, width: 35, .. }));
     assert!(CellMap::<2000>::new(&square(3.0, 3.0, 4.0), 34, 35).is_err());
 }
 
@@ -86,10 +75,7 @@ fn maps_do_not_overflow() {
 #[test]
 fn a_panel_seen_edge_on_has_empty_cells() {
     let flat = Corners::new([[10.0, 20.0], [24.0, 30.0], [38.0, 40.3], [24.0, 30.2]]).unwrap();
-    assert!(matches!(
-        CellMap::<2000>::new(&flat, 100, 100),
-        Err(CellsError::EmptyCell { .. })
-    ));
+    assert!(matches!(CellMap::<2000>::new(&flat, 100, 100), Err(CellsError::EmptyCell { .. })));
 }
 
 proptest! {

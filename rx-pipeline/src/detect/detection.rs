@@ -32,9 +32,7 @@ impl Detection {
 
 /// How many bits are wrong by their log-likelihood ratios.
 pub(crate) fn wrong_bits(llr: &[f32; LEDS]) -> f32 {
-    llr.iter()
-        .map(|llr| 1.0 / (1.0 + libm::expf(llr.abs())))
-        .sum()
+    llr.iter().map(|llr| 1.0 / (1.0 + libm::expf(llr.abs()))).sum()
 }
 
 /// What an exposure says that caught the end of one symbol and the beginning of the next.
@@ -66,8 +64,7 @@ impl Mixture {
     /// The share of the exposure for which each LED was On, if that is known.
     pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
         let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
-        (*self != Self::INSEPARABLE)
-            .then(|| core::array::from_fn(|led| lit(self.share_of(led), ended[led], begun[led])))
+        (*self != Self::INSEPARABLE).then(|| core::array::from_fn(|led| lit(self.share_of(led), ended[led], begun[led])))
     }
 
     /// The part of LED `led`'s exposure that is the beginning symbol's.

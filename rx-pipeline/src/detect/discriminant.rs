@@ -13,11 +13,7 @@ pub(super) struct Discriminant<T, const N: usize> {
 
 impl<T: RealField + Copy, const N: usize> Discriminant<T, N> {
     /// Between classes of means `on` and `off`; `None` if `covariance` is not positive definite.
-    pub fn between(
-        on: SVector<T, N>,
-        off: SVector<T, N>,
-        covariance: SMatrix<T, N, N>,
-    ) -> Option<Self> {
+    pub fn between(on: SVector<T, N>, off: SVector<T, N>, covariance: SMatrix<T, N, N>) -> Option<Self> {
         let weights = covariance.cholesky()?.solve(&(on - off));
         let half = T::one() / (T::one() + T::one());
         Some(Self {
@@ -32,22 +28,12 @@ impl<T: RealField + Copy, const N: usize> Discriminant<T, N> {
 }
 
 /// The ratio of each cell if the cells of `bits` are a sample of the class On and the others one of Off.
-pub(super) fn llr_by_split<const N: usize>(
-    samples: &[[f32; N]; LEDS],
-    bits: PanelFrame,
-) -> Result<[f32; LEDS], DetectError> {
-    let one_class = DetectError::OneClass {
-        on: bits.count_on(),
-    };
+pub(super) fn llr_by_split<const N: usize>(samples: &[[f32; N]; LEDS], bits: PanelFrame) -> Result<[f32; LEDS], DetectError> {
+    let one_class = DetectError::OneClass { on: bits.count_on() };
     let samples = samples.map(SVector::from);
     let mean = |want: bool| {
-        let group = samples
-            .iter()
-            .enumerate()
-            .filter(|&(cell, _)| bits.led(cell) == want);
-        let (sum, count) = group.fold((SVector::zeros(), 0u8), |(sum, n), (_, sample)| {
-            (sum + sample, n + 1)
-        });
+        let group = samples.iter().enumerate().filter(|&(cell, _)| bits.led(cell) == want);
+        let (sum, count) = group.fold((SVector::zeros(), 0u8), |(sum, n), (_, sample)| (sum + sample, n + 1));
         sum / f32::from(count)
     };
     let (on, off) = (mean(true), mean(false));
@@ -73,19 +59,9 @@ mod tests {
         let covariance = Matrix2::new(2.0, 0.6, 0.6, 1.0);
         let precision = covariance.try_inverse().unwrap();
         let discriminant = Discriminant::between(on, off, covariance).unwrap();
-        for sample in [
-            Vector2::new(0.0, 0.0),
-            Vector2::new(3.0, -2.0),
-            Vector2::new(0.5, 0.75),
-        ] {
-            let exponent = |mean: SVector<f64, 2>| {
-                -0.5 * ((sample - mean).transpose() * precision * (sample - mean))[0]
-            };
-            approx::assert_abs_diff_eq!(
-                discriminant.llr(sample),
-                exponent(on) - exponent(off),
-                epsilon = 1e-12
-            );
+        for sample in [Vector2::new(0.0, 0.0), Vector2::new(3.0, -2.0), Vector2::new(0.5, 0.75)] {
+            let exponent = |mean: SVector<f64, 2>| -0.5 * ((sample - mean).transpose() * precision * (sample - mean))[0];
+            approx::assert_abs_diff_eq!(discriminant.llr(sample), exponent(on) - exponent(off), epsilon = 1e-12);
         }
         assert!(Discriminant::between(on, off, Matrix2::new(1.0, 2.0, 2.0, 1.0)).is_none());
     }

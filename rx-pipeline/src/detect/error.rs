@@ -17,9 +17,7 @@ pub enum DetectError {
         range_grey: f32,
     },
     /// The features do not fall into two groups.
-    #[error(
-        "{on} cells fall into the group On and the others into Off: both need at least one; check the corners"
-    )]
+    #[error("{on} cells fall into the group On and the others into Off: both need at least one; check the corners")]
     OneClass {
         /// Cells in the brighter group, 0 or 64.
         on: u32,

@@ -80,9 +80,7 @@ impl From<Fisher> for Written {
 #[non_exhaustive]
 pub enum FisherError {
     /// Too few cells of one class.
-    #[error(
-        "the training saw {on} cells On and {off} Off: it needs at least {FISHER_CELLS} of each; add panels"
-    )]
+    #[error("the training saw {on} cells On and {off} Off: it needs at least {FISHER_CELLS} of each; add panels")]
     TooFewCells {
         /// Cells On seen.
         on: u64,
@@ -90,9 +88,7 @@ pub enum FisherError {
         off: u64,
     },
     /// A feature that never varied, or two that always varied together, or features that are no numbers.
-    #[error(
-        "the features' covariance within the classes is singular: train on frames with noise or at several phases"
-    )]
+    #[error("the features' covariance within the classes is singular: train on frames with noise or at several phases")]
     Singular,
     /// A weight that is no number.
     #[error("weights and offset must be finite: take them from a training")]
@@ -104,21 +100,9 @@ impl Fisher {
     ///
     /// # Errors
     /// [`FisherError::NotFinite`] if a weight or the offset is no finite number.
-    pub fn new(
-        weights: [f32; 3],
-        offset: f32,
-        scaling: FisherScaling,
-    ) -> Result<Self, FisherError> {
-        if weights
-            .iter()
-            .chain([&offset])
-            .all(|value| value.is_finite())
-        {
-            Ok(Self {
-                weights,
-                offset,
-                scaling,
-            })
+    pub fn new(weights: [f32; 3], offset: f32, scaling: FisherScaling) -> Result<Self, FisherError> {
+        if weights.iter().chain([&offset]).all(|value| value.is_finite()) {
+            Ok(Self { weights, offset, scaling })
         } else {
             Err(FisherError::NotFinite)
         }
@@ -158,8 +142,7 @@ impl Fisher {
     pub(super) fn llr(&self, features: &Features) -> [f32; LEDS] {
         let [agr, gri, ngr] = self.weights;
         let uses_ngr = ngr != 0.0;
-        scaled(features, self.scaling, uses_ngr)
-            .map(|[a, g, n]| agr * a + gri * g + ngr * n + self.offset)
+        scaled(features, self.scaling, uses_ngr).map(|[a, g, n]| agr * a + gri * g + ngr * n + self.offset)
     }
 }
 
@@ -170,11 +153,7 @@ fn scaled(features: &Features, scaling: FisherScaling, with_ngr: bool) -> [[f32;
         FisherScaling::None => *values,
     };
     let (agr, gri) = (scale(&features.agr), scale(&features.gri));
-    let ngr = if with_ngr {
-        scale(&features.ngr())
-    } else {
-        [0.0; LEDS]
-    };
+    let ngr = if with_ngr { scale(&features.ngr()) } else { [0.0; LEDS] };
     core::array::from_fn(|cell| [agr[cell], gri[cell], ngr[cell]])
 }
 
@@ -209,15 +188,8 @@ impl FisherTraining {
 
     /// Takes in one panel whose LEDs were `bits`.
     pub fn add(&mut self, features: &Features, bits: PanelFrame) {
-        for (cell, sample) in scaled(features, self.scaling, self.with_ngr())
-            .into_iter()
-            .enumerate()
-        {
-            let class = if bits.led(cell) {
-                &mut self.on
-            } else {
-                &mut self.off
-            };
+        for (cell, sample) in scaled(features, self.scaling, self.with_ngr()).into_iter().enumerate() {
+            let class = if bits.led(cell) { &mut self.on } else { &mut self.off };
             class.add(Vector3::from(sample.map(f64::from)));
         }
     }
@@ -246,15 +218,9 @@ impl FisherTraining {
         if !self.with_ngr() {
             covariance[(2, 2)] = 1.0;
         }
-        let discriminant = Discriminant::between(self.on.mean, self.off.mean, covariance)
-            .ok_or(FisherError::Singular)?;
+        let discriminant = Discriminant::between(self.on.mean, self.off.mean, covariance).ok_or(FisherError::Singular)?;
         let [weights] = discriminant.weights.data.0;
-        Fisher::new(
-            weights.map(|weight| weight as f32),
-            discriminant.offset as f32,
-            self.scaling,
-        )
-        .map_err(|_| FisherError::Singular)
+        Fisher::new(weights.map(|weight| weight as f32), discriminant.offset as f32, self.scaling).map_err(|_| FisherError::Singular)
     }
 
     fn with_ngr(&self) -> bool {
@@ -277,8 +243,7 @@ impl Moments {
         }
         let share = other.count as f64 / count as f64;
         let difference = other.mean - self.mean;
-        self.scatter +=
-            other.scatter + difference * difference.transpose() * (self.count as f64 * share);
+        self.scatter += other.scatter + difference * difference.transpose() * (self.count as f64 * share);
         self.mean += difference * share;
         self.count = count;
     }
@@ -296,10 +261,7 @@ mod tests {
     #[test]
     fn too_little_training_is_refused() {
         let training = FisherTraining::new(FisherFeatures::AgrGri, FisherScaling::None);
-        assert_eq!(
-            training.finish(),
-            Err(FisherError::TooFewCells { on: 0, off: 0 })
-        );
+        assert_eq!(training.finish(), Err(FisherError::TooFewCells { on: 0, off: 0 }));
         let flat = features_of(BITS, 0.0, &[[0.0; 2]; LEDS]);
         let panels = [(&flat, PanelFrame::from_bits(BITS))];
         let trained = Fisher::train(panels, FisherFeatures::AgrGriNgr, FisherScaling::ByPanel);

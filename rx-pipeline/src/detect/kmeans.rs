@@ -45,13 +45,7 @@ fn nearer_to(agr: &[f32; LEDS], gri: &[f32; LEDS], on: Point, off: Point) -> Gro
         let (a, b) = (agr[cell] - point[0], gri[cell] - point[1]);
         a * a + b * b
     };
-    core::array::from_fn(|cell| {
-        if distance(cell, on) < distance(cell, off) {
-            1.0
-        } else {
-            0.0
-        }
-    })
+    core::array::from_fn(|cell| if distance(cell, on) < distance(cell, off) { 1.0 } else { 0.0 })
 }
 
 /// The mean of a group's cells, of which there is one at least.
@@ -82,9 +76,6 @@ mod tests {
 
     #[test]
     fn equal_cells_are_no_clusters() {
-        assert_eq!(
-            split(&[1.0; LEDS], &[2.0; LEDS]),
-            Err(DetectError::OneClass { on: 0 })
-        );
+        assert_eq!(split(&[1.0; LEDS], &[2.0; LEDS]), Err(DetectError::OneClass { on: 0 }));
     }
 }

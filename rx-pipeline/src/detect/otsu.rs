@@ -29,9 +29,7 @@ mod tests {
 
     fn variance_between(grey: &[f32; LEDS], on: PanelFrame) -> f64 {
         let mean = |want: bool| {
-            let group = (0..LEDS)
-                .filter(|&cell| on.led(cell) == want)
-                .map(|cell| f64::from(grey[cell]));
+            let group = (0..LEDS).filter(|&cell| on.led(cell) == want).map(|cell| f64::from(grey[cell]));
             group.clone().sum::<f64>() / group.count() as f64
         };
         let share = f64::from(on.count_on()) / 64.0;

@@ -10,17 +10,9 @@ pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
 /// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
 pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
     let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
-        let sum: i32 =
-            a.0.iter()
-                .zip(&b.0)
-                .map(|(&a, &b)| i32::from(a) * i32::from(b))
-                .sum();
+        let sum: i32 = a.0.iter().zip(&b.0).map(|(&a, &b)| i32::from(a) * i32::from(b)).sum();
         sum as f32
     };
     let norm = libm::sqrtf(product(a, a) * product(b, b));
-    if norm > 0.0 {
-        product(a, b) / norm
-    } else {
-        0.0
-    }
+    if norm > 0.0 { product(a, b) / norm } else { 0.0 }
 }

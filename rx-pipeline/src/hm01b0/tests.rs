@@ -58,11 +58,7 @@ impl ErrorType for &mut Fake {
 }
 
 impl I2c for &mut Fake {
-    fn transaction(
-        &mut self,
-        address: u8,
-        operations: &mut [Operation<'_>],
-    ) -> Result<(), NoAnswer> {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), NoAnswer> {
         if !self.is_there || address != ADDRESS {
             return Err(NoAnswer);
         }
@@ -106,14 +102,8 @@ fn a_camera_is_set_up_and_streams_last() {
         let held = |register: u16| fake.registers[&register];
         assert_eq!([held(0x0202), held(0x0203)], [0x01, 0x23]);
         assert_eq!(held(0x0205), 2 << 4);
-        assert_eq!(
-            u16::from_be_bytes([held(0x0340), held(0x0341)]),
-            frame_lines
-        );
-        assert_eq!(
-            [held(0x0383), held(0x0387), held(0x0390)],
-            [step, step, binning]
-        );
+        assert_eq!(u16::from_be_bytes([held(0x0340), held(0x0341)]), frame_lines);
+        assert_eq!([held(0x0383), held(0x0387), held(0x0390)], [step, step, binning]);
         assert_eq!([held(0x2100), held(0x1008), held(0x0100)], [0, 0, 1]);
         assert_eq!(fake.order.last(), Some(&MODE_SELECT));
     }
@@ -149,11 +139,7 @@ fn each_setting_is_read_back() {
             let holds = !written;
             fake.registers.insert(register, holds);
             fake.stuck = Some(register);
-            let expected = CameraError::Register {
-                register,
-                written,
-                holds,
-            };
+            let expected = CameraError::Register { register, written, holds };
             assert_eq!(start(&mut fake, mode), Err(expected));
             assert_eq!(fake.registers[&MODE_SELECT], 0);
         }

@@ -96,9 +96,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// The LED beside a group whose flip gains most, and that gain.
     fn best_beside(&self, members: &[usize]) -> Option<(usize, f32)> {
         (0..LEDS)
-            .filter(|led| {
-                !members.contains(led) && members.iter().any(|&m| are_neighbours(m, *led))
-            })
+            .filter(|led| !members.contains(led) && members.iter().any(|&m| are_neighbours(m, *led)))
             .map(|led| (led, self.gain(led)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -107,8 +105,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// flips at once that make up for one another.
     pub fn gains_by_slopes(&self, schur: &SchurFactor, gains: &mut FlipGains) {
         let scale = self.levels.contrast / self.levels.noise;
-        let sign: [f32; LEDS] =
-            core::array::from_fn(|led| (1.0 - 2.0 * self.share[led]) * self.leds.gain[led]);
+        let sign: [f32; LEDS] = core::array::from_fn(|led| (1.0 - 2.0 * self.share[led]) * self.leds.gain[led]);
         let mut patch = [[0.0; SIDE_MAX]; SPOT_PX];
         for led in 0..LEDS {
             gains.slope[led] = scale * sign[led] * self.weighted_spot(led, &mut patch);
@@ -129,8 +126,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
     /// The same pair by pair: good for few flips, where pixels are saturated too.
     pub fn gains_by_flips(&mut self, schur: &SchurFactor, gains: &mut FlipGains) {
         let alone: [f32; LEDS] = core::array::from_fn(|led| self.gain(led));
-        gains.slope =
-            core::array::from_fn(|led| alone[led] + 0.5 * inner(&schur[led], &schur[led]));
+        gains.slope = core::array::from_fn(|led| alone[led] + 0.5 * inner(&schur[led], &schur[led]));
         for led in 0..LEDS {
             self.flip(led);
             gains.pair[led][led] = 0.0;
@@ -165,11 +161,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
                 let is_full = image.seen[at] >= image.full;
                 let beyond = if is_full { (root - seen).max(0.0) } else { 0.0 };
                 let counts = (1.0 - 2.0 * root * beyond / flip).max(0.0);
-                left += if beyond > 0.0 {
-                    0.0
-                } else {
-                    spot * (seen - root)
-                };
+                left += if beyond > 0.0 { 0.0 } else { spot * (seen - root) };
                 *to = 0.5 / root * counts * counts * spot;
             }
         }
@@ -248,10 +240,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
             }
         }
         let scale = self.levels.contrast * self.levels.contrast * self.spots.independence();
-        (
-            lit,
-            self.levels.noise / (information * scale).max(f32::MIN_POSITIVE),
-        )
+        (lit, self.levels.noise / (information * scale).max(f32::MIN_POSITIVE))
     }
 
     /// By how much more than noise of single pixels what is left of LEDs' images varies: 1 where nothing but noise is left, more where
@@ -273,15 +262,9 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         for (row, &down) in (y..).zip(self.spots.down(led)) {
             let start = row * self.image.stride + x;
             let range = start..start + across.len();
-            let pixels = self.image.seen[range.clone()]
-                .iter()
-                .zip(&self.image.root[range]);
+            let pixels = self.image.seen[range.clone()].iter().zip(&self.image.root[range]);
             for ((&seen, &root), &across) in pixels.zip(across) {
-                let spot = if seen < self.image.full {
-                    0.5 * down * across / root
-                } else {
-                    0.0
-                };
+                let spot = if seen < self.image.full { 0.5 * down * across / root } else { 0.0 };
                 slope += spot * (seen - root);
                 curvature += spot * spot;
             }
@@ -311,8 +294,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
                         let (seen, before) = (seen[lane], before[lane]);
                         let after = root(expected[lane] + scale * across[lane]);
                         let is_full = seen >= full;
-                        let below = censored_loss((full - before) * per_deviation)
-                            - censored_loss((full - after) * per_deviation);
+                        let below = censored_loss((full - before) * per_deviation) - censored_loss((full - after) * per_deviation);
                         let plain = (after - before) * (2.0 * seen - after - before);
                         closer[lane] += if is_full { 0.0 } else { plain };
                         saturated[lane] += if is_full { below } else { 0.0 };

@@ -67,20 +67,13 @@ impl Crop {
         let pitch_px = corners.pitch_px();
         let outline = |rim: f32| {
             let [low, high] = [-rim, SIDE as f32 - 1.0 + rim].map(f64::from);
-            [[low, low], [high, low], [high, high], [low, high]]
-                .map(|panel| homography.to_image(panel).map(|c| c as f32))
+            [[low, low], [high, low], [high, high], [low, high]].map(|panel| homography.to_image(panel).map(|c| c as f32))
         };
         let cells = outline(0.5);
-        let edge = if is_plain_around {
-            outline(0.5 + RIM_PX / pitch_px)
-        } else {
-            cells
-        };
+        let edge = if is_plain_around { outline(0.5 + RIM_PX / pitch_px) } else { cells };
         let range = |axis: usize, end: usize| {
             let values = edge.iter().map(|corner| corner[axis]);
-            let (low, high) = values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), c| {
-                (low.min(c), high.max(c))
-            });
+            let (low, high) = values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)));
             // A cast of what is negative is 0.
             let from = libm::roundf(low) as usize;
             let to = (libm::roundf(high).max(0.0) as usize + 1).min(end);
@@ -98,12 +91,7 @@ impl Crop {
         let origin = [x, y].map(|first| first as f32 + 0.5 * (bin - 1.0));
         let within = |[x, y]: [f32; 2]| [(x - origin[0]) / bin, (y - origin[1]) / bin];
         Self {
-            window: Window {
-                x,
-                y,
-                width,
-                height,
-            },
+            window: Window { x, y, width, height },
             scale: Scale {
                 bin: bin as usize,
                 pitch: pitch_px / bin,

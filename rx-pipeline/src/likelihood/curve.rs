@@ -70,8 +70,7 @@ impl Tally {
         let (frames, mean) = (self.frames as f32, self.promise());
         // Log-likelihoods of that difference vary by twice as much from frame to frame, if by noise alone.
         let variance = ((self.squares - mean * self.sum) / (frames - 1.0)).max(2.0 * mean);
-        self.sum * self.sum > DEVIATIONS * DEVIATIONS * variance * frames
-            && self.sum_of_expected > -LOSS_MAX * self.sum
+        self.sum * self.sum > DEVIATIONS * DEVIATIONS * variance * frames && self.sum_of_expected > -LOSS_MAX * self.sum
     }
 }
 
@@ -94,20 +93,14 @@ impl CurveEvidence {
 
     /// The curve that explains the frames, as far as is known.
     pub fn encoding(&self, told: Encoding) -> Encoding {
-        if self.gamma > 0.0 {
-            Encoding::Gamma(self.gamma)
-        } else {
-            told
-        }
+        if self.gamma > 0.0 { Encoding::Gamma(self.gamma) } else { told }
     }
 
     /// The curve to try next beside the one that frames are read by, by its number: one hardly tried yet, or the best so far; none once
     /// enough is known.
     pub fn next(&self, now: Encoding) -> Option<usize> {
         let promise = |i: usize| self.others[i].promise();
-        let open = self
-            .open(now)
-            .max_by(|&a, &b| promise(a).total_cmp(&promise(b)));
+        let open = self.open(now).max_by(|&a, &b| promise(a).total_cmp(&promise(b)));
         open.filter(|_| self.frames < FRAMES_MAX)
     }
 
@@ -125,8 +118,7 @@ impl CurveEvidence {
 
     /// The curves that may still be better; one whose likelihood is no number is not.
     fn open(&self, now: Encoding) -> impl Iterator<Item = usize> {
-        (0..GAMMAS.len())
-            .filter(move |&i| now != Encoding::Gamma(GAMMAS[i]) && self.others[i].sum > -GIVEN_UP)
+        (0..GAMMAS.len()).filter(move |&i| now != Encoding::Gamma(GAMMAS[i]) && self.others[i].sum > -GIVEN_UP)
     }
 }
 
@@ -141,13 +133,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// What a frame gains by the curve number `tried`, whose panel is that of an estimate under the curve so far; none where its
     /// pixels do not fit in.
-    pub fn try_curve(
-        &mut self,
-        tried: usize,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        estimate: &Estimate,
-    ) -> Option<Gain> {
+    pub fn try_curve(&mut self, tried: usize, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) -> Option<Gain> {
         let mut here = Estimate {
             share: estimate.share.map(hard),
             ..*estimate
@@ -162,9 +148,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         };
         let metric = core::mem::replace(&mut self.metric, RootMetric::new(&other));
         let mut there = Estimate {
-            levels: here
-                .levels
-                .under(&self.camera, &metric, &other, &self.metric),
+            levels: here.levels.under(&self.camera, &metric, &other, &self.metric),
             ..here
         };
         let loaded = self.load(frame, crop, there.levels.noise);
@@ -233,13 +217,7 @@ struct Left {
 
 impl Levels {
     /// The levels of the same panel seen by the curve of another camera.
-    fn under(
-        &self,
-        camera: &Camera,
-        metric: &RootMetric,
-        other: &Camera,
-        other_metric: &RootMetric,
-    ) -> Self {
+    fn under(&self, camera: &Camera, metric: &RootMetric, other: &Camera, other_metric: &RootMetric) -> Self {
         let peak = 1.0 / (core::f32::consts::TAU * self.variance);
         let light = |light: f32| other.light(camera.grey(light));
         let background = light(self.background);

@@ -39,9 +39,7 @@ impl Estimate {
 
     /// Whether each LED is as good as On or Off.
     pub fn is_decided(&self) -> bool {
-        self.share
-            .iter()
-            .all(|share| share.min(1.0 - share) < DECIDED)
+        self.share.iter().all(|share| share.min(1.0 - share) < DECIDED)
     }
 }
 

@@ -7,9 +7,7 @@ use super::level_prior::LevelPrior;
 use super::model::Model;
 use super::sphere_decoder;
 use crate::detect::wrong_bits;
-use crate::parameters::likelihood::flip_search::{
-    BEYOND_DOUBT, CLEAR, DOUBT_LISTED, LIST_HOLDS, ROUNDS, TRIES,
-};
+use crate::parameters::likelihood::flip_search::{BEYOND_DOUBT, CLEAR, DOUBT_LISTED, LIST_HOLDS, ROUNDS, TRIES};
 use crate::parameters::likelihood::search::LEAST_GAIN;
 use link::panel::LEDS;
 
@@ -23,14 +21,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         }
         self.fit(estimate, prior);
         for _ in 0..ROUNDS {
-            let Some(schur) = NormalEquations::schur_factor(
-                &self.image,
-                &self.spots,
-                &estimate.share,
-                &self.leds,
-                &estimate.levels,
-                prior,
-            ) else {
+            let Some(schur) = NormalEquations::schur_factor(&self.image, &self.spots, &estimate.share, &self.leds, &estimate.levels, prior)
+            else {
                 break;
             };
             let risen = if self.image.is_overexposed() {
@@ -55,13 +47,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// Flips the group of LEDs that gains most, if any does; what each LED's flip costs where none does.
-    fn flip_best_group(
-        &mut self,
-        estimate: &mut Estimate,
-        schur: &SchurFactor,
-        prior: &LevelPrior,
-        flip_cost: &mut [f32; LEDS],
-    ) -> bool {
+    fn flip_best_group(&mut self, estimate: &mut Estimate, schur: &SchurFactor, prior: &LevelPrior, flip_cost: &mut [f32; LEDS]) -> bool {
         let (mut ascent, gains) = self.ascent_and_gains(estimate);
         ascent.gains_by_flips(schur, gains);
         let mut groups = gains.groups();
@@ -95,18 +81,10 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// Flips whichever of `candidates` raises the likelihood most; false where none does. Their gains become what they really are,
     /// where they promised any.
-    fn take_best(
-        &mut self,
-        estimate: &mut Estimate,
-        candidates: &mut [FlipSet],
-        prior: &LevelPrior,
-    ) -> bool {
+    fn take_best(&mut self, estimate: &mut Estimate, candidates: &mut [FlipSet], prior: &LevelPrior) -> bool {
         let before = *estimate;
         let mut best = LEAST_GAIN;
-        for candidate in candidates
-            .iter_mut()
-            .filter(|candidate| candidate.gain > LEAST_GAIN)
-        {
+        for candidate in candidates.iter_mut().filter(|candidate| candidate.gain > LEAST_GAIN) {
             let mut tried = before;
             self.expect(&tried);
             candidate.gain = self.gain_of(&mut tried, candidate.flips, prior);
@@ -127,12 +105,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
-    pub fn is_clear(
-        &self,
-        estimate: &Estimate,
-        flip_cost: &[f32; LEDS],
-        prior: &LevelPrior,
-    ) -> bool {
+    pub fn is_clear(&self, estimate: &Estimate, flip_cost: &[f32; LEDS], prior: &LevelPrior) -> bool {
         let least = self.least_cost(flip_cost);
         prior.fits_surely(estimate.levels.noise) && least * self.spots.independence() > CLEAR
     }

@@ -46,21 +46,13 @@ impl NormalEquations {
         prior: &LevelPrior,
     ) -> Option<SchurFactor> {
         let mut schur = [[0.0; LEVELS]; LEDS];
-        let equations = Self::with_slopes(
-            image,
-            spots,
-            &leds.lit(share),
-            levels,
-            prior,
-            |y, rows, weights| {
-                add_products(spots, y, rows, weights, &mut schur);
-            },
-        );
+        let equations = Self::with_slopes(image, spots, &leds.lit(share), levels, prior, |y, rows, weights| {
+            add_products(spots, y, rows, weights, &mut schur);
+        });
         let mut normal = equations.normal;
         for i in [1, 2] {
             let usual = TRUSTED * levels.contrast;
-            normal[(i, i)] +=
-                levels.noise / (usual * usual) * equations.scale[i] * equations.scale[i];
+            normal[(i, i)] += levels.noise / (usual * usual) * equations.scale[i] * equations.scale[i];
         }
         let factor = normal.cholesky()?.l();
         let per_deviation = levels.contrast / libm::sqrtf(levels.noise);
@@ -105,20 +97,13 @@ impl NormalEquations {
             normal += levels.noise * precision;
             right += levels.noise * score;
         } else {
-            let usual = [
-                USUAL_VARIANCE * levels.variance,
-                USUAL_SHIFT_PX,
-                USUAL_SHIFT_PX,
-            ];
+            let usual = [USUAL_VARIANCE * levels.variance, USUAL_SHIFT_PX, USUAL_SHIFT_PX];
             for (i, usual) in (3..).zip(usual) {
                 normal[(i, i)] += levels.noise / (usual * usual);
             }
         }
-        let scale =
-            Vector::from_fn(|i, _| 1.0 / libm::sqrtf(normal[(i, i)].max(f32::MIN_POSITIVE)));
-        let normal = Matrix::from_fn(|i, j| {
-            normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
-        });
+        let scale = Vector::from_fn(|i, _| 1.0 / libm::sqrtf(normal[(i, i)].max(f32::MIN_POSITIVE)));
+        let normal = Matrix::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 });
         Self {
             normal,
             right: right.component_mul(&scale),
@@ -149,20 +134,13 @@ impl NormalEquations {
     /// The covariance that the pixels and the prior leave to the levels.
     pub fn covariance(&self, noise: f32) -> Option<Matrix> {
         let inverse = self.normal.cholesky()?.inverse();
-        Some(Matrix::from_fn(|i, j| {
-            inverse[(i, j)] * self.scale[i] * self.scale[j] * noise
-        }))
+        Some(Matrix::from_fn(|i, j| inverse[(i, j)] * self.scale[i] * self.scale[j] * noise))
     }
 }
 
 /// Divides a row of slopes of light by twice the root of light, and sets what is to be explained. What is expected beyond
 /// saturation where it was seen explains itself.
-fn weigh<const PIXELS: usize>(
-    image: &Image<PIXELS>,
-    y: usize,
-    rows: &mut Rows,
-    weights: &mut [f32; SIDE_MAX],
-) {
+fn weigh<const PIXELS: usize>(image: &Image<PIXELS>, y: usize, rows: &mut Rows, weights: &mut [f32; SIDE_MAX]) {
     let [width, _] = image.size;
     let start = y * image.stride;
     let (seen, root) = (&image.seen[start..][..width], &image.root[start..][..width]);
@@ -181,13 +159,7 @@ fn weigh<const PIXELS: usize>(
 }
 
 /// Adds the change of light in row `y` with Off light, contrast, variance and shift.
-fn add_slopes(
-    spots: &SpotTable,
-    lit: &[f32; LEDS],
-    light: &[f32; LEDS],
-    y: usize,
-    [_, all, on, variance, x_shift, y_shift, _]: &mut Rows,
-) {
+fn add_slopes(spots: &SpotTable, lit: &[f32; LEDS], light: &[f32; LEDS], y: usize, [_, all, on, variance, x_shift, y_shift, _]: &mut Rows) {
     let precision = 1.0 / spots.variance;
     for led in 0..LEDS {
         let ([left, _], Some(down)) = (spots.first(led), spots.down_at(led, y)) else {
@@ -216,13 +188,7 @@ fn add_slopes(
 }
 
 /// Adds row `y` to the inner products of each LED's spot with the slopes, both in root light.
-fn add_products(
-    spots: &SpotTable,
-    y: usize,
-    rows: &Rows,
-    weights: &[f32; SIDE_MAX],
-    schur: &mut SchurFactor,
-) {
+fn add_products(spots: &SpotTable, y: usize, rows: &Rows, weights: &[f32; SIDE_MAX], schur: &mut SchurFactor) {
     for (led, schur) in schur.iter_mut().enumerate() {
         let ([left, _], Some(down)) = (spots.first(led), spots.down_at(led, y)) else {
             continue;

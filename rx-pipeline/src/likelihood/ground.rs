@@ -19,18 +19,11 @@ pub(super) fn ground_under(light: &[f32; LEDS], follows: impl Fn(usize) -> bool)
         return PLAIN;
     }
     let mean = light.iter().sum::<f32>() / LEDS as f32;
-    let middle = Groups {
-        low: mean,
-        high: mean,
-    };
+    let middle = Groups { low: mean, high: mean };
     let found = [middle, plain].map(|start| surface.settled(start));
     let [a, b] = &found;
     let (left, ground) = if a.0 < b.0 { a } else { b };
-    if *left < UNEVEN * least {
-        *ground
-    } else {
-        PLAIN
-    }
+    if *left < UNEVEN * least { *ground } else { PLAIN }
 }
 
 /// The light of Off and of On LEDs.
@@ -77,11 +70,7 @@ impl<F: Fn(usize) -> bool> Surface<'_, F> {
     /// What a ground leaves of an LED's light.
     fn rest(&self, led: usize, ground: f32, groups: &Groups) -> f32 {
         let light = self.light[led] - ground;
-        if (self.follows)(led) {
-            light - groups.nearest(light)
-        } else {
-            0.0
-        }
+        if (self.follows)(led) { light - groups.nearest(light) } else { 0.0 }
     }
 
     fn left(&self, ground: &[f32; LEDS], groups: &Groups) -> f32 {

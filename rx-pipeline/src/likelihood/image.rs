@@ -50,22 +50,11 @@ impl<const PIXELS: usize> Image<PIXELS> {
     }
 
     /// Takes in the panel's pixels; `offset` is that of the root. False if they do not fit.
-    pub fn load(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        metric: &RootMetric,
-        offset: f32,
-    ) -> bool {
+    pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, metric: &RootMetric, offset: f32) -> bool {
         let (window, bin) = (crop.window, crop.scale.bin);
         let [width, height] = [window.width / bin, window.height / bin];
         let stride = width.next_multiple_of(LANES);
-        if width == 0
-            || height < LANES
-            || stride > SIDE_MAX
-            || height > SIDE_MAX
-            || stride * height > PIXELS
-        {
+        if width == 0 || height < LANES || stride > SIDE_MAX || height > SIDE_MAX || stride * height > PIXELS {
             return false;
         }
         (self.size, self.stride) = ([width, height], stride);
@@ -77,17 +66,10 @@ impl<const PIXELS: usize> Image<PIXELS> {
             to.fill(0.0);
             let mut saturated = [0u16; SIDE_MAX];
             for y in window.y + bin * row..window.y + bin * (row + 1) {
-                let Some(from) = frame
-                    .row(y)
-                    .and_then(|from| from.get(window.x..window.x + bin * width))
-                else {
+                let Some(from) = frame.row(y).and_then(|from| from.get(window.x..window.x + bin * width)) else {
                     return false;
                 };
-                for ((to, saturated), from) in to
-                    .iter_mut()
-                    .zip(&mut saturated)
-                    .zip(from.chunks_exact(bin))
-                {
+                for ((to, saturated), from) in to.iter_mut().zip(&mut saturated).zip(from.chunks_exact(bin)) {
                     for &grey in from {
                         *to += metric.light(grey);
                         *saturated += u16::from(grey == u8::MAX);
@@ -268,9 +250,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         let [width, height] = self.size;
         (0..height).flat_map(move |row| {
             let start = row * self.stride;
-            self.seen[start..][..width]
-                .iter()
-                .zip(&self.root[start..][..width])
+            self.seen[start..][..width].iter().zip(&self.root[start..][..width])
         })
     }
 
@@ -278,11 +258,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         let used = self.stride * self.size[1];
         let pixels = self.root[..used].iter_mut().zip(&mut self.expected[..used]);
         for ((root_light, light), &seen) in pixels.zip(&self.seen[..used]) {
-            *light = if seen < LEFT_OUT {
-                *light
-            } else {
-                LEFT_OUT * LEFT_OUT
-            };
+            *light = if seen < LEFT_OUT { *light } else { LEFT_OUT * LEFT_OUT };
             *root_light = root(*light);
         }
     }

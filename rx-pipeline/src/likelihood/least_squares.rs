@@ -39,11 +39,7 @@ impl LeastSquares {
                 break;
             }
             let rest: f32 = (0..height)
-                .map(|row| {
-                    image.root[row * image.stride..][..width]
-                        .iter()
-                        .sum::<f32>()
-                })
+                .map(|row| image.root[row * image.stride..][..width].iter().sum::<f32>())
                 .sum();
             found.move_background(image, rest / (width * height) as f32);
         }
@@ -52,22 +48,12 @@ impl LeastSquares {
     }
 
     /// Moves one LED's light to where the others leave it; by how much.
-    fn improve<const PIXELS: usize>(
-        &mut self,
-        image: &mut Image<PIXELS>,
-        spots: &SpotTable,
-        led: usize,
-        weight: f32,
-    ) -> f32 {
+    fn improve<const PIXELS: usize>(&mut self, image: &mut Image<PIXELS>, spots: &SpotTable, led: usize, weight: f32) -> f32 {
         let [x, y] = spots.first(led);
         let across = spots.across(led);
         let mut along = 0.0;
         for (row, &down) in (y..).zip(spots.down(led)) {
-            along += down
-                * dot(
-                    &image.root[row * image.stride + x..][..across.len()],
-                    across,
-                );
+            along += down * dot(&image.root[row * image.stride + x..][..across.len()], across);
         }
         let mean = self.light.iter().sum::<f32>() / LEDS as f32;
         let change = weight * along - (self.light[led] - mean) * RIDGE / (1.0 + RIDGE);
@@ -84,12 +70,9 @@ impl LeastSquares {
 
     /// From the darkest to the brightest LED.
     fn range(&self) -> f32 {
-        let (low, high) = self
-            .light
-            .iter()
-            .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &light| {
-                (low.min(light), high.max(light))
-            });
+        let (low, high) = self.light.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &light| {
+            (low.min(light), high.max(light))
+        });
         high - low
     }
 
@@ -109,8 +92,7 @@ impl LeastSquares {
 
     /// How many contrasts above Off each LED is, were the levels right.
     pub fn lit(&self, levels: &Levels) -> [f32; LEDS] {
-        self.light
-            .map(|light| (light - levels.off) / levels.contrast)
+        self.light.map(|light| (light - levels.off) / levels.contrast)
     }
 }
 

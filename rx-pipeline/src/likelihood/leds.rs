@@ -53,9 +53,7 @@ impl LedLevels {
 
     /// The LEDs that do not.
     pub fn broken(&self) -> u64 {
-        (0..LEDS).fold(0, |broken, led| {
-            broken | u64::from(!self.follows(led)) << led
-        })
+        (0..LEDS).fold(0, |broken, led| broken | u64::from(!self.follows(led)) << led)
     }
 }
 
@@ -88,9 +86,7 @@ impl LedMoments {
     /// Whether a panel differs from all that were seen lately.
     pub fn is_new(&self, panel: PanelFrame) -> bool {
         let known = &self.seen[..SEEN_PANELS.min(self.panels as usize)];
-        known
-            .iter()
-            .all(|seen| (seen ^ panel.bits()).count_ones() >= NEW_LEDS)
+        known.iter().all(|seen| (seen ^ panel.bits()).count_ones() >= NEW_LEDS)
     }
 
     /// Whether they tell anything yet.

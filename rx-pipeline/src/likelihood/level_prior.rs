@@ -62,13 +62,10 @@ impl LevelPrior {
             (_, true) => 1,
             (_, false) => 3,
         };
-        [0.0, -SPREAD, SPREAD]
-            .into_iter()
-            .take(count)
-            .map(move |deviations| {
-                let along = Vector::from(self.covariance[2]) * (deviations / spread);
-                Levels::from_values((Vector::from(self.mean) + along).into(), self.noise)
-            })
+        [0.0, -SPREAD, SPREAD].into_iter().take(count).map(move |deviations| {
+            let along = Vector::from(self.covariance[2]) * (deviations / spread);
+            Levels::from_values((Vector::from(self.mean) + along).into(), self.noise)
+        })
     }
 
     /// Whether a frame of that noise may be of the same panel in the same light.
@@ -86,10 +83,7 @@ impl LevelPrior {
     pub fn information(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
         (self.frames > 0).then(|| {
             let precision = matrix(&self.precision);
-            (
-                precision,
-                precision * (Vector::from(self.mean) - Vector::from(levels.values())),
-            )
+            (precision, precision * (Vector::from(self.mean) - Vector::from(levels.values())))
         })
     }
 
@@ -160,14 +154,7 @@ impl LevelPrior {
             *self = Self::NONE;
         }
         let now = Vector::from(levels.values());
-        let scale = Vector::from([
-            levels.background,
-            levels.contrast,
-            levels.contrast,
-            levels.variance,
-            1.0,
-            1.0,
-        ]);
+        let scale = Vector::from([levels.background, levels.contrast, levels.contrast, levels.variance, 1.0, 1.0]);
         if self.frames == 0 {
             self.mean = now.into();
             let first = Vector::from(FIRST_SPREAD).component_mul(&scale);
@@ -181,9 +168,8 @@ impl LevelPrior {
         self.noise += gain * (levels.noise - self.noise);
         let keep = 1.0 - (1.0 / (self.frames + 1) as f32).max(0.1);
         let least = Vector::from(LEAST_SPREAD).component_mul(&scale);
-        let covariance =
-            (matrix(&self.covariance) + difference * difference.transpose() * (1.0 - keep)) * keep
-                + (unsure + Matrix::from_diagonal(&least.component_mul(&least))) * (1.0 - keep);
+        let covariance = (matrix(&self.covariance) + difference * difference.transpose() * (1.0 - keep)) * keep
+            + (unsure + Matrix::from_diagonal(&least.component_mul(&least))) * (1.0 - keep);
         self.covariance = covariance.into();
         self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
     }
@@ -191,16 +177,10 @@ impl LevelPrior {
 
 /// The inverse of a covariance, by way of the correlations, which f32 holds well.
 fn inverse(covariance: &Matrix) -> Option<Matrix> {
-    let scale = covariance
-        .diagonal()
-        .map(|variance| 1.0 / libm::sqrtf(variance));
-    let correlation = Matrix::from_fn(|i, j| {
-        covariance[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
-    });
+    let scale = covariance.diagonal().map(|variance| 1.0 / libm::sqrtf(variance));
+    let correlation = Matrix::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 });
     let inverse = correlation.cholesky()?.inverse();
-    Some(Matrix::from_fn(|i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
+    Some(Matrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
 }
 
 fn matrix(rows: &[[f32; LEVELS]; LEVELS]) -> Matrix {

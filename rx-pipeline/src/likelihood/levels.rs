@@ -29,20 +29,10 @@ impl Levels {
     /// All but the noise.
     pub fn values(&self) -> [f32; LEVELS] {
         let [x, y] = self.shift;
-        [
-            self.background,
-            self.off,
-            self.contrast,
-            self.variance,
-            x,
-            y,
-        ]
+        [self.background, self.off, self.contrast, self.variance, x, y]
     }
 
-    pub fn from_values(
-        [background, off, contrast, variance, x, y]: [f32; LEVELS],
-        noise: f32,
-    ) -> Self {
+    pub fn from_values([background, off, contrast, variance, x, y]: [f32; LEVELS], noise: f32) -> Self {
         Self {
             background,
             off,

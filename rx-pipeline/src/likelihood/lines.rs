@@ -115,9 +115,7 @@ impl LineDelay {
     /// Whether all lines are known to be exposed at once, as far as a panel of that height can show.
     fn is_at_once(&self, rows: &Rows) -> bool {
         let height_px = rows.half * rows.lines;
-        self.precision == 0.0
-            && self.at_once >= AT_ONCE_FRAMES
-            && height_px <= HIGHER * self.highest_px
+        self.precision == 0.0 && self.at_once >= AT_ONCE_FRAMES && height_px <= HIGHER * self.highest_px
     }
 
     /// What it costs that the slope is another than that which is known, in nats.
@@ -166,11 +164,7 @@ impl LineDelay {
 
     /// What has to speak for the symbol before, in nats, so that a frame is taken for the end of it.
     fn evidence_needed(&self) -> f32 {
-        if self.precision > 0.0 {
-            SPLIT_KNOWN
-        } else {
-            SPLIT
-        }
+        if self.precision > 0.0 { SPLIT_KNOWN } else { SPLIT }
     }
 
     /// Whether α may go from 0 to 1 within a row or two of LEDs.

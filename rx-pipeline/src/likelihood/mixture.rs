@@ -32,12 +32,7 @@ pub(super) trait Shares: Copy {
     fn is_of_two(&self) -> bool;
 
     /// What else is unknown is improved by what the image makes of it.
-    fn improve<const PIXELS: usize>(
-        _model: &mut Model<PIXELS>,
-        _estimate: &mut Estimate,
-        _guess: &mut Guess<Self>,
-    ) {
-    }
+    fn improve<const PIXELS: usize>(_model: &mut Model<PIXELS>, _estimate: &mut Estimate, _guess: &mut Guess<Self>) {}
 }
 
 impl Shares for f32 {
@@ -72,25 +67,15 @@ impl<S: Shares> TwoSymbols<S> {
     /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
     /// `noise`; and the first is the symbol `before`.
     pub fn explain(&self, prior: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
-        let left = if prior.fits_surely(self.noise) {
-            LEFT
-        } else {
-            NEXT_TO_NOTHING
-        };
-        self.share.is_of_two()
-            && self.noise < left * noise
-            && correlation(&soft_panel(&self.ending), before) >= SAME
+        let left = if prior.fits_surely(self.noise) { LEFT } else { NEXT_TO_NOTHING };
+        self.share.is_of_two() && self.noise < left * noise && correlation(&soft_panel(&self.ending), before) >= SAME
     }
 }
 
 impl TwoSymbols {
     /// The reading: bits are those of the symbol that was shown for longer.
     pub fn detection(&self) -> Detection {
-        let longer = if self.share < 0.5 {
-            self.ending
-        } else {
-            self.beginning
-        };
+        let longer = if self.share < 0.5 { self.ending } else { self.beginning };
         Detection {
             mixed: Some(Mixture {
                 share: self.share,
@@ -175,8 +160,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.expect_with_noise(&mut estimate);
         for _ in 0..ROUNDS {
             for _ in 0..SWEEPS {
-                self.ascent(&mut estimate)
-                    .cancel_interference_of_two(before, &mut guess);
+                self.ascent(&mut estimate).cancel_interference_of_two(before, &mut guess);
             }
             self.improve_share(&mut estimate, &mut guess);
             S::improve(self, &mut estimate, &mut guess);
@@ -198,15 +182,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
             self.expect(estimate);
             self.image.loss(estimate.levels.noise)
         };
-        let [left, here, right] =
-            [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share.plus(step)));
+        let [left, here, right] = [-PARABOLA, 0.0, PARABOLA].map(|step| loss(guess.share.plus(step)));
         let bend = left + right - 2.0 * here;
         if bend > 0.0 {
             let step = 0.5 * PARABOLA * (left - right) / bend;
-            guess.share = guess
-                .share
-                .plus(step.clamp(-STEP_MAX, STEP_MAX))
-                .within_range();
+            guess.share = guess.share.plus(step.clamp(-STEP_MAX, STEP_MAX)).within_range();
         }
         estimate.share = guess.lit(guess.share);
         self.expect_with_noise(estimate);

@@ -75,12 +75,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// Sets what the ground adds to each LED's light, in contrasts.
     pub fn set_ground(&mut self, ground: [f32; LEDS]) {
-        for (offset, (now, before)) in self
-            .leds
-            .offset
-            .iter_mut()
-            .zip(ground.iter().zip(&self.ground))
-        {
+        for (offset, (now, before)) in self.leds.offset.iter_mut().zip(ground.iter().zip(&self.ground)) {
             *offset += now - before;
         }
         self.ground = ground;
@@ -99,12 +94,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// The light of each LED by least squares, where the panel is expected.
-    pub fn least_squares(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        levels: &Levels,
-    ) -> Result<LeastSquares, DetectError> {
+    pub fn least_squares(&mut self, frame: &Frame<'_>, crop: &Crop, levels: &Levels) -> Result<LeastSquares, DetectError> {
         self.take_in(frame, crop, levels.noise)?;
         Ok(self.least_squares_of(levels.variance))
     }
@@ -113,12 +103,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn take_in(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        noise: f32,
-    ) -> Result<(), DetectError> {
+    pub fn take_in(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
         self.load(frame, crop, noise)?;
         self.spots.centre = crop.centre;
         Ok(())
@@ -126,8 +111,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// The same once the pixels are taken in, for spots of that variance.
     pub fn least_squares_of(&mut self, variance: f32) -> LeastSquares {
-        self.spots
-            .place(variance, self.image.size, self.image.stride);
+        self.spots.place(variance, self.image.size, self.image.stride);
         LeastSquares::solve(&mut self.image, &self.spots)
     }
 
@@ -153,10 +137,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// The same, and room for what flips gain.
-    pub fn ascent_and_gains<'a>(
-        &'a mut self,
-        estimate: &'a mut Estimate,
-    ) -> (Ascent<'a, PIXELS>, &'a mut FlipGains) {
+    pub fn ascent_and_gains<'a>(&'a mut self, estimate: &'a mut Estimate) -> (Ascent<'a, PIXELS>, &'a mut FlipGains) {
         let ascent = Ascent {
             image: &mut self.image,
             spots: &self.spots,
@@ -170,13 +151,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// The equations of the levels about an estimate that the image holds.
     pub fn equations(&self, estimate: &Estimate, prior: &LevelPrior) -> NormalEquations {
         let Estimate { levels, share, .. } = estimate;
-        NormalEquations::of(
-            &self.image,
-            &self.spots,
-            &self.leds.lit(share),
-            levels,
-            prior,
-        )
+        NormalEquations::of(&self.image, &self.spots, &self.leds.lit(share), levels, prior)
     }
 
     /// One step of the fit of the levels; nothing where the pixels do not determine them.
@@ -191,13 +166,9 @@ impl<const PIXELS: usize> Model<PIXELS> {
         let levels = &estimate.levels;
         let [dx, dy] = levels.shift;
         self.spots.centre = estimate.centre.map(|[x, y]| [x + dx, y + dy]);
-        self.spots
-            .place(levels.variance, self.image.size, self.image.stride);
-        self.image.expect(
-            &self.spots,
-            levels.background,
-            &levels.light(&self.leds.lit(&estimate.share)),
-        );
+        self.spots.place(levels.variance, self.image.size, self.image.stride);
+        self.image
+            .expect(&self.spots, levels.background, &levels.light(&self.leds.lit(&estimate.share)));
     }
 
     /// The same, and what the image leaves becomes the estimate's noise.
@@ -207,9 +178,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     fn noise(&self) -> f32 {
-        self.image
-            .mean_square(FITTED)
-            .max(self.metric.rounding_variance())
+        self.image.mean_square(FITTED).max(self.metric.rounding_variance())
     }
 
     /// Whether what stands around the panel's cells is as plain as what is between its LEDs, as far as an estimate tells, in an image with
@@ -223,12 +192,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn move_to(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        estimate: &mut Estimate,
-    ) -> Result<(), DetectError> {
+    pub fn move_to(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &mut Estimate) -> Result<(), DetectError> {
         self.load(frame, crop, estimate.levels.noise)?;
         estimate.centre = crop.centre;
         self.expect(estimate);
@@ -253,12 +217,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn follow_noise(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        estimate: &mut Estimate,
-    ) -> Result<(), DetectError> {
+    pub fn follow_noise(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &mut Estimate) -> Result<(), DetectError> {
         let offset = self.metric.offset(estimate.levels.noise);
         if (offset - self.image.offset).abs() > OFFSET_STEP * offset {
             self.load(frame, crop, estimate.levels.noise)?;

@@ -10,20 +10,14 @@ use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::parameters::detect::MIN_CONTRAST_GREY;
 use crate::parameters::likelihood::search::{
-    FIRST_BLURS_PX, FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS,
-    VARIANCE_PITCH,
+    FIRST_BLURS_PX, FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS, VARIANCE_PITCH,
 };
 use link::panel::LEDS;
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and
     /// spots of `usual` variance are as good a guess as any.
-    pub fn first_variance(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        usual: f32,
-    ) -> Result<f32, DetectError> {
+    pub fn first_variance(&mut self, frame: &Frame<'_>, crop: &Crop, usual: f32) -> Result<f32, DetectError> {
         self.take_in(frame, crop, FIRST_NOISE)?;
         let (mut variance, mut least) = (usual, self.least_squares_of(usual).left);
         for blur in FIRST_BLURS_PX {
@@ -41,13 +35,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// Bits and levels from scratch, with spots of a `variance` to begin with (px² of the image), or from what is known of the levels.
-    pub fn search(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        prior: &LevelPrior,
-        variance: f32,
-    ) -> Result<Estimate, DetectError> {
+    pub fn search(&mut self, frame: &Frame<'_>, crop: &Crop, prior: &LevelPrior, variance: f32) -> Result<Estimate, DetectError> {
         let first = Levels {
             background: 1.0,
             off: 0.0,
@@ -60,8 +48,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         let squares = self.least_squares(frame, crop, &levels)?;
         self.set_ground([0.0; LEDS]);
         let known = levels.contrast;
-        let own: [f32; LEDS] =
-            core::array::from_fn(|led| squares.light[led] - known * self.leds.offset[led]);
+        let own: [f32; LEDS] = core::array::from_fn(|led| squares.light[led] - known * self.leds.offset[led]);
         let ground = ground_under(&own, |led| self.leds.follows(led));
         if !prior.is_sure() {
             squares.split(&ground, &mut levels);
@@ -93,18 +80,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
                 best = Some((loss, found));
             }
         }
-        best.map(|(_, best)| best)
-            .ok_or(DetectError::ContrastTooLow { range_grey: 0.0 })
+        best.map(|(_, best)| best).ok_or(DetectError::ContrastTooLow { range_grey: 0.0 })
     }
 
     /// Interference cancellation, then flips of single LEDs.
-    fn refine(
-        &mut self,
-        frame: &Frame<'_>,
-        crop: &Crop,
-        start: Estimate,
-        prior: &LevelPrior,
-    ) -> Result<Estimate, DetectError> {
+    fn refine(&mut self, frame: &Frame<'_>, crop: &Crop, start: Estimate, prior: &LevelPrior) -> Result<Estimate, DetectError> {
         let mut estimate = start;
         if prior.is_sure() && self.decide_at_once(&mut estimate, prior) {
             return Ok(estimate);
@@ -130,9 +110,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.fit(&mut estimate, prior);
         for _ in 0..NEIGHBOUR_ROUNDS {
             let flip_cost = self.ascent(&mut estimate).flip_costs();
-            if self.is_clear(&estimate, &flip_cost, prior)
-                || !self.ascent(&mut estimate).flip_groups()
-            {
+            if self.is_clear(&estimate, &flip_cost, prior) || !self.ascent(&mut estimate).flip_groups() {
                 break;
             }
             self.fit(&mut estimate, prior);

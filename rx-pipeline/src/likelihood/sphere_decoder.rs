@@ -29,10 +29,7 @@ impl Candidates {
     /// sets agree.
     pub fn log_odds(&self) -> [Option<f32>; LEDS] {
         let sets = &self.sets[..self.count];
-        let best = sets
-            .iter()
-            .map(|set| set.gain)
-            .fold(f32::NEG_INFINITY, f32::max);
+        let best = sets.iter().map(|set| set.gain).fold(f32::NEG_INFINITY, f32::max);
         let (mut flipped, mut kept) = ([0.0f32; LEDS], [0.0f32; LEDS]);
         for set in sets {
             let weight = libm::expf(set.gain - best);
@@ -41,9 +38,7 @@ impl Candidates {
                 *(if flips { flipped } else { kept }) += weight;
             }
         }
-        core::array::from_fn(|led| {
-            (flipped[led] > 0.0 && kept[led] > 0.0).then(|| libm::logf(kept[led] / flipped[led]))
-        })
+        core::array::from_fn(|led| (flipped[led] > 0.0 && kept[led] > 0.0).then(|| libm::logf(kept[led] / flipped[led])))
     }
 }
 

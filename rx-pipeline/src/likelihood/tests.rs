@@ -10,19 +10,12 @@ fn detector() -> Box<MaximumLikelihood<16384>> {
 }
 
 fn read(detector: &mut MaximumLikelihood<16384>, scene: &Scene) -> Detection {
-    detector
-        .detect(&scene.render().frame(), &scene.corners())
-        .unwrap()
+    detector.detect(&scene.render().frame(), &scene.corners()).unwrap()
 }
 
 #[test]
 fn panels_of_any_size_and_turn_are_read() {
-    for (pitch_px, roll_deg, fill) in [
-        (2.4, 0.0, 0.66),
-        (3.3, 8.0, 0.5),
-        (5.0, 0.0, 0.4),
-        (9.0, 3.0, 0.5),
-    ] {
+    for (pitch_px, roll_deg, fill) in [(2.4, 0.0, 0.66), (3.3, 8.0, 0.5), (5.0, 0.0, 0.4), (9.0, 3.0, 0.5)] {
         let scene = Scene {
             pitch_px,
             roll_deg,
@@ -31,11 +24,7 @@ fn panels_of_any_size_and_turn_are_read() {
             ..Scene::PLAIN
         };
         let detection = read(&mut detector(), &scene);
-        assert_eq!(
-            (detection.bits.bits(), detection.mixed),
-            (scene.bits, None),
-            "{scene:?}"
-        );
+        assert_eq!((detection.bits.bits(), detection.mixed), (scene.bits, None), "{scene:?}");
     }
 }
 
@@ -52,11 +41,7 @@ fn the_blur_need_not_be_known() {
             noise_grey: 1.0,
             ..Scene::PLAIN
         };
-        assert_eq!(
-            read(&mut detector, &scene).bits.bits(),
-            scene.bits,
-            "{blur_sigma_px} px"
-        );
+        assert_eq!(read(&mut detector, &scene).bits.bits(), scene.bits, "{blur_sigma_px} px");
     }
 }
 
@@ -190,9 +175,7 @@ fn leds_that_a_short_message_never_changes_are_not_broken() {
         };
         assert_eq!(read(&mut detector, &scene).bits.bits(), scene.bits);
     }
-    let same = (0..4)
-        .map(random_bits)
-        .fold([!0, !0], |[on, off], bits| [on & bits, off & !bits]);
+    let same = (0..4).map(random_bits).fold([!0, !0], |[on, off], bits| [on & bits, off & !bits]);
     assert!((same[0] | same[1]).count_ones() >= 4, "{same:x?}");
     assert_eq!(detector.learnt().unwrap().broken, 0);
 }
@@ -213,9 +196,7 @@ fn what_the_model_does_not_explain_makes_bits_doubtful() {
         wrong += (found.bits.bits() ^ bits).count_ones();
         for (led, &llr) in found.soft.0.iter().enumerate() {
             let sign = if bits >> led & 1 == 1 { -1.0 } else { 1.0 };
-            nats += (sign * f32::from(llr) * link::panel::LLR_STEP)
-                .exp()
-                .ln_1p();
+            nats += (sign * f32::from(llr) * link::panel::LLR_STEP).exp().ln_1p();
         }
     }
     nats /= 16.0 * 64.0;
@@ -246,9 +227,7 @@ fn corners_a_quarter_of_a_pixel_off_do_no_harm() {
         ..Scene::PLAIN
     };
     let corners = scene.corners().shifted(0.25, -0.2).unwrap();
-    let detection = detector()
-        .detect(&scene.render().frame(), &corners)
-        .unwrap();
+    let detection = detector().detect(&scene.render().frame(), &corners).unwrap();
     assert_eq!(detection.bits.bits(), scene.bits);
 }
 
@@ -261,18 +240,12 @@ fn what_was_seen_before_tells_all_on_from_all_off() {
         ..Scene::PLAIN
     };
     for seed in 1..12u64 {
-        read(
-            &mut detector,
-            &panel(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)),
-        );
+        read(&mut detector, &panel(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     }
     for bits in [u64::MAX, 0, 1 << 27, !(1 << 8)] {
         let detection = read(&mut detector, &panel(bits));
         assert_eq!(detection.bits.bits(), bits);
-        assert!(
-            detection.confidence > 0.99 && detection.mixed.is_none(),
-            "{bits:x}"
-        );
+        assert!(detection.confidence > 0.99 && detection.mixed.is_none(), "{bits:x}");
     }
 }
 
@@ -324,30 +297,18 @@ fn two_symbols_of_one_exposure_are_read_both() {
 #[test]
 fn two_symbols_whose_order_nothing_tells_are_not_guessed() {
     for share in [0.3, 0.5, 0.7] {
-        assert_eq!(
-            two_symbols(1.0, share, &SoftPanel::ERASED),
-            Some(Mixture::INSEPARABLE)
-        );
+        assert_eq!(two_symbols(1.0, share, &SoftPanel::ERASED), Some(Mixture::INSEPARABLE));
     }
 }
 
 #[test]
 fn the_smaller_share_is_the_more_doubtful_one() {
     let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 10);
-    let sum = |soft: &SoftPanel| {
-        soft.0
-            .iter()
-            .map(|llr| u32::from(llr.unsigned_abs()))
-            .sum::<u32>()
-    };
+    let sum = |soft: &SoftPanel| soft.0.iter().map(|llr| u32::from(llr.unsigned_abs())).sum::<u32>();
     for (share, next_is_surer) in [(0.35, false), (0.65, true)] {
         let mixture = two_symbols(12.0, share, &before).unwrap();
         assert_ne!(mixture, Mixture::INSEPARABLE, "{share}");
-        assert_eq!(
-            sum(&mixture.beginning) > sum(&mixture.ending),
-            next_is_surer,
-            "{share}"
-        );
+        assert_eq!(sum(&mixture.beginning) > sum(&mixture.ending), next_is_surer, "{share}");
     }
 }
 
@@ -380,9 +341,7 @@ fn what_is_no_panel_or_outside_frame_or_memory_is_refused() {
     let far = scene.corners().shifted(500.0, 0.0).unwrap();
     let mut tiny = Box::new(MaximumLikelihood::<64>::new(Camera::default()));
     let rendered = scene.render();
-    let refused = |found: Result<Detection, DetectError>| {
-        matches!(found, Err(DetectError::OutsideMemory { .. }))
-    };
+    let refused = |found: Result<Detection, DetectError>| matches!(found, Err(DetectError::OutsideMemory { .. }));
     assert!(refused(detector().detect(&rendered.frame(), &far)));
     assert!(refused(tiny.detect(&rendered.frame(), &scene.corners())));
     let plain = Frame::new(&[118; 96 * 96], 96, 96).unwrap();
@@ -470,9 +429,7 @@ fn off_leds_are_dark_dots_on_a_board_that_clips() {
     let board = |[x, y]: [f32; 2]| {
         let (sin, cos) = 11.0f32.to_radians().sin_cos();
         let (x, y) = (x - 48.0, y - 48.0);
-        let is_on_it = [cos * x + sin * y, cos * y - sin * x]
-            .iter()
-            .all(|along| along.abs() < 4.0 * 9.0);
+        let is_on_it = [cos * x + sin * y, cos * y - sin * x].iter().all(|along| along.abs() < 4.0 * 9.0);
         if is_on_it { 7.0 } else { 1.0 }
     };
     let scene = Scene {

@@ -34,10 +34,7 @@ pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
     let square = |of: &dyn Fn(usize) -> f32| Square::from_fn(|row, column| of(SIDE * row + column));
     let deviation = square(&|led| (spots.state[led] - 0.5) * spots.contrast * root(led));
     let agreement = square(&|led| slope.led_agreement(led) / root(led));
-    let [across, down] = spots
-        .lattice
-        .pitch()
-        .map(|pitch| overlaps(pitch / spots.sigma));
+    let [across, down] = spots.lattice.pitch().map(|pitch| overlaps(pitch / spots.sigma));
     let overlapped = down * deviation * across;
     let by_bits = 0.5 * deviation.dot(&(2.0 * agreement + overlapped)) / noise;
     let (rows, columns) = (down.symmetric_eigen(), across.symmetric_eigen());
@@ -106,8 +103,7 @@ mod tests {
         };
         let window = fit::window(&lattice, 0.6, (SCENE.width, SCENE.height)).unwrap();
         let mut residuals = std::boxed::Box::new(Residuals::<4096>::new());
-        let fitted =
-            fit::levenberg_marquardt(&mut residuals, observation, window, start, 20).unwrap();
+        let fitted = fit::levenberg_marquardt(&mut residuals, observation, window, start, 20).unwrap();
         log_odds(&fitted.spots, &fitted.slope, 4.0)
     }
 
@@ -115,13 +111,7 @@ mod tests {
     fn two_brightnesses_are_told_from_many() {
         assert!(odds_of(&SCENE.render().pixels) > 40.0);
         // The mean of panels has as many brightnesses as there are panels, and one more.
-        let panels = [
-            1u64,
-            0x2545_f491_4f6c_dd1d,
-            0x9e37_79b9_7f4a_7c15,
-            0xd129_42a8_05b3_6f2e,
-        ]
-        .map(|mask| {
+        let panels = [1u64, 0x2545_f491_4f6c_dd1d, 0x9e37_79b9_7f4a_7c15, 0xd129_42a8_05b3_6f2e].map(|mask| {
             Scene {
                 bits: SCENE.bits ^ mask,
                 ..SCENE
@@ -130,13 +120,7 @@ mod tests {
             .pixels
         });
         let mean: std::vec::Vec<u8> = (0..SCENE.width * SCENE.height)
-            .map(|i| {
-                (panels
-                    .iter()
-                    .map(|pixels| u32::from(pixels[i]))
-                    .sum::<u32>()
-                    / 4) as u8
-            })
+            .map(|i| (panels.iter().map(|pixels| u32::from(pixels[i])).sum::<u32>() / 4) as u8)
             .collect();
         assert!(odds_of(&mean) < 0.0);
     }

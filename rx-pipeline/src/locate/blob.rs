@@ -25,10 +25,7 @@ impl Blob {
         let mut energy = [[0.0f32; CELLS]; CELLS];
         for (j, row) in energy.iter_mut().enumerate() {
             for (i, cell) in row.iter_mut().enumerate() {
-                let (x, y) = (
-                    origin[0] + (CELL_PX * i) as i32,
-                    origin[1] + (CELL_PX * j) as i32,
-                );
+                let (x, y) = (origin[0] + (CELL_PX * i) as i32, origin[1] + (CELL_PX * j) as i32);
                 *cell = match earlier {
                     Some(earlier) => changed(frame, earlier, x, y),
                     None => busy(frame, x, y),
@@ -53,9 +50,7 @@ impl Blob {
                 break;
             }
             let blob = Self::of(&connected(&energy, threshold, place), origin);
-            let distinct = blobs
-                .iter()
-                .all(|other| other.side_px > DISTINCT * blob.side_px);
+            let distinct = blobs.iter().all(|other| other.side_px > DISTINCT * blob.side_px);
             if blob.side_px <= *SIDE_PX.end() && distinct {
                 // One for each share at most, so there is room.
                 let _full = blobs.push(blob);
@@ -81,9 +76,7 @@ impl Blob {
         // An evenly filled square of side s has s²/12 along each axis, and so has the cell itself.
         let side_px = CELL_PX as f32 * libm::sqrtf(6.0 * variance.max(0.0) + 1.0) - SPILL_PX;
         Self {
-            centre: core::array::from_fn(|axis| {
-                origin[axis] as f32 + CELL_PX as f32 * mean[axis] + middle
-            }),
+            centre: core::array::from_fn(|axis| origin[axis] as f32 + CELL_PX as f32 * mean[axis] + middle),
             side_px: side_px.max(*SIDE_PX.start()),
         }
     }
@@ -111,11 +104,8 @@ fn busy(frame: &Frame<'_>, x: i32, y: i32) -> f32 {
     let (mut along, mut down) = (0, 0);
     let light = |grey: u8| i32::from(grey) * i32::from(grey) / 256;
     for y in y..y + CELL_PX {
-        let (Some(above), Some(here), Some(below)) = (
-            y.checked_sub(REACH).and_then(|y| frame.row(y)),
-            frame.row(y),
-            frame.row(y + REACH),
-        ) else {
+        let (Some(above), Some(here), Some(below)) = (y.checked_sub(REACH).and_then(|y| frame.row(y)), frame.row(y), frame.row(y + REACH))
+        else {
             continue;
         };
         for x in x.max(REACH)..(x + CELL_PX).min(frame.width().saturating_sub(REACH)) {
@@ -133,10 +123,7 @@ fn smoothed(cells: &Cells) -> Cells {
     core::array::from_fn(|j| {
         core::array::from_fn(|i| {
             let near = |c: usize| c.saturating_sub(1)..(c + 2).min(CELLS);
-            near(j)
-                .map(|v| cells[v][near(i)].iter().sum::<f32>())
-                .sum::<f32>()
-                / 9.0
+            near(j).map(|v| cells[v][near(i)].iter().sum::<f32>()).sum::<f32>() / 9.0
         })
     })
 }
@@ -144,10 +131,7 @@ fn smoothed(cells: &Cells) -> Cells {
 /// The median of every fourth cell.
 fn median(cells: &Cells) -> f32 {
     let mut sample = [0.0; CELLS * CELLS / 4];
-    let from = cells
-        .iter()
-        .step_by(2)
-        .flat_map(|row| row.iter().step_by(2));
+    let from = cells.iter().step_by(2).flat_map(|row| row.iter().step_by(2));
     for (to, &from) in sample.iter_mut().zip(from) {
         *to = from;
     }
@@ -157,9 +141,7 @@ fn median(cells: &Cells) -> f32 {
 
 /// The cells above the threshold that are connected to that at (`x`, `y`), if need be across one that is not.
 fn connected(cells: &Cells, threshold: f32, (x, y): (usize, usize)) -> [u64; CELLS] {
-    let above = |row: &[f32; CELLS]| {
-        (0..CELLS).fold(0, |bits, i| bits | u64::from(row[i] > threshold) << i)
-    };
+    let above = |row: &[f32; CELLS]| (0..CELLS).fold(0, |bits, i| bits | u64::from(row[i] > threshold) << i);
     let bits = cells.each_ref().map(above);
     let mut patch = [0u64; CELLS];
     patch[y] = 1 << x & bits[y];

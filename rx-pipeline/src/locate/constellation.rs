@@ -38,21 +38,14 @@ pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
 /// The steps along rows and along columns.
 fn steps(spots: &Samples) -> Option<([f32; 2], [f32; 2])> {
     let (columns, rows) = (peaks(spots, 0), peaks(spots, 1));
-    let pairs = || {
-        columns
-            .iter()
-            .flat_map(|u| rows.iter().map(move |v| (u, v)))
-    };
+    let pairs = || columns.iter().flat_map(|u| rows.iter().map(move |v| (u, v)));
     // On a lattice steps add up.
     let agreement = |u: &Step, v: &Step| {
         let across = |sign: f32| {
             let [dx, dy] = core::array::from_fn(|axis| round(u.by[axis] + sign * v.by[axis]));
             near(spots, [dx, dy]).agreement
         };
-        u.agreement
-            .min(v.agreement)
-            .min(across(1.0))
-            .min(across(-1.0))
+        u.agreement.min(v.agreement).min(across(1.0)).min(across(-1.0))
     };
     let squared = |step: &Step| step.by[0] * step.by[0] + step.by[1] * step.by[1];
     let pairs: Vec<(f32, f32, [f32; 2], [f32; 2]), { PEAKS * PEAKS }> = pairs()
@@ -169,15 +162,13 @@ fn fullest(spots: &Samples, shape: &Lattice) -> Option<Lattice> {
         let (low, high) = ends.fold((0.0f32, 0.0f32), |(low, high), c| (low.min(c), high.max(c)));
         1 - low as i32..SAMPLES as i32 - 1 - high as i32
     };
-    let places: [[f32; 2]; LEDS] =
-        core::array::from_fn(|led| shape.position((led % 8) as f32, (led / 8) as f32));
+    let places: [[f32; 2]; LEDS] = core::array::from_fn(|led| shape.position((led % 8) as f32, (led / 8) as f32));
     let mut best = (0.0, None);
     for (x, y) in room(0).flat_map(|x| room(1).map(move |y| (x, y))) {
         let held: f32 = places
             .iter()
             .map(|place| {
-                let at =
-                    |c: f32, offset: i32| (round(c) + offset).clamp(0, SAMPLES as i32 - 1) as usize;
+                let at = |c: f32, offset: i32| (round(c) + offset).clamp(0, SAMPLES as i32 - 1) as usize;
                 spots[at(place[1], y)][at(place[0], x)]
             })
             .sum();

@@ -8,9 +8,7 @@ use crate::parameters::{blob, verification};
 #[non_exhaustive]
 pub enum LocateError {
     /// The frame is even but for its noise.
-    #[error(
-        "no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure"
-    )]
+    #[error("no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure")]
     NothingStandsOut,
     /// Nothing that stands out has the size of a panel.
     #[error(
@@ -23,9 +21,7 @@ pub enum LocateError {
         places: usize,
     },
     /// No lattice settles on what stands out.
-    #[error(
-        "the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view"
-    )]
+    #[error("the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view")]
     NoLattice,
     /// No lattice of 8×8 spots looks like what stands out.
     #[error(
@@ -69,9 +65,7 @@ pub enum LocateError {
         different: u32,
     },
     /// An outer row or column cannot be seen, so that the lattice may be one line off.
-    #[error(
-        "an edge is unseen: an outer line of LEDs has a signal-to-noise ratio of {signal_to_noise:.1}; the next frames may show it"
-    )]
+    #[error("an edge is unseen: an outer line of LEDs has a signal-to-noise ratio of {signal_to_noise:.1}; the next frames may show it")]
     EdgeUnseen {
         /// In amplitude.
         signal_to_noise: f32,
@@ -105,17 +99,13 @@ pub enum LocateError {
         log_odds: f32,
     },
     /// The LEDs are too close together to be sure of anything.
-    #[error(
-        "the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens"
-    )]
+    #[error("the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens")]
     TooSmall {
         /// Distance of neighbouring LEDs.
         pitch_px: f32,
     },
     /// The lattice is turned or stretched as no panel is.
-    #[error(
-        "the grid does not fit: it is {aspect:.2} times as wide as high and turned by {roll_deg:.0}°, beyond what is looked for"
-    )]
+    #[error("the grid does not fit: it is {aspect:.2} times as wide as high and turned by {roll_deg:.0}°, beyond what is looked for")]
     ImpossiblePose {
         /// Pitch along rows over pitch along columns.
         aspect: f32,

@@ -43,10 +43,7 @@ impl Evidence {
         let mut responses = [[0.0; SIDE]; SIDE];
         let [x0, y0] = lattice.position(0.0, 0.0);
         for (r, row) in responses.iter_mut().enumerate() {
-            let (mut x, mut y) = (
-                x0 + r as f32 * lattice.row[0],
-                y0 + r as f32 * lattice.row[1],
-            );
+            let (mut x, mut y) = (x0 + r as f32 * lattice.row[0], y0 + r as f32 * lattice.row[1]);
             for response in row {
                 *response = self.at(x, y)?;
                 x += lattice.column[0];
@@ -81,9 +78,7 @@ impl Evidence {
         let mut solved = transposed(&solved);
         solved.iter_mut().for_each(|line| row.solve_fully(line));
         let spot = core::f32::consts::PI * self.sigma * self.sigma;
-        Some(core::array::from_fn(|led| {
-            solved[led % SIDE][led / SIDE] / spot
-        }))
+        Some(core::array::from_fn(|led| solved[led % SIDE][led / SIDE] / spot))
     }
 
     /// The logarithm of the evidence; `None` if the lattice leaves the patch.
@@ -101,8 +96,7 @@ impl Evidence {
         let energy: f32 = whitened.iter().flatten().map(|value| value * value).sum();
         let spot = core::f32::consts::PI * self.sigma * self.sigma;
         let explained = energy / spot / (self.noise * self.noise);
-        let complexity = SIDE as f32 * (column.log_det() + row.log_det())
-            - 4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge);
+        let complexity = SIDE as f32 * (column.log_det() + row.log_det()) - 4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge);
         Some(0.5 * explained - 0.25 * complexity)
     }
 }
@@ -125,11 +119,7 @@ impl Factor {
         let (mut step, squared) = (near, near * near);
         for d in 1..SIDE {
             // Numbers too small to count are slow to reckon with.
-            overlap[d] = if overlap[d - 1] > 1e-6 {
-                overlap[d - 1] * step
-            } else {
-                0.0
-            };
+            overlap[d] = if overlap[d - 1] > 1e-6 { overlap[d - 1] * step } else { 0.0 };
             step = if step > 1e-12 { step * squared } else { 0.0 };
         }
         overlap[0] += ridge;
@@ -147,10 +137,7 @@ impl Factor {
                 }
             }
         }
-        Self {
-            lower,
-            inverse_diagonal,
-        }
+        Self { lower, inverse_diagonal }
     }
 
     fn solve(&self, line: &mut [f32; SIDE]) {
@@ -169,10 +156,6 @@ impl Factor {
     }
 
     fn log_det(&self) -> f32 {
-        -2.0 * self
-            .inverse_diagonal
-            .iter()
-            .map(|&d| libm::logf(d))
-            .sum::<f32>()
+        -2.0 * self.inverse_diagonal.iter().map(|&d| libm::logf(d)).sum::<f32>()
     }
 }

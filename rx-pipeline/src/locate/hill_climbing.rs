@@ -26,11 +26,7 @@ impl Pose {
         let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
         let mut edge = |axis: usize, sign: f32| {
             // One side goes out by a step, the other stays.
-            let (pitch, direction) = if axis == 0 {
-                (across, [cos, sin])
-            } else {
-                (down, [-sin, cos])
-            };
+            let (pitch, direction) = if axis == 0 { (across, [cos, sin]) } else { (down, [-sin, cos]) };
             moved.log_pitch[axis] += step / (7.0 * pitch);
             for (centre, direction) in moved.centre.iter_mut().zip(direction) {
                 *centre += 0.5 * sign * step * direction;
@@ -57,11 +53,7 @@ impl Pose {
 const MOVES: usize = 8;
 
 /// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in so many rounds at most.
-pub(super) fn climb(
-    evidence: &Evidence,
-    start: Pose,
-    (step, rounds): (f32, usize),
-) -> Option<(f32, Pose)> {
+pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usize)) -> Option<(f32, Pose)> {
     let mut best = (evidence.of(&start.lattice())?, start);
     let mut step = step;
     for _ in 0..rounds {
@@ -90,11 +82,7 @@ pub(super) fn climb(
 }
 
 /// Climbs, and then from what a row or a column more, less or further on would be, as long as that leads higher.
-pub(super) fn explore(
-    evidence: &Evidence,
-    start: Pose,
-    steps: (f32, usize),
-) -> Option<(f32, Pose)> {
+pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> Option<(f32, Pose)> {
     let mut best = climb(evidence, start, steps)?;
     for _ in 0..LINES {
         let mut highest: Option<(f32, Pose)> = None;
@@ -119,14 +107,7 @@ fn neighbours(pose: &Pose) -> impl Iterator<Item = Pose> {
     let pitch = pose.log_pitch.map(libm::expf);
     let pose = *pose;
     // By how many lines the right, left, lower and upper side go right or down.
-    let sides = |code: i32| {
-        [
-            code % 3 - 1,
-            code / 3 % 3 - 1,
-            code / 9 % 3 - 1,
-            code / 27 - 1,
-        ]
-    };
+    let sides = |code: i32| [code % 3 - 1, code / 3 % 3 - 1, code / 9 % 3 - 1, code / 27 - 1];
     (0..81)
         .map(sides)
         .filter(|s| (1..=2).contains(&s.iter().filter(|&&s| s != 0).count()))

@@ -17,12 +17,7 @@ pub(super) struct Patch {
 
 impl Patch {
     /// The square around `centre` of `frame`, less that of `earlier` if there is one.
-    pub fn of(
-        frame: &Frame<'_>,
-        earlier: Option<&Frame<'_>>,
-        centre: [f32; 2],
-        step: usize,
-    ) -> Self {
+    pub fn of(frame: &Frame<'_>, earlier: Option<&Frame<'_>>, centre: [f32; 2], step: usize) -> Self {
         let first = centre.map(|c| libm::roundf(c) as i32 - (SIDE * step / 2) as i32);
         let mut sample = [[0.0; SIDE]; SIDE];
         for (j, row) in sample.iter_mut().enumerate() {
@@ -68,27 +63,16 @@ impl Patch {
         let mut rim = [0.0; 4 * SIDE];
         for (i, four) in rim.chunks_exact_mut(4).enumerate() {
             let rows = (self.sample[RIM][i], self.sample[SIDE - 1 - RIM][i]);
-            four.copy_from_slice(&[
-                rows.0,
-                rows.1,
-                self.sample[i][RIM],
-                self.sample[i][SIDE - 1 - RIM],
-            ]);
+            four.copy_from_slice(&[rows.0, rows.1, self.sample[i][RIM], self.sample[i][SIDE - 1 - RIM]]);
         }
         let level = *rim.select_nth_unstable_by(2 * SIDE, f32::total_cmp).1;
-        self.sample
-            .iter_mut()
-            .flatten()
-            .for_each(|sample| *sample -= level);
+        self.sample.iter_mut().flatten().for_each(|sample| *sample -= level);
     }
 
     /// Takes off what is smooth: the same patch blurred by `sigma` samples.
     pub fn without_ground(&mut self, sigma: f32) {
         let mean = self.sample.iter().flatten().sum::<f32>() / (SIDE * SIDE) as f32;
-        self.sample
-            .iter_mut()
-            .flatten()
-            .for_each(|sample| *sample -= mean);
+        self.sample.iter_mut().flatten().for_each(|sample| *sample -= mean);
         let ground = self.blurred(sigma, 1.0);
         let ground = ground.iter().flatten();
         for (sample, ground) in self.sample.iter_mut().flatten().zip(ground) {
@@ -122,28 +106,19 @@ impl Patch {
         }
         let rank = SIDE * SIDE - SIDE * SIDE / BRIGHTEST_ONE_IN;
         let most = *sorted.select_nth_unstable_by(rank, f32::total_cmp).1;
-        self.sample
-            .iter_mut()
-            .flatten()
-            .for_each(|sample| *sample = sample.min(most));
+        self.sample.iter_mut().flatten().for_each(|sample| *sample = sample.min(most));
     }
 
     /// Root mean square of the samples.
     pub fn contrast(&self) -> f32 {
-        let squares: f32 = self
-            .sample
-            .iter()
-            .flatten()
-            .map(|sample| sample * sample)
-            .sum();
+        let squares: f32 = self.sample.iter().flatten().map(|sample| sample * sample).sum();
         libm::sqrtf(squares / (SIDE * SIDE) as f32)
     }
 
     /// Convolved with a Gaussian of that standard deviation in samples, its integral `gain`; beyond the patch is nothing.
     pub fn blurred(&self, sigma: f32, gain: f32) -> [[f32; SIDE]; SIDE] {
         let reach = (libm::ceilf(3.0 * sigma) as usize).min(BLUR_REACH);
-        let mut kernel: [f32; BLUR_REACH + 1] =
-            core::array::from_fn(|i| libm::expf(-0.5 * (i * i) as f32 / (sigma * sigma)));
+        let mut kernel: [f32; BLUR_REACH + 1] = core::array::from_fn(|i| libm::expf(-0.5 * (i * i) as f32 / (sigma * sigma)));
         let sum = kernel[0] + 2.0 * kernel[1..=reach].iter().sum::<f32>();
         let scale = libm::sqrtf(gain) / sum;
         kernel.iter_mut().for_each(|weight| *weight *= scale);

@@ -67,11 +67,7 @@ impl View<'_, '_> {
     /// The evidence of spots of that standard deviation in samples, made wider than they are by `blur`.
     fn evidence(&self, patch: &Patch, sigma: f32, own_sigma: f32) -> Evidence {
         let step = patch.step as f32;
-        let frames = if self.earlier.is_some() {
-            core::f32::consts::SQRT_2
-        } else {
-            1.0
-        };
+        let frames = if self.earlier.is_some() { core::f32::consts::SQRT_2 } else { 1.0 };
         let noise = frames * self.noise_grey / step + MISMATCH * patch.contrast();
         Evidence::new(patch, own_sigma, sigma, noise, RIDGE)
     }
@@ -121,11 +117,7 @@ impl View<'_, '_> {
         for pose in grid(patch.to_samples(blob.centre), pitch) {
             seeds.offer(evidence.of(&pose.lattice()), pose);
         }
-        Hills {
-            evidence,
-            patch,
-            seeds,
-        }
+        Hills { evidence, patch, seeds }
     }
 
     /// The likeliest pose with the shape of `expected`, its centre up to about a panel's width from there.
@@ -149,9 +141,7 @@ impl View<'_, '_> {
             roll_rad: libm::atan2f(expected.column[1], expected.column[0]),
         };
         let mut best = Ranking::default();
-        for (x, y) in
-            (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y)))
-        {
+        for (x, y) in (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y))) {
             let moved = [x, y].map(|c| c as f32 * NEAR_STEP * pitch);
             let pose = Pose {
                 centre: [pose.centre[0] + moved[0], pose.centre[1] + moved[1]],
@@ -161,8 +151,7 @@ impl View<'_, '_> {
         }
         let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, NEAR)?;
         let near = patch.to_frame_lattice(&pose.lattice());
-        self.sharpened(&near, &[self.spot_sigma_px])
-            .map(|sharpened| sharpened.lattice)
+        self.sharpened(&near, &[self.spot_sigma_px]).map(|sharpened| sharpened.lattice)
     }
 
     /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations.
@@ -186,8 +175,7 @@ impl View<'_, '_> {
         for &width_px in widths_px {
             let sigma = width_px.max(LEAST_SIGMA_PX) / step;
             let evidence = self.evidence(&patch, sigma, sigma);
-            let Some((value, pose)) = hill_climbing::climb(&evidence, pose, FIRST_OF_A_WIDTH)
-            else {
+            let Some((value, pose)) = hill_climbing::climb(&evidence, pose, FIRST_OF_A_WIDTH) else {
                 continue;
             };
             if best.as_ref().is_none_or(|best| value > best.0) {
@@ -237,11 +225,7 @@ pub(super) struct Hills {
 impl Hills {
     /// The evidence's maxima as lattices in the frame's pixels.
     fn into_maxima(self) -> impl Iterator<Item = Lattice> {
-        let Self {
-            evidence,
-            patch,
-            seeds,
-        } = self;
+        let Self { evidence, patch, seeds } = self;
         seeds.0.into_iter().filter_map(move |(_, seed)| {
             let (_, pose) = hill_climbing::climb(&evidence, seed, FROM_SEED)?;
             Some(patch.to_frame_lattice(&pose.lattice()))
@@ -256,11 +240,7 @@ struct Ranking(Vec<(f32, Pose), POSE_CANDIDATES>);
 impl Ranking {
     fn offer(&mut self, value: Option<f32>, pose: Pose) {
         let Some(value) = value else { return };
-        let place = self
-            .0
-            .iter()
-            .position(|other| other.0 < value)
-            .unwrap_or(self.0.len());
+        let place = self.0.iter().position(|other| other.0 < value).unwrap_or(self.0.len());
         if self.0.is_full() && place < self.0.len() {
             self.0.pop();
         }

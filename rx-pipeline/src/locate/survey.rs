@@ -40,12 +40,7 @@ pub(super) struct Tiles([[u32; TILES]; TILES]);
 
 impl<const N: usize> Survey<N> {
     /// Goes over `frame` and, if there is one, an `earlier` frame of the same size.
-    pub fn of(
-        frame: &Frame<'_>,
-        earlier: Option<&Frame<'_>>,
-        busy: &mut Tiles,
-        changed: &mut Tiles,
-    ) -> Self {
+    pub fn of(frame: &Frame<'_>, earlier: Option<&Frame<'_>>, busy: &mut Tiles, changed: &mut Tiles) -> Self {
         let scale = frame.width().max(frame.height()).div_ceil(TILE_PX * TILES);
         let tiles = |length: usize| (length / 2).div_ceil(TILE_SUMS * scale).min(TILES);
         let size = (tiles(frame.width()), tiles(frame.height()));
@@ -116,27 +111,12 @@ impl Sums<'_> {
         let (columns, rows) = (frame.width() / 2, frame.height() / 2);
         let mut start = 0;
         while start < columns {
-            self.add_segment(
-                frame,
-                earlier,
-                start,
-                (columns - start).min(SEGMENT),
-                rows,
-                scale,
-            );
+            self.add_segment(frame, earlier, start, (columns - start).min(SEGMENT), rows, scale);
             start += SEGMENT;
         }
     }
 
-    fn add_segment(
-        &mut self,
-        frame: &Frame<'_>,
-        earlier: Option<&Frame<'_>>,
-        start: usize,
-        length: usize,
-        rows: usize,
-        scale: usize,
-    ) {
+    fn add_segment(&mut self, frame: &Frame<'_>, earlier: Option<&Frame<'_>>, start: usize, length: usize, rows: usize, scale: usize) {
         let mut ring: [Row; 2 * LAG + 1] = [[0; SEGMENT + 2 * LAG]; 2 * LAG + 1];
         let mut sums: Row = [0; SEGMENT + 2 * LAG];
         let mut before: Row = [0; SEGMENT + 2 * LAG];
@@ -167,12 +147,7 @@ impl Sums<'_> {
                     for tile in 0..length.div_ceil(TILE_SUMS) {
                         let span = TILE_SUMS * tile..(TILE_SUMS * (tile + 1)).min(length);
                         let column = (start / TILE_SUMS + tile) / scale;
-                        let total = |sums: &[u16]| {
-                            sums[span.clone()]
-                                .iter()
-                                .map(|&s| u32::from(s))
-                                .sum::<u32>()
-                        };
+                        let total = |sums: &[u16]| sums[span.clone()].iter().map(|&s| u32::from(s)).sum::<u32>();
                         let (along, down) = (total(&along), total(&down));
                         if row < TILES && column < TILES {
                             self.busy.0[row][column] += along.min(down);
@@ -196,11 +171,7 @@ fn sum_row(frame: &Frame<'_>, y: usize, start: usize, length: usize, sums: &mut 
     let (from, to) = (start.saturating_sub(LAG), (start + length + LAG).min(last));
     let offset = LAG - (start - from);
     let end = offset + to - from;
-    sum_pairs(
-        &upper[2 * from..2 * to],
-        &lower[2 * from..2 * to],
-        &mut sums[offset..end],
-    );
+    sum_pairs(&upper[2 * from..2 * to], &lower[2 * from..2 * to], &mut sums[offset..end]);
     let first = sums[offset];
     sums[..offset].fill(first);
     let final_sum = sums[end - 1];
@@ -225,13 +196,7 @@ fn sum_pairs(upper: &[u8], lower: &[u8], sums: &mut [u16]) {
     sum::<2>(upper.1.as_chunks().0, lower.1.as_chunks().0, rest);
 }
 
-fn second_differences(
-    above: &Row,
-    here: &Row,
-    below: &Row,
-    along: &mut [u16; SEGMENT],
-    down: &mut [u16; SEGMENT],
-) {
+fn second_differences(above: &Row, here: &Row, below: &Row, along: &mut [u16; SEGMENT], down: &mut [u16; SEGMENT]) {
     for i in 0..SEGMENT {
         let twice = 2 * here[i + LAG];
         along[i] += (here[i] + here[i + 2 * LAG]).abs_diff(twice);
@@ -259,9 +224,7 @@ impl Tiles {
     }
 
     fn clear(&mut self, (columns, rows): (usize, usize)) {
-        self.0[..rows]
-            .iter_mut()
-            .for_each(|row| row[..columns].fill(0));
+        self.0[..rows].iter_mut().for_each(|row| row[..columns].fill(0));
     }
 
     /// The value that half of the tiles stay below.
@@ -296,13 +259,7 @@ impl Tiles {
     }
 
     /// Local maxima of 2×2 tiles, the greatest first.
-    fn peaks<const N: usize>(
-        &self,
-        (columns, rows): (usize, usize),
-        floor: u32,
-        tile_px: f32,
-        per_sum: f32,
-    ) -> Vec<Peak, N> {
+    fn peaks<const N: usize>(&self, (columns, rows): (usize, usize), floor: u32, tile_px: f32, per_sum: f32) -> Vec<Peak, N> {
         let mut peaks: Vec<Peak, N> = Vec::new();
         let at = |x: usize, y: usize| self.0[y][x].saturating_sub(floor);
         let square = |x: usize, y: usize| {
@@ -329,14 +286,8 @@ impl Tiles {
                 if !greatest {
                     continue;
                 }
-                let centre = [
-                    (x + 1) as f32 * tile_px - 0.5,
-                    (y + 1) as f32 * tile_px - 0.5,
-                ];
-                let place = peaks
-                    .iter()
-                    .position(|other| other.strength < strength)
-                    .unwrap_or(peaks.len());
+                let centre = [(x + 1) as f32 * tile_px - 0.5, (y + 1) as f32 * tile_px - 0.5];
+                let place = peaks.iter().position(|other| other.strength < strength).unwrap_or(peaks.len());
                 if peaks.is_full() {
                     peaks.pop();
                 }

@@ -56,8 +56,7 @@ impl Suspects {
         let same = |other: &&Suspect| suspect.is_as(other);
         let mut lately = self.0[..LOOKS_BACK].iter().flatten().filter(same);
         let sightings = self.0.iter().flatten().filter(same).count();
-        at_rest && !suspect.is_misfit && lately.any(|other| !other.is_misfit)
-            || sightings >= SIGHTINGS
+        at_rest && !suspect.is_misfit && lately.any(|other| !other.is_misfit) || sightings >= SIGHTINGS
     }
 }
 
@@ -98,10 +97,7 @@ mod tests {
     fn a_faint_panel_at_rest_is_one_when_another_frame_shows_it() {
         let faint = seen(HERE, false);
         assert_eq!(confirmed(&[faint, faint], true), [false, true]);
-        assert_eq!(
-            confirmed(&[faint, seen(ELSEWHERE, false)], true),
-            [false; 2]
-        );
+        assert_eq!(confirmed(&[faint, seen(ELSEWHERE, false)], true), [false; 2]);
         let later = [&[faint][..], &[None; LOOKS_BACK], &[faint]].concat();
         assert!(!confirmed(&later, true).contains(&true));
     }
@@ -124,10 +120,7 @@ mod tests {
             let mut suspects = Suspects::NONE;
             for search in searches {
                 suspects.begin();
-                search
-                    .iter()
-                    .flatten()
-                    .for_each(|&suspect| suspects.keep(suspect));
+                search.iter().flatten().for_each(|&suspect| suspects.keep(suspect));
             }
             suspects.0[0].unwrap().lattice
         };

@@ -106,11 +106,7 @@ pub(super) fn verify<const N: usize>(
     let start = LatticeModel {
         lattice: *lattice,
         sigma: *spot_sigma_px,
-        background: if single {
-            metric.light(u8::MAX / 2)
-        } else {
-            0.0
-        },
+        background: if single { metric.light(u8::MAX / 2) } else { 0.0 },
         off: 0.0,
         contrast: 0.0,
         state: state.map(|state| on(state).into()),
@@ -143,10 +139,7 @@ pub(super) fn verify<const N: usize>(
         residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
-    let Passed {
-        signal_to_noise,
-        misfit,
-    } = examine(&fitted, noise, scope)?;
+    let Passed { signal_to_noise, misfit } = examine(&fitted, noise, scope)?;
     let lit_around = match scope {
         Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
         _ => residuals.lit_around(&fitted.spots, window),
@@ -184,24 +177,17 @@ fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
 /// standard deviation within states.
 fn distinctness(fitted: &Fit) -> f32 {
     let Fit { spots, slope } = fitted;
-    let off_by: [f32; LEDS] = core::array::from_fn(|led| {
-        slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE)
-    });
+    let off_by: [f32; LEDS] =
+        core::array::from_fn(|led| slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE));
     let (mut squares, mut least, mut before) = (0.0, f32::INFINITY, None);
     for state in [-1.0, 0.0, 1.0] {
-        let members = || {
-            (0..LEDS)
-                .filter(|&led| spots.state[led] == state)
-                .map(|led| off_by[led])
-        };
+        let members = || (0..LEDS).filter(|&led| spots.state[led] == state).map(|led| off_by[led]);
         let count = members().count() as f32;
         if count == 0.0 {
             continue;
         }
         let mean = members().sum::<f32>() / count;
-        squares += members()
-            .map(|value| (value - mean) * (value - mean))
-            .sum::<f32>();
+        squares += members().map(|value| (value - mean) * (value - mean)).sum::<f32>();
         if let Some((last, below)) = before {
             least = least.min(state - last + mean - below);
         }

@@ -56,8 +56,7 @@ impl Appearance {
             [look.noise_of(dark), look.noise_of(bright), off, on]
         };
         let both = of(self).into_iter().zip(of(other));
-        both.map(|(now, then)| (now / then - 1.0).abs())
-            .fold(0.0, f64::max)
+        both.map(|(now, then)| (now / then - 1.0).abs()).fold(0.0, f64::max)
     }
 
     /// By how much Off LEDs differ (standard deviation), over what On ones add to them.
@@ -78,12 +77,7 @@ impl Appearance {
 
     /// Learns by how much LEDs differ: their squared differences over how many of them the pixels tell (MacKay 1992). Gives back how many
     /// numbers the pixels tell of all LEDs' own.
-    pub(super) fn learn_spread(
-        &mut self,
-        bits: PanelFrame,
-        own: &[f64; LEDS],
-        variance: &[f64; LEDS],
-    ) -> f64 {
+    pub(super) fn learn_spread(&mut self, bits: PanelFrame, own: &[f64; LEDS], variance: &[f64; LEDS]) -> f64 {
         let least = self.square_of_contrast(LEAST_SPREAD);
         let mut free = 0.0;
         for (on, spread) in self.spread.iter_mut().enumerate() {
@@ -107,9 +101,7 @@ impl Appearance {
         let share = sums.pixels / (sums.pixels - fitted).max(1.0);
         let misfit = Vector2::from(sums.misfit) * share;
         let alone = [misfit.x / a, misfit.y / c];
-        let both = Matrix2::new(a, b, b, c)
-            .try_inverse()
-            .map(|inverse| inverse * misfit);
+        let both = Matrix2::new(a, b, b, c).try_inverse().map(|inverse| inverse * misfit);
         let [dark, of_light] = match both {
             Some(noise) if noise.x >= 0.0 && noise.y >= 0.0 => [noise.x, noise.y],
             Some(noise) if noise.x < 0.0 => [0.0, alone[1]],

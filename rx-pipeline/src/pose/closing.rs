@@ -1,8 +1,6 @@
 //! How fast a followed panel comes nearer, and when it would be here.
 
-use adskalman::{
-    KalmanFilterNoControl, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl,
-};
+use adskalman::{KalmanFilterNoControl, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl};
 use nalgebra::{Matrix3, SMatrix, SVector, U3, U6, Vector3};
 
 use super::{Known, Pose};
@@ -72,9 +70,7 @@ impl Closing {
             if squared.is_nan() || squared > ANOTHER {
                 return None;
             }
-            KalmanFilterNoControl::new(&motion, &sight)
-                .step(state, &place)
-                .ok()
+            KalmanFilterNoControl::new(&motion, &sight).step(state, &place).ok()
         });
         self.is_known = next.is_some();
         let state = next.unwrap_or_else(|| begin(&place, &spread));
@@ -104,12 +100,7 @@ impl Closing {
     fn told(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
         const STEP: f64 = 1e-5;
         let (_, state) = self.last.as_ref().filter(|_| self.is_known)?;
-        let of = |state: &SVector<f64, 6>| {
-            number(
-                state.fixed_rows::<3>(0).into_owned(),
-                state.fixed_rows::<3>(3).into_owned(),
-            )
-        };
+        let of = |state: &SVector<f64, 6>| number(state.fixed_rows::<3>(0).into_owned(), state.fixed_rows::<3>(3).into_owned());
         let slopes = SVector::<f64, 6>::from_fn(|i, _| {
             let moved = |by: f64| {
                 let mut moved = *state.state();
@@ -259,8 +250,7 @@ mod tests {
                 // It wanders as the filter supposes.
                 speed += WANDER_M_S * 0.1 * noise(500 + frame);
                 far -= 0.01 * speed;
-                let error: [f64; 3] =
-                    core::array::from_fn(|i| sigma[i] * noise(frame * 3 + i as u64));
+                let error: [f64; 3] = core::array::from_fn(|i| sigma[i] * noise(frame * 3 + i as u64));
                 let place = [error[0], 1.0 + error[1], far + error[2]];
                 closing.take(frame as f64 * 0.01, &pose(place, sigma));
             }

@@ -56,10 +56,7 @@ mod tests {
                 first += share * read;
                 second += share * read * read;
             }
-            assert!(
-                (cut.mean - first).abs() < 1e-4
-                    && (cut.variance - (second - first * first)).abs() < 1e-4
-            );
+            assert!((cut.mean - first).abs() < 1e-4 && (cut.variance - (second - first * first)).abs() < 1e-4);
         }
     }
 }

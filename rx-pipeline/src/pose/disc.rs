@@ -68,8 +68,7 @@ impl Patch {
             let room = reach + REACH * sigma + 0.5;
             let first = libm::ceil(ellipse.centre[axis] - room);
             self.first[axis] = first as i32;
-            self.size[axis] =
-                ((libm::floor(ellipse.centre[axis] + room) - first) as usize + 1).min(PATCH);
+            self.size[axis] = ((libm::floor(ellipse.centre[axis] + room) - first) as usize + 1).min(PATCH);
         }
         let [width, height] = self.size;
         self.light[..width * height].fill([0.0; 4]);
@@ -82,8 +81,7 @@ impl Patch {
         let count = CHORDS[usize::from(widest > SMALL) + usize::from(widest > SHARP)];
         let (mut along, mut down) = ([[0.0; 3]; PATCH], [[0.0; 3]; PATCH]);
         for chord in 1..=count {
-            let (sin, cos) =
-                libm::sincos(chord as f64 * core::f64::consts::PI / (count + 1) as f64);
+            let (sin, cos) = libm::sincos(chord as f64 * core::f64::consts::PI / (count + 1) as f64);
             let light = ellipse.area() * 2.0 * sin * sin / (count + 1) as f64;
             let x = ellipse.centre[0] + across * cos - f64::from(self.first[0]);
             let y = ellipse.centre[1] + lower * cos - f64::from(self.first[1]);
@@ -175,8 +173,7 @@ mod tests {
 
     fn light(patch: &Patch, [column, row]: [usize; 2]) -> Light {
         let of_row = patch.row(row);
-        let light =
-            of_row.and_then(|(first, row)| row.get(usize::try_from(column as i32 - first).ok()?));
+        let light = of_row.and_then(|(first, row)| row.get(usize::try_from(column as i32 - first).ok()?));
         light.copied().unwrap_or_default()
     }
 
@@ -203,10 +200,7 @@ mod tests {
                 for pixel in [[12, 12], [13, 11], [10, 13], [12, 14], [13, 12], [15, 15]] {
                     let drawn = f64::from(light(&patch, pixel)[0]);
                     let off = (drawn - summed(&ellipse, sigma, pixel)).abs() / peak;
-                    assert!(
-                        off < bound,
-                        "{off}: radius {radius}, sigma {sigma}, {short}, turned {turn}"
-                    );
+                    assert!(off < bound, "{off}: radius {radius}, sigma {sigma}, {short}, turned {turn}");
                 }
             }
         }

@@ -88,8 +88,7 @@ impl Equations {
         gradient: SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; UNKNOWNS]; 1])),
         sums: Sums::NONE,
         run: Run {
-            slopes: [Shared::from_array_storage(nalgebra::ArrayStorage([[0.0; SHARED_COUNT]; 1]));
-                RUN],
+            slopes: [Shared::from_array_storage(nalgebra::ArrayStorage([[0.0; SHARED_COUNT]; 1])); RUN],
             lit: [0.0; RUN],
             curved: [0.0; RUN],
             pull: [0.0; RUN],
@@ -97,11 +96,7 @@ impl Equations {
     };
 
     /// Holds a model against the pixels.
-    pub fn sum<const N: usize>(
-        &mut self,
-        pixels: &Pixels<N>,
-        model: &Model<'_>,
-    ) -> Result<(), PoseError> {
+    pub fn sum<const N: usize>(&mut self, pixels: &Pixels<N>, model: &Model<'_>) -> Result<(), PoseError> {
         self.normal.fill(0.0);
         self.gradient.fill(0.0);
         self.sums = Sums::NONE;
@@ -111,10 +106,8 @@ impl Equations {
             for from in (0..width).step_by(RUN) {
                 let to = width.min(from + RUN);
                 let shining: Vec<Shine<'_>, LEDS> = model.leds.on(row, from, to).collect();
-                self.run
-                    .draw(&shining, from, model, pixels, [row, from, to]);
-                self.run
-                    .weigh(pixels, model, [row, from, to], &mut self.sums);
+                self.run.draw(&shining, from, model, pixels, [row, from, to]);
+                self.run.weigh(pixels, model, [row, from, to], &mut self.sums);
                 self.add(&shining, from, to - from, &mut pulls);
             }
         }
@@ -138,13 +131,7 @@ impl Equations {
     }
 
     /// Adds a run of pixels.
-    fn add(
-        &mut self,
-        shining: &[Shine<'_>],
-        from: usize,
-        length: usize,
-        pulls: &mut [[[f64; 2]; 2]; LEDS],
-    ) {
+    fn add(&mut self, shining: &[Shine<'_>], from: usize, length: usize, pulls: &mut [[[f64; 2]; 2]; LEDS]) {
         let run = &self.run;
         let (mut squares, mut gradient) = ([Shared::zeros(); SHARED_COUNT], Shared::zeros());
         for (pixel, slopes) in run.slopes[..length].iter().enumerate() {
@@ -154,9 +141,7 @@ impl Equations {
             }
             gradient += slopes * run.pull[pixel];
         }
-        let mut corner = self
-            .normal
-            .fixed_view_mut::<SHARED_COUNT, SHARED_COUNT>(SHARED, SHARED);
+        let mut corner = self.normal.fixed_view_mut::<SHARED_COUNT, SHARED_COUNT>(SHARED, SHARED);
         corner += SMatrix::from_columns(&squares);
         let mut shared = self.gradient.fixed_rows_mut::<SHARED_COUNT>(SHARED);
         shared += gradient;
@@ -177,9 +162,7 @@ impl Equations {
                 }
             }
             self.gradient[shine.led] += gradient;
-            let mut column = self
-                .normal
-                .fixed_view_mut::<SHARED_COUNT, 1>(SHARED, shine.led);
+            let mut column = self.normal.fixed_view_mut::<SHARED_COUNT, 1>(SHARED, shine.led);
             column += shared;
             for other in &shining[place..] {
                 let start = shine.from.max(other.from);
@@ -220,15 +203,12 @@ impl Run {
         for column in from..to {
             let slopes = &mut self.slopes[column - from];
             slopes.fill(0.0);
-            slopes
-                .fixed_rows_mut::<3>(GROUND)
-                .copy_from_slice(&pixels.ground(column, row));
+            slopes.fixed_rows_mut::<3>(GROUND).copy_from_slice(&pixels.ground(column, row));
         }
         self.lit[..to - from].fill(0.0);
         for shine in shining {
             let strong = model.amplitude(shine.led);
-            let [along, down] =
-                model.leds.slopes[shine.led].map(|slopes| Vector8::from(slopes) * strong);
+            let [along, down] = model.leds.slopes[shine.led].map(|slopes| Vector8::from(slopes) * strong);
             let level = LEVELS + usize::from(model.bits.led(shine.led));
             let place = shine.from - first;
             let run = self.lit[place..].iter_mut().zip(&mut self.slopes[place..]);
@@ -244,13 +224,7 @@ impl Run {
     }
 
     /// Weighs each pixel's misfit by its noise.
-    fn weigh<const N: usize>(
-        &mut self,
-        pixels: &Pixels<N>,
-        model: &Model<'_>,
-        [row, from, to]: [usize; 3],
-        sums: &mut Sums,
-    ) {
+    fn weigh<const N: usize>(&mut self, pixels: &Pixels<N>, model: &Model<'_>, [row, from, to]: [usize; 3], sums: &mut Sums) {
         let look = model.look;
         for column in from..to {
             let place = column - from;
@@ -320,11 +294,7 @@ impl Sums {
 
 impl Step {
     fn shared<const COUNT: usize>(&self, from: usize) -> [f64; COUNT] {
-        self.step
-            .fixed_rows::<COUNT>(SHARED + from)
-            .into_owned()
-            .data
-            .0[0]
+        self.step.fixed_rows::<COUNT>(SHARED + from).into_owned().data.0[0]
     }
 
     /// Steps of the plane's numbers, in its units.
@@ -356,9 +326,7 @@ impl Step {
             column[led] = 1.0;
             // Above the diagonal the factor's inverse is nothing.
             let mut below = column.rows_range_mut(led..);
-            factor
-                .view_range(led.., led..)
-                .solve_lower_triangular_unchecked_mut(&mut below);
+            factor.view_range(led.., led..).solve_lower_triangular_unchecked_mut(&mut below);
             below.norm_squared()
         })
     }
@@ -366,10 +334,7 @@ impl Step {
     /// Fisher information of the plane's numbers, in its units, with all others unknown.
     pub fn information(&self) -> Matrix8 {
         let start = SHARED + IMAGE;
-        let corner = self
-            .factor
-            .l_dirty()
-            .fixed_view::<PLANE, PLANE>(start, start);
+        let corner = self.factor.l_dirty().fixed_view::<PLANE, PLANE>(start, start);
         let corner = corner.lower_triangle();
         corner * corner.transpose()
     }

@@ -64,9 +64,7 @@ impl Gauss {
             density: p + off * (first + off / 2.0 * second),
             once: near.once + off * (p + off / 2.0 * (first + off / 3.0 * second)),
             // Beyond the end Φ is 0 or 1.
-            twice: near.twice
-                + off * (near.once + off / 2.0 * (p + off / 3.0 * first))
-                + (t - inside).max(0.0),
+            twice: near.twice + off * (near.once + off / 2.0 * (p + off / 3.0 * first)) + (t - inside).max(0.0),
         }
     }
 }

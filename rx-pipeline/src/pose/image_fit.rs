@@ -111,12 +111,7 @@ impl<const N: usize> ImageFit<N> {
     }
 
     /// Fits it from a start (Gauss and Newton).
-    fn settle(
-        &mut self,
-        seen: &Seen<'_>,
-        start: &PlaneImage,
-        look: Appearance,
-    ) -> Result<PlaneFit, PoseError> {
+    fn settle(&mut self, seen: &Seen<'_>, start: &PlaneImage, look: Appearance) -> Result<PlaneFit, PoseError> {
         let mut now = Estimate {
             plane: *start,
             look,
@@ -124,8 +119,7 @@ impl<const N: usize> ImageFit<N> {
         };
         let mut is_near = false;
         for round in 0..MOST_ROUNDS {
-            self.leds
-                .draw(&now.plane, now.look.sigma, &self.pixels, seen)?;
+            self.leds.draw(&now.plane, now.look.sigma, &self.pixels, seen)?;
             let model = Model {
                 look: &now.look,
                 own: &now.own,
@@ -174,9 +168,7 @@ impl<const N: usize> ImageFit<N> {
                 now.look.rim = self.rim(&now.look, &sums, seen.corners);
             }
         }
-        Err(PoseError::NotSettled {
-            rounds: MOST_ROUNDS,
-        })
+        Err(PoseError::NotSettled { rounds: MOST_ROUNDS })
     }
 
     /// How far outside the cells pixels count: all if it is plain there, and only those that no light from there reaches if it is not.
@@ -205,20 +197,14 @@ impl Estimate {
         let sigma = look.sigma + share * step.blur();
         let sigma = sigma.clamp(0.7 * look.sigma, 1.4 * look.sigma);
         look.sigma = sigma.clamp(*SIGMA.start(), *SIGMA.end());
-        let add =
-            |to: &mut [f64], step: &[f64]| to.iter_mut().zip(step).for_each(|(to, by)| *to += by);
+        let add = |to: &mut [f64], step: &[f64]| to.iter_mut().zip(step).for_each(|(to, by)| *to += by);
         add(&mut look.ground, &step.ground());
         add(&mut look.levels, &step.levels());
         add(&mut self.own, &step.own());
     }
 
     /// The plane and what is known of it.
-    fn measured(
-        &self,
-        sums: &Sums,
-        step: &Step,
-        start: &PlaneImage,
-    ) -> Result<PlaneFit, PoseError> {
+    fn measured(&self, sums: &Sums, step: &Step, start: &PlaneImage) -> Result<PlaneFit, PoseError> {
         let sigma = self.look.sigma;
         if *SIGMA.start() >= sigma || sigma >= *SIGMA.end() {
             return Err(PoseError::Blur);

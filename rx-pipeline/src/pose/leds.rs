@@ -39,13 +39,7 @@ impl Leds {
     };
 
     /// Draws them where the plane shows them, under a blur of `sigma` px.
-    pub fn draw<const N: usize>(
-        &mut self,
-        plane: &PlaneImage,
-        sigma: f64,
-        pixels: &Pixels<N>,
-        panel: &Seen<'_>,
-    ) -> Result<(), PoseError> {
+    pub fn draw<const N: usize>(&mut self, plane: &PlaneImage, sigma: f64, pixels: &Pixels<N>, panel: &Seen<'_>) -> Result<(), PoseError> {
         self.gauss.prepare();
         self.uneven = 0.0;
         // In half sides of the panel.
@@ -55,9 +49,7 @@ impl Leds {
         for led in 0..LEDS {
             let half = (SIDE as f64 - 1.0) / 2.0;
             let place = [led % SIDE, led / SIDE].map(|line| line as f64 / half - 1.0);
-            let ellipse = self::ellipse(place, radius, |place| {
-                pixels.seen_at(panel.lens.pixel(plane.direction(place)))
-            });
+            let ellipse = self::ellipse(place, radius, |place| pixels.seen_at(panel.lens.pixel(plane.direction(place))));
             let [x, y] = ellipse.centre;
             if !(x > -1.0 && y > -1.0 && x < width && y < height) {
                 return Err(PoseError::OutsideFrame);
@@ -81,21 +73,18 @@ impl Leds {
 
     /// What shines on pixels `from..to` of a row.
     pub fn on(&self, row: usize, from: usize, to: usize) -> impl Iterator<Item = Shine<'_>> {
-        self.patches
-            .iter()
-            .enumerate()
-            .filter_map(move |(led, patch)| {
-                let (first, light) = patch.row(row)?;
-                let skipped = usize::try_from(from as i32 - first).unwrap_or(0);
-                let from = usize::try_from(first).unwrap_or(0).max(from);
-                let light = light.get(skipped..)?;
-                let length = light.len().min(to.saturating_sub(from));
-                (length > 0).then(|| Shine {
-                    led,
-                    from,
-                    light: &light[..length],
-                })
+        self.patches.iter().enumerate().filter_map(move |(led, patch)| {
+            let (first, light) = patch.row(row)?;
+            let skipped = usize::try_from(from as i32 - first).unwrap_or(0);
+            let from = usize::try_from(first).unwrap_or(0).max(from);
+            let light = light.get(skipped..)?;
+            let length = light.len().min(to.saturating_sub(from));
+            (length > 0).then(|| Shine {
+                led,
+                from,
+                light: &light[..length],
             })
+        })
     }
 }
 

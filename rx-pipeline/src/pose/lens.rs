@@ -92,11 +92,7 @@ impl Lens {
         if let Some(focal_px) = self.focal_px.into_iter().find(wrong(Self::FOCAL_PX)) {
             return Err(LensError::Focal { focal_px });
         }
-        if let Some(principal_px) = self
-            .principal_px
-            .into_iter()
-            .find(wrong(Self::PRINCIPAL_PX))
-        {
+        if let Some(principal_px) = self.principal_px.into_iter().find(wrong(Self::PRINCIPAL_PX)) {
             return Err(LensError::Principal { principal_px });
         }
         if let Some(coefficient) = self.distortion.into_iter().find(wrong(Self::DISTORTION)) {
@@ -119,8 +115,7 @@ impl Lens {
         const STEPS: usize = 30;
         const EXACT: f64 = 1e-13;
         const STEP: f64 = 1e-6;
-        let wanted: [f64; 2] =
-            core::array::from_fn(|i| (pixel[i] - self.principal_px[i]) / self.focal_px[i]);
+        let wanted: [f64; 2] = core::array::from_fn(|i| (pixel[i] - self.principal_px[i]) / self.focal_px[i]);
         let mut at = wanted;
         for _ in 0..STEPS {
             let here = self.distorted(at);
@@ -216,16 +211,11 @@ mod tests {
             principal_px: [f64::NAN, 0.0],
             ..lens
         };
-        assert!(matches!(
-            nowhere.checked(),
-            Err(LensError::Principal { .. })
-        ));
+        assert!(matches!(nowhere.checked(), Err(LensError::Principal { .. })));
         let bent = Lens {
             distortion: [0.0, 0.0, 0.0, 0.0, 1e4, 0.0, 0.0, 0.0],
             ..lens
         };
-        assert!(
-            matches!(bent.checked(), Err(LensError::Distortion { coefficient }) if coefficient == 1e4)
-        );
+        assert!(matches!(bent.checked(), Err(LensError::Distortion { coefficient }) if coefficient == 1e4));
     }
 }

@@ -54,12 +54,7 @@ impl<const N: usize> Pixels<N> {
     };
 
     /// Takes the pixels around a panel out of a frame.
-    pub fn take(
-        &mut self,
-        frame: &Frame<'_>,
-        corners: &Corners,
-        camera: &Camera,
-    ) -> Result<(), PoseError> {
+    pub fn take(&mut self, frame: &Frame<'_>, corners: &Corners, camera: &Camera) -> Result<(), PoseError> {
         let pitch = f64::from(corners.pitch_px());
         let pitch_side = if pitch > FINE_PITCH_PX {
             libm::round(pitch / COARSE_PITCH_PX)
@@ -69,20 +64,10 @@ impl<const N: usize> Pixels<N> {
         let blur_side = libm::ceil(f64::from(camera.blur_sigma_px) / FINE_BLUR_PX);
         self.side = pitch_side.max(blur_side).max(1.0) as usize;
         let homography = corners.homography();
-        let ends = [
-            [-RIM, -RIM],
-            [7.0 + RIM, -RIM],
-            [7.0 + RIM, 7.0 + RIM],
-            [-RIM, 7.0 + RIM],
-        ]
-        .map(|place| homography.to_image(place));
+        let ends = [[-RIM, -RIM], [7.0 + RIM, -RIM], [7.0 + RIM, 7.0 + RIM], [-RIM, 7.0 + RIM]].map(|place| homography.to_image(place));
         for (axis, limit) in [frame.width(), frame.height()].into_iter().enumerate() {
-            let low = ends
-                .iter()
-                .fold(f64::INFINITY, |low, end| low.min(end[axis]));
-            let high = ends
-                .iter()
-                .fold(f64::NEG_INFINITY, |high, end| high.max(end[axis]));
+            let low = ends.iter().fold(f64::INFINITY, |low, end| low.min(end[axis]));
+            let high = ends.iter().fold(f64::NEG_INFINITY, |high, end| high.max(end[axis]));
             let first = libm::floor(low).max(0.0) as usize;
             let last = libm::ceil(high).max(0.0).min(limit as f64 - 1.0) as usize;
             self.first[axis] = first;
@@ -113,9 +98,7 @@ impl<const N: usize> Pixels<N> {
             for column in 0..width {
                 let (mut light, mut full) = (0.0, false);
                 for y in 0..self.side {
-                    let line = frame
-                        .row(self.first[1] + row * self.side + y)
-                        .unwrap_or_default();
+                    let line = frame.row(self.first[1] + row * self.side + y).unwrap_or_default();
                     let start = self.first[0] + column * self.side;
                     for &grey in line.get(start..start + self.side).unwrap_or_default() {
                         light += table[usize::from(grey)];
@@ -136,21 +119,13 @@ impl<const N: usize> Pixels<N> {
     /// Light of a pixel, whether one of the frame's within is full, and how far outside of the panel's cells it is, in pitches.
     pub fn at(&self, column: usize, row: usize) -> (f64, bool, f64) {
         let place = row * self.size[0] + column;
-        (
-            f64::from(self.light[place]),
-            self.full[place],
-            f64::from(self.outside[place]),
-        )
+        (f64::from(self.light[place]), self.full[place], f64::from(self.outside[place]))
     }
 
     /// The ground's plane at a pixel: its middle, and its slopes across the window.
     pub fn ground(&self, column: usize, row: usize) -> [f64; 3] {
         let [width, height] = self.size.map(|length| length as f64);
-        [
-            1.0,
-            2.0 * column as f64 / width - 1.0,
-            2.0 * row as f64 / height - 1.0,
-        ]
+        [1.0, 2.0 * column as f64 / width - 1.0, 2.0 * row as f64 / height - 1.0]
     }
 
     /// The variance that rounding to grey levels adds to a pixel of such light.
@@ -164,24 +139,19 @@ impl<const N: usize> Pixels<N> {
     /// A position of the frame in these pixels.
     pub fn seen_at(&self, position: [f64; 2]) -> [f64; 2] {
         let side = self.side as f64;
-        core::array::from_fn(|axis| {
-            (position[axis] - self.first[axis] as f64 - (side - 1.0) / 2.0) / side
-        })
+        core::array::from_fn(|axis| (position[axis] - self.first[axis] as f64 - (side - 1.0) / 2.0) / side)
     }
 
     /// A position of these pixels in the frame.
     pub fn to_frame(&self, position: [f64; 2]) -> [f64; 2] {
         let side = self.side as f64;
-        core::array::from_fn(|axis| {
-            position[axis] * side + self.first[axis] as f64 + (side - 1.0) / 2.0
-        })
+        core::array::from_fn(|axis| position[axis] * side + self.first[axis] as f64 + (side - 1.0) / 2.0)
     }
 }
 
 /// The variance that rounding to grey levels adds to light.
 fn rounding_variance(camera: &Camera, light: f64) -> f64 {
     let grey = camera.grey(light as f32);
-    let step =
-        f64::from(camera.light(grey + 0.5) - camera.light((grey - 0.5).max(camera.black_grey)));
+    let step = f64::from(camera.light(grey + 0.5) - camera.light((grey - 0.5).max(camera.black_grey)));
     step * step / 12.0
 }

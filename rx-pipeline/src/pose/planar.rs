@@ -76,14 +76,7 @@ impl View {
     /// What small changes of centre, size and lean do to the image.
     fn slopes(&self) -> SMatrix<f64, 8, 6> {
         const STEP: f64 = 1e-5;
-        let step = [
-            STEP,
-            STEP,
-            STEP * self.nearness(),
-            STEP * self.nearness(),
-            STEP,
-            STEP,
-        ];
+        let step = [STEP, STEP, STEP * self.nearness(), STEP * self.nearness(), STEP, STEP];
         SMatrix::from_columns(&core::array::from_fn::<Vector8, 6, _>(|number| {
             let moved = |by: f64| {
                 let mut numbers = self.numbers();
@@ -123,10 +116,7 @@ impl View {
             let seen = to_sight * axis / stretch;
             [seen.x, seen.y]
         };
-        let (column, row) = (
-            along(plane.column, plane.tilt[0]),
-            along(plane.row, plane.tilt[1]),
-        );
+        let (column, row) = (along(plane.column, plane.tilt[0]), along(plane.row, plane.tilt[1]));
         let seen = Matrix2::new(column[0], row[0], column[1], row[1]);
         // seen = m·lean·spin, where the lean shortens one direction by cos θ: its square tells both.
         let square = seen * seen.transpose();
@@ -134,8 +124,7 @@ impl View {
         let root = libm::sqrt((half * half - product).max(0.0));
         let (long, short) = (libm::sqrt(half + root), libm::sqrt((half - root).max(0.0)));
         let cos = (short / long).clamp(0.0, 1.0);
-        let towards = 0.5 * libm::atan2(2.0 * square.m12, square.m11 - square.m22)
-            + core::f64::consts::FRAC_PI_2;
+        let towards = 0.5 * libm::atan2(2.0 * square.m12, square.m11 - square.m22) + core::f64::consts::FRAC_PI_2;
         let length = libm::sqrt(2.0 * (1.0 - cos));
         let lean = [length * libm::cos(towards), length * libm::sin(towards)];
         [lean, lean.map(|c| -c)].map(|lean| {
@@ -215,17 +204,10 @@ impl View {
                 (slope[0], slope[1]) = (0.0, 0.0);
                 slope
             };
-            let slopes = SMatrix::<f64, 8, 4>::from_columns(&[
-                along(0),
-                along(1),
-                sized([1.0, 0.0]),
-                sized([0.0, 1.0]),
-            ]);
+            let slopes = SMatrix::<f64, 8, 4>::from_columns(&[along(0), along(1), sized([1.0, 0.0]), sized([0.0, 1.0])]);
             let weighted = slopes.transpose() * information;
             curvature = weighted * slopes;
-            let step = curvature
-                .cholesky()
-                .map(|c| c.solve(&(weighted * (seen - here))));
+            let step = curvature.cholesky().map(|c| c.solve(&(weighted * (seen - here))));
             let Some(step) = step else { break };
             for axis in 0..2 {
                 self.centre[axis] += step[axis];
@@ -258,9 +240,7 @@ impl View {
             (-translation * cos, -normal * sin),
             (-translation * sin, normal * cos),
         ];
-        SMatrix::from_columns(&columns.map(|(shift, turn)| {
-            SVector::<f64, 6>::from([shift.x, shift.y, shift.z, turn.x, turn.y, turn.z])
-        }))
+        SMatrix::from_columns(&columns.map(|(shift, turn)| SVector::<f64, 6>::from([shift.x, shift.y, shift.z, turn.x, turn.y, turn.z])))
     }
 }
 
@@ -316,10 +296,7 @@ pub(super) fn rotation_by(vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle = vector.norm();
     let cross = vector.cross_matrix();
     let (first, second) = if angle > 1e-6 {
-        (
-            libm::sin(angle) / angle,
-            (1.0 - libm::cos(angle)) / (angle * angle),
-        )
+        (libm::sin(angle) / angle, (1.0 - libm::cos(angle)) / (angle * angle))
     } else {
         (1.0, 0.5)
     };

@@ -52,11 +52,7 @@ impl PlaneImage {
             row: [0, 1].map(|i| down[i] / 2.0 / middle - h * centre[i]),
             tilt: [g, h],
         };
-        plane
-            .vector()
-            .iter()
-            .all(|c| c.is_finite())
-            .then_some(plane)
+        plane.vector().iter().all(|c| c.is_finite()).then_some(plane)
     }
 
     pub(super) fn vector(&self) -> Vector8 {

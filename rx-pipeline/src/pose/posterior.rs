@@ -117,9 +117,7 @@ impl Posterior {
         let columns = 2 * area.steps[0] + 1;
         for place in 0..columns * (2 * area.steps[1] + 1) {
             let [along, across] = [place % columns, place / columns].map(|i| i as f64);
-            let lean = area.middle
-                + area.sides[0] * (along / half[0] - 1.0)
-                + area.sides[1] * (across / half[1] - 1.0);
+            let lean = area.middle + area.sides[0] * (along / half[0] - 1.0) + area.sides[1] * (across / half[1] - 1.0);
             if lean.norm() >= EDGE_ON {
                 continue;
             }
@@ -146,28 +144,16 @@ impl Posterior {
     }
 
     /// Mean and covariance of all, and the share of each of the two solutions.
-    fn summary(
-        &mut self,
-        half_side_m: f64,
-        modes: [View; 2],
-        inflation: f64,
-    ) -> Result<Pose, PoseError> {
+    fn summary(&mut self, half_side_m: f64, modes: [View; 2], inflation: f64) -> Result<Pose, PoseError> {
         let nodes = &mut self.nodes[..self.count];
-        let most = nodes
-            .iter()
-            .fold(f64::NEG_INFINITY, |most, node| most.max(node.weight));
+        let most = nodes.iter().fold(f64::NEG_INFINITY, |most, node| most.max(node.weight));
         if !most.is_finite() {
             return Err(PoseError::Singular);
         }
         let (mut total, mut shares, mut mean) = (0.0, [0.0; 2], Vector3::zeros());
         for node in nodes.iter_mut() {
             node.weight = libm::exp(node.weight - most);
-            let off = modes.map(|mode| {
-                libm::hypot(
-                    node.view.lean[0] - mode.lean[0],
-                    node.view.lean[1] - mode.lean[1],
-                )
-            });
+            let off = modes.map(|mode| libm::hypot(node.view.lean[0] - mode.lean[0], node.view.lean[1] - mode.lean[1]));
             total += node.weight;
             shares[usize::from(off[1] < off[0])] += node.weight;
             mean += node.view.translation_m(half_side_m) * node.weight;
@@ -218,11 +204,7 @@ impl Look<'_> {
         };
         let (view, _) = start.for_lean(self.seen, self.information);
         let cost = view.cost(self.seen, self.information);
-        if cost.is_nan() {
-            f64::INFINITY
-        } else {
-            cost - self.least
-        }
+        if cost.is_nan() { f64::INFINITY } else { cost - self.least }
     }
 
     /// How far along `side` poses still count, in its lengths, not beyond edge on.
@@ -248,10 +230,7 @@ impl Look<'_> {
         let sides = [0, 1].map(|i| {
             let deviation = libm::sqrt(own.eigenvalues[i].max(1e-30)).min(EDGE_ON);
             let side = own.eigenvectors.column(i) * deviation;
-            let (ahead, behind) = (
-                self.reach(&view, from, side),
-                self.reach(&view, from, -side),
-            );
+            let (ahead, behind) = (self.reach(&view, from, side), self.reach(&view, from, -side));
             middle += side * ((ahead - behind) / 2.0);
             let half = (ahead + behind) / 2.0;
             steps[i] = (libm::ceil(half / APART) as usize).clamp(1, HALF);
@@ -279,13 +258,8 @@ impl Look<'_> {
         let sides = [along, across].map(|direction| {
             let side = direction * SMALL;
             let ends = [1.0, -1.0].map(|sign| {
-                let starts = modes
-                    .iter()
-                    .chain([&face_on])
-                    .map(|view| Vector2::from(view.lean));
-                let end = |from: Vector2<f64>| {
-                    sign * from.dot(&direction) + SMALL * self.reach(&face_on, from, side * sign)
-                };
+                let starts = modes.iter().chain([&face_on]).map(|view| Vector2::from(view.lean));
+                let end = |from: Vector2<f64>| sign * from.dot(&direction) + SMALL * self.reach(&face_on, from, side * sign);
                 starts.map(end).fold(0.0, f64::max)
             });
             middle += direction * ((ends[0] - ends[1]) / 2.0);

@@ -93,11 +93,7 @@ impl Blinked {
     pub fn hear(&mut self, event: &Event<'_>) {
         self.is_proved |= matches!(
             event,
-            Event::Header {
-                expected: false,
-                ..
-            } | Event::Beacon { .. }
-                | Event::Geometry(_)
+            Event::Header { expected: false, .. } | Event::Beacon { .. } | Event::Geometry(_)
         );
     }
 
@@ -165,9 +161,7 @@ impl Barred {
     /// The places that are passed over in frame `number`.
     pub fn areas(&self, number: u64) -> impl Iterator<Item = Area> {
         let places = self.places.into_iter().flatten();
-        places
-            .filter(move |&(_, until)| number < until)
-            .map(|(area, _)| area)
+        places.filter(move |&(_, until)| number < until).map(|(area, _)| area)
     }
 }
 

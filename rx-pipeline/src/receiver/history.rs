@@ -21,12 +21,7 @@ impl History {
     }
 
     /// The place for the next frame, of `slots` that there are at most: over the oldest. `None` where there is no room.
-    pub fn next<'a>(
-        &mut self,
-        buffer: &'a mut [u8],
-        size: (usize, usize),
-        slots: usize,
-    ) -> Option<&'a mut [u8]> {
+    pub fn next<'a>(&mut self, buffer: &'a mut [u8], size: (usize, usize), slots: usize) -> Option<&'a mut [u8]> {
         let area = size.0.checked_mul(size.1)?;
         let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);
         if room == 0 {
@@ -51,12 +46,7 @@ impl History {
     }
 
     /// The kept frames, if they are of that size and in so many slots, the latest first.
-    pub fn frames<'a>(
-        &self,
-        buffer: &'a [u8],
-        size: (usize, usize),
-        slots: usize,
-    ) -> Vec<Frame<'a>, SLOTS> {
+    pub fn frames<'a>(&self, buffer: &'a [u8], size: (usize, usize), slots: usize) -> Vec<Frame<'a>, SLOTS> {
         let area = self.size.0 * self.size.1;
         let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);
         if size != self.size {
@@ -78,23 +68,16 @@ mod tests {
 
     fn kept(history: &History, buffer: &[u8], frame: &Frame<'_>) -> std::vec::Vec<u8> {
         let frames = history.frames(buffer, (frame.width(), frame.height()), 2);
-        frames
-            .iter()
-            .filter_map(|frame| frame.pixel(0, 0))
-            .collect()
+        frames.iter().filter_map(|frame| frame.pixel(0, 0)).collect()
     }
 
     #[test]
     fn the_last_two_frames_are_kept_latest_first() {
         let (mut history, mut buffer) = (History::default(), [0; 8]);
         let pixels = [[1u8; 4], [2; 4], [3; 4]];
-        let frames = pixels
-            .each_ref()
-            .map(|pixels| Frame::new(pixels, 2, 2).unwrap());
+        let frames = pixels.each_ref().map(|pixels| Frame::new(pixels, 2, 2).unwrap());
         assert!(kept(&history, &buffer, &frames[0]).is_empty());
-        frames
-            .iter()
-            .for_each(|frame| history.keep(&mut buffer, frame, 2));
+        frames.iter().for_each(|frame| history.keep(&mut buffer, frame, 2));
         assert_eq!(kept(&history, &buffer, &frames[0]), [3, 2]);
         let other = Frame::new(&pixels[0], 4, 1).unwrap();
         assert!(kept(&history, &buffer, &other).is_empty());

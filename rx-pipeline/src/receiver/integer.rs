@@ -78,11 +78,7 @@ struct Track {
 
 impl Track {
     /// Reads the panel in a frame, and moves along with it.
-    fn read(
-        &mut self,
-        frame: &Frame<'_>,
-        profile: &mut impl Profile,
-    ) -> Option<(IntegerReading, Decision)> {
+    fn read(&mut self, frame: &Frame<'_>, profile: &mut impl Profile) -> Option<(IntegerReading, Decision)> {
         let samples = profile.timed(Stage::Features, || Samples::take(frame, &self.outline));
         let decision = profile.timed(Stage::Detect, || samples.as_ref().and_then(Decision::of));
         let (Some(samples), Some(decision)) = (samples, decision) else {
@@ -147,12 +143,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
     }
 
     /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
-    pub fn frame(
-        &mut self,
-        number: u64,
-        frame: &Frame<'_>,
-        profile: &mut impl Profile,
-    ) -> IntegerOutcome<'_> {
+    pub fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> IntegerOutcome<'_> {
         let mut search = Ok(());
         if self.track.is_none() {
             match self.find(number, frame, profile) {
@@ -160,28 +151,21 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
                 Err(error) => search = Err(error),
             }
         }
-        let read = self
-            .track
-            .as_mut()
-            .and_then(|track| track.read(frame, profile));
+        let read = self.track.as_mut().and_then(|track| track.read(frame, profile));
         if let Some((reading, decision)) = &read {
             let is_sure = !reading.is_mixed && decision.is_parted();
-            self.proof
-                .see(reading.corners, is_sure.then_some(decision.bits));
+            self.proof.see(reading.corners, is_sure.then_some(decision.bits));
         }
         profile.begins(Stage::Decode);
         let ended = read.and_then(|(reading, decision)| {
             if reading.is_mixed {
-                self.clock
-                    .push_mixed(number, &decision.soft, &Mixture::INSEPARABLE)
+                self.clock.push_mixed(number, &decision.soft, &Mixture::INSEPARABLE)
             } else {
                 self.clock.push(number, &decision.soft)
             }
         });
         let event = match ended {
-            Some(symbol) => self
-                .deframer
-                .push(symbol.index, symbol.first_frame, &symbol.panel),
+            Some(symbol) => self.deframer.push(symbol.index, symbol.first_frame, &symbol.panel),
             None => Event::Nothing,
         };
         profile.ends(Stage::Decode);
@@ -201,12 +185,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         }
     }
 
-    fn find(
-        &mut self,
-        number: u64,
-        frame: &Frame<'_>,
-        profile: &mut impl Profile,
-    ) -> Result<Option<Track>, BlinkSearchError> {
+    fn find(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Result<Option<Track>, BlinkSearchError> {
         let others = self.proof.others(number);
         let found = profile.timed(Stage::Search, || self.search.find_beside(frame, others))?;
         let Some(found) = found else {

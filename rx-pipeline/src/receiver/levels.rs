@@ -44,8 +44,7 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
         workspace.search.suspects = core::mem::take(suspects);
         let found = if *grid == Grid::FRAME {
             let known = self.known;
-            self.locator
-                .search(frame, earlier, known, self.effort, workspace, profile)
+            self.locator.search(frame, earlier, known, self.effort, workspace, profile)
         } else {
             let known: Vec<Corners, MOST_KNOWN> = self
                 .known
@@ -89,10 +88,7 @@ struct Level {
 impl Levels {
     /// What the levels of frames of that size take.
     pub fn bytes(size: (usize, usize)) -> usize {
-        sizes(size)
-            .map(|(width, height)| SLOTS * width * height)
-            .iter()
-            .sum()
+        sizes(size).map(|(width, height)| SLOTS * width * height).iter().sum()
     }
 
     pub fn forget(&mut self) {
@@ -126,11 +122,7 @@ impl Levels {
         asked: &mut Asked<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
-        let turns = if asked.effort == Effort::Full {
-            LEVELS
-        } else {
-            1
-        };
+        let turns = if asked.effort == Effort::Full { LEVELS } else { 1 };
         (0..turns).find_map(|_| {
             self.turn = self.turn.checked_sub(1).unwrap_or(LEVELS - 1);
             self.find_in_turn(buffer, asked, profile)

@@ -37,13 +37,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[cfg(feature = "read-lines")]
     pub fn tell_line_delay(&mut self, _: f32) {}
 
-    pub fn detect_after(
-        &mut self,
-        _: &SoftPanel,
-        _: &Frame<'_>,
-        _: &Corners,
-        _: Option<f32>,
-    ) -> Result<Detection, DetectError> {
+    pub fn detect_after(&mut self, _: &SoftPanel, _: &Frame<'_>, _: &Corners, _: Option<f32>) -> Result<Detection, DetectError> {
         Err(DetectError::ContrastTooLow { range_grey: 0.0 })
     }
 }

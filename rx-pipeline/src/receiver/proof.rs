@@ -69,8 +69,7 @@ impl Proof {
     /// It is followed no more from frame `number` on.
     pub(crate) fn lost(&mut self, number: u64) {
         if let Some(place) = self.place.take() {
-            self.barred
-                .add(&place.corners, place.verdict, number, self.frames);
+            self.barred.add(&place.corners, place.verdict, number, self.frames);
         }
     }
 

@@ -27,17 +27,9 @@ use link::framing::{Deframer, Event};
 type Followed = (Track, Reading, f32);
 
 /// The attempt that explains clearly more; the first if neither does.
-fn better(
-    here: Result<Followed, Loss>,
-    elsewhere: Result<Followed, Loss>,
-) -> Result<Followed, Loss> {
+fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
     match (here, elsewhere) {
-        (Ok(here), Ok(elsewhere))
-            if elsewhere.2 > here.2 + CLEARLY
-                || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) =>
-        {
-            Ok(elsewhere)
-        }
+        (Ok(here), Ok(elsewhere)) if elsewhere.2 > here.2 + CLEARLY || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) => Ok(elsewhere),
         (Err(_), Ok(elsewhere)) => Ok(elsewhere),
         (here, _) => here,
     }
@@ -75,8 +67,7 @@ pub(crate) struct Reader {
 
 impl Reader {
     pub fn new(settings: &ReceiverSettings) -> Result<Self, ReceiverError> {
-        if settings.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood"))
-        {
+        if settings.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood")) {
             return Err(ReceiverError::LeftOut);
         }
         Ok(Self {
@@ -109,12 +100,7 @@ impl Reader {
     }
 
     /// Goes on in frames of another size that begin elsewhere, so that positions change by `shift` px.
-    pub fn shift<const N: usize>(
-        &mut self,
-        shift: [i32; 2],
-        frame_size: (usize, usize),
-        map: &mut CellMap<N>,
-    ) {
+    pub fn shift<const N: usize>(&mut self, shift: [i32; 2], frame_size: (usize, usize), map: &mut CellMap<N>) {
         let by = shift.map(|shift| shift as f32);
         let moved = |corners: Corners| corners.shifted(by[0], by[1]).ok();
         self.frame_size = frame_size;
@@ -194,11 +180,7 @@ impl Reader {
     }
 
     /// From now on looks at a panel on `lattice` of the frame, in pixels of the right size; `None` if it is outside.
-    fn look_at<const N: usize>(
-        &mut self,
-        lattice: &Lattice,
-        tools: &mut Tools<'_, N>,
-    ) -> Option<View> {
+    fn look_at<const N: usize>(&mut self, lattice: &Lattice, tools: &mut Tools<'_, N>) -> Option<View> {
         let now = self.view.of(lattice, self.frame_size, N)?;
         let before = core::mem::replace(&mut self.view, now);
         if before == now {
@@ -213,9 +195,7 @@ impl Reader {
         self.cells = cells;
         if before.grid.side != now.grid.side {
             let Grid { side, .. } = now.grid;
-            tools
-                .likelihood
-                .go_on_in_pixels(side, now.grid.mixing_variance());
+            tools.likelihood.go_on_in_pixels(side, now.grid.mixing_variance());
         }
         Some(now)
     }
@@ -251,12 +231,10 @@ impl Reader {
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },
                 ..
-            }) if track.speed_known() && track.is_on_course() => {
-                match self.attempt(track, expected, Gate::STILL, input, profile) {
-                    Ok(here) if here.0.is_on_course() => return Ok(here),
-                    here => here,
-                }
-            }
+            }) if track.speed_known() && track.is_on_course() => match self.attempt(track, expected, Gate::STILL, input, profile) {
+                Ok(here) if here.0.is_on_course() => return Ok(here),
+                here => here,
+            },
             here => here,
         };
         let near = profile.timed(Stage::Search, || {
@@ -377,8 +355,7 @@ impl Reader {
         let view = self.look_at(&location.spots.lattice, tools);
         let view = view.ok_or(out_of_frame)?;
         let drawn = view.draw(frame, canvas).ok_or(out_of_frame)?;
-        let track = Track::new(location.spots, number, self.frame_size)
-            .amid_clutter(location.is_amid_clutter);
+        let track = Track::new(location.spots, number, self.frame_size).amid_clutter(location.is_amid_clutter);
         let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
         let spots = track.spots();
         let reading = self
@@ -412,29 +389,14 @@ impl Reader {
                 other => other,
             })?;
         if self.reads_well_at_once(track) {
-            let Input {
-                number,
-                frame,
-                tools,
-                ..
-            } = &mut *input;
-            let spots = LatticeModel {
-                lattice,
-                ..*track.spots()
-            };
+            let Input { number, frame, tools, .. } = &mut *input;
+            let spots = LatticeModel { lattice, ..*track.spots() };
             reading = self.read_well(*number, frame, &spots, reading, tools, profile)?;
         }
         let bits = reading.detection.bits;
         let observation = observation(input.frame, input.locator);
         let corrected = profile.timed(Stage::Follow, || {
-            track.corrected(
-                input.number,
-                observation,
-                lattice,
-                bits.shares(),
-                gate,
-                input.tools.residuals,
-            )
+            track.corrected(input.number, observation, lattice, bits.shares(), gate, input.tools.residuals)
         });
         let (track, explained) = corrected?;
         Ok((track, reading, explained))
@@ -470,11 +432,7 @@ impl Reader {
     /// Makes the cells of a panel anew.
     // Not inlined, so that there is but one of it in a microcontroller's flash.
     #[inline(never)]
-    fn build<const N: usize>(
-        &mut self,
-        corners: Corners,
-        map: &mut CellMap<N>,
-    ) -> Result<(), CellsError> {
+    fn build<const N: usize>(&mut self, corners: Corners, map: &mut CellMap<N>) -> Result<(), CellsError> {
         self.cells = None;
         if !self.view.is_whole() {
             self.view.check_cells(&corners, self.frame_size)?;
@@ -553,11 +511,7 @@ impl Reader {
         profile.begins(Stage::Decode);
         let event = deframe(deframer, ended);
         profile.ends(Stage::Decode);
-        Outcome {
-            reading,
-            symbol,
-            event,
-        }
+        Outcome { reading, symbol, event }
     }
 
     pub fn finish<'a>(&mut self, deframer: &'a mut Deframer) -> Event<'a> {
@@ -575,11 +529,9 @@ fn corrected_by_both<const N: usize>(
     residuals: &mut Residuals<N>,
 ) -> Track {
     let expected = track.predicted(number);
-    let corrected = mixture.lit().and_then(|lit| {
-        track
-            .corrected(number, observation, expected, lit, Gate::SURE, residuals)
-            .ok()
-    });
+    let corrected = mixture
+        .lit()
+        .and_then(|lit| track.corrected(number, observation, expected, lit, Gate::SURE, residuals).ok());
     corrected.map_or(*track, |(corrected, _)| corrected)
 }
 
@@ -604,10 +556,7 @@ fn has_room(lattice: &Lattice, frame: &Frame<'_>) -> bool {
     let extent = lattice.extent(LINE_ROOM);
     let limit = [frame.width(), frame.height()];
     (0..2).all(|i| {
-        let (low, high) = (
-            lattice.centre[i] - 0.5 * extent[i],
-            lattice.centre[i] + 0.5 * extent[i],
-        );
+        let (low, high) = (lattice.centre[i] - 0.5 * extent[i], lattice.centre[i] + 0.5 * extent[i]);
         low >= 0.0 && high < limit[i] as f32
     })
 }
@@ -615,8 +564,5 @@ fn has_room(lattice: &Lattice, frame: &Frame<'_>) -> bool {
 fn are_close(a: &Corners, b: &Corners) -> bool {
     let limit = SAME_CELLS * a.pitch_px();
     let (a, b) = (a.points(), b.points());
-    a.iter()
-        .flatten()
-        .zip(b.iter().flatten())
-        .all(|(a, b)| (a - b).abs() < limit)
+    a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < limit)
 }

@@ -23,11 +23,7 @@ pub trait Search<const PIXELS: usize> {
     ///
     /// # Errors
     /// Why there is none.
-    fn find(
-        &mut self,
-        query: Query<'_, '_, PIXELS>,
-        profile: &mut impl Profile,
-    ) -> Result<Location, Loss>;
+    fn find(&mut self, query: Query<'_, '_, PIXELS>, profile: &mut impl Profile) -> Result<Location, Loss>;
 
     /// Forgets earlier frames.
     fn forget(&mut self);
@@ -102,21 +98,12 @@ impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
     /// The same, which looks at all that stands out in each frame, and not at a share of it: for single frames, and where time does not
     /// count.
     pub fn thorough(self) -> Self {
-        Self {
-            is_thorough: true,
-            ..self
-        }
+        Self { is_thorough: true, ..self }
     }
 }
 
-impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search<PIXELS>
-    for FrameSearch<L, H>
-{
-    fn find(
-        &mut self,
-        query: Query<'_, '_, PIXELS>,
-        profile: &mut impl Profile,
-    ) -> Result<Location, Loss> {
+impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search<PIXELS> for FrameSearch<L, H> {
+    fn find(&mut self, query: Query<'_, '_, PIXELS>, profile: &mut impl Profile) -> Result<Location, Loss> {
         let Query {
             number,
             frame,
@@ -133,11 +120,7 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         };
         let (for_levels, for_frames) = buffer.split_at_mut(for_levels);
         let mut asked = Asked {
-            effort: if self.is_thorough {
-                Effort::Full
-            } else {
-                Effort::Share(number)
-            },
+            effort: if self.is_thorough { Effort::Full } else { Effort::Share(number) },
             locator,
             known,
             residuals,

@@ -34,9 +34,7 @@ pub enum ReceiverError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The program has no maximum likelihood.
-    #[error(
-        "maximum likelihood was left out of this program: build it with the feature maximum-likelihood, or choose another method"
-    )]
+    #[error("maximum likelihood was left out of this program: build it with the feature maximum-likelihood, or choose another method")]
     LeftOut,
     /// The symbols cannot be followed at this rate.
     #[error(transparent)]

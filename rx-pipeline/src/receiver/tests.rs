@@ -18,8 +18,7 @@ use std::vec::Vec;
 
 const MESSAGE: &[u8] = b"lane closed after the bridge";
 
-type Searching<H = [u8; 0]> =
-    Receiver<4096, Box<ReceiverMemory<4096>>, FrameSearch<Box<SearchMemory>, H>>;
+type Searching<H = [u8; 0]> = Receiver<4096, Box<ReceiverMemory<4096>>, FrameSearch<Box<SearchMemory>, H>>;
 
 fn receiver(symbols_per_frame: f32) -> Searching {
     let settings = ReceiverSettings {
@@ -70,11 +69,7 @@ fn slow_panels_and_lost_frames_still_give_the_message() {
     let mut delivered = None;
     for number in (0..120).filter(|number| number % 11 != 7) {
         let bits = panels[number / 2].bits();
-        let rendered = Scene {
-            bits,
-            ..Scene::PLAIN
-        }
-        .render();
+        let rendered = Scene { bits, ..Scene::PLAIN }.render();
         let outcome = receiver.frame(number as u64, &rendered.frame());
         delivered = delivered.or(delivery(outcome.event));
     }
@@ -90,10 +85,7 @@ fn read(receiver: &mut Searching, frames: usize, scene: impl Fn(usize) -> Scene)
             bits: panel.bits(),
             ..scene(number)
         };
-        if let Ok(reading) = receiver
-            .frame(number as u64, &scene.render().frame())
-            .reading
-        {
+        if let Ok(reading) = receiver.frame(number as u64, &scene.render().frame()).reading {
             assert_eq!(reading.detection.bits, *panel, "frame {number}");
             read += 1;
         }
@@ -149,9 +141,7 @@ fn a_panel_on_a_board_is_followed_before_a_wall_as_bright_as_its_leds() {
     let wall = |[x, y]: [f32; 2]| {
         let (sin, cos) = 11.0f32.to_radians().sin_cos();
         let (x, y) = (x - 48.0, y - 48.0);
-        let on_board = [cos * x + sin * y, cos * y - sin * x]
-            .iter()
-            .all(|along| along.abs() < 4.4 * 5.4);
+        let on_board = [cos * x + sin * y, cos * y - sin * x].iter().all(|along| along.abs() < 4.4 * 5.4);
         if on_board { 0.2 } else { 5.0 }
     };
     let scene = |_| Scene {
@@ -198,21 +188,14 @@ fn no_speed_is_mistaken_for_another_line() {
             centre: [40.0 + speed_px * number as f32, 48.0],
             ..Scene::PLAIN
         };
-        assert!(
-            read(&mut receiver(1.0), 20, across) >= 18,
-            "{speed_px} px a frame"
-        );
+        assert!(read(&mut receiver(1.0), 20, across) >= 18, "{speed_px} px a frame");
     }
 }
 
 #[test]
 fn a_jump_is_found_or_admitted() {
     let jump = |number: usize| Scene {
-        centre: if number < 10 {
-            [47.3, 48.6]
-        } else {
-            [40.0, 52.0]
-        },
+        centre: if number < 10 { [47.3, 48.6] } else { [40.0, 52.0] },
         ..Scene::PLAIN
     };
     assert!(read(&mut receiver(1.0), 20, jump) >= 18);
@@ -244,20 +227,11 @@ fn a_short_occlusion_is_coasted_through_and_a_long_one_ends_openly() {
     assert!(receiver.frame(0, &scene.frame()).reading.is_ok());
     assert!(receiver.frame(1, &scene.frame()).reading.is_ok());
     for missed in 1..=PATIENCE_FRAMES {
-        let loss = receiver
-            .frame(u64::from(missed) + 1, &plain)
-            .reading
-            .unwrap_err();
-        assert!(
-            matches!(loss, Loss::Coasting { missed: m, .. } if m == missed),
-            "{loss}"
-        );
+        let loss = receiver.frame(u64::from(missed) + 1, &plain).reading.unwrap_err();
+        assert!(matches!(loss, Loss::Coasting { missed: m, .. } if m == missed), "{loss}");
     }
     let frame = u64::from(PATIENCE_FRAMES) + 2;
-    assert!(matches!(
-        receiver.frame(frame, &plain).reading,
-        Err(Loss::Lost(_))
-    ));
+    assert!(matches!(receiver.frame(frame, &plain).reading, Err(Loss::Lost(_))));
     assert_eq!(receiver.corners(), None);
     let nothing = receiver.frame(frame + 1, &plain).reading;
     assert_eq!(nothing, Err(Loss::Locate(LocateError::NothingStandsOut)));
@@ -286,10 +260,7 @@ fn blinking_gives_a_panel_away_that_does_not_stand_out() {
         }
         .render();
         clutter(&mut rendered.pixels);
-        found = found.or(receiver
-            .frame(number as u64, &rendered.frame())
-            .reading
-            .ok());
+        found = found.or(receiver.frame(number as u64, &rendered.frame()).reading.ok());
     }
     let [x, y] = found.unwrap().corners.centre_px();
     assert!((x - 47.3).abs() < 0.3 && (y - 48.6).abs() < 0.3, "{x} {y}");
@@ -301,15 +272,9 @@ fn frames_of_other_sizes_end_what_was_followed() {
     let scene = Scene::PLAIN;
     assert!(receiver.frame(0, &scene.render().frame()).reading.is_ok());
     let small = Frame::new(&[118; 16], 4, 4).unwrap();
-    assert_eq!(
-        receiver.frame(1, &small).reading,
-        Err(Loss::Locate(LocateError::NothingStandsOut))
-    );
+    assert_eq!(receiver.frame(1, &small).reading, Err(Loss::Locate(LocateError::NothingStandsOut)));
     assert_eq!(receiver.corners(), None);
-    let larger = Scene {
-        width: 128,
-        ..scene
-    };
+    let larger = Scene { width: 128, ..scene };
     assert!(receiver.frame(2, &larger.render().frame()).reading.is_ok());
 }
 
@@ -321,9 +286,7 @@ fn a_known_place_needs_no_search() {
         light: [1.0, 9.0],
         ..Scene::PLAIN
     };
-    receiver
-        .place(scene.corners(), [0; 2], (scene.width, scene.height))
-        .unwrap();
+    receiver.place(scene.corners(), [0; 2], (scene.width, scene.height)).unwrap();
     let reading = receiver.frame(0, &scene.render().frame()).reading.unwrap();
     assert_eq!(reading.detection.bits.bits(), scene.bits);
     assert!(receiver.place(scene.corners(), [0; 2], (20, 20)).is_err());
@@ -346,9 +309,7 @@ fn what_gives_unsure_bits_is_looked_for_again() {
         let search = FrameSearch::new(Box::default());
         let mut receiver: Searching = Receiver::new(settings, Box::default(), search).unwrap();
         let beside = scene.corners().shifted(lines_off * pitch_px, 0.0).unwrap();
-        receiver
-            .place(beside, [0; 2], (scene.width, scene.height))
-            .unwrap();
+        receiver.place(beside, [0; 2], (scene.width, scene.height)).unwrap();
         let right: Vec<bool> = (0..)
             .zip(panels(100))
             .map(|(number, panel)| {
@@ -389,8 +350,7 @@ proptest! {
 
 #[test]
 fn the_memory_is_as_large_as_stated() {
-    type Whole =
-        Receiver<9216, &'static mut ReceiverMemory<9216>, FrameSearch<&'static mut SearchMemory>>;
+    type Whole = Receiver<9216, &'static mut ReceiverMemory<9216>, FrameSearch<&'static mut SearchMemory>>;
     let memory = size_of::<ReceiverMemory<9216>>();
     assert!(memory <= 31 * 9216 + 31_000);
     let further = size_of::<ReceiverMemory<9216, 2>>() - memory;
@@ -402,8 +362,7 @@ fn the_memory_is_as_large_as_stated() {
 
 #[test]
 fn settings_out_of_range_are_refused() {
-    let refusal =
-        |settings| Receiver::<16, _>::new(settings, ReceiverMemory::new(), NoSearch).err();
+    let refusal = |settings| Receiver::<16, _>::new(settings, ReceiverMemory::new(), NoSearch).err();
     let too_many_symbols = ReceiverSettings {
         symbols_per_frame: 2.0,
         ..ReceiverSettings::default()
@@ -440,19 +399,13 @@ fn of_a_panel_given_up_a_frame_tells_once() {
     let given_up = u64::from(PATIENCE_FRAMES) + 1;
     for number in 1..given_up {
         let told = told(number, &plain);
-        assert!(
-            matches!(told[..], [(0, Err(Loss::Coasting { .. }))]),
-            "{told:?}"
-        );
+        assert!(matches!(told[..], [(0, Err(Loss::Coasting { .. }))]), "{told:?}");
     }
     let last = told(given_up, &plain);
     assert!(matches!(last[..], [(0, Err(Loss::Lost(_)))]), "{last:?}");
     let nothing = Loss::Locate(LocateError::NothingStandsOut);
     assert_eq!(told(given_up + 1, &plain), [(0, Err(nothing))]);
-    assert!(matches!(
-        told(given_up + 2, &scene.pixels)[..],
-        [(0, Ok(_))]
-    ));
+    assert!(matches!(told(given_up + 2, &scene.pixels)[..], [(0, Ok(_))]));
 }
 
 #[test]
@@ -460,39 +413,29 @@ fn two_panels_deliver_their_own_messages() {
     let messages: [&[u8]; 2] = [b"left lane closed", b"ambulance behind"];
     let mut framers = messages.map(|m| Framer::new(m, Code::for_length(m.len()), false).unwrap());
     let memory = Box::<ReceiverMemory<4096, 2>>::default();
-    let search =
-        FrameSearch::with_history(Box::<SearchMemory>::default(), std::vec![0; 2 * 200 * 96]);
+    let search = FrameSearch::with_history(Box::<SearchMemory>::default(), std::vec![0; 2 * 200 * 96]);
     let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).unwrap();
     let mut delivered = Vec::new();
     for number in 0..30u64 {
         let x = [45.0 + 0.4 * number as f32, 150.0];
-        let mut seen = framers
-            .iter_mut()
-            .zip(x)
-            .zip([4.4, 5.2])
-            .map(|((framer, x), pitch_px)| {
-                let scene = Scene {
-                    bits: framer.next_panel().bits(),
-                    width: 200,
-                    centre: [x, 48.0],
-                    pitch_px,
-                    noise_grey: 1.0,
-                    ..Scene::PLAIN
-                };
-                scene.render().pixels
-            });
+        let mut seen = framers.iter_mut().zip(x).zip([4.4, 5.2]).map(|((framer, x), pitch_px)| {
+            let scene = Scene {
+                bits: framer.next_panel().bits(),
+                width: 200,
+                centre: [x, 48.0],
+                pitch_px,
+                noise_grey: 1.0,
+                ..Scene::PLAIN
+            };
+            scene.render().pixels
+        });
         let (left, right) = (seen.next().unwrap(), seen.next().unwrap());
         let both: Vec<u8> = left.iter().zip(&right).map(|(&a, &b)| a.max(b)).collect();
-        receiver.frame_each(
-            number,
-            &Frame::new(&both, 200, 96).unwrap(),
-            &mut (),
-            |_, outcome| {
-                if let Event::Delivered(delivery) = outcome.event {
-                    delivered.push(delivery.message.to_vec());
-                }
-            },
-        );
+        receiver.frame_each(number, &Frame::new(&both, 200, 96).unwrap(), &mut (), |_, outcome| {
+            if let Event::Delivered(delivery) = outcome.event {
+                delivered.push(delivery.message.to_vec());
+            }
+        });
     }
     assert!(receiver.corners_each().iter().all(Option::is_some));
     for message in messages {
@@ -504,10 +447,7 @@ fn two_panels_deliver_their_own_messages() {
 fn cut(frame: &Frame<'_>, [x, y]: [f32; 2]) -> ([u16; 2], Vec<u8>) {
     let origin = [x, y].map(|c| c as usize - 32);
     let region = frame.region(origin[0], origin[1], 64, 64).unwrap();
-    (
-        origin.map(|c| c as u16),
-        region.rows().flatten().copied().collect(),
-    )
+    (origin.map(|c| c as u16), region.rows().flatten().copied().collect())
 }
 
 #[test]
@@ -515,8 +455,7 @@ fn moving_regions_give_what_whole_frames_give() {
     let mut framer = Framer::new(MESSAGE, Code::for_length(MESSAGE.len()), false).unwrap();
     let settings = ReceiverSettings::default();
     let mut whole = receiver(1.0);
-    let mut part =
-        Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
+    let mut part = Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
     let mut messages = [const { Vec::new() }; 2];
     let mut centre = [60.0, 60.0];
     for number in 0..30 {
@@ -540,12 +479,7 @@ fn moving_regions_give_what_whole_frames_give() {
         let part = part.region(number, origin, &region, &mut ());
         let (whole_reading, reading) = (whole.reading.unwrap(), part.reading.unwrap());
         assert_eq!(reading.detection.bits.bits(), scene.bits, "frame {number}");
-        let pairs = reading
-            .detection
-            .soft
-            .0
-            .iter()
-            .zip(whole_reading.detection.soft.0);
+        let pairs = reading.detection.soft.0.iter().zip(whole_reading.detection.soft.0);
         for (&a, b) in pairs {
             assert!(i32::from(a).abs_diff(i32::from(b)) <= 1, "frame {number}");
         }
@@ -567,32 +501,14 @@ fn a_region_that_misses_the_panel_ends_nothing() {
     let scene = Scene::PLAIN;
     let rendered = scene.render();
     let settings = ReceiverSettings::default();
-    let mut receiver =
-        Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
+    let mut receiver = Receiver::new(settings, Box::<ReceiverMemory<4096>>::default(), NoSearch).unwrap();
     let region = rendered.frame();
     let corners = scene.corners().shifted(500.0, 400.0).unwrap();
-    receiver
-        .place(corners, [500, 400], (scene.width, scene.height))
-        .unwrap();
-    assert!(
-        receiver
-            .region(0, [500, 400], &region, &mut ())
-            .reading
-            .is_ok()
-    );
+    receiver.place(corners, [500, 400], (scene.width, scene.height)).unwrap();
+    assert!(receiver.region(0, [500, 400], &region, &mut ()).reading.is_ok());
     for origin in [[900, 400], [0, 0], [u16::MAX; 2]] {
         let number = u64::from(origin[0]) % 7 + 1;
-        assert!(
-            receiver
-                .region(number, origin, &region, &mut ())
-                .reading
-                .is_err()
-        );
+        assert!(receiver.region(number, origin, &region, &mut ()).reading.is_err());
     }
-    assert!(
-        receiver
-            .region(9, [500, 400], &region, &mut ())
-            .reading
-            .is_ok()
-    );
+    assert!(receiver.region(9, [500, 400], &region, &mut ()).reading.is_ok());
 }

@@ -38,12 +38,7 @@ impl View {
 
     /// The view of a panel expected on `lattice`, in pixels of a frame of that size, so that `capacity` pixels hold it: this one as long as
     /// it serves. `None` where the panel is not in the frame at all.
-    pub fn of(
-        &self,
-        lattice: &Lattice,
-        frame_size: (usize, usize),
-        capacity: usize,
-    ) -> Option<Self> {
+    pub fn of(&self, lattice: &Lattice, frame_size: (usize, usize), capacity: usize) -> Option<Self> {
         let [across, down] = lattice.pitch();
         let pitch = across.max(down);
         let longest = frame_size.0.max(frame_size.1) as f32;
@@ -57,11 +52,7 @@ impl View {
         }
         let mut room = ROOM[0];
         loop {
-            let around = Self::around(
-                &part(lattice, room, side, frame_size)?,
-                side,
-                self.grid.origin,
-            );
+            let around = Self::around(&part(lattice, room, side, frame_size)?, side, self.grid.origin);
             let area = around.size[0] * around.size[1];
             if area > 0 && area <= capacity {
                 return Some(around);
@@ -91,8 +82,7 @@ impl View {
     /// Larger pixels that cover a part of the frame, as far as they are whole, where those of `before` could be.
     fn around([low, high]: &[[i32; 2]; 2], side: usize, before: [i32; 2]) -> Self {
         let step = side as i32;
-        let origin: [i32; 2] =
-            core::array::from_fn(|i| low[i] + before[i].wrapping_sub(low[i]).rem_euclid(step));
+        let origin: [i32; 2] = core::array::from_fn(|i| low[i] + before[i].wrapping_sub(low[i]).rem_euclid(step));
         let size = core::array::from_fn(|i| ((high[i] - origin[i]) / step).max(0) as usize);
         Self {
             grid: Grid { side, origin },
@@ -133,9 +123,7 @@ impl View {
     pub fn loss_in_frame(&self, loss: Loss, frame_size: (usize, usize)) -> Loss {
         let side = self.grid.side as f32;
         let in_frame = |why: TrackError| match why {
-            TrackError::OffCourse { off_px } => TrackError::OffCourse {
-                off_px: off_px * side,
-            },
+            TrackError::OffCourse { off_px } => TrackError::OffCourse { off_px: off_px * side },
             other => other,
         };
         match loss {
@@ -153,17 +141,9 @@ impl View {
     pub fn error_in_frame(&self, error: CellsError, (width, height): (usize, usize)) -> CellsError {
         match error {
             CellsError::OutsideFrame {
-                left,
-                right,
-                top,
-                bottom,
-                ..
+                left, right, top, bottom, ..
             } => {
-                let to_frame = |x: f64, y: f64| {
-                    self.grid
-                        .place_in_frame([x as f32, y as f32])
-                        .map(f64::from)
-                };
+                let to_frame = |x: f64, y: f64| self.grid.place_in_frame([x as f32, y as f32]).map(f64::from);
                 let ([left, top], [right, bottom]) = (to_frame(left, top), to_frame(right, bottom));
                 CellsError::outside_frame([[left, right], [top, bottom]], [width, height])
             }
@@ -172,11 +152,7 @@ impl View {
     }
 
     /// Makes sure that all cells of a panel seen here are in a frame of that size.
-    pub fn check_cells(
-        &self,
-        corners: &Corners,
-        (width, height): (usize, usize),
-    ) -> Result<(), CellsError> {
+    pub fn check_cells(&self, corners: &Corners, (width, height): (usize, usize)) -> Result<(), CellsError> {
         let last = [width as f64 - 1.0, height as f64 - 1.0];
         let outline = corners.homography().outline();
         let inside = outline.iter().all(|&[x, y]| {
@@ -209,12 +185,7 @@ fn beyond(side: usize) -> i32 {
 }
 
 /// The first pixel of the frame around a lattice with so much room, in pitches, and the one after the last; `None` outside the frame.
-fn part(
-    lattice: &Lattice,
-    room: f32,
-    side: usize,
-    (width, height): (usize, usize),
-) -> Option<[[i32; 2]; 2]> {
+fn part(lattice: &Lattice, room: f32, side: usize, (width, height): (usize, usize)) -> Option<[[i32; 2]; 2]> {
     let (extent, beyond) = (lattice.extent(room), beyond(side));
     let limit = [width, height].map(|limit| limit as i32);
     let (low, high) = (

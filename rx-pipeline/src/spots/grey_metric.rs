@@ -49,21 +49,14 @@ impl GreyMetric {
 
     /// The same for the differences from an earlier frame's pixels.
     #[inline]
-    pub fn pair<const L: usize>(
-        &self,
-        grey: &[u8; L],
-        earlier: &[u8; L],
-        model: &[f32; L],
-    ) -> [[f32; L]; 2] {
+    pub fn pair<const L: usize>(&self, grey: &[u8; L], earlier: &[u8; L], model: &[f32; L]) -> [[f32; L]; 2] {
         let [now, then] = [grey, earlier].map(|grey| grey.map(|grey| self.light.of(grey)));
-        let [slope_now, slope_then] =
-            [grey, earlier].map(|grey| grey.map(|grey| self.slope_squared[usize::from(grey)]));
+        let [slope_now, slope_then] = [grey, earlier].map(|grey| grey.map(|grey| self.slope_squared[usize::from(grey)]));
         let white = self.light.of(u8::MAX);
         let light: [f32; L] = core::array::from_fn(|i| now[i] - then[i]);
         let weight = core::array::from_fn(|i| {
             let (white_now, white_then) = (now[i] >= white, then[i] >= white);
-            let agrees = (white_now & (white_then | (model[i] >= light[i])))
-                | (white_then & (model[i] <= light[i]));
+            let agrees = (white_now & (white_then | (model[i] >= light[i]))) | (white_then & (model[i] <= light[i]));
             let weight = 1.0 / (slope_now[i] + slope_then[i]);
             if agrees { 0.0 } else { weight }
         });
@@ -91,10 +84,7 @@ mod tests {
         let weights = metric.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
         assert_eq!(weights.map(|weight| weight > 0.0), [false, true, true]);
         // White now, then, both and neither, and each time a model that changes by more, and by less.
-        let (now, then) = (
-            [255, 255, 9, 9, 255, 255, 9, 9],
-            [9, 9, 255, 255, 255, 255, 9, 9],
-        );
+        let (now, then) = ([255, 255, 9, 9, 255, 255, 9, 9], [9, 9, 255, 255, 255, 255, 9, 9]);
         let weights = metric.pair(&now, &then, &[9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0, -9.0])[1];
         let counted = [false, true, true, false, false, false, true, true];
         assert_eq!(weights.map(|weight| weight > 0.0), counted);

@@ -70,10 +70,7 @@ impl LatticeModel {
             core::array::from_fn(|dv| {
                 let (du, dv) = (du as f32, dv as f32 - 2.0);
                 let l = &self.lattice;
-                self.overlap([
-                    du * l.column[0] + dv * l.row[0],
-                    du * l.column[1] + dv * l.row[1],
-                ])
+                self.overlap([du * l.column[0] + dv * l.row[0], du * l.column[1] + dv * l.row[1]])
             })
         })
     }
@@ -137,9 +134,7 @@ impl LatticeModel {
         let mut normal = SMatrix::<f32, SHAPE, SHAPE>::zeros();
         let mut gradient = SVector::<f32, SHAPE>::zeros();
         // On the plane Σ g²·d² is σ² times Σ g².
-        let strength: [f32; LEDS] = core::array::from_fn(|led| {
-            self.amplitude(led) * libm::sqrtf(slope.led[led].spread / s2)
-        });
+        let strength: [f32; LEDS] = core::array::from_fn(|led| self.amplitude(led) * libm::sqrtf(slope.led[led].spread / s2));
         for (du, dv) in neighbourhood() {
             let together = together(&strength, du, dv);
             let [xx, xy, yy] = overlaps[du][dv].1;
@@ -166,23 +161,20 @@ impl LatticeModel {
             }
             gradient[6] += a * m.width;
         }
-        let step = [damping, 0.5 + damping, 5.0 + damping]
-            .into_iter()
-            .find_map(|damping| {
-                let mut damped = normal;
-                for i in 0..SHAPE {
-                    damped[(i, i)] *= 1.0 + damping;
-                }
-                Some(damped.cholesky()?.solve(&gradient))
-            })?;
+        let step = [damping, 0.5 + damping, 5.0 + damping].into_iter().find_map(|damping| {
+            let mut damped = normal;
+            for i in 0..SHAPE {
+                damped[(i, i)] *= 1.0 + damping;
+            }
+            Some(damped.cholesky()?.solve(&gradient))
+        })?;
         let mut next = *self;
         for axis in 0..2 {
             next.lattice.centre[axis] += step[axis];
             next.lattice.column[axis] += step[2 + axis];
             next.lattice.row[axis] += step[4 + axis];
         }
-        next.sigma = (self.sigma * libm::expf(step[6].clamp(-0.2, 0.2)))
-            .clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
+        next.sigma = (self.sigma * libm::expf(step[6].clamp(-0.2, 0.2))).clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
         Some(next)
     }
 
@@ -245,9 +237,7 @@ const ITSELF: (usize, usize) = (0, 2);
 /// The pairs of LEDs that are so far apart.
 fn pairs(du: usize, dv: usize) -> impl Iterator<Item = (usize, usize)> {
     let rows = 2usize.saturating_sub(dv)..SIDE.min(SIDE + 2 - dv);
-    rows.flat_map(move |row| {
-        (0..SIDE - du).map(move |column| (SIDE * row + column, SIDE * (row + dv - 2) + column + du))
-    })
+    rows.flat_map(move |row| (0..SIDE - du).map(move |column| (SIDE * row + column, SIDE * (row + dv - 2) + column + du)))
 }
 
 /// Σ sₖ·sₗ·(pₖ·pₗᵀ + pₗ·pₖᵀ) over the pairs that are so far apart, p = (1, column, row) from the middle; each LED with itself once.
@@ -266,10 +256,6 @@ fn together(strength: &[f32; LEDS], du: usize, dv: usize) -> [[f32; 3]; 3] {
     let times = if (du, dv) == ITSELF { 0.5 } else { 1.0 };
     let (du, dv) = (du as f32, dv as f32 - 2.0);
     let (a, b, c) = (2.0 * m, 2.0 * mu + du * m, 2.0 * mv + dv * m);
-    let (d, e, f) = (
-        2.0 * (muu + du * mu),
-        2.0 * muv + dv * mu + du * mv,
-        2.0 * (mvv + dv * mv),
-    );
+    let (d, e, f) = (2.0 * (muu + du * mu), 2.0 * muv + dv * mu + du * mv, 2.0 * (mvv + dv * mv));
     [[a, b, c], [b, d, e], [c, e, f]].map(|row| row.map(|value| times * value))
 }

@@ -22,12 +22,7 @@ impl Outline {
     /// That of a panel up to `margin` pitches beyond its outer LEDs.
     pub fn around(lattice: &Lattice, margin: f32) -> Self {
         let far = (SIDE - 1) as f32 + margin;
-        let corners = [
-            [-margin, -margin],
-            [far, -margin],
-            [far, far],
-            [-margin, far],
-        ];
+        let corners = [[-margin, -margin], [far, -margin], [far, far], [-margin, far]];
         Self(corners.map(|[column, row]| lattice.position(column, row)))
     }
 

@@ -22,12 +22,10 @@ impl LatticeModel {
             let at = self.lattice.position(column, row);
             let (u, v) = (column - MIDDLE, row - MIDDLE);
             let nearness = 1.0 / self.lattice.distance(u, v);
-            strength[led] =
-                amplitude * amplitude * slope.led[led].spread / (2.0 * variance * variance);
+            strength[led] = amplitude * amplitude * slope.led[led].spread / (2.0 * variance * variance);
             total += strength[led];
             for (tilt, along_tilt) in [u, v].into_iter().zip(&mut along[led]) {
-                *along_tilt =
-                    [0, 1].map(|axis| -tilt * nearness * (at[axis] - self.lattice.centre[axis]));
+                *along_tilt = [0, 1].map(|axis| -tilt * nearness * (at[axis] - self.lattice.centre[axis]));
             }
             for (mean, along) in mean.iter_mut().zip(&along[led]) {
                 for (mean, along) in mean.iter_mut().zip(along) {
@@ -46,9 +44,7 @@ impl LatticeModel {
         for led in 0..LEDS {
             let m = &slope.led[led];
             let per_px = self.amplitude(led) / variance;
-            let moved: [[f32; 2]; 2] = core::array::from_fn(|tilt| {
-                core::array::from_fn(|axis| along[led][tilt][axis] - mean[tilt][axis])
-            });
+            let moved: [[f32; 2]; 2] = core::array::from_fn(|tilt| core::array::from_fn(|axis| along[led][tilt][axis] - mean[tilt][axis]));
             let dot = |a: [f32; 2], b: [f32; 2]| a[0] * b[0] + a[1] * b[1];
             for i in 0..2 {
                 gradient[i] += per_px * dot(moved[i], m.along);

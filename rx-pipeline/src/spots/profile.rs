@@ -41,10 +41,8 @@ impl Profile {
     /// Makes of [`Profile::NONE`], in its place, the spot at `centre` (in the window's pixels) as far as it lies within.
     pub fn place(&mut self, centre: [f32; 2], sigma: f32, window: Window) {
         let reach = REACH_FITTED * sigma;
-        let (Some((x, columns)), Some((y, rows))) = (
-            clipped(centre[0], reach, window.width),
-            clipped(centre[1], reach, window.height),
-        ) else {
+        let (Some((x, columns)), Some((y, rows))) = (clipped(centre[0], reach, window.width), clipped(centre[1], reach, window.height))
+        else {
             return;
         };
         (self.start, self.rows) = ([x as usize, y as usize], rows);
@@ -56,12 +54,7 @@ impl Profile {
         let height = |offset: f32| libm::expf(-half * offset * offset);
         let [plain, once, twice] = &mut self.across;
         gaussian(&mut plain[..columns], height(first_x), first_x, variance);
-        gaussian(
-            &mut self.down[..rows],
-            height(self.first_y),
-            self.first_y,
-            variance,
-        );
+        gaussian(&mut self.down[..rows], height(self.first_y), self.first_y, variance);
         for (i, &height) in plain.iter().enumerate().take(columns) {
             let offset = first_x + i as f32;
             once[i] = height * offset;
@@ -95,8 +88,7 @@ impl Profile {
         for (j, &down) in self.down.iter().enumerate().take(self.rows) {
             let start = (self.start[1] + j) * width + self.start[0];
             let end = (start + self.padded).min(residual.len());
-            let [height, along, wide, squares, spread, tails] =
-                self.dots(&residual[start..end], &weight[start..end]);
+            let [height, along, wide, squares, spread, tails] = self.dots(&residual[start..end], &weight[start..end]);
             let dy = self.first_y + j as f32;
             let (dy2, down2) = (dy * dy, down * down);
             for i in 0..LANES {
@@ -109,8 +101,7 @@ impl Profile {
                 sums[6][i] += down2 * (tails[i] + dy2 * (2.0 * spread[i] + dy2 * squares[i]));
             }
         }
-        let [height, along, across, width, weight, spread, tails] =
-            sums.map(|lanes| lanes.iter().sum());
+        let [height, along, across, width, weight, spread, tails] = sums.map(|lanes| lanes.iter().sum());
         Moments {
             height,
             along: [along, across],

@@ -38,13 +38,7 @@ struct Sums {
 impl Sums {
     /// Adds pixels of which `residual` holds the model; leaves their weighted residuals and their weights.
     #[inline]
-    fn add<const L: usize>(
-        &mut self,
-        [light, weights]: [[f32; L]; 2],
-        background: f32,
-        residual: &mut [f32; L],
-        weight: &mut [f32; L],
-    ) {
+    fn add<const L: usize>(&mut self, [light, weights]: [[f32; L]; 2], background: f32, residual: &mut [f32; L], weight: &mut [f32; L]) {
         const { assert!(L <= LANES) }
         for i in 0..L {
             let difference = light[i] - residual[i];
@@ -96,21 +90,14 @@ impl<const N: usize> Residuals<N> {
     }
 
     /// Holds the model against the observation.
-    pub fn compare(
-        &mut self,
-        spots: &LatticeModel,
-        observation: Observation<'_, '_>,
-        window: Window,
-    ) -> Option<Slope> {
+    pub fn compare(&mut self, spots: &LatticeModel, observation: Observation<'_, '_>, window: Window) -> Option<Slope> {
         let area = window.width * window.height;
         let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
         residual.fill(spots.background);
         let origin = [window.x as f32, window.y as f32];
         let mut profiles = [Profile::NONE; LEDS];
         for (led, profile) in profiles.iter_mut().enumerate() {
-            let [x, y] = spots
-                .lattice
-                .position((led % SIDE) as f32, (led / SIDE) as f32);
+            let [x, y] = spots.lattice.position((led % SIDE) as f32, (led / SIDE) as f32);
             profile.place([x - origin[0], y - origin[1]], spots.sigma, window);
             let height = spots.amplitude(led);
             if height != 0.0 {
@@ -124,9 +111,7 @@ impl<const N: usize> Residuals<N> {
         let mut seen = 0;
         for (y, (residual, weight)) in (window.y..).zip(rows) {
             let all = 0..window.width;
-            let span = observation
-                .within
-                .map_or(all, |outline| outline.span(y, window));
+            let span = observation.within.map_or(all, |outline| outline.span(y, window));
             seen += span.len() as u32;
             for row in [&mut *residual, &mut *weight] {
                 row[..span.start].fill(0.0);
@@ -166,15 +151,8 @@ impl<const N: usize> Residuals<N> {
         let (residual, weight) = (self.residual.get(..area)?, self.weight.get(..area)?);
         let (mut squares, mut pixels) = (0.0, 0u32);
         for (i, (&residual, &weight)) in residual.iter().zip(weight).enumerate() {
-            let at = [
-                (window.x + i % window.width) as f32,
-                (window.y + i / window.width) as f32,
-            ];
-            let outside = spots
-                .lattice
-                .coordinates(at)?
-                .into_iter()
-                .any(|c| !NEAR_LATTICE.contains(&c));
+            let at = [(window.x + i % window.width) as f32, (window.y + i / window.width) as f32];
+            let outside = spots.lattice.coordinates(at)?.into_iter().any(|c| !NEAR_LATTICE.contains(&c));
             if outside && weight > 0.0 {
                 squares += residual * residual / weight;
                 pixels += 1;
@@ -186,8 +164,7 @@ impl<const N: usize> Residuals<N> {
     /// After [`Residuals::compare`]: how many of the 36 places around the lattice hold half an LED's light or more.
     pub fn lit_around(&self, spots: &LatticeModel, window: Window) -> u32 {
         let area = window.width * window.height;
-        let (Some(residual), Some(weight)) = (self.residual.get(..area), self.weight.get(..area))
-        else {
+        let (Some(residual), Some(weight)) = (self.residual.get(..area), self.weight.get(..area)) else {
             return 0;
         };
         let mut lit = 0;
@@ -202,10 +179,7 @@ impl<const N: usize> Residuals<N> {
                 let at = [x - window.x as f32, y - window.y as f32];
                 profile.place(at, spots.sigma, window);
                 let sums = profile.moments(residual, weight, window.width);
-                lit += u32::from(
-                    sums.height.abs() > 0.5 * spots.contrast.abs() * sums.weight
-                        && sums.weight > 0.0,
-                );
+                lit += u32::from(sums.height.abs() > 0.5 * spots.contrast.abs() * sums.weight && sums.weight > 0.0);
             }
         }
         lit

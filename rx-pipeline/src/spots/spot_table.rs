@@ -42,10 +42,7 @@ impl SpotTable {
         let density = |offset: f32| libm::expf(-offset * offset * half) / area;
         for led in 0..LEDS {
             let [x, y] = self.centre[led];
-            let (left, top) = (
-                whole(x, self.taps[0], stride),
-                whole(y, self.taps[1], height),
-            );
+            let (left, top) = (whole(x, self.taps[0], stride), whole(y, self.taps[1], height));
             self.first[led] = [left, top].map(|first| first as u8);
             let across = &mut self.across[led][..self.taps[0]];
             let down = &mut self.down[led][..self.taps[1]];

@@ -48,9 +48,7 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ApplicationError {
     /// More symbols than frames, or none.
-    #[error(
-        "{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame"
-    )]
+    #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
     SymbolRate {
         /// The rate asked for.
         millihertz: u32,
@@ -108,12 +106,9 @@ impl<F: Follow> Application<F> {
     /// [`ApplicationError`] if a setting is out of its range.
     pub fn new(mut follower: F, settings: Settings) -> Result<Self, ApplicationError> {
         let Settings {
-            mode,
-            symbol_millihertz,
-            ..
+            mode, symbol_millihertz, ..
         } = settings;
-        let begun =
-            symbols_per_frame(symbol_millihertz, mode).and_then(|rate| follower.begin(rate));
+        let begun = symbols_per_frame(symbol_millihertz, mode).and_then(|rate| follower.begin(rate));
         begun.ok_or(ApplicationError::SymbolRate {
             millihertz: symbol_millihertz,
             most: most_millihertz(mode),
@@ -230,8 +225,7 @@ impl<F: Follow> Application<F> {
         self.frame_us = took_us.min(u32::MAX.into()) as u32;
         self.longest_us = self.longest_us.max(self.frame_us);
         self.serve(board);
-        self.numbering
-            .was_busy(board.micros().saturating_sub(began_us));
+        self.numbering.was_busy(board.micros().saturating_sub(began_us));
     }
 
     /// A whole frame is there: what was wrong with frames is so no more. A camera that could not be set up is tried again.
@@ -320,8 +314,7 @@ impl<F: Follow> Application<F> {
         };
         // What was not written whole is written again.
         let is_unsure = matches!(self.fault(), Some(Fault::Camera(_)));
-        let Some(wanted) = wanted.filter(|wanted| self.is_set_up && (is_unsure || *wanted != now))
-        else {
+        let Some(wanted) = wanted.filter(|wanted| self.is_set_up && (is_unsure || *wanted != now)) else {
             return;
         };
         let exposed = board.expose(wanted);
@@ -382,10 +375,7 @@ impl<F: Follow> Application<F> {
         } = self.settings;
         let reading = self.reading();
         let Self {
-            desk,
-            picture,
-            message,
-            ..
+            desk, picture, message, ..
         } = self;
         let facts = Facts {
             now_us,
@@ -437,9 +427,7 @@ impl<F: Follow> Application<F> {
         Some(Reading {
             frame,
             bits: sighting.bits.bits(),
-            soft: array::from_fn(|row| {
-                array::from_fn(|column| sighting.soft.0[SIDE * row + column])
-            }),
+            soft: array::from_fn(|row| array::from_fn(|column| sighting.soft.0[SIDE * row + column])),
             is_mixed: sighting.is_mixed,
             corners: sighting.corners.points(),
             confidence: sighting.confidence,
@@ -451,8 +439,7 @@ impl<F: Follow> Application<F> {
     /// Whether the lamp is lit: a short flash each second while searching, steadily while following, quickly blinking after a message, and
     /// slowly where something is wrong.
     fn lamp(&self, now_us: u64) -> bool {
-        let has_message = self.counters.messages > 0
-            && now_us.saturating_sub(self.message.at_us) < MESSAGE_SHOWN_US;
+        let has_message = self.counters.messages > 0 && now_us.saturating_sub(self.message.at_us) < MESSAGE_SHOWN_US;
         let lit = |on_us: u64, period_us: u64| now_us % period_us < on_us;
         match self.trouble {
             Some(_) => lit(1_000_000, 2_000_000),

@@ -1,8 +1,7 @@
 //! A receiver's end of the conversation with a computer.
 
 use super::message::{
-    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading,
-    Refusal, Request, SCHEMA, Status,
+    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading, Refusal, Request, SCHEMA, Status,
 };
 use super::picture::Picture;
 use link::serial::{BodyError, FrameReader, Hello, Kind, VERSION, encode, wire_length};
@@ -70,8 +69,7 @@ impl Desk {
 
     /// Whether a computer has asked within so many µs.
     pub fn is_asked(&self, now_us: u64, within_us: u64) -> bool {
-        self.asked_us
-            .is_some_and(|asked| now_us.saturating_sub(asked) < within_us)
+        self.asked_us.is_some_and(|asked| now_us.saturating_sub(asked) < within_us)
     }
 
     /// Whether the picture has to stay as it is.

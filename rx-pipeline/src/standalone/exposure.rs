@@ -52,16 +52,11 @@ impl Levels {
         let margin = 0.5 * corners.pitch_px();
         let points = corners.points();
         let bound = |axis: usize, size: usize| {
-            let (low, high) = points
-                .iter()
-                .fold((f32::MAX, f32::MIN), |(low, high), point| {
-                    (low.min(point[axis]), high.max(point[axis]))
-                });
+            let (low, high) = points.iter().fold((f32::MAX, f32::MIN), |(low, high), point| {
+                (low.min(point[axis]), high.max(point[axis]))
+            });
             let from = ((low - margin).max(0.0) as usize).min(size);
-            (
-                from,
-                ((high + margin + 1.0).max(0.0) as usize).clamp(from, size),
-            )
+            (from, ((high + margin + 1.0).max(0.0) as usize).clamp(from, size))
         };
         let ((left, right), (top, bottom)) = (bound(0, frame.width()), bound(1, frame.height()));
         if right - left < 4 || bottom - top < 4 {
@@ -112,13 +107,7 @@ pub fn for_panel(now: Exposure, levels: Levels, mode: Mode) -> Exposure {
 /// The exposure for the frames to come, while a panel is looked for: by the mean, and in turn shorter ones.
 ///
 /// `by_mean` is what the mean alone would ask for, and goes on with each call; `turn` counts brackets.
-pub fn for_search(
-    by_mean: &mut Exposure,
-    now: Exposure,
-    levels: Levels,
-    turn: u32,
-    mode: Mode,
-) -> Exposure {
+pub fn for_search(by_mean: &mut Exposure, now: Exposure, levels: Levels, turn: u32, mode: Mode) -> Exposure {
     let light = u32::from(levels.mean.saturating_sub(BLACK_GREY)).max(1);
     // What the mean would be by the exposure that it asks for, which this frame may not have had.
     let in_mean = (light * by_mean.sensitivity() / now.sensitivity().max(1)).max(1);
@@ -138,11 +127,7 @@ fn adjusted(now: Exposure, wanted: u32, light: u32, mode: Mode) -> Exposure {
 /// The longest exposure that leaves symbols whole: a quarter of the time between frames.
 const fn most_lines(mode: Mode) -> u16 {
     let quarter = mode.frame_lines / 4;
-    if quarter < mode.most_lines() {
-        quarter
-    } else {
-        mode.most_lines()
-    }
+    if quarter < mode.most_lines() { quarter } else { mode.most_lines() }
 }
 
 /// The exposure of that sensitivity, in lines at gain 1: as long as may be before gain is used.
@@ -168,12 +153,7 @@ mod tests {
         (f64::from(BLACK_GREY) + light * f64::from(exposure.sensitivity())) as u8
     }
 
-    fn settled(
-        led: f64,
-        background: f64,
-        mut exposure: Exposure,
-        mode: Mode,
-    ) -> (Exposure, Levels) {
+    fn settled(led: f64, background: f64, mut exposure: Exposure, mode: Mode) -> (Exposure, Levels) {
         let mut levels = Levels::default();
         for _ in 0..16 {
             levels = Levels {
@@ -217,10 +197,7 @@ mod tests {
     fn a_bracket_fits_leds_that_are_brighter_than_all_else() {
         for brighter in [1.5, 4.0, 12.0, 40.0, 60.0] {
             let ground = 0.2;
-            let (mut by_mean, mut exposure) = (
-                of_sensitivity(500, Mode::QVGA),
-                of_sensitivity(500, Mode::QVGA),
-            );
+            let (mut by_mean, mut exposure) = (of_sensitivity(500, Mode::QVGA), of_sensitivity(500, Mode::QVGA));
             let mut fits = false;
             for frame in 0..12 * BRACKET_FRAMES {
                 let levels = Levels {
@@ -229,13 +206,7 @@ mod tests {
                 };
                 let led = grey(brighter * ground, exposure);
                 fits |= frame > 2 * BRACKET_FRAMES && (60..WHITE).contains(&led);
-                exposure = for_search(
-                    &mut by_mean,
-                    exposure,
-                    levels,
-                    frame / BRACKET_FRAMES,
-                    Mode::QVGA,
-                );
+                exposure = for_search(&mut by_mean, exposure, levels, frame / BRACKET_FRAMES, Mode::QVGA);
             }
             assert!(fits, "{brighter}");
         }
@@ -251,8 +222,7 @@ mod tests {
             })
             .collect();
         let frame = Frame::new(&pixels, 100, 80).unwrap();
-        let corners =
-            Corners::new([[32.0, 22.0], [57.0, 22.0], [57.0, 47.0], [32.0, 47.0]]).unwrap();
+        let corners = Corners::new([[32.0, 22.0], [57.0, 22.0], [57.0, 47.0], [32.0, 47.0]]).unwrap();
         let levels = Levels::of_panel(&frame, &corners);
         assert_eq!((levels.bright, levels.dark), (180, 20));
         assert_eq!(Levels::of_frame(&frame).bright, 255);

@@ -5,9 +5,7 @@ use core::borrow::BorrowMut;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::profile::{Profile, Stage};
-use crate::receiver::{
-    BlinkSearch, IntegerReceiver, Loss, Proof, Receiver, ReceiverMemory, ReceiverSettings,
-};
+use crate::receiver::{BlinkSearch, IntegerReceiver, Loss, Proof, Receiver, ReceiverMemory, ReceiverSettings};
 use link::framing::Event;
 use link::panel::{PanelFrame, SoftPanel};
 
@@ -73,10 +71,7 @@ where
 {
     fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
         let PanelReceiver {
-            receiver,
-            search,
-            proof,
-            ..
+            receiver, search, proof, ..
         } = &mut **self;
         if proof.has_failed() {
             receiver.give_up();

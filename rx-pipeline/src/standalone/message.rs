@@ -69,9 +69,7 @@ pub enum Answer<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
     /// The request is of another version of the frames.
-    #[error(
-        "the receiver speaks version {speaks} of the frames: use a program that does, or update it"
-    )]
+    #[error("the receiver speaks version {speaks} of the frames: use a program that does, or update it")]
     Version {
         /// The version it speaks.
         speaks: u8,
@@ -80,14 +78,10 @@ pub enum Refusal {
     #[error("the receiver does not know this request: update the older side")]
     Unknown,
     /// No frame has come from the camera.
-    #[error(
-        "the receiver has no picture, as no frame has come from its camera: look at its status"
-    )]
+    #[error("the receiver has no picture, as no frame has come from its camera: look at its status")]
     NoPicture,
     /// It cannot read symbols at that rate.
-    #[error(
-        "{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame"
-    )]
+    #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
     SymbolRate {
         /// The rate asked for.
         millihertz: u32,
@@ -106,9 +100,7 @@ pub enum Fault {
     #[error("the camera sends no frames: look at PCLK, HREF, VSYNC and the camera's clock")]
     NoFrames,
     /// The camera's frames lack lines, all of them for a second.
-    #[error(
-        "the camera's frames are cut short, none was whole for a second: look at PCLK, HREF and VSYNC, and keep their wires short"
-    )]
+    #[error("the camera's frames are cut short, none was whole for a second: look at PCLK, HREF and VSYNC, and keep their wires short")]
     NoWholeFrames,
 }
 

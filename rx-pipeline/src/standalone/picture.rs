@@ -35,9 +35,7 @@ impl Picture {
         let [width, height] = self.size.map(usize::from);
         let end = width * height;
         let from = (offset as usize).min(end);
-        self.pixels
-            .get(from..(from + most).min(end))
-            .unwrap_or_default()
+        self.pixels.get(from..(from + most).min(end)).unwrap_or_default()
     }
 
     /// Draws a frame, or what is around the panel in it.
@@ -74,10 +72,7 @@ fn around(corners: &Corners, size: [usize; 2]) -> ([usize; 2], [usize; 2]) {
         let to = ((centre[axis] + half).max(0.0) as usize).clamp(from + 1, size[axis]);
         (from, to - from)
     });
-    (
-        bounds.map(|(from, _)| from),
-        bounds.map(|(_, extent)| extent),
-    )
+    (bounds.map(|(from, _)| from), bounds.map(|(_, extent)| extent))
 }
 
 #[cfg(test)]
@@ -91,20 +86,13 @@ mod tests {
         let mut picture = std::boxed::Box::new(Picture::EMPTY);
         assert!(picture.part(0, 512).is_empty());
         picture.draw(7, &frame, None);
-        assert_eq!(
-            (picture.size, picture.step, picture.frame),
-            ([81, 61], 4, 7)
-        );
+        assert_eq!((picture.size, picture.step, picture.frame), ([81, 61], 4, 7));
         assert_eq!(picture.part(81 * 60, 512).len(), 81);
         assert_eq!(picture.part(81, 3), [0, 2, 4]);
         assert!(picture.part(u32::MAX, 512).is_empty());
-        let corners =
-            Corners::new([[100.0, 50.0], [121.0, 50.0], [121.0, 71.0], [100.0, 71.0]]).unwrap();
+        let corners = Corners::new([[100.0, 50.0], [121.0, 50.0], [121.0, 71.0], [100.0, 71.0]]).unwrap();
         picture.draw(8, &frame, Some(&corners));
-        assert_eq!(
-            (picture.origin, picture.size, picture.step),
-            ([92, 42], [36, 36], 1)
-        );
+        assert_eq!((picture.origin, picture.size, picture.step), ([92, 42], [36, 36], 1));
         assert_eq!(picture.part(0, 2), [46, 46]);
     }
 }

@@ -43,15 +43,9 @@ mod tests {
     /// The corner LEDs of a panel whose centre is at `centre` (pitches, z along the optical axis), turned by roll, yaw and pitch.
     fn seen(centre: [f64; 3], [roll, yaw, pitch]: [f64; 3], mode: Mode) -> Option<Corners> {
         let corner = |u: f64, v: f64| {
-            let (x, y) = (
-                u * roll.cos() - v * roll.sin(),
-                u * roll.sin() + v * roll.cos(),
-            );
+            let (x, y) = (u * roll.cos() - v * roll.sin(), u * roll.sin() + v * roll.cos());
             let (x, z) = (x * yaw.cos(), x * yaw.sin());
-            let (y, z) = (
-                y * pitch.cos() - z * pitch.sin(),
-                y * pitch.sin() + z * pitch.cos(),
-            );
+            let (y, z) = (y * pitch.cos() - z * pitch.sin(), y * pitch.sin() + z * pitch.cos());
             let scale = f64::from(mode.focal_length_px()) / (centre[2] + z);
             let middle = [mode.width(), mode.height()].map(|side| (side as f64 - 1.0) / 2.0);
             [

@@ -23,11 +23,7 @@ impl Said {
             };
         }
         if self.is_following != Some(is_following) {
-            let state = if is_following {
-                "following"
-            } else {
-                "searching"
-            };
+            let state = if is_following { "following" } else { "searching" };
             let _ = write!(text, "state: {state}\r\n");
         }
         (self.is_following, self.fault) = (Some(is_following), fault);

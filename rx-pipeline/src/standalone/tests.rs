@@ -4,9 +4,7 @@ use super::*;
 use crate::corners::Corners;
 use crate::detect::Detector;
 use crate::hm01b0::{BLACK_GREY, Mode};
-use crate::receiver::{
-    BlinkSearch, IntegerReceiver, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings,
-};
+use crate::receiver::{BlinkSearch, IntegerReceiver, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings};
 use link::camera::{Camera as Lens, Encoding};
 use link::fec::Code;
 use link::framing::Framer;
@@ -136,10 +134,7 @@ fn room(mode: Mode) -> Vec<u8> {
 }
 
 /// What reads in whole numbers.
-fn in_integers(
-    mode: Mode,
-    symbol_millihertz: u32,
-) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
+fn in_integers(mode: Mode, symbol_millihertz: u32) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
     let receiver = IntegerReceiver::new(1.0, room(mode)).unwrap();
     let settings = Settings {
         mode,
@@ -183,12 +178,7 @@ impl Scene {
         let pitch = 4.3;
         let [x, y] = [0.41 * mode.width() as f32, 0.36 * mode.height() as f32];
         let [dx, dy] = [7.0 * pitch, 0.05 * 7.0 * pitch];
-        let corners = [
-            [x, y],
-            [x + dx, y + dy],
-            [x + dx - dy, y + dx + dy],
-            [x - dy, y + dx],
-        ];
+        let corners = [[x, y], [x + dx, y + dy], [x + dx - dy, y + dx + dy], [x - dy, y + dx]];
         Self {
             mode,
             corners: Some(Corners::new(corners).unwrap()),
@@ -196,9 +186,7 @@ impl Scene {
             led: 4.0,
             symbol_s: 1e3 / f64::from(symbol_millihertz),
             phase: 0.0,
-            symbols: (0..4000)
-                .map(|_| framer.next_panel_of(size).bits())
-                .collect(),
+            symbols: (0..4000).map(|_| framer.next_panel_of(size).bits()).collect(),
             seed: 1,
         }
     }
@@ -210,8 +198,7 @@ impl Scene {
         let mut light = std::vec![self.ground; width * height];
         if let Some(corners) = &self.corners {
             let panel = corners.homography();
-            let ends = [end_us.saturating_sub(exposure.time_us().into()), end_us]
-                .map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
+            let ends = [end_us.saturating_sub(exposure.time_us().into()), end_us].map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
             // An exposure that meets a change of symbols has as much of each as it lasts.
             let next = ((ends[1] - ends[1].floor()) / (ends[1] - ends[0])).min(1.0);
             let shown = ends.map(|symbol| self.symbols[symbol as usize % self.symbols.len()]);
@@ -233,10 +220,7 @@ impl Scene {
         light
             .into_iter()
             .map(|light| {
-                self.seed = self
-                    .seed
-                    .wrapping_mul(1_664_525)
-                    .wrapping_add(1_013_904_223);
+                self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let noise = f64::from(self.seed >> 16) / 65_536.0 * 3.0 - 1.0;
                 (f64::from(BLACK_GREY) + light * gain + noise).clamp(0.0, 255.0) as u8
             })
@@ -245,12 +229,7 @@ impl Scene {
 }
 
 /// Runs for so many frames, or until a message has come; how long that took, µs.
-fn run(
-    application: &mut Application<impl Follow>,
-    bench: &mut Bench,
-    scene: &mut Scene,
-    frames: u32,
-) -> u64 {
+fn run(application: &mut Application<impl Follow>, bench: &mut Bench, scene: &mut Scene, frames: u32) -> u64 {
     let (began, messages) = (bench.now_us, application.counters().messages);
     for _ in 0..frames {
         bench.now_us += u64::from(scene.mode.period_us());
@@ -265,16 +244,12 @@ fn run(
 
 #[test]
 fn a_message_comes_out_of_the_port() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
     application.start(&mut bench);
     let took = run(&mut application, &mut bench, &mut scene, 400);
     let text = bench.text();
-    assert!(
-        text.contains("state: searching\r\nstate: following\r\n"),
-        "{text}"
-    );
+    assert!(text.contains("state: searching\r\nstate: following\r\n"), "{text}");
     assert!(
         text.contains("message: ice on the bridge\r\n"),
         "{text} {:?}",
@@ -305,19 +280,13 @@ fn a_message_comes_out_at_half_the_resolution() {
 #[test]
 fn the_exposure_follows_the_light() {
     for brighter in [0.15, 12.0] {
-        let (mut application, mut bench) =
-            (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
         let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"light");
         scene.ground *= brighter;
         scene.led *= brighter;
         application.start(&mut bench);
         run(&mut application, &mut bench, &mut scene, 500);
-        assert_eq!(
-            application.message(),
-            b"light",
-            "{brighter} {:?}",
-            application.counters()
-        );
+        assert_eq!(application.message(), b"light", "{brighter} {:?}", application.counters());
         run(&mut application, &mut bench, &mut scene, 60);
         let levels = application.levels;
         assert!((100..250).contains(&levels.bright), "{brighter} {levels:?}");
@@ -327,16 +296,13 @@ fn the_exposure_follows_the_light() {
 /// A panel that goes elsewhere at once is lost and found again.
 #[test]
 fn a_moved_panel_is_found_again() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"moved");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 400);
     // A message that goes on is told once.
     scene.symbols = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"there").symbols;
-    scene.corners = scene
-        .corners
-        .and_then(|corners| corners.shifted(90.0, 40.0).ok());
+    scene.corners = scene.corners.and_then(|corners| corners.shifted(90.0, 40.0).ok());
     run(&mut application, &mut bench, &mut scene, 400);
     let counters = application.counters();
     assert_eq!((counters.messages, counters.found), (2, 2), "{counters:?}");
@@ -357,10 +323,7 @@ fn a_moving_panel_is_followed_in_integers() {
             let [x, y] = corners.centre_px();
             let moved = corners.points().map(|[u, v]| {
                 let [du, dv] = [u - x, v - y];
-                [
-                    x + 0.3 + 1.001 * du - 0.001 * dv,
-                    y + 0.1 + 1.001 * dv + 0.001 * du,
-                ]
+                [x + 0.3 + 1.001 * du - 0.001 * dv, y + 0.1 + 1.001 * dv + 0.001 * du]
             });
             Corners::new(moved).ok()
         });
@@ -385,9 +348,7 @@ fn ask<R>(
     read: impl Fn(Answer<'_>) -> R,
 ) -> R {
     let mut wire = [0; wire_length(REQUEST_MAX)];
-    bench
-        .input
-        .extend(encode(Kind::Request, sequence, &request, &mut wire).unwrap());
+    bench.input.extend(encode(Kind::Request, sequence, &request, &mut wire).unwrap());
     bench.output.clear();
     application.serve(bench);
     let mut reader = FrameReader::<ANSWER_MAX>::new();
@@ -402,62 +363,33 @@ fn ask<R>(
 
 #[test]
 fn a_computer_is_told_what_it_asks() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     application.start(&mut bench);
     let no_picture = Answer::Refused(Refusal::NoPicture);
-    ask(
-        &mut application,
-        &mut bench,
-        1,
-        Request::Picture { offset: 0 },
-        |answer| {
-            assert_eq!(answer, no_picture);
-        },
-    );
+    ask(&mut application, &mut bench, 1, Request::Picture { offset: 0 }, |answer| {
+        assert_eq!(answer, no_picture);
+    });
     bench.cut_short = 5;
     // A computer that asks holds text back.
     bench.now_us += 2 * QUIET_US;
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"asked for");
     run(&mut application, &mut bench, &mut scene, 400);
-    ask(
-        &mut application,
-        &mut bench,
-        2,
-        Request::Message,
-        |answer| {
-            let Answer::Message(message) = answer else {
-                panic!("{answer:?}")
-            };
-            assert_eq!((message.count, message.bytes), (1, &b"asked for"[..]));
-        },
-    );
+    ask(&mut application, &mut bench, 2, Request::Message, |answer| {
+        let Answer::Message(message) = answer else { panic!("{answer:?}") };
+        assert_eq!((message.count, message.bytes), (1, &b"asked for"[..]));
+    });
     ask(&mut application, &mut bench, 3, Request::Status, |answer| {
-        let Answer::Status(status) = answer else {
-            panic!("{answer:?}")
-        };
+        let Answer::Status(status) = answer else { panic!("{answer:?}") };
         assert_eq!((status.is_following, status.stack_bytes), (true, 1234));
-        assert_eq!(
-            (status.counters.cut_short, status.counters.messages),
-            (5, 1)
-        );
+        assert_eq!((status.counters.cut_short, status.counters.messages), (5, 1));
         assert!(status.corners.is_some() && status.confidence > 0.9);
     });
     ask(&mut application, &mut bench, 4, Request::Camera, |answer| {
-        let Answer::Camera(camera) = answer else {
-            panic!("{answer:?}")
-        };
-        assert_eq!(
-            (camera.size, camera.exposure()),
-            ([324, 244], bench_exposure(&camera))
-        );
+        let Answer::Camera(camera) = answer else { panic!("{answer:?}") };
+        assert_eq!((camera.size, camera.exposure()), ([324, 244], bench_exposure(&camera)));
     });
     let picture = fetch(&mut application, &mut bench, &mut scene);
-    assert!(
-        picture.iter().max() > Some(&100),
-        "{:?}",
-        picture.iter().max()
-    );
+    assert!(picture.iter().max() > Some(&100), "{:?}", picture.iter().max());
     let before = bench.output.len();
     run(&mut application, &mut bench, &mut scene, 60);
     assert_eq!(bench.output.len(), before, "text while a computer asks");
@@ -475,19 +407,11 @@ fn fetch(application: &mut Application<Follower>, bench: &mut Bench, scene: &mut
     let (mut picture, mut number) = (Vec::new(), None);
     loop {
         let offset = picture.len() as u32;
-        let (frame, size, bytes) = ask(
-            application,
-            bench,
-            50 + offset,
-            Request::Picture { offset },
-            |answer| {
-                let Answer::Picture(part) = answer else {
-                    panic!("{answer:?}")
-                };
-                assert_eq!(part.offset, offset);
-                (part.frame, part.size, part.bytes.to_vec())
-            },
-        );
+        let (frame, size, bytes) = ask(application, bench, 50 + offset, Request::Picture { offset }, |answer| {
+            let Answer::Picture(part) = answer else { panic!("{answer:?}") };
+            assert_eq!(part.offset, offset);
+            (part.frame, part.size, part.bytes.to_vec())
+        });
         assert_eq!(*number.get_or_insert(frame), frame, "another frame's part");
         if bytes.is_empty() {
             assert_eq!(picture.len(), usize::from(size[0]) * usize::from(size[1]));
@@ -501,8 +425,7 @@ fn fetch(application: &mut Application<Follower>, bench: &mut Bench, scene: &mut
 /// The greeting is a transmitter's, so that a computer can tell who is there.
 #[test]
 fn a_receiver_greets_as_a_transmitter_does() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut wire = [0; wire_length(REQUEST_MAX)];
     let greeting = encode(Kind::Request, 9, &link::serial::Request::Hello, &mut wire).unwrap();
     bench.input.extend(greeting);
@@ -527,8 +450,7 @@ fn a_receiver_greets_as_a_transmitter_does() {
 
 #[test]
 fn symbol_rates_are_taken_or_refused() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut set = |sequence, millihertz| {
         ask(
             &mut application,
@@ -545,8 +467,7 @@ fn symbol_rates_are_taken_or_refused() {
             },
         )
     };
-    let taken = [(1, 15_000), (2, 29_995), (3, 29_996), (4, 0), (5, u32::MAX)]
-        .map(|(i, rate)| set(i, rate));
+    let taken = [(1, 15_000), (2, 29_995), (3, 29_996), (4, 0), (5, u32::MAX)].map(|(i, rate)| set(i, rate));
     assert_eq!(taken, [true, true, false, false, false]);
     let none = Settings {
         mode: Mode::QVGA,
@@ -566,8 +487,7 @@ fn symbol_rates_are_taken_or_refused() {
 /// Frames that are no frames change nothing.
 #[test]
 fn frames_of_another_size_are_passed_over() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     application.start(&mut bench);
     application.frame(&[1, 2, 3], 10, &mut bench);
     application.frame(&[], 0, &mut bench);
@@ -577,8 +497,7 @@ fn frames_of_another_size_are_passed_over() {
 /// A flood of bytes does not keep frames from being read, and none of it makes the receiver fall over.
 #[test]
 fn a_flood_is_survived() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"through it all");
     application.start(&mut bench);
     let mut seed = 7u32;
@@ -600,8 +519,7 @@ fn a_flood_is_survived() {
 /// A million requests, of which most are spoilt: each whole one is answered once, and none else.
 #[test]
 fn a_million_requests_are_survived() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let (mut seed, mut whole) = (3u32, 0);
     let mut random = || {
         seed ^= seed << 13;
@@ -622,9 +540,7 @@ fn a_million_requests_are_survived() {
             },
         };
         let mut wire = [0; wire_length(REQUEST_MAX)];
-        let length = encode(Kind::Request, sequence, &request, &mut wire)
-            .unwrap()
-            .len();
+        let length = encode(Kind::Request, sequence, &request, &mut wire).unwrap().len();
         let spoilt = random() % 8;
         if spoilt > 0 {
             let place = random() as usize % length;
@@ -638,10 +554,7 @@ fn a_million_requests_are_survived() {
     }
     let requests = application.desk.requests;
     // A zero that was spoilt at the end lets the next frame's first one stand for it.
-    assert!(
-        (whole..whole + 400_000).contains(&requests),
-        "{requests} {whole}"
-    );
+    assert!((whole..whole + 400_000).contains(&requests), "{requests} {whole}");
     assert!(application.desk.bad_frames > 400_000);
 }
 
@@ -666,11 +579,7 @@ fn messages_come_at_any_phase() {
             scene.phase = 0.1 * f64::from(phase);
             application.start(&mut bench);
             let took = run(&mut application, &mut bench, &mut scene, 120);
-            assert_eq!(
-                application.message(),
-                b"ice on the bridge",
-                "{mode:?} {phase} {took}"
-            );
+            assert_eq!(application.message(), b"ice on the bridge", "{mode:?} {phase} {took}");
             let (mut application, mut bench) = (in_integers(mode, rate), Bench::default());
             application.start(&mut bench);
             let took = run(&mut application, &mut bench, &mut scene, 120);

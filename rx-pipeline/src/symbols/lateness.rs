@@ -39,12 +39,7 @@ mod tests {
 
     #[test]
     fn lateness_that_is_no_number_is_none() {
-        for (given, taken) in [
-            (f64::NAN, 0.0),
-            (f64::INFINITY, LATE_MAX_FRAMES),
-            (-3.0, -3.0),
-            (0.2, 0.2),
-        ] {
+        for (given, taken) in [(f64::NAN, 0.0), (f64::INFINITY, LATE_MAX_FRAMES), (-3.0, -3.0), (0.2, 0.2)] {
             assert_eq!(Lateness::new(given).frames, taken);
         }
     }

@@ -13,11 +13,7 @@ pub(super) fn other(shown: &SoftPanel, one: &SoftPanel) -> Option<SoftPanel> {
     let on = one.hard().bits();
     let off = !on & one.seen();
     let agree = |leds| correlation(&part(shown, leds), &part(one, leds));
-    let is_both = [on, off]
-        .iter()
-        .all(|leds| leds.count_ones() >= SHARED_LEAST)
-        && agree(on) >= SHARED_ON
-        && agree(off) <= SHARED_OFF;
+    let is_both = [on, off].iter().all(|leds| leds.count_ones() >= SHARED_LEAST) && agree(on) >= SHARED_ON && agree(off) <= SHARED_OFF;
     is_both.then(|| {
         SoftPanel(core::array::from_fn(|led| {
             let off = one.0[led].saturating_neg().max(0);
@@ -29,9 +25,7 @@ pub(super) fn other(shown: &SoftPanel, one: &SoftPanel) -> Option<SoftPanel> {
 /// The panel of which nothing is known but some LEDs.
 fn part(panel: &SoftPanel, leds: u64) -> SoftPanel {
     let leds = PanelFrame::from_bits(leds);
-    SoftPanel(core::array::from_fn(|led| {
-        if leds.led(led) { panel.0[led] } else { 0 }
-    }))
+    SoftPanel(core::array::from_fn(|led| if leds.led(led) { panel.0[led] } else { 0 }))
 }
 
 #[cfg(test)]

@@ -66,11 +66,7 @@ impl Moment {
         let to = from + self.exposure_s;
         std::array::from_fn(|i| {
             let begin = i as f64 * self.symbol_s;
-            let end = if i + 1 == WINDOW {
-                f64::INFINITY
-            } else {
-                begin + self.symbol_s
-            };
+            let end = if i + 1 == WINDOW { f64::INFINITY } else { begin + self.symbol_s };
             ((to.min(end) - from.max(begin)) / self.exposure_s).max(0.0)
         })
     }
@@ -101,10 +97,7 @@ mod tests {
         // The first exposure begins 0.4 ms before a change and lasts 1 ms.
         let moment = moment(&["link.phase=0.96", "ambient.illuminance_lx=1000"], 0);
         let shares = moment.shares(0.0);
-        assert!(
-            (shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9,
-            "{shares:?}"
-        );
+        assert!((shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9, "{shares:?}");
         assert_eq!(moment.middle_symbol(0.0), 1);
         assert!((moment.shares(0.03).iter().sum::<f64>() - 1.0).abs() < 1e-9);
     }

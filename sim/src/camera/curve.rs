@@ -131,8 +131,7 @@ impl Curve {
         // Between two of these levels the curve lies between them.
         const STEPS: u32 = 512;
         let top = self.unrounded(peak);
-        let level =
-            |k: u32| self.black_grey + (top - self.black_grey) * f64::from(k) / f64::from(STEPS);
+        let level = |k: u32| self.black_grey + (top - self.black_grey) * f64::from(k) / f64::from(STEPS);
         let loss = |k: u32| level(k + 1) - self.unrounded(self.linear(level(k)) * factor);
         (0..STEPS).map(loss).fold(0.0, f64::max)
     }
@@ -190,10 +189,7 @@ mod tests {
 
     fn curves() -> Vec<Curve> {
         let of = |encoding: &str, black: u32| {
-            let settings = [
-                format!("camera.encoding={encoding}"),
-                format!("camera.black_grey={black}"),
-            ];
+            let settings = [format!("camera.encoding={encoding}"), format!("camera.black_grey={black}")];
             Curve::of(&Scene::load("paper", &settings).unwrap().camera)
         };
         let all = Encoding::NAMES.map(|encoding| [of(encoding, 0), of(encoding, 16)]);
@@ -230,10 +226,7 @@ mod tests {
                 let bound = curve.greatest_loss(9.0, factor);
                 for light in lights().filter(|&light| light <= 9.0) {
                     let loss = curve.unrounded(light) - curve.unrounded(light * factor);
-                    assert!(
-                        loss <= bound + 1e-4,
-                        "{curve:?} × {factor}: {loss} > {bound}"
-                    );
+                    assert!(loss <= bound + 1e-4, "{curve:?} × {factor}: {loss} > {bound}");
                 }
             }
             for other in &all {

@@ -91,19 +91,13 @@ mod tests {
                 let encoder = Encoder::new(&curve);
                 let odd = [-1.0, f32::NAN, 0.0, f32::INFINITY, 1e30];
                 let bits = 1e-26f32.to_bits()..1e4f32.to_bits();
-                for linear in odd
-                    .into_iter()
-                    .chain(bits.step_by(4093).map(f32::from_bits))
-                {
+                for linear in odd.into_iter().chain(bits.step_by(4093).map(f32::from_bits)) {
                     let unrounded = match &encoder {
                         Encoder::Gamma(encoder) => encoder.unrounded(linear),
                         Encoder::Table(table) => table.unrounded(linear),
                     };
                     let error = f64::from(unrounded) - curve.unrounded(linear.into());
-                    assert!(
-                        error.abs() < CURVE_ERROR_GREY,
-                        "{settings:?}, {linear}: off by {error}"
-                    );
+                    assert!(error.abs() < CURVE_ERROR_GREY, "{settings:?}, {linear}: off by {error}");
                     let mut grey = [7];
                     encoder.encode(&[linear], &mut grey);
                     assert!((f32::from(grey[0]) - unrounded).abs() <= 0.501);

@@ -114,11 +114,7 @@ mod tests {
     fn iso_gives_way_before_time_does() {
         let noon = exposure(&["ambient.illuminance_lx=100000"]);
         assert_eq!(noon.iso, 100.0);
-        assert!(
-            (1.0 / noon.time_s - 6_287.3).abs() < 1.0,
-            "{}",
-            1.0 / noon.time_s
-        );
+        assert!((1.0 / noon.time_s - 6_287.3).abs() < 1.0, "{}", 1.0 / noon.time_s);
         assert!((noon.background - 1.0).abs() < 1e-12);
     }
 

@@ -102,9 +102,7 @@ fn horner<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
 
 /// The polynomial, lowest power first, through `f` at the N Chebyshev nodes between ±`half_width` (Newton's form, multiplied out).
 fn interpolation<const N: usize>(half_width: f64, f: impl Fn(f64) -> f64) -> [f32; N] {
-    let nodes: [f64; N] = std::array::from_fn(|k| {
-        half_width * ((k as f64 + 0.5) * std::f64::consts::PI / N as f64).cos()
-    });
+    let nodes: [f64; N] = std::array::from_fn(|k| half_width * ((k as f64 + 0.5) * std::f64::consts::PI / N as f64).cos());
     let mut differences = nodes.map(f);
     for order in 1..N {
         for k in (order..N).rev() {
@@ -133,10 +131,7 @@ mod tests {
             let mut linear = 1e-9f32;
             while linear < 40.0 {
                 let error = f64::from(encoder.unrounded(linear)) - unrounded(linear.into(), gamma);
-                assert!(
-                    error.abs() < CURVE_ERROR_GREY,
-                    "γ {gamma}, x {linear}: off by {error}"
-                );
+                assert!(error.abs() < CURVE_ERROR_GREY, "γ {gamma}, x {linear}: off by {error}");
                 linear *= 1.000_037;
             }
             let mut grey = [1; 6];

@@ -29,13 +29,8 @@ impl Ellipse {
     /// The smaller of its two half-diameters.
     pub fn smaller_half_diameter(&self) -> f64 {
         let square = self.shape * self.shape.transpose();
-        let (middle, product) = (
-            (square.x_axis.x + square.y_axis.y) / 2.0,
-            square.determinant(),
-        );
-        (middle - (middle * middle - product).max(0.0).sqrt())
-            .max(f64::MIN_POSITIVE)
-            .sqrt()
+        let (middle, product) = ((square.x_axis.x + square.y_axis.y) / 2.0, square.determinant());
+        (middle - (middle * middle - product).max(0.0).sqrt()).max(f64::MIN_POSITIVE).sqrt()
     }
 }
 
@@ -95,9 +90,7 @@ impl Projection {
     /// The first-order change of [`Projection::pixel`] about a point, in px/m: its columns belong to the panel's axes.
     pub fn jacobian(&self, point_m: DVec2) -> DMat2 {
         let p = self.in_camera(point_m);
-        let along = |axis: DVec3| {
-            self.focal_px * (DVec2::new(axis.x, axis.y) - DVec2::new(p.x, p.y) / p.z * axis.z) / p.z
-        };
+        let along = |axis: DVec3| self.focal_px * (DVec2::new(axis.x, axis.y) - DVec2::new(p.x, p.y) / p.z * axis.z) / p.z;
         DMat2::from_cols(along(self.rotation.x_axis), along(self.rotation.y_axis))
     }
 
@@ -107,18 +100,13 @@ impl Projection {
     /// centre is the image of c moved against the depth's slope.
     pub fn ellipse(&self, point_m: DVec2) -> Ellipse {
         let p = self.in_camera(point_m);
-        let slope =
-            self.led_radius_m * DVec2::new(self.rotation.x_axis.z, self.rotation.y_axis.z) / p.z;
+        let slope = self.led_radius_m * DVec2::new(self.rotation.x_axis.z, self.rotation.y_axis.z) / p.z;
         let jacobian = self.jacobian(point_m) * self.led_radius_m;
         let steepness = slope.length();
         // With ψ measured from the steepest direction, the offset from the image of c is
         // (j₁·cos ψ + j₂·sin ψ) / (1 + s·cos ψ): an ellipse with centre −s·j₁/(1 − s²) and the half-diameters
         // j₁/(1 − s²) and j₂/√(1 − s²).
-        let steepest = if steepness > 0.0 {
-            slope / steepness
-        } else {
-            DVec2::X
-        };
+        let steepest = if steepness > 0.0 { slope / steepness } else { DVec2::X };
         let (j1, j2) = (jacobian * steepest, jacobian * steepest.perp());
         let shrink = 1.0 - steepness * steepness;
         Ellipse {
@@ -173,8 +161,7 @@ mod tests {
     fn the_spacing_is_the_paper_s() {
         let scene = Scene::load("paper", &[]).unwrap();
         let projection = Projection::new(&scene.camera, &scene.panels[0], &scene.pose);
-        let spacing = projection.pixel(projection.led_m(0.0, 1.0))
-            - projection.pixel(projection.led_m(0.0, 0.0));
+        let spacing = projection.pixel(projection.led_m(0.0, 1.0)) - projection.pixel(projection.led_m(0.0, 0.0));
         // p·f/d/w = 0.06 · 25e-3 / 50 / 6.875e-6.
         assert!((spacing.x - 4.363_636_363_6).abs() < 1e-9 && spacing.y == 0.0);
     }

@@ -106,12 +106,7 @@ impl Chords {
                 let left = pair[0] + strip as f64 * width;
                 chords.extend(gauss::nodes(left, left + width).map(|(u, weight)| {
                     let (top, bottom) = crossing(vertices, u);
-                    Chord {
-                        u,
-                        weight,
-                        top,
-                        bottom,
-                    }
+                    Chord { u, weight, top, bottom }
                 }));
             }
         }
@@ -123,11 +118,7 @@ impl Chords {
         let mut pairs = self.0.iter().zip(self.0.iter().rev());
         pairs.all(|(one, other)| {
             // Rounding apart, which is some 1e-15 px.
-            let apart = [
-                one.u + other.u,
-                one.top - other.top,
-                one.bottom - other.bottom,
-            ];
+            let apart = [one.u + other.u, one.top - other.top, one.bottom - other.bottom];
             apart.iter().all(|distance| distance.abs() < 1e-11) && one.weight - other.weight < 1e-11
         })
     }
@@ -141,9 +132,7 @@ impl Chords {
 
     /// The light at a pixel `at` px from the centre.
     pub fn light(&self, kernel: &Exact, at: DVec2) -> f64 {
-        let chord = |c: &Chord| {
-            c.weight * kernel.bell(at.x - c.u) * kernel.between(at.y - c.bottom, c.bottom - c.top)
-        };
+        let chord = |c: &Chord| c.weight * kernel.bell(at.x - c.u) * kernel.between(at.y - c.bottom, c.bottom - c.top);
         self.0.iter().map(chord).sum()
     }
 
@@ -177,9 +166,7 @@ fn crossing(vertices: &[DVec2], u: f64) -> (f64, f64) {
     let hits = edges
         .filter(|(a, b)| a.x != b.x && (a.x - u) * (b.x - u) <= 0.0)
         .map(|(a, b)| a.y + (b.y - a.y) * (u - a.x) / (b.x - a.x));
-    hits.fold((f64::INFINITY, f64::NEG_INFINITY), |(top, bottom), y| {
-        (top.min(y), bottom.max(y))
-    })
+    hits.fold((f64::INFINITY, f64::NEG_INFINITY), |(top, bottom), y| (top.min(y), bottom.max(y)))
 }
 
 #[cfg(test)]
@@ -216,34 +203,12 @@ mod tests {
             Outline::Ellipse(DMat2::from_diagonal(DVec2::splat(0.3))),
             Outline::Ellipse(DMat2::from_diagonal(DVec2::new(2.2, 2.1))),
             Outline::Ellipse(DMat2::from_cols(corner(30.0, 12.0), corner(-9.0, 14.0))),
-            Outline::Quadrilateral([
-                corner(-20.0, -21.0),
-                corner(20.0, -20.0),
-                corner(19.0, 20.0),
-                corner(-20.3, 20.0),
-            ]),
-            Outline::Quadrilateral([
-                corner(-20.0, -20.0),
-                corner(20.0, -20.0),
-                corner(20.0, 20.0),
-                corner(-20.0, 20.0),
-            ]),
-            Outline::Quadrilateral([
-                corner(0.0, -30.0),
-                corner(28.0, 1.0),
-                corner(2.0, 35.0),
-                corner(-30.0, 3.0),
-            ]),
+            Outline::Quadrilateral([corner(-20.0, -21.0), corner(20.0, -20.0), corner(19.0, 20.0), corner(-20.3, 20.0)]),
+            Outline::Quadrilateral([corner(-20.0, -20.0), corner(20.0, -20.0), corner(20.0, 20.0), corner(-20.0, 20.0)]),
+            Outline::Quadrilateral([corner(0.0, -30.0), corner(28.0, 1.0), corner(2.0, 35.0), corner(-30.0, 3.0)]),
         ];
         for outline in outlines {
-            for (sigma, tolerance) in [
-                (0.5, 1e-2),
-                (0.5, 1e-4),
-                (1.5, 1e-2),
-                (1.5, 1e-5),
-                (1.5, 1e-7),
-                (3.0, 1e-12),
-            ] {
+            for (sigma, tolerance) in [(0.5, 1e-2), (0.5, 1e-4), (1.5, 1e-2), (1.5, 1e-5), (1.5, 1e-7), (3.0, 1e-12)] {
                 let chords = Chords::within(&outline, sigma, tolerance).unwrap();
                 let kernel = Exact::new(sigma);
                 let reach = outline.reach() + sigma;
@@ -254,14 +219,8 @@ mod tests {
                         (chords.light(&kernel, at) - outline.light(sigma, at)).abs()
                     })
                     .fold(0.0, f64::max);
-                println!(
-                    "{outline:?} {sigma} {tolerance:e}: {} chords {worst:e}",
-                    chords.0.len()
-                );
-                assert!(
-                    worst <= tolerance,
-                    "{outline:?} at {sigma} px: {worst:e} > {tolerance:e}"
-                );
+                println!("{outline:?} {sigma} {tolerance:e}: {} chords {worst:e}", chords.0.len());
+                assert!(worst <= tolerance, "{outline:?} at {sigma} px: {worst:e} > {tolerance:e}");
             }
         }
     }
@@ -270,11 +229,6 @@ mod tests {
     fn fewer_chords_are_taken_where_less_is_asked() {
         let circle = DMat2::from_diagonal(DVec2::splat(1.1));
         let count = |tolerance| Chords::of_ellipse(circle, 1.5, tolerance).unwrap().0.len();
-        assert!(
-            count(1e-4) <= 4 && count(1e-4) < count(1e-12),
-            "{} {}",
-            count(1e-4),
-            count(1e-12)
-        );
+        assert!(count(1e-4) <= 4 && count(1e-4) < count(1e-12), "{} {}", count(1e-4), count(1e-12));
     }
 }

@@ -18,9 +18,8 @@ pub const COUNT: usize = 2 * HALF.len();
 /// The sixteen nodes between `from` and `to` with their weights. The rule is exact for polynomials of degree 31.
 pub fn nodes(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
     let (middle, half) = (f64::midpoint(from, to), (to - from) / 2.0);
-    HALF.into_iter().flat_map(move |(node, weight)| {
-        [-node, node].map(|node| (middle + half * node, half * weight))
-    })
+    HALF.into_iter()
+        .flat_map(move |(node, weight)| [-node, node].map(|node| (middle + half * node, half * weight)))
 }
 
 #[cfg(test)]
@@ -30,15 +29,10 @@ mod tests {
     #[test]
     fn polynomials_of_degree_31_are_exact() {
         for degree in 0..=31 {
-            let sum: f64 = nodes(0.5, 2.0)
-                .map(|(x, weight)| weight * x.powi(degree))
-                .sum();
+            let sum: f64 = nodes(0.5, 2.0).map(|(x, weight)| weight * x.powi(degree)).sum();
             let power = degree + 1;
             let exact = (2f64.powi(power) - 0.5f64.powi(power)) / f64::from(power);
-            assert!(
-                (sum / exact - 1.0).abs() < 1e-14,
-                "degree {degree}: {sum} against {exact}"
-            );
+            assert!((sum / exact - 1.0).abs() < 1e-14, "degree {degree}: {sum} against {exact}");
         }
     }
 }

@@ -87,11 +87,7 @@ impl Exact {
 
     /// ς at `s` px.
     pub fn step(&self, s: f64) -> f64 {
-        if s > 0.0 {
-            1.0 - self.rising(-s)
-        } else {
-            self.rising(s)
-        }
+        if s > 0.0 { 1.0 - self.rising(-s) } else { self.rising(s) }
     }
 
     /// ∫ β from `lower` over a `length` of at least 0: what the pixel sees between two edges, ς(lower + length) − ς(lower).
@@ -220,21 +216,14 @@ impl Tabulated {
 
     /// Adds scale·f at `first`, `first` + 1, … px where the table has f, and says which of the values those are.
     #[inline(always)]
-    fn add(
-        &self,
-        table: &PhaseTable,
-        first: f64,
-        scale: f32,
-        values: &mut [f32],
-    ) -> std::ops::Range<usize> {
+    fn add(&self, table: &PhaseTable, first: f64, scale: f32, values: &mut [f32]) -> std::ops::Range<usize> {
         let floor = first.floor();
         let (left, right, part) = table.around(first - floor);
         // Where the first value stands in the table's row.
         let offset = (floor as i64).saturating_add(self.before);
         let place = |i: i64| i.clamp(0, values.len() as i64) as usize;
-        let within = place(offset.saturating_neg())
-            ..place((table.length() as i64).saturating_sub(offset))
-                .max(place(offset.saturating_neg()));
+        let within =
+            place(offset.saturating_neg())..place((table.length() as i64).saturating_sub(offset)).max(place(offset.saturating_neg()));
         let start = offset.max(0).min(table.length() as i64) as usize;
         let rows = left[start..].iter().zip(&right[start..]);
         for (value, (&left, &right)) in values[within.clone()].iter_mut().zip(rows) {
@@ -255,9 +244,7 @@ impl Kernel for Tabulated {
     #[inline(always)]
     fn add_steps(&self, first: f64, scale: f32, values: &mut [f32]) {
         let within = self.add(&self.steps, first, scale, values);
-        values[within.end..]
-            .iter_mut()
-            .for_each(|value| *value += scale);
+        values[within.end..].iter_mut().for_each(|value| *value += scale);
     }
 
     #[inline(always)]
@@ -281,11 +268,7 @@ mod tests {
         for i in -80..=80 {
             let s = f64::from(i) * 0.1;
             let slope = (exact.step(s + 1e-5) - exact.step(s - 1e-5)) / 2e-5;
-            assert!(
-                (slope - exact.bell(s)).abs() < 1e-9,
-                "at {s}: {slope} against {}",
-                exact.bell(s)
-            );
+            assert!((slope - exact.bell(s)).abs() < 1e-9, "at {s}: {slope} against {}", exact.bell(s));
         }
         assert!((exact.step(-30.0)).abs() < 1e-15 && (exact.step(30.0) - 1.0).abs() < 1e-15);
     }
@@ -304,14 +287,8 @@ mod tests {
                 table.add_steps(first, 1.0, &mut steps);
                 for (k, (bell, step)) in bells.into_iter().zip(steps).enumerate() {
                     let s = first + k as f64;
-                    assert!(
-                        (f64::from(bell) - exact.bell(s)).abs() < bound,
-                        "bell at {s}"
-                    );
-                    assert!(
-                        (f64::from(step) - exact.step(s)).abs() < bound,
-                        "step at {s}"
-                    );
+                    assert!((f64::from(bell) - exact.bell(s)).abs() < bound, "bell at {s}");
+                    assert!((f64::from(step) - exact.step(s)).abs() < bound, "step at {s}");
                 }
             }
         }

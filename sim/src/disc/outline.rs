@@ -64,9 +64,7 @@ impl Outline {
     pub fn reach(&self) -> DVec2 {
         match self {
             Self::Ellipse(shape) => DVec2::new(shape.row(0).length(), shape.row(1).length()),
-            Self::Quadrilateral(corners) => corners
-                .iter()
-                .fold(DVec2::ZERO, |reach, corner| reach.max(corner.abs())),
+            Self::Quadrilateral(corners) => corners.iter().fold(DVec2::ZERO, |reach, corner| reach.max(corner.abs())),
         }
     }
 
@@ -93,9 +91,7 @@ impl Outline {
         if blur.sigma_px < SHARPEST_PX {
             return match self {
                 Self::Ellipse(shape) => overlap::ellipse(*shape, -at),
-                Self::Quadrilateral(corners) => {
-                    overlap::polygon(&corners.map(|corner| corner - at))
-                }
+                Self::Quadrilateral(corners) => overlap::polygon(&corners.map(|corner| corner - at)),
             };
         }
         let pixel = Pixel::new(blur);
@@ -124,8 +120,7 @@ impl Outline {
                 square.all(|corner| (to_disc * corner).length_squared() < 1.0)
             }
             Self::Quadrilateral(corners) => square.all(|point| {
-                let side =
-                    |k: usize| (corners[(k + 1) % 4] - corners[k]).perp_dot(point - corners[k]);
+                let side = |k: usize| (corners[(k + 1) % 4] - corners[k]).perp_dot(point - corners[k]);
                 (0..4).all(|k| side(k) > 0.0) || (0..4).all(|k| side(k) < 0.0)
             }),
         }
@@ -145,28 +140,13 @@ impl Outline {
                 let outermost = |row: DVec2| row.y.atan2(row.x).rem_euclid(PI);
                 let (a, b) = (outermost(shape.row(0)), outermost(shape.row(1)));
                 let (a, b) = (a.min(b), a.max(b));
-                let quarters = [
-                    (a, b),
-                    (b, a + PI),
-                    (a + PI, b + PI),
-                    (b + PI, a + 2.0 * PI),
-                ];
-                quarters
-                    .map(|(from, to)| pixel.along(&curve, from, to))
-                    .iter()
-                    .sum()
+                let quarters = [(a, b), (b, a + PI), (a + PI, b + PI), (b + PI, a + 2.0 * PI)];
+                quarters.map(|(from, to)| pixel.along(&curve, from, to)).iter().sum()
             }
             Self::Quadrilateral(corners) => {
                 let side = |k: usize| {
-                    let (from, to) = (
-                        centre + view * corners[k],
-                        centre + view * corners[(k + 1) % 4],
-                    );
-                    pixel.along(
-                        &|part: f64| (from + (to - from) * part, (to - from).y),
-                        0.0,
-                        1.0,
-                    )
+                    let (from, to) = (centre + view * corners[k], centre + view * corners[(k + 1) % 4]);
+                    pixel.along(&|part: f64| (from + (to - from) * part, (to - from).y), 0.0, 1.0)
                 };
                 (0..4).map(side).sum()
             }
@@ -227,10 +207,7 @@ mod tests {
     #[test]
     fn a_coarser_blur_errs_by_what_it_was_allowed() {
         let outlines = [
-            Outline::Ellipse(DMat2::from_cols(
-                DVec2::new(12.0, 3.0),
-                DVec2::new(-2.0, 9.0),
-            )),
+            Outline::Ellipse(DMat2::from_cols(DVec2::new(12.0, 3.0), DVec2::new(-2.0, 9.0))),
             Outline::Quadrilateral([
                 DVec2::new(-14.0, -9.0),
                 DVec2::new(13.0, -11.0),

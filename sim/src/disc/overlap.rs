@@ -37,12 +37,7 @@ pub fn ellipse(shape: DMat2, centre: DVec2) -> f64 {
 /// By Green's theorem the sum, over the parts of its edges between the pixel's rows, of the width of pixel left of them.
 pub fn polygon(vertices: &[DVec2]) -> f64 {
     let next = vertices.iter().cycle().skip(1);
-    vertices
-        .iter()
-        .zip(next)
-        .map(|(&a, &b)| left_of(a, b))
-        .sum::<f64>()
-        .abs()
+    vertices.iter().zip(next).map(|(&a, &b)| left_of(a, b)).sum::<f64>().abs()
 }
 
 /// ∫ over the edge from `a` to `b`, as far as it is between the pixel's upper and lower side, of the width left of it in dv.
@@ -58,9 +53,7 @@ fn left_of(a: DVec2, b: DVec2) -> f64 {
         1.0,
     ];
     // An edge along an axis crosses none of the sides that it is parallel to.
-    cuts.iter_mut()
-        .filter(|cut| cut.is_nan())
-        .for_each(|cut| *cut = 0.0);
+    cuts.iter_mut().filter(|cut| cut.is_nan()).for_each(|cut| *cut = 0.0);
     cuts.sort_by(f64::total_cmp);
     let piece = |from: f64, to: f64| {
         let middle = a + way * f64::midpoint(from, to);
@@ -111,12 +104,7 @@ fn inside_disc(a: DVec2, b: DVec2) -> Option<(DVec2, DVec2)> {
     let middle = -a.dot(along);
     let (from, to) = (middle - half_chord, middle + half_chord);
     let point = |at: f64| a + along * at;
-    (from.max(0.0) < to.min(length)).then(|| {
-        (
-            if from > 0.0 { point(from) } else { a },
-            if to < length { point(to) } else { b },
-        )
-    })
+    (from.max(0.0) < to.min(length)).then(|| (if from > 0.0 { point(from) } else { a }, if to < length { point(to) } else { b }))
 }
 
 fn triangle(a: DVec2, b: DVec2, c: DVec2) -> f64 {
@@ -151,15 +139,8 @@ mod tests {
         let column = |k: usize| {
             let u = (k as f64 + 0.5) / COLUMNS as f64 - 0.5;
             // |inverse·(u − cx, v − cy)| = 1 is a quadratic equation in v.
-            let (constant, slope) = (
-                inverse * DVec2::new(u - centre.x, -centre.y),
-                inverse.y_axis,
-            );
-            let (a, b, c) = (
-                slope.length_squared(),
-                constant.dot(slope),
-                constant.length_squared() - 1.0,
-            );
+            let (constant, slope) = (inverse * DVec2::new(u - centre.x, -centre.y), inverse.y_axis);
+            let (a, b, c) = (slope.length_squared(), constant.dot(slope), constant.length_squared() - 1.0);
             let root = (b * b - a * c).max(0.0).sqrt();
             ((root - b) / a).clamp(-0.5, 0.5) - ((-root - b) / a).clamp(-0.5, 0.5)
         };
@@ -179,14 +160,8 @@ mod tests {
             for k in 0..200 {
                 let on_rim = shape * DVec2::from_angle(f64::from(k));
                 let near = DVec2::from_angle(f64::from(7 * k)) * 0.8;
-                let (exact, columns) = (
-                    ellipse(shape, near - on_rim),
-                    by_columns(shape, near - on_rim),
-                );
-                assert!(
-                    (exact - columns).abs() < 1e-5,
-                    "{shape}, {k}: {exact} against {columns}"
-                );
+                let (exact, columns) = (ellipse(shape, near - on_rim), by_columns(shape, near - on_rim));
+                assert!((exact - columns).abs() < 1e-5, "{shape}, {k}: {exact} against {columns}");
             }
         }
     }
@@ -194,18 +169,9 @@ mod tests {
     #[test]
     fn touching_is_no_trap() {
         // The disc in the square touches all sides, one side, or pokes through by one bit.
-        for radius in [
-            0.5,
-            0.5f64.next_up(),
-            0.5f64.next_down(),
-            0.5 + 1e-9,
-            0.5 + 1e-13,
-        ] {
+        for radius in [0.5, 0.5f64.next_up(), 0.5f64.next_down(), 0.5 + 1e-9, 0.5 + 1e-13] {
             let shape = DMat2::from_diagonal(DVec2::splat(radius));
-            assert!(
-                (ellipse(shape, DVec2::ZERO) - PI * 0.25).abs() < 1e-8,
-                "{radius}"
-            );
+            assert!((ellipse(shape, DVec2::ZERO) - PI * 0.25).abs() < 1e-8, "{radius}");
             assert!(ellipse(shape, DVec2::new(1.0, 0.0)) < 1e-8, "{radius}");
         }
         // The rim goes through corners.
@@ -232,16 +198,11 @@ mod tests {
             DVec2::new(30.0, 3.0),
             DVec2::new(0.0, 28.0),
         ];
-        let pixels = || {
-            (-50..=50).flat_map(|x| (-50..=50).map(move |y| DVec2::new(f64::from(x), f64::from(y))))
-        };
+        let pixels = || (-50..=50).flat_map(|x| (-50..=50).map(move |y| DVec2::new(f64::from(x), f64::from(y))));
         let sum: f64 = pixels().map(|pixel| ellipse(shape, -pixel)).sum();
         assert!((sum / (PI * shape.determinant()) - 1.0).abs() < 1e-13);
-        let sum: f64 = pixels()
-            .map(|pixel| polygon(&square.map(|v| v - pixel)))
-            .sum();
-        let area =
-            triangle(square[0], square[1], square[2]) + triangle(square[0], square[2], square[3]);
+        let sum: f64 = pixels().map(|pixel| polygon(&square.map(|v| v - pixel))).sum();
+        let area = triangle(square[0], square[1], square[2]) + triangle(square[0], square[2], square[3]);
         assert!((sum / area - 1.0).abs() < 1e-13, "{sum} against {area}");
     }
 

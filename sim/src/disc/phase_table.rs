@@ -23,11 +23,7 @@ impl PhaseTable {
             fill(phase as f64 / phases as f64, &mut exact);
             values.extend(exact.iter().map(|&value| value as f32));
         }
-        Self {
-            phases,
-            length,
-            values,
-        }
+        Self { phases, length, values }
     }
 
     /// Values of a row.

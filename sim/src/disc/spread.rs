@@ -68,10 +68,7 @@ impl Spread {
             }],
             Shape::Gaussian([x, y]) => vec![Column {
                 across: gaussian(x, core_px, cutoff),
-                down: gaussian(y, core_px, cutoff)
-                    .into_iter()
-                    .map(Piece::point)
-                    .collect(),
+                down: gaussian(y, core_px, cutoff).into_iter().map(Piece::point).collect(),
             }],
             Shape::Disc(radii) => disc(radii, cutoff / core_px),
         };
@@ -92,11 +89,7 @@ impl Spread {
 
 impl Piece {
     fn point((place, weight): (f64, f64)) -> Self {
-        Self {
-            place,
-            half: 0.0,
-            weight,
-        }
+        Self { place, half: 0.0, weight }
     }
 }
 
@@ -111,16 +104,15 @@ impl Column {
             let (top, length) = (piece.place - piece.half, 2.0 * piece.half / strips);
             let strip = |k: usize| {
                 let start = top + k as f64 * length;
-                gauss::nodes(start, start + length)
-                    .map(|(y, part)| (y, piece.weight * part / (2.0 * piece.half)))
+                gauss::nodes(start, start + length).map(|(y, part)| (y, piece.weight * part / (2.0 * piece.half)))
             };
             (0..strips as usize).flat_map(strip).collect()
         });
         let down: Vec<(f64, f64)> = down.collect();
-        let across = self.across.iter().flat_map(|&(x, of_x)| {
-            down.iter()
-                .map(move |&(y, of_y)| (DVec2::new(x, y), of_x * of_y))
-        });
+        let across = self
+            .across
+            .iter()
+            .flat_map(|&(x, of_x)| down.iter().map(move |&(y, of_y)| (DVec2::new(x, y), of_x * of_y)));
         across.collect()
     }
 }
@@ -171,9 +163,7 @@ mod tests {
         ] {
             for tolerance in [1e-3, 1e-13] {
                 let Spread { points, .. } = Spread::new(shape, 0.3, tolerance);
-                let sum = |f: &dyn Fn(DVec2) -> f64| -> f64 {
-                    points.iter().map(|&(at, weight)| weight * f(at)).sum()
-                };
+                let sum = |f: &dyn Fn(DVec2) -> f64| -> f64 { points.iter().map(|&(at, weight)| weight * f(at)).sum() };
                 assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-13, "{shape:?}");
                 assert!(sum(&|at| at.x).abs() + sum(&|at| at.y).abs() < 1e-13);
                 let found = [sum(&|at| at.x * at.x), sum(&|at| at.y * at.y)].map(f64::sqrt);

@@ -17,11 +17,7 @@ impl Effect for Airlight {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "atmosphere.airlight",
-            "atmosphere.airlight_cd_m2",
-            "atmosphere.transmission_at_70m",
-        ]
+        &["atmosphere.airlight", "atmosphere.airlight_cd_m2", "atmosphere.transmission_at_70m"]
     }
 
     fn cost(&self) -> &'static str {

@@ -33,11 +33,7 @@ impl Effect for LensBlur {
             Psf::Gauss => (2.0 / std::f64::consts::PI).sqrt(),
             Psf::Disc => 1.0,
         };
-        let displacement = camera
-            .blur_sigmas_px()
-            .map(|sigma| sigma * mean)
-            .iter()
-            .sum();
+        let displacement = camera.blur_sigmas_px().map(|sigma| sigma * mean).iter().sum();
         range.change_by_layers(displacement)
     }
 

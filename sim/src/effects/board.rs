@@ -38,10 +38,7 @@ impl Effect for Board {
             let board = view.exposure.reflected(&view.scene, reflectance);
             let [before, behind] = [*air, view.background_air];
             let without_veil = |air: Air| Air { veil: 0.0, ..air };
-            let without_loss = |air: Air| Air {
-                transmission: 1.0,
-                ..air
-            };
+            let without_loss = |air: Air| Air { transmission: 1.0, ..air };
             [
                 (Air::NONE, Air::NONE),
                 (without_veil(before), without_veil(behind)),
@@ -71,9 +68,6 @@ impl Effect for Board {
 
 /// The linear value of each panel's board, where it has one.
 fn lights(view: &View) -> impl Iterator<Item = Option<f64>> {
-    let reflectances = view
-        .panels
-        .iter()
-        .map(|panel| panel.panel.board_reflectance);
+    let reflectances = view.panels.iter().map(|panel| panel.panel.board_reflectance);
     reflectances.map(|board| Some(view.exposure.reflected(&view.scene, board?)))
 }

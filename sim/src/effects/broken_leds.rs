@@ -76,11 +76,7 @@ fn faults(view: &View) -> impl Iterator<Item = [Fault; LEDS]> {
 
 fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
     let mut order: [u8; LEDS] = std::array::from_fn(|led| led as u8);
-    order.shuffle(&mut stream(
-        panel.seed.into(),
-        index as u64,
-        Purpose::BrokenLeds,
-    ));
+    order.shuffle(&mut stream(panel.seed.into(), index as u64, Purpose::BrokenLeds));
     let mut faults = std::array::from_fn(|led| match panel.dim_row {
         Some(row) if led / SIDE == usize::from(row) => Fault::Dimmed(panel.dim_row_light),
         _ => Fault::Dimmed(1.0),
@@ -88,8 +84,7 @@ fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
     let dead = choose(&panel.dead_leds, order.iter());
     // From the other end, so that none is both.
     let stuck = choose(&panel.stuck_leds, order.iter().rev());
-    dead.into_iter()
-        .for_each(|led| faults[led] = Fault::Dimmed(0.0));
+    dead.into_iter().for_each(|led| faults[led] = Fault::Dimmed(0.0));
     stuck.into_iter().for_each(|led| faults[led] = Fault::Stuck);
     faults
 }
@@ -97,10 +92,7 @@ fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
 /// The LEDs meant: those of the list, or so many of the panel's `order`.
 fn choose<'a>(leds: &Leds, order: impl Iterator<Item = &'a u8>) -> Vec<usize> {
     match leds {
-        Leds::Count(count) => order
-            .take(usize::from(*count))
-            .map(|&led| led.into())
-            .collect(),
+        Leds::Count(count) => order.take(usize::from(*count)).map(|&led| led.into()).collect(),
         Leds::List(list) => list.iter().map(|&led| usize::from(led) % LEDS).collect(),
     }
 }
@@ -110,13 +102,7 @@ struct Broken {
 }
 
 impl LedStage for Broken {
-    fn apply(
-        &self,
-        panel: usize,
-        _moment: &crate::camera::clock::Moment,
-        _delay_s: &[f64; LEDS],
-        own_light: &mut [f64; LEDS],
-    ) {
+    fn apply(&self, panel: usize, _moment: &crate::camera::clock::Moment, _delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]) {
         for (light, fault) in own_light.iter_mut().zip(&self.panels[panel]) {
             match fault {
                 Fault::Dimmed(part) => *light *= part,

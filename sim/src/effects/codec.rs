@@ -71,8 +71,7 @@ fn greatest_error(quality: u8) -> f64 {
         norm / 2.0 * ((2 * place + 1) as f64 * frequency as f64 * PI / 16.0).cos()
     };
     let at = |x: usize, y: usize| -> f64 {
-        let coefficient =
-            |k: usize| step(k) / 2.0 * (cosine(k % BLOCK, x) * cosine(k / BLOCK, y)).abs();
+        let coefficient = |k: usize| step(k) / 2.0 * (cosine(k % BLOCK, x) * cosine(k / BLOCK, y)).abs();
         (0..BLOCK * BLOCK).map(coefficient).sum()
     };
     let places = (0..BLOCK * BLOCK).map(|k| at(k % BLOCK, k / BLOCK));
@@ -87,12 +86,7 @@ impl Jpeg {
     fn decoded(&self, width: usize, grey: &[u8]) -> image::ImageResult<Vec<u8>> {
         let mut file = Vec::new();
         let height = grey.len() / width;
-        JpegEncoder::new_with_quality(&mut file, self.quality).encode(
-            grey,
-            width as u32,
-            height as u32,
-            ExtendedColorType::L8,
-        )?;
+        JpegEncoder::new_with_quality(&mut file, self.quality).encode(grey, width as u32, height as u32, ExtendedColorType::L8)?;
         let decoder = JpegDecoder::new(Cursor::new(file))?;
         Ok(DynamicImage::from_decoder(decoder)?.into_luma8().into_raw())
     }
@@ -145,11 +139,7 @@ mod tests {
     fn blocks_are_encoded_each_by_itself() {
         let fixed = Fixed::new(2, Purpose::Noise);
         let level = |x: usize, y: usize| (fixed.at(x, y) >> 57) as u8 + 60;
-        let frame = |from: usize, to: usize| -> Vec<u8> {
-            (0..16)
-                .flat_map(|y| (from..to).map(move |x| level(x, y)))
-                .collect()
-        };
+        let frame = |from: usize, to: usize| -> Vec<u8> { (0..16).flat_map(|y| (from..to).map(move |x| level(x, y))).collect() };
         let (mut whole, mut part) = (frame(0, 48), frame(16, 40));
         let jpeg = Jpeg { quality: 60 };
         jpeg.apply(48, &mut whole);

@@ -31,12 +31,8 @@ impl Effect for Distortion {
         let leds = view.panels.iter().flat_map(|panel| panel.ellipses.iter());
         let (mut shift, mut rim) = (0.0f64, 0.0f64);
         for ellipse in leds {
-            let (radius, extent) = (
-                (ellipse.centre - principal).length(),
-                ellipse.half_extent().length(),
-            );
-            let stretch =
-                camera.distortion_k1.abs() * ((radius + extent) / camera.focal_px()).powi(2);
+            let (radius, extent) = ((ellipse.centre - principal).length(), ellipse.half_extent().length());
+            let stretch = camera.distortion_k1.abs() * ((radius + extent) / camera.focal_px()).powi(2);
             shift = shift.max(stretch * radius);
             rim = rim.max(3.0 * stretch * extent);
         }

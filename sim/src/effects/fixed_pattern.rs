@@ -118,14 +118,8 @@ mod tests {
             (0..40).flat_map(row).collect::<Vec<_>>()
         };
         let (dark, bright) = (rows(0.0), rows(3.0));
-        let deviation = |values: &[f64], mean: f64| {
-            (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-        };
-        let response: Vec<f64> = bright
-            .iter()
-            .zip(&dark)
-            .map(|(b, d)| (b - d) / 3.0)
-            .collect();
+        let deviation = |values: &[f64], mean: f64| (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+        let response: Vec<f64> = bright.iter().zip(&dark).map(|(b, d)| (b - d) / 3.0).collect();
         assert!((deviation(&response, 1.0) / 0.02 - 1.0).abs() < 0.02);
         let electrons = electrons_per_linear(&view.scene, &view.exposure);
         assert!((deviation(&dark, 0.0) * electrons / 5.0 - 1.0).abs() < 0.02);

@@ -20,11 +20,7 @@ impl Effect for HotPixels {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "camera.hot_pixels_ppm",
-            "camera.hot_pixel_grey",
-            "camera.seed",
-        ]
+        &["camera.hot_pixels_ppm", "camera.hot_pixel_grey", "camera.seed"]
     }
 
     fn cost(&self) -> &'static str {

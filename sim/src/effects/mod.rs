@@ -170,11 +170,7 @@ mod tests {
         for effect in ALL {
             for key in effect.keys() {
                 // A table is no value of any key, so a key that exists complains of that.
-                let key = if *key == "[[panel]]" {
-                    "panel.pose"
-                } else {
-                    key
-                };
+                let key = if *key == "[[panel]]" { "panel.pose" } else { key };
                 let Err(fault) = Scene::load("paper", &[format!("{key}={{ nothing = 1 }}")]) else {
                     panic!("{}: {key} takes a table", effect.name());
                 };
@@ -188,9 +184,6 @@ mod tests {
             }
         }
         let fault = Scene::load("paper", &["camera.glare={ nothing = 1 }".into()]).unwrap_err();
-        assert!(
-            fault.to_string().contains("unknown field `glare`"),
-            "{fault}"
-        );
+        assert!(fault.to_string().contains("unknown field `glare`"), "{fault}");
     }
 }

@@ -35,12 +35,7 @@ impl Effect for Motion {
     fn include(&self, view: &View, formation: &mut Formation) {
         // One moment for each quarter pixel keeps the steps far below the blur.
         let count = (way_px(view) * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
-        let moment = |k: usize| {
-            (
-                ((k as f64 + 0.5) / count - 0.5) * view.exposure.time_s,
-                1.0 / count,
-            )
-        };
+        let moment = |k: usize| (((k as f64 + 0.5) / count - 0.5) * view.exposure.time_s, 1.0 / count);
         formation.motion_samples = (0..count as usize).map(moment).collect();
     }
 }
@@ -51,13 +46,12 @@ fn way_px(view: &View) -> f64 {
         let velocity = glam::DVec3::from_array(panel.pose.velocity_m_s);
         let focal_px = view.scene.camera.focal_px();
         let nearest = panel.pose.distance_m - velocity.z.abs() * view.exposure.time_s;
-        let off_axis = panel.ellipses.iter().map(|e| {
-            (e.centre - glam::DVec2::from_array(view.scene.camera.principal_px())).length()
-        });
-        let sideways =
-            velocity.truncate().length() * focal_px / nearest.max(crate::view::DEPTH_MIN_M);
-        let growth =
-            off_axis.fold(0.0, f64::max) * velocity.z.abs() / nearest.max(crate::view::DEPTH_MIN_M);
+        let off_axis = panel
+            .ellipses
+            .iter()
+            .map(|e| (e.centre - glam::DVec2::from_array(view.scene.camera.principal_px())).length());
+        let sideways = velocity.truncate().length() * focal_px / nearest.max(crate::view::DEPTH_MIN_M);
+        let growth = off_axis.fold(0.0, f64::max) * velocity.z.abs() / nearest.max(crate::view::DEPTH_MIN_M);
         (sideways + growth) * view.exposure.time_s
     };
     view.panels.iter().map(way).fold(0.0, f64::max)

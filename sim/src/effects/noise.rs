@@ -18,12 +18,7 @@ impl Effect for SensorNoise {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "camera.full_well_e",
-            "camera.read_noise_e",
-            "camera.iso_min",
-            "camera.iso_max",
-        ]
+        &["camera.full_well_e", "camera.read_noise_e", "camera.iso_min", "camera.iso_max"]
     }
 
     fn cost(&self) -> &'static str {
@@ -33,8 +28,7 @@ impl Effect for SensorNoise {
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let noise = Noise::new(&view.scene, &view.exposure, range.curve);
-        let [darkest, brightest] =
-            [range.floor, range.peak].map(|linear| range.curve.unrounded(linear));
+        let [darkest, brightest] = [range.floor, range.peak].map(|linear| range.curve.unrounded(linear));
         let level = |k: i32| {
             let grey = darkest + (brightest - darkest) * f64::from(k) / 200.0;
             range.curve.linear(grey)

@@ -25,11 +25,7 @@ impl Effect for OtherPanels {
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
-        if view.panels.len() > 1 {
-            range.range_grey()
-        } else {
-            0.0
-        }
+        if view.panels.len() > 1 { range.range_grey() } else { 0.0 }
     }
 
     fn include(&self, _view: &View, formation: &mut Formation) {

@@ -21,12 +21,7 @@ impl Effect for Perspective {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "pose.roll_deg",
-            "pose.yaw_deg",
-            "pose.pitch_deg",
-            "pose.distance_m",
-        ]
+        &["pose.roll_deg", "pose.yaw_deg", "pose.pitch_deg", "pose.distance_m"]
     }
 
     fn cost(&self) -> &'static str {
@@ -43,18 +38,11 @@ impl Effect for Perspective {
                 shape: jacobian * (panel.panel.led_diameter_m / 2.0),
             };
             panel.ellipses.iter().enumerate().map(move |(led, exact)| {
-                let at = panel
-                    .projection
-                    .led_m((led / SIDE) as f64, (led % SIDE) as f64);
-                (
-                    (exact.centre - centre - jacobian * at).length(),
-                    rim_difference(exact, &affine),
-                )
+                let at = panel.projection.led_m((led / SIDE) as f64, (led % SIDE) as f64);
+                ((exact.centre - centre - jacobian * at).length(), rim_difference(exact, &affine))
             })
         });
-        let (shift, rim) = moved.fold((0.0, 0.0), |(shift, rim): (f64, f64), (s, r)| {
-            (shift.max(s), rim.max(r))
-        });
+        let (shift, rim) = moved.fold((0.0, 0.0), |(shift, rim): (f64, f64), (s, r)| (shift.max(s), rim.max(r)));
         range.change_by_geometry(shift, rim)
     }
 

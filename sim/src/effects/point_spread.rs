@@ -89,10 +89,7 @@ mod tests {
     fn the_parts_make_the_whole_deviation() {
         for psf in ["gauss", "disc"] {
             for aspect in ["0.5", "1", "1.7"] {
-                let [psf, aspect] = [
-                    format!("camera.psf={psf}"),
-                    format!("camera.blur_aspect={aspect}"),
-                ];
+                let [psf, aspect] = [format!("camera.psf={psf}"), format!("camera.blur_aspect={aspect}")];
                 let camera = camera(&[&psf, &aspect, "camera.blur_sigma_px=1.2"]);
                 let (core, spread) = parts(&camera);
                 let beyond = match spread {
@@ -118,9 +115,6 @@ mod tests {
             (disc - (-0.5 * r * r).exp() / 2.0).abs() * 2.0 * r * 5e-5
         };
         let half: f64 = rings.map(apart).sum::<f64>() / 2.0;
-        assert!(
-            half < DISC_FROM_GAUSSIAN && half > DISC_FROM_GAUSSIAN - 1e-3,
-            "{half}"
-        );
+        assert!(half < DISC_FROM_GAUSSIAN && half > DISC_FROM_GAUSSIAN - 1e-3, "{half}");
     }
 }

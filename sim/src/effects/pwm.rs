@@ -22,11 +22,7 @@ impl Effect for Pwm {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "panel.pwm_hz",
-            "panel.luminance_max_cd_m2",
-            "camera.exposure_max_s",
-        ]
+        &["panel.pwm_hz", "panel.luminance_max_cd_m2", "camera.exposure_max_s"]
     }
 
     fn cost(&self) -> &'static str {
@@ -48,9 +44,7 @@ impl Effect for Pwm {
                 duty: duty(&view.scene, panel),
             })
         });
-        formation.led_stages.push(Box::new(Drive {
-            panels: panels.collect(),
-        }));
+        formation.led_stages.push(Box::new(Drive { panels: panels.collect() }));
     }
 }
 
@@ -81,9 +75,7 @@ pub struct Pulses {
 impl Pulses {
     /// Those of a panel's LEDs, which are dimmed by pulses or lit row by row; none where their light is steady.
     pub fn of(view: &View, panel: &PanelView) -> Option<Self> {
-        let Panel {
-            pwm_hz, scan_rows, ..
-        } = panel.panel;
+        let Panel { pwm_hz, scan_rows, .. } = panel.panel;
         (pwm_hz > 0.0).then(|| Self {
             hz: pwm_hz,
             duty: match scan_rows {
@@ -115,11 +107,7 @@ impl Pulses {
     /// period late. The pulses follow the transmitter's clock.
     pub fn during(&self, moment: &Moment, delay_s: f64, late: f64) -> f64 {
         let rate = moment.transmitter_rate;
-        self.received(
-            (moment.start_s + delay_s) * rate,
-            moment.exposure_s * rate,
-            late,
-        )
+        self.received((moment.start_s + delay_s) * rate, moment.exposure_s * rate, late)
     }
 
     /// The light between two times over its long-term mean, for pulses that begin `late` of a period late.
@@ -161,28 +149,18 @@ mod tests {
 
     #[test]
     fn no_exposure_strays_further_than_is_said_and_some_do_as_far() {
-        for (hz, duty, exposure_s) in [
-            (1000.0, 0.25, 0.0024),
-            (90.0, 0.7, 0.001),
-            (333.0, 0.03, 0.01),
-        ] {
+        for (hz, duty, exposure_s) in [(1000.0, 0.25, 0.0024), (90.0, 0.7, 0.001), (333.0, 0.03, 0.01)] {
             let pulses = Pulses { hz, duty };
             let starts = (0..10_000).map(|step| f64::from(step) / (1e4 * hz));
             let light = starts.map(|start| pulses.received(start, exposure_s, 0.0));
             let most = light.fold(0.0, |most: f64, light| most.max((light - 1.0).abs()));
-            assert!(
-                (most - pulses.stray(exposure_s)).abs() < 1e-3 * most,
-                "{most}"
-            );
+            assert!((most - pulses.stray(exposure_s)).abs() < 1e-3 * most, "{most}");
         }
     }
 
     #[test]
     fn whole_periods_give_the_mean_and_half_ones_do_not() {
-        let pulses = Pulses {
-            hz: 1000.0,
-            duty: 0.25,
-        };
+        let pulses = Pulses { hz: 1000.0, duty: 0.25 };
         for phase in 0..10 {
             let start = f64::from(phase) * 1e-4;
             assert!((pulses.received(start, 0.003, 0.0) - 1.0).abs() < 1e-9);

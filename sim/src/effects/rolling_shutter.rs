@@ -17,11 +17,7 @@ impl Effect for RollingShutter {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "camera.readout_s",
-            "pose.velocity_m_s",
-            "link.symbol_rate_hz",
-        ]
+        &["camera.readout_s", "pose.velocity_m_s", "link.symbol_rate_hz"]
     }
 
     fn cost(&self) -> &'static str {
@@ -47,7 +43,6 @@ impl Effect for RollingShutter {
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {
-        formation.row_delay_s =
-            view.scene.camera.readout_s / (view.scene.camera.height_px - 1) as f64;
+        formation.row_delay_s = view.scene.camera.readout_s / (view.scene.camera.height_px - 1) as f64;
     }
 }

@@ -42,10 +42,9 @@ impl Effect for Sharpening {
     fn include(&self, view: &View, formation: &mut Formation) {
         let camera = &view.scene.camera;
         if camera.sharpening > 0.0 {
-            formation.grey_stages.push(Box::new(UnsharpMask::new(
-                camera.sharpening,
-                camera.sharpening_radius_px,
-            )));
+            formation
+                .grey_stages
+                .push(Box::new(UnsharpMask::new(camera.sharpening, camera.sharpening_radius_px)));
         }
     }
 }
@@ -100,8 +99,7 @@ impl UnsharpMask {
             mean.fill(0.0);
             for (k, &weight) in self.weights.iter().enumerate() {
                 let weight = if k == 0 { weight / 2.0 } else { weight };
-                let [above, below] = [y.saturating_sub(k), (y + k).min(height - 1)]
-                    .map(|y| &across[y * width..][..width]);
+                let [above, below] = [y.saturating_sub(k), (y + k).min(height - 1)].map(|y| &across[y * width..][..width]);
                 for ((mean, above), below) in mean.iter_mut().zip(above).zip(below) {
                     *mean += weight * (above + below);
                 }

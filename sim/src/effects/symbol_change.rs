@@ -17,12 +17,7 @@ impl Effect for SymbolChange {
     }
 
     fn keys(&self) -> &'static [&'static str] {
-        &[
-            "link.symbol_rate_hz",
-            "link.phase",
-            "link.clock_ppm",
-            "camera.frame_rate_hz",
-        ]
+        &["link.symbol_rate_hz", "link.phase", "link.clock_ppm", "camera.frame_rate_hz"]
     }
 
     fn cost(&self) -> &'static str {
@@ -31,11 +26,7 @@ impl Effect for SymbolChange {
 
     /// The whole range where some frame's exposure can hold a change, else nothing.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
-        if straddles(view) {
-            range.range_grey()
-        } else {
-            0.0
-        }
+        if straddles(view) { range.range_grey() } else { 0.0 }
     }
 
     fn include(&self, _view: &View, formation: &mut Formation) {
@@ -46,8 +37,7 @@ impl Effect for SymbolChange {
 /// Whether any frame's exposure can hold a symbol change.
 pub(super) fn straddles(view: &View) -> bool {
     let scene = &view.scene;
-    let ratio = scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6)
-        / scene.camera.frame_rate_hz;
+    let ratio = scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6) / scene.camera.frame_rate_hz;
     // The phase stays where it is only if a frame lasts whole symbols.
     if (ratio - ratio.round()).abs() > 1e-12 {
         return true;

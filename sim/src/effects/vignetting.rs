@@ -63,11 +63,7 @@ struct Cos4 {
 
 impl Cos4 {
     fn gain(&self, x: usize, y: usize) -> f64 {
-        let [u, v] = [
-            x as f64 - self.principal_px[0],
-            y as f64 - self.principal_px[1],
-        ]
-        .map(|p| p * self.per_px);
+        let [u, v] = [x as f64 - self.principal_px[0], y as f64 - self.principal_px[1]].map(|p| p * self.per_px);
         (1.0 + u * u + v * v).powi(-2)
     }
 }

@@ -15,9 +15,7 @@ pub fn is_there(path: &Path) -> bool {
 /// When it is none, or cannot be read.
 pub fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder)?;
-    let mut paths = entries
-        .map(|entry| Ok(entry?.path()))
-        .collect::<Result<Vec<_>, Error>>()?;
+    let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, Error>>()?;
     paths.sort();
     Ok(paths)
 }
@@ -36,9 +34,7 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     let file = File::open(path)?;
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        let why = format!(
-            "it has more than {most} bytes, the most that are read here: is it the file you meant?"
-        );
+        let why = format!("it has more than {most} bytes, the most that are read here: is it the file you meant?");
         return Err(Error::new(ErrorKind::FileTooLarge, why));
     }
     Ok(bytes)

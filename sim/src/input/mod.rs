@@ -30,25 +30,19 @@ pub enum PictureError {
     #[error("cannot read it: {0}")]
     Read(#[from] Error),
     /// It is no picture, or a damaged one.
-    #[error(
-        "it is no whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there"
-    )]
+    #[error("it is no whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there")]
     Damaged(#[from] ImageError),
     /// A JPEG without an end.
     #[error("it is no whole PNG, JPEG or PGM image: it ends too soon")]
     Cut,
     /// More than a picture can have.
-    #[error(
-        "it has {bytes} bytes, and the largest picture that is read has {PICTURE_MAX}: is it the file you meant?"
-    )]
+    #[error("it has {bytes} bytes, and the largest picture that is read has {PICTURE_MAX}: is it the file you meant?")]
     TooLong {
         /// Its bytes.
         bytes: usize,
     },
     /// No pixels, or too many.
-    #[error(
-        "it has {width} × {height} pixels: 1 × 1 to {SIDE_MAX} × {SIDE_MAX} are read; scale or cut it"
-    )]
+    #[error("it has {width} × {height} pixels: 1 × 1 to {SIDE_MAX} × {SIDE_MAX} are read; scale or cut it")]
     Size {
         /// Its columns.
         width: u32,
@@ -104,10 +98,7 @@ pub fn picture_of(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
 
 /// Whether a JPEG has its end-of-image marker after the last scan.
 fn ends(jpeg: &[u8]) -> bool {
-    let scan = jpeg
-        .windows(2)
-        .rposition(|marker| marker == [0xff, 0xda])
-        .unwrap_or(0);
+    let scan = jpeg.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
     jpeg[scan..].windows(2).any(|marker| marker == [0xff, 0xd9])
 }
 

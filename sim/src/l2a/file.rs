@@ -45,9 +45,7 @@ pub enum Fault {
     #[error(transparent)]
     Parse(#[from] Box<toml::de::Error>),
     /// It is of another version.
-    #[error(
-        "format = {found}: this program reads format {FORMAT}; make it anew with `vocc optimize`, or use the program that wrote it"
-    )]
+    #[error("format = {found}: this program reads format {FORMAT}; make it anew with `vocc optimize`, or use the program that wrote it")]
     Format {
         /// The version.
         found: u32,
@@ -61,9 +59,7 @@ pub enum Fault {
         wanted: usize,
     },
     /// A row is longer or shorter than its axis.
-    #[error(
-        "row {row} of l2a, for {illuminance_lx} lx, has {found} ratios, and there are {wanted} intervals: give one for each"
-    )]
+    #[error("row {row} of l2a, for {illuminance_lx} lx, has {found} ratios, and there are {wanted} intervals: give one for each")]
     Ragged {
         /// Which row, from 0.
         row: usize,
@@ -86,9 +82,7 @@ pub enum Fault {
         interval: f64,
     },
     /// A ratio is out of range.
-    #[error(
-        "the ratio for {illuminance_lx} lx and interval {interval} is {ratio}: it must be {L2A_MIN} to {L2A_MAX}"
-    )]
+    #[error("the ratio for {illuminance_lx} lx and interval {interval} is {ratio}: it must be {L2A_MIN} to {L2A_MAX}")]
     Ratio {
         /// The illuminance of its row.
         illuminance_lx: f64,
@@ -196,11 +190,7 @@ impl RatioFile {
     /// Its places, row by row: illuminance and interval.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> + Clone {
         let rows = self.illuminance_lx.iter();
-        rows.flat_map(|&illuminance_lx| {
-            self.interval
-                .iter()
-                .map(move |&interval| [illuminance_lx, interval])
-        })
+        rows.flat_map(|&illuminance_lx| self.interval.iter().map(move |&interval| [illuminance_lx, interval]))
     }
 
     /// What a transmitter carries of it.
@@ -214,9 +204,7 @@ impl RatioFile {
                 wanted: self.illuminance_lx.len(),
             });
         }
-        for (row, (ratios, &illuminance_lx)) in
-            self.l2a.iter().zip(&self.illuminance_lx).enumerate()
-        {
+        for (row, (ratios, &illuminance_lx)) in self.l2a.iter().zip(&self.illuminance_lx).enumerate() {
             if ratios.len() != self.interval.len() {
                 return Err(Fault::Ragged {
                     row,
@@ -256,10 +244,7 @@ impl RatioFile {
 ///
 /// # Errors
 /// When the file cannot be read, or the text not be used.
-pub fn read_with<T>(
-    path: &Path,
-    of_text: impl Fn(&str) -> Result<T, Fault>,
-) -> Result<T, FileError> {
+pub fn read_with<T>(path: &Path, of_text: impl Fn(&str) -> Result<T, Fault>) -> Result<T, FileError> {
     input::read_text(path, input::TABLE_MAX)
         .map_err(Fault::Read)
         .and_then(|text| of_text(&text))
@@ -271,10 +256,7 @@ pub fn read_with<T>(
 
 fn check_ratio(illuminance_lx: f64, interval: f64, ratio: f64) -> Result<(), Fault> {
     if ratio.is_nan() {
-        return Err(Fault::Missing {
-            illuminance_lx,
-            interval,
-        });
+        return Err(Fault::Missing { illuminance_lx, interval });
     }
     if (L2A_MIN..=L2A_MAX).contains(&(ratio as f32)) {
         return Ok(());
@@ -288,11 +270,7 @@ fn check_ratio(illuminance_lx: f64, interval: f64, ratio: f64) -> Result<(), Fau
 
 /// A number as TOML writes it.
 fn number(value: f64) -> String {
-    if value.is_nan() {
-        "nan".into()
-    } else {
-        format!("{value:?}")
-    }
+    if value.is_nan() { "nan".into() } else { format!("{value:?}") }
 }
 
 #[cfg(test)]
@@ -300,14 +278,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const PLAIN: &str =
-        "illuminance_lx = [50, 5000]\ninterval = [1, 2]\nl2a = [[2, 3], [1.8, 2.9]]\n";
+    const PLAIN: &str = "illuminance_lx = [50, 5000]\ninterval = [1, 2]\nl2a = [[2, 3], [1.8, 2.9]]\n";
 
     fn complaint(from: &str, to: &str) -> String {
-        assert!(
-            PLAIN.contains(from),
-            "{from:?} must be there to be replaced"
-        );
+        assert!(PLAIN.contains(from), "{from:?} must be there to be replaced");
         let file = RatioFile::from_toml(&PLAIN.replacen(from, to, 1));
         file.and_then(|file| file.table()).unwrap_err().to_string()
     }
@@ -315,14 +289,8 @@ mod tests {
     #[test]
     fn a_table_of_three_keys_is_enough() {
         let table = RatioFile::from_toml(PLAIN).unwrap().table().unwrap();
-        assert_eq!(
-            table.values()[2].to_num::<f64>(),
-            1.8f64.mul_add(8192.0, 0.5).floor() / 8192.0
-        );
-        assert_eq!(
-            (table.illuminances_lx().len(), table.intervals().len()),
-            (2, 2)
-        );
+        assert_eq!(table.values()[2].to_num::<f64>(), 1.8f64.mul_add(8192.0, 0.5).floor() / 8192.0);
+        assert_eq!((table.illuminances_lx().len(), table.intervals().len()), (2, 2));
     }
 
     #[test]
@@ -331,46 +299,23 @@ mod tests {
             ("1.8", "nan", &["5000 lx and interval 1", "missing"][..]),
             ("2.9", "4.5", &["5000 lx and interval 2", "4.5", "0.2 to 4"]),
             ("2.9", "inf", &["inf", "0.2 to 4"]),
-            (
-                "1.8, ",
-                "",
-                &["row 1", "5000 lx", "1 ratios", "2 intervals"],
-            ),
+            ("1.8, ", "", &["row 1", "5000 lx", "1 ratios", "2 intervals"]),
             (", [1.8, 2.9]", "", &["1 rows", "2 illuminances"]),
-            (
-                "50, 5000",
-                "5000, 50",
-                &["illuminance", "number 1", "50", "sort"],
-            ),
+            ("50, 5000", "5000, 50", &["illuminance", "number 1", "50", "sort"]),
             ("1, 2", "1, 1", &["interval", "number 1", "sort"]),
             ("1, 2", "1, nan", &["interval", "NaN", "0.05 to 15"]),
-            (
-                "50, 5000",
-                "0, 5000",
-                &["illuminance", "number 0", "0.01 to 1000000"],
-            ),
+            ("50, 5000", "0, 5000", &["illuminance", "number 0", "0.01 to 1000000"]),
             ("50, 5000", "", &["2 rows", "0 illuminances"]),
             ("interval", "intervals", &["intervals"]),
             ("illuminance_lx = [50, 5000]\n", "", &["illuminance_lx"]),
             ("50,", "\"dark\",", &["line 1", "dark"]),
-            (
-                "illuminance_lx",
-                "format = 2\nilluminance_lx",
-                &["format = 2", "reads format 1"],
-            ),
-            (
-                "illuminance_lx",
-                "format = 2\nunknown_lx",
-                &["format = 2", "reads format 1"],
-            ),
+            ("illuminance_lx", "format = 2\nilluminance_lx", &["format = 2", "reads format 1"]),
+            ("illuminance_lx", "format = 2\nunknown_lx", &["format = 2", "reads format 1"]),
             ("illuminance_lx", "format = -1\nilluminance_lx", &["-1"]),
         ] {
             let complaint = complaint(from, to);
             for word in words {
-                assert!(
-                    complaint.contains(word),
-                    "{from:?} as {to:?} should speak of {word:?}: {complaint}"
-                );
+                assert!(complaint.contains(word), "{from:?} as {to:?} should speak of {word:?}: {complaint}");
             }
         }
     }

@@ -16,9 +16,7 @@ pub enum L2aError {
     #[error("link.table: {0}")]
     Table(#[from] FileError),
     /// A ratio that no transmitter carries.
-    #[error(
-        "link.l2a = {ratio}: a transmitter keeps to {L2A_MIN} to {L2A_MAX}; other ratios can be rendered and evaluated, but not sent"
-    )]
+    #[error("link.l2a = {ratio}: a transmitter keeps to {L2A_MIN} to {L2A_MAX}; other ratios can be rendered and evaluated, but not sent")]
     Ratio {
         /// The ratio.
         ratio: f64,
@@ -67,11 +65,7 @@ pub fn table_file(table: &L2aTable) -> String {
 /// A number of a table as TOML has decimal fractions: with a point.
 fn decimal(number: &impl std::fmt::Display) -> String {
     let text = number.to_string();
-    if text.contains('.') {
-        text
-    } else {
-        text + ".0"
-    }
+    if text.contains('.') { text } else { text + ".0" }
 }
 
 /// The table that the scene's transmitter carries: that of `link.table`, the shipped one without it, or, where
@@ -81,9 +75,7 @@ fn decimal(number: &impl std::fmt::Display) -> String {
 /// As [`read_table`].
 pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
     match (&scene.link.l2a, &scene.link.table) {
-        (L2a::Ratio(ratio), _) if !(f64::from(L2A_MIN)..=f64::from(L2A_MAX)).contains(ratio) => {
-            Err(L2aError::Ratio { ratio: *ratio })
-        }
+        (L2a::Ratio(ratio), _) if !(f64::from(L2A_MIN)..=f64::from(L2A_MAX)).contains(ratio) => Err(L2aError::Ratio { ratio: *ratio }),
         (L2a::Ratio(ratio), _) => Ok(L2aTable::new(&[1.0], &[1.0], &[*ratio as f32])?),
         (L2a::Table(_), Some(path)) => Ok(read_table(Path::new(path))?),
         (L2a::Table(_), None) => Ok(L2aTable::shipped()),
@@ -106,8 +98,7 @@ pub fn of_panel(scene: &Scene, panel: &Panel) -> Result<f64, L2aError> {
         return Ok(ratio);
     }
     let table = table_of(scene)?;
-    let illuminance =
-        link::l2a_table::Illuminance::saturating_from_num(scene.ambient.illuminance_lx);
+    let illuminance = link::l2a_table::Illuminance::saturating_from_num(scene.ambient.illuminance_lx);
     let interval = link::l2a_table::Interval::saturating_from_num(panel.interval);
     Ok(table.l2a(illuminance, interval).to_num())
 }

@@ -20,13 +20,7 @@ pub(super) struct Board {
 
 impl Board {
     /// Where it is `after_s` seconds after the middle of the exposure.
-    pub(super) fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        formation: &Formation,
-        accuracy: &Accuracy,
-        after_s: f64,
-    ) -> Self {
+    pub(super) fn new(camera: &Camera, panel: &PanelView, formation: &Formation, accuracy: &Accuracy, after_s: f64) -> Self {
         let corners = board_corners(camera, panel, formation, after_s);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
@@ -38,12 +32,7 @@ impl Board {
 }
 
 /// The corners of a panel's board, each at its row's own time.
-pub(super) fn board_corners(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    after_s: f64,
-) -> [DVec2; 4] {
+pub(super) fn board_corners(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64) -> [DVec2; 4] {
     BOARD_CORNERS.map(|(row, column)| {
         let at = panel.projection.led_m(row, column);
         let delay_s = formation.row_delay_s * panel.projection.pixel(at).y;

@@ -23,10 +23,8 @@ pub struct Region {
 impl Region {
     /// Whether two regions have a pixel in common.
     pub fn meets(self, other: Self) -> bool {
-        let apart =
-            |a: usize, length: usize, b: usize, other: usize| a + length <= b || b + other <= a;
-        !apart(self.x, self.width, other.x, other.width)
-            && !apart(self.y, self.height, other.y, other.height)
+        let apart = |a: usize, length: usize, b: usize, other: usize| a + length <= b || b + other <= a;
+        !apart(self.x, self.width, other.x, other.width) && !apart(self.y, self.height, other.y, other.height)
     }
 
     /// The region with `by` pixels more on each side, as far as there are any.
@@ -55,10 +53,7 @@ impl Region {
     /// Its first pixel, and the one after its last.
     pub(super) fn corners(self) -> [DVec2; 2] {
         let corner = |x: usize, y: usize| DVec2::new(x as f64, y as f64);
-        [
-            corner(self.x, self.y),
-            corner(self.x + self.width, self.y + self.height),
-        ]
+        [corner(self.x, self.y), corner(self.x + self.width, self.y + self.height)]
     }
 }
 
@@ -115,10 +110,7 @@ impl<R: Real> Canvas<R> {
         if part.width == 0 || part.height == 0 {
             return;
         }
-        let mut mask = self
-            .mask
-            .take()
-            .unwrap_or_else(|| Box::new(Self::new(part)));
+        let mut mask = self.mask.take().unwrap_or_else(|| Box::new(Self::new(part)));
         mask.region = part;
         mask.values.clear();
         mask.values.resize(part.width * part.height, R::default());
@@ -139,13 +131,7 @@ impl<R: Real> Canvas<R> {
     /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
     /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
     #[inline(always)]
-    pub fn add_lattice<S: SeparableImage<Real = R>>(
-        &mut self,
-        image: &S,
-        columns: &[f64; SIDE],
-        rows: &[f64; SIDE],
-        light: &[R; LEDS],
-    ) {
+    pub fn add_lattice<S: SeparableImage<Real = R>>(&mut self, image: &S, columns: &[f64; SIDE], rows: &[f64; SIDE], light: &[R; LEDS]) {
         let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
         let firsts = columns.map(|column| column.floor() as i64 - before_x as i64 - x as i64);
@@ -206,10 +192,7 @@ impl<R: Real> Canvas<R> {
         let first_x = floor.x as i64 - before_x as i64 - x as i64;
         let first_y = floor.y as i64 - before_y as i64 - y as i64;
         let end = self.region.width as i64;
-        let (from, to) = (
-            first_x.clamp(0, end),
-            (first_x + width as i64).clamp(0, end),
-        );
+        let (from, to) = (first_x.clamp(0, end), (first_x + width as i64).clamp(0, end));
         if from >= to {
             return;
         }
@@ -220,11 +203,7 @@ impl<R: Real> Canvas<R> {
             for (j, &down) in (first_y..).zip(&self.down) {
                 if (0..self.region.height as i64).contains(&j) {
                     let start = j as usize * self.region.width + from as usize;
-                    add_scaled(
-                        &mut self.values[start..start + across.len()],
-                        across,
-                        down * light,
-                    );
+                    add_scaled(&mut self.values[start..start + across.len()], across, down * light);
                 }
             }
         }
@@ -233,10 +212,7 @@ impl<R: Real> Canvas<R> {
     /// Adds the values of another canvas times `light`, where both have pixels.
     pub fn add(&mut self, other: &Canvas<f32>, light: R) {
         let (own, others) = (self.region, other.region);
-        let (from, to) = (
-            own.x.max(others.x),
-            (own.x + own.width).min(others.x + others.width),
-        );
+        let (from, to) = (own.x.max(others.x), (own.x + own.width).min(others.x + others.width));
         if from >= to {
             return;
         }

@@ -25,9 +25,7 @@ impl Renderer {
     ) {
         match &layout.images {
             Images::Chords { shapes, .. } => {
-                let image = |led| {
-                    ChordImage::new(kernel, image_of(shapes, led), &self.spread, self.margin_px)
-                };
+                let image = |led| ChordImage::new(kernel, image_of(shapes, led), &self.spread, self.margin_px);
                 layout.paint(image, shift, light, canvas);
             }
             Images::Outlines(outlines) => {
@@ -126,14 +124,7 @@ impl Renderer {
     }
 
     /// Adds a board of the linear value `light`, edges blurred.
-    fn add_board<K: Kernel>(
-        &self,
-        kernel: &K,
-        board: &Board,
-        shift: DVec2,
-        light: K::Real,
-        canvas: &mut Canvas<K::Real>,
-    ) {
+    fn add_board<K: Kernel>(&self, kernel: &K, board: &Board, shift: DVec2, light: K::Real, canvas: &mut Canvas<K::Real>) {
         match &board.chords {
             Some(chords) => {
                 let image = ChordImage::new(kernel, chords, &self.spread, self.margin_px);
@@ -172,20 +163,13 @@ impl Renderer {
     }
 
     /// The linear value of each LED of a panel through the air, as pixels of a colour see it.
-    fn led_light(
-        &self,
-        index: usize,
-        moment: &Moment,
-        shown: &Shown,
-        colour: Option<usize>,
-    ) -> [f64; LEDS] {
+    fn led_light(&self, index: usize, moment: &Moment, shown: &Shown, colour: Option<usize>) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
         let mut own: [f64; LEDS] = if self.formation.mix_symbols {
             std::array::from_fn(|led| {
                 let shares = moment.shares(delay_s[led]);
                 let seen = shown.symbols.iter().zip(shares);
-                seen.map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share)
-                    .sum()
+                seen.map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share).sum()
             })
         } else {
             let truth = self.truth(index, moment, shown);
@@ -199,9 +183,7 @@ impl Renderer {
             own.iter_mut().for_each(|light| *light *= part);
         }
         let air = self.formation.air[index];
-        std::array::from_fn(|led| {
-            air.through(shown.light.off + own[led] * (shown.light.on - shown.light.off))
-        })
+        std::array::from_fn(|led| air.through(shown.light.off + own[led] * (shown.light.on - shown.light.off)))
     }
 
     /// The linear value of a background without photograph.

@@ -56,14 +56,7 @@ pub enum Places {
 
 impl Layout {
     /// The layout of `panel`, `after_s` seconds after the middle of the exposure.
-    pub fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        formation: &Formation,
-        accuracy: &Accuracy,
-        spread: &Spread,
-        after_s: f64,
-    ) -> Self {
+    pub fn new(camera: &Camera, panel: &PanelView, formation: &Formation, accuracy: &Accuracy, spread: &Spread, after_s: f64) -> Self {
         let ellipses = ellipses(camera, panel, formation, after_s);
         let places = places(&ellipses);
         Self {
@@ -75,9 +68,7 @@ impl Layout {
     /// The centre of LED `led`, 0 to 63.
     pub fn centre(&self, led: usize) -> DVec2 {
         match &self.places {
-            Places::Lattice { columns, rows } => {
-                DVec2::new(columns[led % SIDE], rows[led / SIDE % SIDE])
-            }
+            Places::Lattice { columns, rows } => DVec2::new(columns[led % SIDE], rows[led / SIDE % SIDE]),
             Places::Scattered(centres) => centres[led % LEDS],
         }
     }
@@ -113,25 +104,16 @@ pub fn image_of<T>(images: &[T], led: usize) -> &T {
 }
 
 /// The images of LEDs that appear as `ellipses`.
-fn images(
-    ellipses: &[Ellipse; LEDS],
-    formation: &Formation,
-    accuracy: &Accuracy,
-    spread: &Spread,
-) -> Images {
+fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy, spread: &Spread) -> Images {
     // Rounding apart, which is some 1e-13 px.
     let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
     let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
     let shapes = ellipses[..distinct].iter().map(|ellipse| ellipse.shape);
     let extent = |ellipse: &Ellipse| ellipse.half_extent().length();
-    let largest = ellipses
-        .iter()
-        .max_by(|a, b| extent(a).total_cmp(&extent(b)));
+    let largest = ellipses.iter().max_by(|a, b| extent(a).total_cmp(&extent(b)));
     let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
-    let Some(Chords(most)) = Chords::within(&largest, formation.sigma_px, accuracy.quadrature)
-    else {
-        let outlined =
-            |ellipse: &Ellipse| Outlined::new(Outline::Ellipse(ellipse.shape), ellipse.centre);
+    let Some(Chords(most)) = Chords::within(&largest, formation.sigma_px, accuracy.quadrature) else {
+        let outlined = |ellipse: &Ellipse| Outlined::new(Outline::Ellipse(ellipse.shape), ellipse.centre);
         return Images::Outlines(Box::new(ellipses.each_ref().map(outlined)));
     };
     let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
@@ -169,18 +151,12 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
             let (row, column) = (led / SIDE, led % SIDE);
             let (above, left) = (ellipses[column].centre.x, ellipses[SIDE * row].centre.y);
             // Rounding apart, which is some 1e-13 px.
-            (ellipse.shape - shape).abs_diff_eq(DMat2::ZERO, 1e-11)
-                && (ellipse.centre - DVec2::new(above, left)).length() < 1e-9
+            (ellipse.shape - shape).abs_diff_eq(DMat2::ZERO, 1e-11) && (ellipse.centre - DVec2::new(above, left)).length() < 1e-9
         })
 }
 
 /// The images of the 64 LEDs as the formation asks for them.
-fn ellipses(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    after_s: f64,
-) -> [Ellipse; LEDS] {
+fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64) -> [Ellipse; LEDS] {
     std::array::from_fn(|led| {
         let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
         // A row of the sensor is exposed later the lower it is; the LED has moved on by then.
@@ -205,13 +181,7 @@ fn ellipses(
 }
 
 /// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of the exposure.
-pub fn place(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    after_s: f64,
-    at: DVec2,
-) -> DVec2 {
+pub fn place(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64, at: DVec2) -> DVec2 {
     let projection = moved(camera, panel, after_s);
     let centre = projection.pixel(DVec2::ZERO);
     let point = if formation.exact_perspective {

@@ -106,13 +106,7 @@ impl Renderer {
 
     fn planned(view: View, plan: Plan, level: Level) -> Self {
         let (formation, range) = (plan.formation(&view), plan.range);
-        let accuracy = Accuracy::new(
-            level,
-            range.floor,
-            range.peak - range.floor,
-            formation.sigma_px,
-            &formation.curve,
-        );
+        let accuracy = Accuracy::new(level, range.floor, range.peak - range.floor, formation.sigma_px, &formation.curve);
         Self::with(view, plan, formation, level, accuracy)
     }
 
@@ -123,40 +117,18 @@ impl Renderer {
         Self::with(view, plan, formation, level, accuracy)
     }
 
-    fn with(
-        view: View,
-        plan: Plan,
-        formation: Formation,
-        level: Level,
-        accuracy: Accuracy,
-    ) -> Self {
+    fn with(view: View, plan: Plan, formation: Formation, level: Level, accuracy: Accuracy) -> Self {
         let scene = &view.scene;
         let (shape, tolerance) = (formation.spread, accuracy.quadrature / 4.0);
         let spread = Spread::new(shape, formation.sigma_px, tolerance);
         let blur = accuracy.blur(formation.sigma_px);
         let margin_px = blur.margin_px() + spread.reach_px;
-        let drawn = if formation.other_panels {
-            view.panels.len()
-        } else {
-            1
-        };
+        let drawn = if formation.other_panels { view.panels.len() } else { 1 };
         let over_the_exposure = |panel| {
             formation
                 .motion_samples
                 .iter()
-                .map(|&(after_s, weight)| {
-                    (
-                        weight,
-                        Layout::new(
-                            &scene.camera,
-                            panel,
-                            &formation,
-                            &accuracy,
-                            &spread,
-                            after_s,
-                        ),
-                    )
-                })
+                .map(|&(after_s, weight)| (weight, Layout::new(&scene.camera, panel, &formation, &accuracy, &spread, after_s)))
                 .collect()
         };
         let layouts: Vec<Vec<_>> = view.panels[..drawn].iter().map(over_the_exposure).collect();
@@ -166,10 +138,7 @@ impl Renderer {
             images
                 .map(|&(after_s, weight)| {
                     let camera = &scene.camera;
-                    (
-                        weight,
-                        Board::new(camera, panel, &formation, &accuracy, after_s),
-                    )
+                    (weight, Board::new(camera, panel, &formation, &accuracy, after_s))
                 })
                 .collect()
         });
@@ -223,8 +192,7 @@ impl Renderer {
 
     fn has_the_backdrop_of(&self, other: &Self) -> bool {
         let (mine, theirs) = (&self.view, &other.view);
-        let photographs =
-            [self, other].map(|renderer| renderer.photograph().map(Photograph::relative));
+        let photographs = [self, other].map(|renderer| renderer.photograph().map(Photograph::relative));
         mine.scene.camera == theirs.scene.camera
             && self.plan.included().eq(other.plan.included())
             && self.plain_background() == other.plain_background()
@@ -242,19 +210,12 @@ impl Renderer {
         for (place, &index) in self.far_to_near.iter().enumerate() {
             turn[index] = place;
         }
-        let boxes: Vec<_> = self
-            .surroundings
-            .iter()
-            .map(|part| part.corners())
-            .collect();
+        let boxes: Vec<_> = self.surroundings.iter().map(|part| part.corners()).collect();
         for_each_meeting(&boxes, |a, b| {
             even[if turn[a] > turn[b] { a } else { b }] = false;
         });
         let boards = self.boards.iter();
-        boards
-            .zip(even)
-            .map(|(board, even)| even || !board.is_empty())
-            .collect()
+        boards.zip(even).map(|(board, even)| even || !board.is_empty()).collect()
     }
 
     /// The scene, worked out.
@@ -293,9 +254,7 @@ impl Renderer {
         let l2a = luminance_cd_m2 / (scene.ambient.illuminance_lx * panel.reflectance);
         let mut unlimited = panel.clone();
         (unlimited.luminance_min_cd_m2, unlimited.luminance_max_cd_m2) = (None, None);
-        self.view
-            .exposure
-            .led_light(scene, &unlimited, panel.reflectance, l2a)
+        self.view.exposure.led_light(scene, &unlimited, panel.reflectance, l2a)
     }
 
     /// The moment of frame `frame`.
@@ -330,9 +289,7 @@ impl Renderer {
             canvas,
             #[inline(always)]
             |layout, shift, light, canvas| match &layout.images {
-                Images::Chords {
-                    table: Some(table), ..
-                } => layout.paint(|_| table, shift, light, canvas),
+                Images::Chords { table: Some(table), .. } => layout.paint(|_| table, shift, light, canvas),
                 _ => self.paint(&self.table, layout, shift, light, canvas),
             },
         );
@@ -342,15 +299,9 @@ impl Renderer {
     /// Draws the linear image in double precision, by the error function. The renderer must have been made for
     /// [`Level::Reference`] to be as exact as that.
     pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
-        self.expose(
-            &self.exact,
-            moment,
-            shown,
-            canvas,
-            |layout, shift, light, canvas| {
-                self.paint(&self.exact, layout, shift, light, canvas);
-            },
-        );
+        self.expose(&self.exact, moment, shown, canvas, |layout, shift, light, canvas| {
+            self.paint(&self.exact, layout, shift, light, canvas);
+        });
         let Region { x, y, width, .. } = canvas.region();
         for stage in &self.formation.row_stages {
             for (j, row) in canvas.values_mut().chunks_exact_mut(width).enumerate() {

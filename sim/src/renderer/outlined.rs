@@ -37,13 +37,7 @@ const MOST_STILL: usize = 256;
 
 impl Renderer {
     /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
-    pub(super) fn add_outlined<R: Real>(
-        &self,
-        outlined: &Outlined,
-        shift: DVec2,
-        light: R,
-        canvas: &mut Canvas<R>,
-    ) {
+    pub(super) fn add_outlined<R: Real>(&self, outlined: &Outlined, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
         let is_kept = self.layouts.len() <= MOST_STILL && self.level != Level::Reference;
         if shift == DVec2::ZERO && is_kept {
             let still = outlined.still.get_or_init(|| self.still(outlined));
@@ -70,13 +64,7 @@ impl Renderer {
     }
 
     /// Draws an outline at each point of the spread.
-    fn draw_outline<R: Real>(
-        &self,
-        outline: &Outline,
-        centre: DVec2,
-        light: R,
-        canvas: &mut Canvas<R>,
-    ) {
+    fn draw_outline<R: Real>(&self, outline: &Outline, centre: DVec2, light: R, canvas: &mut Canvas<R>) {
         for &(place, part) in &self.spread.points {
             let light = light * R::from_f64(part);
             canvas.add_outline(outline, &self.blur, centre + place, light);

@@ -26,13 +26,7 @@ pub struct Polyphase {
 impl Polyphase {
     /// The table for the shape that `chords` make, under the blur of `kernel` and spread, drawn up to `margin_px` beyond its edge. None
     /// where it would be too large.
-    pub fn new(
-        kernel: &Exact,
-        chords: &Chords,
-        spread: &Spread,
-        margin_px: f64,
-        phases: usize,
-    ) -> Option<Self> {
+    pub fn new(kernel: &Exact, chords: &Chords, spread: &Spread, margin_px: f64, phases: usize) -> Option<Self> {
         let image = ChordImage::new(kernel, chords, spread, margin_px);
         if image.terms() * phases > MOST_ROWS {
             return None;
@@ -41,12 +35,8 @@ impl Polyphase {
         let width = width.next_multiple_of(LANES);
         let term = |term: usize| {
             [
-                PhaseTable::new(phases, width, |phase, values| {
-                    image.across(term, phase, values)
-                }),
-                PhaseTable::new(phases, height, |phase, values| {
-                    image.down(term, phase, values)
-                }),
+                PhaseTable::new(phases, width, |phase, values| image.across(term, phase, values)),
+                PhaseTable::new(phases, height, |phase, values| image.down(term, phase, values)),
             ]
         };
         Some(Self {

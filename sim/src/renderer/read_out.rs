@@ -30,11 +30,7 @@ impl Renderer {
             self.process(canvas.region().width, grey);
             return;
         }
-        let linear: Vec<f32> = canvas
-            .values()
-            .iter()
-            .map(|&linear| linear as f32)
-            .collect();
+        let linear: Vec<f32> = canvas.values().iter().map(|&linear| linear as f32).collect();
         self.read_pixels(&linear, &mut stream(seed, frame, Purpose::Noise), grey);
         self.process(canvas.region().width, grey);
     }
@@ -48,34 +44,16 @@ impl Renderer {
 
     /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
     /// [`Renderer::lit_region`], for the part that is drawn.
-    pub fn frame(
-        &self,
-        seed: u64,
-        moment: &Moment,
-        shown: &[Shown],
-        canvas: &mut Canvas<f32>,
-        grey: &mut [u8],
-    ) {
+    pub fn frame(&self, seed: u64, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>, grey: &mut [u8]) {
         self.draw(moment, shown, canvas);
-        let Region {
-            x,
-            y,
-            width,
-            height,
-        } = canvas.region();
+        let Region { x, y, width, height } = canvas.region();
         let sensor = self.sensor();
         if width < sensor.width || height < sensor.height {
             let mut random = stream(seed, moment.frame, Purpose::Background);
-            self.backdrop
-                .get_or_init(|| Arc::new(self.backdrop()))
-                .read_out(&mut random, grey);
+            self.backdrop.get_or_init(|| Arc::new(self.backdrop())).read_out(&mut random, grey);
         }
         let mut random = stream(seed, moment.frame, Purpose::Noise);
-        for (values, row) in canvas
-            .values()
-            .chunks_exact(width)
-            .zip(grey.chunks_exact_mut(sensor.width).skip(y))
-        {
+        for (values, row) in canvas.values().chunks_exact(width).zip(grey.chunks_exact_mut(sensor.width).skip(y)) {
             self.read_pixels(values, &mut random, &mut row[x..x + width]);
         }
         self.process(sensor.width, grey);
@@ -94,10 +72,7 @@ impl Renderer {
     /// The noise of the pixels that are drawn, where noise is simulated.
     pub fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
         let noise = self.formation.noise.as_ref()?;
-        Some(
-            self.pixel_noise
-                .get_or_init(|| Arc::new(PixelNoise::new(noise))),
-        )
+        Some(self.pixel_noise.get_or_init(|| Arc::new(PixelNoise::new(noise))))
     }
 
     /// The sensor without panels.

@@ -43,8 +43,7 @@ impl Renderer {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
         let samples = self.formation.motion_samples.iter();
-        let corners = samples
-            .flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, after_s));
+        let corners = samples.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, after_s));
         let centres = self
             .layouts
             .get(index)
@@ -53,19 +52,14 @@ impl Renderer {
             .flat_map(|(_, layout)| (0..LEDS).map(|led| layout.centre(led)));
         let (low, high) = corners
             .chain(centres)
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| {
-                (l.min(p), h.max(p))
-            });
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let stages = || self.formation.grey_stages.iter();
         let margin_px = margin_px + stages().map(|stage| stage.reach_px()).sum::<usize>() as f64;
         let block = stages().map(|stage| stage.block_px()).max().unwrap_or(1);
         let (low, high) = (low - margin_px - 2.0, high + margin_px + 3.0);
         let sensor = self.sensor();
         let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
-        let (x, y) = (
-            clip(low.x.floor(), sensor.width),
-            clip(low.y.floor(), sensor.height),
-        );
+        let (x, y) = (clip(low.x.floor(), sensor.width), clip(low.y.floor(), sensor.height));
         let (x, y) = (x - x % block, y - y % block);
         let end = |high: f64, end: usize| clip(high.ceil(), end).next_multiple_of(block).min(end);
         Region {

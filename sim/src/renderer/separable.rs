@@ -78,9 +78,7 @@ impl<'a, K: Kernel> ChordImage<'a, K> {
             kernel,
             chords,
             spread,
-            before: (chords.reach() + margin_px)
-                .to_array()
-                .map(|reach| reach as usize),
+            before: (chords.reach() + margin_px).to_array().map(|reach| reach as usize),
             paired: chords.are_mirrored(),
         }
     }
@@ -98,11 +96,7 @@ impl<K: Kernel> SeparableImage for ChordImage<'_, K> {
 
     fn terms(&self) -> usize {
         let chords = self.chords.0.len();
-        let chords = if self.paired {
-            chords.div_ceil(2)
-        } else {
-            chords
-        };
+        let chords = if self.paired { chords.div_ceil(2) } else { chords };
         chords * self.spread.columns.len()
     }
 
@@ -134,10 +128,7 @@ impl<K: Kernel> SeparableImage for ChordImage<'_, K> {
         values.fill(K::Real::default());
         for piece in &column.down {
             for (end, sign) in [(chord.top, 1.0), (chord.bottom, -1.0)] {
-                let (first, weight) = (
-                    first - piece.place - end,
-                    K::Real::from_f64(sign * piece.weight),
-                );
+                let (first, weight) = (first - piece.place - end, K::Real::from_f64(sign * piece.weight));
                 if piece.half == 0.0 {
                     self.kernel.add_steps(first, weight, values);
                 } else {
@@ -214,14 +205,10 @@ mod tests {
                     continue;
                 }
                 let at = DVec2::new(i as f64 - 0.3, j as f64 - 0.8);
-                let moved =
-                    |&(place, weight): &(DVec2, f64)| weight * outline.light(0.3, at - place);
+                let moved = |&(place, weight): &(DVec2, f64)| weight * outline.light(0.3, at - place);
                 let mean: f64 = spread.points.iter().map(moved).sum();
                 let drawn = light[y * width + x];
-                assert!(
-                    (drawn - mean).abs() < 1e-11,
-                    "{shape:?} at {at}: {drawn} for {mean}"
-                );
+                assert!((drawn - mean).abs() < 1e-11, "{shape:?} at {at}: {drawn} for {mean}");
             }
         }
     }

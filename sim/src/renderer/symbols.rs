@@ -33,8 +33,7 @@ impl Renderer {
             return shown.symbols[moment.middle_symbol(0.0)];
         }
         let delay_s = self.delays_s(index);
-        let on =
-            (0..LEDS).filter(|&led| shown.symbols[moment.middle_symbol(delay_s[led])].led(led));
+        let on = (0..LEDS).filter(|&led| shown.symbols[moment.middle_symbol(delay_s[led])].led(led));
         PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
     }
 
@@ -43,14 +42,7 @@ impl Renderer {
         if !self.formation.mix_symbols {
             return false;
         }
-        let shared = |delay_s: &f64| {
-            moment
-                .shares(*delay_s)
-                .iter()
-                .filter(|&&share| share > 0.0)
-                .count()
-                > 1
-        };
+        let shared = |delay_s: &f64| moment.shares(*delay_s).iter().filter(|&&share| share > 0.0).count() > 1;
         if self.formation.row_delay_s == 0.0 {
             return shared(&0.0);
         }

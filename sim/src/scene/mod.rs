@@ -170,10 +170,7 @@ impl Camera {
 
     /// The principal point: the centre of the sensor, in pixels.
     pub fn principal_px(&self) -> [f64; 2] {
-        [
-            (self.width_px as f64 - 1.0) / 2.0,
-            (self.height_px as f64 - 1.0) / 2.0,
-        ]
+        [(self.width_px as f64 - 1.0) / 2.0, (self.height_px as f64 - 1.0) / 2.0]
     }
 }
 
@@ -519,17 +516,13 @@ impl EffectSettings {
 impl Scene {
     /// The pose of panel `index`: its own, or the scene's.
     pub fn pose_of(&self, index: usize) -> &Pose {
-        self.panels
-            .get(index)
-            .and_then(|panel| panel.pose.as_ref())
-            .unwrap_or(&self.pose)
+        self.panels.get(index).and_then(|panel| panel.pose.as_ref()).unwrap_or(&self.pose)
     }
 
     /// The same to be changed.
     pub fn pose_of_mut(&mut self, index: usize) -> &mut Pose {
         let own = self.panels.get_mut(index);
-        own.and_then(|panel| panel.pose.as_mut())
-            .unwrap_or(&mut self.pose)
+        own.and_then(|panel| panel.pose.as_mut()).unwrap_or(&mut self.pose)
     }
 
     /// The lens's distortion k₁: 0 where the scene leaves it out.

@@ -14,9 +14,7 @@ pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> 
     if text.chars().any(|c| c.is_control() && c != '\t') {
         return Err(fault("it is more than one line"));
     }
-    let (path, value) = text
-        .split_once('=')
-        .ok_or_else(|| fault("there is no '='"))?;
+    let (path, value) = text.split_once('=').ok_or_else(|| fault("there is no '='"))?;
     let keys: Vec<&str> = path.trim().split('.').collect();
     let (last, tables) = keys
         .split_last()

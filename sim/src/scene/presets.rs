@@ -83,8 +83,7 @@ pub fn preset_toml(name: &str) -> Option<String> {
 
 /// The keys that presets write, or show in comments, each with its table.
 pub(crate) fn written_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
-    in_tables(DEFAULTS)
-        .filter_map(|(table, line)| Some((table.trim_matches(['[', ']']), key(line)?)))
+    in_tables(DEFAULTS).filter_map(|(table, line)| Some((table.trim_matches(['[', ']']), key(line)?)))
 }
 
 /// Settings among all keys there are, in their order; those that are not set are comments.
@@ -97,10 +96,7 @@ fn filled(settings: &str) -> String {
     for (table, line) in in_tables(DEFAULTS).chain([("", "")]) {
         if table != last {
             // What a table has beyond the keys that all share.
-            lines.extend(
-                own.extract_if(.., |(of, _)| *of == last)
-                    .map(|(_, line)| line.to_owned()),
-            );
+            lines.extend(own.extract_if(.., |(of, _)| *of == last).map(|(_, line)| line.to_owned()));
             last = table;
         }
         let is_set = |(of, set): &mut (&str, &str)| *of == table && key(set) == key(line);
@@ -351,8 +347,7 @@ mod tests {
     #[test]
     fn every_preset_is_a_valid_scene() {
         for preset in PRESETS {
-            Scene::load(preset.name, &[])
-                .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
+            Scene::load(preset.name, &[]).unwrap_or_else(|error| panic!("{}: {error}", preset.name));
         }
     }
 
@@ -381,9 +376,7 @@ mod tests {
                 None => tables.push((table, format!("{line}\n"))),
             }
         }
-        let written = tables
-            .iter()
-            .map(|(table, lines)| format!("{table}\n{lines}"));
+        let written = tables.iter().map(|(table, lines)| format!("{table}\n{lines}"));
         written.collect()
     }
 

@@ -53,55 +53,25 @@ impl Scene {
             self.validate_panel(index, panel)?;
         }
         validate_pose("pose", &self.pose)?;
-        within(
-            "ambient.illuminance_lx",
-            self.ambient.illuminance_lx,
-            0.1,
-            200_000.0,
-        )?;
-        within(
-            "ambient.background_reflectance",
-            self.ambient.background_reflectance,
-            0.01,
-            1.0,
-        )?;
-        within(
-            "atmosphere.transmission_at_70m",
-            self.atmosphere.transmission_at_70m,
-            1e-6,
-            1.0,
-        )?;
+        within("ambient.illuminance_lx", self.ambient.illuminance_lx, 0.1, 200_000.0)?;
+        within("ambient.background_reflectance", self.ambient.background_reflectance, 0.01, 1.0)?;
+        within("atmosphere.transmission_at_70m", self.atmosphere.transmission_at_70m, 1e-6, 1.0)?;
         if let Some(luminance) = self.atmosphere.airlight_cd_m2 {
             within("atmosphere.airlight_cd_m2", luminance, 0.0, 1e6)?;
         }
         self.validate_link()?;
-        within(
-            "effects.tolerance_grey",
-            self.effects.tolerance_grey,
-            0.0,
-            255.0,
-        )?;
+        within("effects.tolerance_grey", self.effects.tolerance_grey, 0.0, 255.0)?;
         Ok(())
     }
 
     fn validate_camera(&self) -> Result<(), RangeError> {
         let camera = &self.camera;
-        within(
-            "camera.focal_length_mm",
-            camera.focal_length_mm,
-            0.5,
-            1000.0,
-        )?;
+        within("camera.focal_length_mm", camera.focal_length_mm, 0.5, 1000.0)?;
         within("camera.pixel_pitch_um", camera.pixel_pitch_um, 0.5, 50.0)?;
         within("camera.width_px", camera.width_px as f64, 16.0, 8192.0)?;
         within("camera.height_px", camera.height_px as f64, 16.0, 8192.0)?;
         within("camera.frame_rate_hz", camera.frame_rate_hz, 1.0, 10_000.0)?;
-        within(
-            "camera.exposure_max_s",
-            camera.exposure_max_s,
-            1e-6,
-            1.0 / camera.frame_rate_hz,
-        )?;
+        within("camera.exposure_max_s", camera.exposure_max_s, 1e-6, 1.0 / camera.frame_rate_hz)?;
         within("camera.f_number", camera.f_number, 0.7, 64.0)?;
         within("camera.iso_min", camera.iso_min, 1.0, 1e6)?;
         within("camera.iso_max", camera.iso_max, camera.iso_min, 1e7)?;
@@ -110,37 +80,17 @@ impl Scene {
         within("camera.black_grey", camera.black_grey, 0.0, 64.0)?;
         within("camera.blur_sigma_px", camera.blur_sigma_px, 0.0, 20.0)?;
         within("camera.blur_aspect", camera.blur_aspect, 0.25, 4.0)?;
-        within(
-            "camera.exposure_bias_ev",
-            camera.exposure_bias_ev,
-            -8.0,
-            8.0,
-        )?;
+        within("camera.exposure_bias_ev", camera.exposure_bias_ev, -8.0, 8.0)?;
         within("camera.full_well_e", camera.full_well_e, 100.0, 1e7)?;
         within("camera.read_noise_e", camera.read_noise_e, 0.0, 1000.0)?;
-        within(
-            "camera.readout_s",
-            camera.readout_s,
-            0.0,
-            1.0 / camera.frame_rate_hz,
-        )?;
+        within("camera.readout_s", camera.readout_s, 0.0, 1.0 / camera.frame_rate_hz)?;
         within("camera.distortion_k1", camera.distortion_k1, -0.5, 0.5)?;
         within("camera.prnu_percent", camera.prnu_percent, 0.0, 20.0)?;
         within("camera.dsnu_e", camera.dsnu_e, 0.0, 1000.0)?;
-        within(
-            "camera.hot_pixels_ppm",
-            camera.hot_pixels_ppm,
-            0.0,
-            10_000.0,
-        )?;
+        within("camera.hot_pixels_ppm", camera.hot_pixels_ppm, 0.0, 10_000.0)?;
         within("camera.hot_pixel_grey", camera.hot_pixel_grey, 0.0, 255.0)?;
         within("camera.sharpening", camera.sharpening, 0.0, 5.0)?;
-        within(
-            "camera.sharpening_radius_px",
-            camera.sharpening_radius_px,
-            0.3,
-            10.0,
-        )?;
+        within("camera.sharpening_radius_px", camera.sharpening_radius_px, 0.3, 10.0)?;
         match camera.jpeg_quality {
             Some(quality) => within("camera.jpeg_quality", quality.into(), 1.0, 100.0),
             None => Ok(()),
@@ -202,9 +152,7 @@ impl Scene {
 fn within_leds(key: &str, leds: &Leds) -> Result<(), RangeError> {
     match leds {
         Leds::Count(count) => within(key, (*count).into(), 0.0, LEDS as f64),
-        Leds::List(list) => list
-            .iter()
-            .try_for_each(|&led| within(key, led.into(), 0.0, (LEDS - 1) as f64)),
+        Leds::List(list) => list.iter().try_for_each(|&led| within(key, led.into(), 0.0, (LEDS - 1) as f64)),
     }
 }
 

@@ -29,9 +29,7 @@ mod tests {
     fn the_pairs_are_those_that_comparing_all_with_all_finds() {
         let mut state = 1u64;
         let mut number = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             (state >> 59) as f64
         };
         for count in [0, 1, 2, 5, 60] {

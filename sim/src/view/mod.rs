@@ -57,10 +57,7 @@ impl View {
     ///
     /// # Errors
     /// As [`View::new`].
-    pub fn with_reflectances(
-        scene: &Scene,
-        reflectances: Option<[f64; 2]>,
-    ) -> Result<Self, ViewError> {
+    pub fn with_reflectances(scene: &Scene, reflectances: Option<[f64; 2]>) -> Result<Self, ViewError> {
         Self::with_photograph(scene, reflectances, Photograph::of(scene)?)
     }
 
@@ -86,11 +83,7 @@ impl View {
         Self::with_photograph(scene, None, photograph)
     }
 
-    fn with_photograph(
-        scene: &Scene,
-        reflectances: Option<[f64; 2]>,
-        photograph: Option<Photograph>,
-    ) -> Result<Self, ViewError> {
+    fn with_photograph(scene: &Scene, reflectances: Option<[f64; 2]>, photograph: Option<Photograph>) -> Result<Self, ViewError> {
         scene.validate().map_err(Box::new)?;
         let exposure = Exposure::of(scene);
         let panels = (0..scene.panels.len())
@@ -132,9 +125,7 @@ fn layers(view: &View) -> usize {
 /// The box around a panel's LEDs, wider by its size and a margin on each side.
 fn wide_box(panel: &PanelView, margin_px: f64) -> [DVec2; 2] {
     let centres = panel.ellipses.iter().map(|ellipse| ellipse.centre);
-    let (low, high) = centres.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
+    let (low, high) = centres.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let wider = high - low + margin_px;
     [low - wider, high + wider]
 }

@@ -35,21 +35,13 @@ impl PanelView {
         let (panel, pose) = (scene.panels[index].clone(), scene.pose_of(index).clone());
         let projection = Projection::new(&scene.camera, &panel, &pose);
         let corners = BOARD_CORNERS.map(|(row, column)| projection.led_m(row, column));
-        let depth_m = corners
-            .iter()
-            .map(|&c| projection.depth_m(c))
-            .fold(f64::INFINITY, f64::min);
+        let depth_m = corners.iter().map(|&c| projection.depth_m(c)).fold(f64::INFINITY, f64::min);
         if depth_m < DEPTH_MIN_M {
-            return Err(ViewError::Behind {
-                panel: index,
-                depth_m,
-            });
+            return Err(ViewError::Behind { panel: index, depth_m });
         }
         let l2a = l2a::of_panel(scene, &panel)?;
         let light = exposure.led_light(scene, &panel, panel.reflectance, l2a);
-        let ellipses = std::array::from_fn(|led| {
-            projection.ellipse(projection.led_m((led / SIDE) as f64, (led % SIDE) as f64))
-        });
+        let ellipses = std::array::from_fn(|led| projection.ellipse(projection.led_m((led / SIDE) as f64, (led % SIDE) as f64)));
         let view = Self {
             panel,
             pose,
@@ -103,15 +95,9 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
         });
     }
     let corners = BOARD_CORNERS.map(place);
-    let pitch_px = (corners[1] - corners[0])
-        .length()
-        .min((corners[3] - corners[0]).length())
-        / SIDE as f64;
+    let pitch_px = (corners[1] - corners[0]).length().min((corners[3] - corners[0]).length()) / SIDE as f64;
     if pitch_px < PITCH_MIN_PX {
-        return Err(ViewError::TooSmall {
-            panel: index,
-            pitch_px,
-        });
+        return Err(ViewError::TooSmall { panel: index, pitch_px });
     }
     Ok(())
 }
@@ -142,10 +128,7 @@ mod tests {
         assert!(with(&[]).is_ok());
         // A pincushion moves it outwards, a barrel inwards.
         let outwards = with(&["camera.distortion_k1=0.4"]);
-        assert!(
-            matches!(outwards, Err(ViewError::OffSensor { .. })),
-            "{outwards:?}"
-        );
+        assert!(matches!(outwards, Err(ViewError::OffSensor { .. })), "{outwards:?}");
         assert!(with(&["camera.distortion_k1=-0.4"]).is_ok());
         assert!(with(&["camera.distortion_k1=0.4", "effects.distortion=off"]).is_ok());
         assert!(view(&["pose.x_m=13.3"]).is_err());
@@ -161,9 +144,6 @@ mod tests {
             "pose.distance_m=8",
             "pose.x_m=11",
         ]);
-        assert!(
-            matches!(folded, Err(ViewError::Folded { .. })),
-            "{folded:?}"
-        );
+        assert!(matches!(folded, Err(ViewError::Folded { .. })), "{folded:?}");
     }
 }

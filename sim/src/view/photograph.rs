@@ -30,10 +30,7 @@ impl Photograph {
         let Some(path) = &scene.ambient.background_image else {
             return Ok(None);
         };
-        let fault = |why: String| ViewError::Background {
-            path: path.clone(),
-            why,
-        };
+        let fault = |why: String| ViewError::Background { path: path.clone(), why };
         let picture = input::picture(Path::new(path))
             .map_err(|error| fault(error.to_string()))?
             .into_luma8();
@@ -56,18 +53,13 @@ impl Photograph {
         let [width, height] = size_px.map(|side| side as u32);
         let fitted = resize(picture, width, height, FilterType::Triangle).into_raw();
         let curve = Curve::of(&scene.camera);
-        let table: Vec<f64> = (0..256)
-            .map(|level| curve.linear(f64::from(level)))
-            .collect();
+        let table: Vec<f64> = (0..256).map(|level| curve.linear(f64::from(level))).collect();
         let linear = |&level: &u8| table[usize::from(level)];
         let mean = fitted.iter().map(linear).sum::<f64>() / fitted.len() as f64;
         if mean <= 0.0 {
             return Err(fault("it is black all over"));
         }
-        let relative: Arc<[f32]> = fitted
-            .iter()
-            .map(|level| (linear(level) / mean) as f32)
-            .collect();
+        let relative: Arc<[f32]> = fitted.iter().map(|level| (linear(level) / mean) as f32).collect();
         let range = [
             relative.iter().copied().fold(f32::INFINITY, f32::min),
             relative.iter().copied().fold(0.0, f32::max),

@@ -68,9 +68,7 @@ impl LinearRange {
             let gain = gain(index);
             let first = view.reflectances.filter(|_| index == 0);
             for reflectance in first.into_iter().flatten().chain([panel.panel.reflectance]) {
-                let light =
-                    view.exposure
-                        .led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+                let light = view.exposure.led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
                 range.widen(light.off, air);
                 range.widen(light.off + (light.on - light.off) * gain, air);
             }

@@ -38,11 +38,7 @@ impl Scene {
         let bits = random.next_u64();
         let phase = [uniform(&mut random), uniform(&mut random)];
         let reflectance = 0.3 + 0.2 * uniform(&mut random);
-        let moved = if reading.random_phase {
-            phase
-        } else {
-            [0.5; 2]
-        };
+        let moved = if reading.random_phase { phase } else { [0.5; 2] };
         Self {
             bits,
             first_px: moved.map(|moved| rim + pitch_px / 2.0 + moved),
@@ -56,10 +52,7 @@ impl Scene {
 
     /// The coverage of the pixels by all LEDs and by the On ones, blurred if the blur comes first.
     pub fn light(&self, reading: &Reading) -> Light<'_> {
-        let (mut all, mut on) = (
-            vec![0.0; self.side * self.side],
-            vec![0.0; self.side * self.side],
-        );
+        let (mut all, mut on) = (vec![0.0; self.side * self.side], vec![0.0; self.side * self.side]);
         for led in 0..64 {
             self.add_disc(reading.disc, led, &mut all);
             if self.bits >> led & 1 == 1 {
@@ -69,11 +62,7 @@ impl Scene {
         if reading.order == Order::BlurGammaClip {
             (all, on) = (self.blurred(&all), self.blurred(&on));
         }
-        Light {
-            scene: self,
-            all,
-            on,
-        }
+        Light { scene: self, all, on }
     }
 
     fn add_disc(&self, disc: Disc, led: usize, coverage: &mut [f64]) {
@@ -86,8 +75,7 @@ impl Scene {
         }
         let samples = if disc == Disc::Area { SAMPLES } else { 1 };
         let offset = |k: usize| (k as f64 + 0.5) / samples as f64 - 0.5;
-        let span =
-            |c: f64| (c - self.radius_px).floor() as usize..=(c + self.radius_px).ceil() as usize;
+        let span = |c: f64| (c - self.radius_px).floor() as usize..=(c + self.radius_px).ceil() as usize;
         for y in span(centre[1]) {
             for x in span(centre[0]) {
                 let inside = (0..samples * samples).filter(|k| {
@@ -157,11 +145,7 @@ impl Light<'_> {
             Order::BlurGammaClip => light.map(encoded).collect(),
             Order::ClipBlurGamma => {
                 let clipped: Vec<f64> = light.map(|light| light.min(white)).collect();
-                self.scene
-                    .blurred(&clipped)
-                    .into_iter()
-                    .map(encoded)
-                    .collect()
+                self.scene.blurred(&clipped).into_iter().map(encoded).collect()
             }
             Order::GammaBlurClip => self.scene.blurred(&light.map(encoded).collect::<Vec<_>>()),
             Order::GammaClipBlur => {
@@ -169,8 +153,7 @@ impl Light<'_> {
                 self.scene.blurred(&clipped)
             }
         };
-        grey.iter_mut()
-            .for_each(|grey| *grey = grey.round().clamp(0.0, 255.0));
+        grey.iter_mut().for_each(|grey| *grey = grey.round().clamp(0.0, 255.0));
         grey
     }
 }

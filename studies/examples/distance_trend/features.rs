@@ -19,11 +19,7 @@ pub fn measure(reading: &Reading, scene: &Scene, grey: &[f64]) -> [[f64; 2]; 64]
             // Beyond its cell a gradient sees the pixel itself, where it is to stop there.
             let at = |nx: usize, ny: usize| {
                 let own = reading.gradient_within_cell && cell_of(nx, ny) != Some(cell);
-                if own {
-                    grey[y * side + x]
-                } else {
-                    grey[ny * side + nx]
-                }
+                if own { grey[y * side + x] } else { grey[ny * side + nx] }
             };
             let gradient = [at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1)];
             let centre = [
@@ -54,8 +50,6 @@ fn cells(cells: Cells, scene: &Scene) -> ([f64; 2], f64) {
         Cells::Discs => 7.0 * pitch + 2.0 * scene.radius_px,
         Cells::Border => 9.0 * pitch,
     };
-    let corner = scene
-        .first_px
-        .map(|first| first + 3.5 * pitch - whole / 2.0);
+    let corner = scene.first_px.map(|first| first + 3.5 * pitch - whole / 2.0);
     (corner, whole / 8.0)
 }

@@ -35,11 +35,7 @@ fn main() {
     println!(" higher near");
     for reading in &READINGS {
         let clouds = clouds(reading, frames);
-        let statistics = if reading.is_plain() {
-            &STATISTICS[..]
-        } else {
-            &STATISTICS[..1]
-        };
+        let statistics = if reading.is_plain() { &STATISTICS[..] } else { &STATISTICS[..1] };
         for (name, statistic) in statistics {
             let best = best(&clouds, *statistic);
             println!("{:<44}{}", format!("{}, {name}", reading.name), row(&best));
@@ -57,9 +53,7 @@ fn main() {
 fn clouds(reading: &Reading, frames: u64) -> Vec<Vec<Vec<Clouds>>> {
     let at = |interval: f64| {
         let along = DISTANCES_M.par_iter();
-        along
-            .map(|&d| clouds_at(reading, interval, d, frames))
-            .collect()
+        along.map(|&d| clouds_at(reading, interval, d, frames)).collect()
     };
     INTERVALS.par_iter().map(|&interval| at(interval)).collect()
 }
@@ -82,19 +76,14 @@ fn clouds_at(reading: &Reading, interval: f64, distance_m: f64, frames: u64) -> 
 fn best(clouds: &[Vec<Vec<Clouds>>], statistic: fn(&Clouds) -> f64) -> Vec<[f64; 3]> {
     let of = |clouds: &[Clouds]| {
         let values: Vec<f64> = clouds.iter().map(statistic).collect();
-        let top = (0..RATIOS)
-            .max_by(|&a, &b| values[a].total_cmp(&values[b]))
-            .unwrap_or(0);
+        let top = (0..RATIOS).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
         if top == 0 || top == RATIOS - 1 {
             return ratio(top);
         }
         let (before, at, after) = (values[top - 1], values[top], values[top + 1]);
         ratio(top) + 0.1 * (before - after) / (before - 2.0 * at + after)
     };
-    clouds
-        .iter()
-        .map(|row| std::array::from_fn(|k| of(&row[k])))
-        .collect()
+    clouds.iter().map(|row| std::array::from_fn(|k| of(&row[k]))).collect()
 }
 
 /// Whether the best ratio is higher at 30 than at 70 m, and at 50 m not beyond either. Two that are both at the end of the range
@@ -111,22 +100,12 @@ fn row(best: &[[f64; 3]]) -> String {
         let star = if value >= ratio(RATIOS - 1) { '*' } else { ' ' };
         format!("{value:.2}{star} ")
     };
-    let cells: String = best
-        .iter()
-        .map(|best| format!(" {:<21}", best.map(number).concat()))
-        .collect();
+    let cells: String = best.iter().map(|best| format!(" {:<21}", best.map(number).concat())).collect();
     let higher: Vec<String> = INTERVALS
         .iter()
         .zip(best)
         .filter(|(_, best)| is_higher_near(best))
         .map(|(interval, _)| interval.to_string())
         .collect();
-    format!(
-        "{cells} {}",
-        if higher.is_empty() {
-            "nowhere".into()
-        } else {
-            higher.join(" ")
-        }
-    )
+    format!("{cells} {}", if higher.is_empty() { "nowhere".into() } else { higher.join(" ") })
 }

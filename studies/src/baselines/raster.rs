@@ -38,19 +38,11 @@ pub(super) fn pixels(cells: &[f64], side: usize, finer: usize) -> Vec<f64> {
     (0..side * side).map(mean).collect()
 }
 
-fn light_disc(
-    sharp: &mut [f64],
-    cells: usize,
-    finer: usize,
-    centre: [f64; 2],
-    radius: f64,
-    light: f64,
-) {
+fn light_disc(sharp: &mut [f64], cells: usize, finer: usize, centre: [f64; 2], radius: f64, light: f64) {
     // The first pixel's centre is at 0, and so is the middle of its cells.
     let cell = |px: f64| (px + 0.5) * finer as f64 - 0.5;
     let (centre, radius) = (centre.map(cell), radius * finer as f64);
-    let span =
-        |c: f64| (c - radius).ceil().max(0.0) as usize..((c + radius) as usize + 1).min(cells);
+    let span = |c: f64| (c - radius).ceil().max(0.0) as usize..((c + radius) as usize + 1).min(cells);
     for y in span(centre[1]) {
         for x in span(centre[0]) {
             if (x as f64 - centre[0]).hypot(y as f64 - centre[1]) <= radius {
@@ -62,9 +54,7 @@ fn light_disc(
 
 fn gaussian(sigma: f64) -> Vec<f64> {
     let reach = (4.0 * sigma).ceil() as i32;
-    let weights: Vec<f64> = (-reach..=reach)
-        .map(|i| (-0.5 * (f64::from(i) / sigma).powi(2)).exp())
-        .collect();
+    let weights: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (f64::from(i) / sigma).powi(2)).exp()).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|w| w / sum).collect()
 }
@@ -86,7 +76,5 @@ fn blur_rows(image: &[f64], side: usize, kernel: &[f64]) -> Vec<f64> {
 }
 
 fn transpose(image: &[f64], side: usize) -> Vec<f64> {
-    (0..side * side)
-        .map(|i| image[(i % side) * side + i / side])
-        .collect()
+    (0..side * side).map(|i| image[(i % side) * side + i / side]).collect()
 }

@@ -104,9 +104,7 @@ fn normal(linear: f64, deviation: f64, curve: Curve) -> [f64; 256] {
         }
     };
     // By the smaller tail, so that small probabilities are exact.
-    std::array::from_fn(|level| {
-        (below(level + 1) - below(level)).max(above(level) - above(level + 1))
-    })
+    std::array::from_fn(|level| (below(level + 1) - below(level)).max(above(level) - above(level + 1)))
 }
 
 /// A pixel without noise: its grey level, give or take what drawing it may err by.
@@ -158,21 +156,10 @@ impl<'a> Genie<'a> {
         let spots: Vec<Spot> = (0..LEDS)
             .map(|led| {
                 let lit = drawn(1 << led);
-                let light: Vec<f32> = lit
-                    .iter()
-                    .zip(&expected)
-                    .map(|(on, off)| on - off)
-                    .collect();
-                let least = NEGLIGIBLE
-                    * light
-                        .iter()
-                        .fold(0.0f32, |most, light| most.max(light.abs()));
+                let light: Vec<f32> = lit.iter().zip(&expected).map(|(on, off)| on - off).collect();
+                let least = NEGLIGIBLE * light.iter().fold(0.0f32, |most, light| most.max(light.abs()));
                 Spot {
-                    pixels: light
-                        .into_iter()
-                        .enumerate()
-                        .filter(|(_, light)| light.abs() > least)
-                        .collect(),
+                    pixels: light.into_iter().enumerate().filter(|(_, light)| light.abs() > least).collect(),
                 }
             })
             .collect();
@@ -210,9 +197,7 @@ impl<'a> Genie<'a> {
 
     fn log(&self) -> f64 {
         let pixels = self.grey.iter().zip(&self.expected);
-        pixels
-            .map(|(&grey, &light)| f64::from(self.likelihood.log(grey, light)))
-            .sum()
+        pixels.map(|(&grey, &light)| f64::from(self.likelihood.log(grey, light))).sum()
     }
 
     fn set(&mut self, bits: PanelFrame) {

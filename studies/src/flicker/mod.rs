@@ -59,13 +59,8 @@ impl Flicker {
     /// That of panels that are shown again and again.
     pub fn of(panels: &[PanelFrame]) -> Self {
         let light = |led: usize| panels.iter().map(move |panel| f64::from(panel.led(led)));
-        let leds: Vec<Spectrum> = (0..LEDS)
-            .map(|led| Spectrum::of(&light(led).collect::<Vec<_>>()))
-            .collect();
-        let all: Vec<f64> = panels
-            .iter()
-            .map(|panel| f64::from(panel.count_on()))
-            .collect();
+        let leds: Vec<Spectrum> = (0..LEDS).map(|led| Spectrum::of(&light(led).collect::<Vec<_>>())).collect();
+        let all: Vec<f64> = panels.iter().map(|panel| f64::from(panel.count_on())).collect();
         Self {
             worst_led: Spectrum::greatest(&leds),
             usual_led: Spectrum::root_mean_square(&leds),
@@ -97,8 +92,7 @@ mod tests {
             for spectrum in [flicker.worst_led, flicker.panel] {
                 // Complements leave odd multiples of the lowest frequency alone.
                 let lines = spectrum.lines();
-                let multiples =
-                    lines.map(|line| (line.cycles * panels.len() as f64).round() as u64);
+                let multiples = lines.map(|line| (line.cycles * panels.len() as f64).round() as u64);
                 assert!(multiples.into_iter().all(|multiple| multiple % 2 == 1));
             }
         }

@@ -86,11 +86,7 @@ impl Spectrum {
         let Some(first) = spectra.first() else {
             return Self::default();
         };
-        let at = |line| {
-            of(&mut spectra
-                .iter()
-                .filter_map(|one| one.percents.get(line).copied()))
-        };
+        let at = |line| of(&mut spectra.iter().filter_map(|one| one.percents.get(line).copied()));
         Self {
             period: first.period,
             percents: (0..first.percents.len()).map(at).collect(),
@@ -180,9 +176,7 @@ mod tests {
     #[test]
     fn random_symbols_have_the_spectrum_that_theory_gives_them() {
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let light: Vec<f64> = (0..1 << 16)
-            .map(|_| f64::from(random.next_u32() & 1))
-            .collect();
+        let light: Vec<f64> = (0..1 << 16).map(|_| f64::from(random.next_u32() & 1)).collect();
         let spectrum = Spectrum::of(&light);
         // Twice a density of 2·sinc², over a third of an octave.
         let octave = TO_BAND_END - 1.0 / TO_BAND_END;
@@ -191,10 +185,7 @@ mod tests {
             let sinc = (PI * cycles).sin() / (PI * cycles);
             let theory = 100.0 * (2.0 * 2.0 * sinc * sinc * octave * cycles).sqrt();
             let found = line.expect("a line").percent;
-            assert!(
-                (found / theory - 1.0).abs() < 0.1,
-                "{cycles}: {found} against {theory}"
-            );
+            assert!((found / theory - 1.0).abs() < 0.1, "{cycles}: {found} against {theory}");
         }
     }
 

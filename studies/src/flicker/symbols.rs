@@ -35,10 +35,7 @@ pub fn panels(message: Option<&[u8]>) -> Result<Vec<PanelFrame>, FramingError> {
 /// ```
 pub fn manchester(panels: &[PanelFrame]) -> Vec<PanelFrame> {
     let complement = |panel: PanelFrame| PanelFrame::from_bits(!panel.bits());
-    panels
-        .iter()
-        .flat_map(|&panel| [panel, complement(panel)])
-        .collect()
+    panels.iter().flat_map(|&panel| [panel, complement(panel)]).collect()
 }
 
 #[cfg(test)]
@@ -52,9 +49,7 @@ mod tests {
             let mut schedule = Schedule::new();
             if let Some(message) = message {
                 let code = Code::for_length(message.len());
-                schedule
-                    .send(message, code, Repeats::Forever)
-                    .expect("a message");
+                schedule.send(message, code, Repeats::Forever).expect("a message");
             }
             let shown = (0..5 * period.len()).map(|_| schedule.next_panel());
             assert!(shown.eq(period.iter().copied().cycle().take(5 * period.len())));
@@ -65,9 +60,6 @@ mod tests {
     fn messages_that_cannot_be_sent_are_refused() {
         assert_eq!(panels(Some(&[])), Err(FramingError::Empty));
         let length = 1025;
-        assert_eq!(
-            panels(Some(&vec![0; length])),
-            Err(FramingError::TooLong { length })
-        );
+        assert_eq!(panels(Some(&vec![0; length])), Err(FramingError::TooLong { length }));
     }
 }

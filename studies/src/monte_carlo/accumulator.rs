@@ -45,9 +45,7 @@ struct Node {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AccumulatorError {
     /// Some chunk is there already.
-    #[error(
-        "chunks {first} to {last} are in the sum already, all or in part: give each shard once"
-    )]
+    #[error("chunks {first} to {last} are in the sum already, all or in part: give each shard once")]
     Doubled {
         /// The first chunk to be added.
         first: u64,
@@ -66,9 +64,7 @@ pub enum AccumulatorError {
         level: u32,
     },
     /// A span of more than its frames.
-    #[error(
-        "a sum that begins at chunk {first} and spans 2^{level} chunks holds more than their {CHUNK} frames each; the file is damaged"
-    )]
+    #[error("a sum that begins at chunk {first} and spans 2^{level} chunks holds more than their {CHUNK} frames each; the file is damaged")]
     Overfull {
         /// Its first chunk.
         first: u64,
@@ -197,27 +193,15 @@ impl Accumulator {
         self.before(u64::MAX).unwrap_or(0)
     }
 
-    fn add_span(
-        &mut self,
-        first: u64,
-        level: u32,
-        sums: Evaluation,
-    ) -> Result<(), AccumulatorError> {
-        if level > MOST_LEVELS.min(block_level(first))
-            || !first.is_multiple_of(1 << level)
-            || first.checked_add(1 << level).is_none()
-        {
+    fn add_span(&mut self, first: u64, level: u32, sums: Evaluation) -> Result<(), AccumulatorError> {
+        if level > MOST_LEVELS.min(block_level(first)) || !first.is_multiple_of(1 << level) || first.checked_add(1 << level).is_none() {
             return Err(AccumulatorError::Misaligned { first, level });
         }
         if !sums.is_within(CHUNK << level) {
             return Err(AccumulatorError::Overfull { first, level });
         }
         let last = first + (1 << level) - 1;
-        let overlaps_next = self
-            .nodes
-            .range(first..)
-            .next()
-            .is_some_and(|(&next, _)| next <= last);
+        let overlaps_next = self.nodes.range(first..).next().is_some_and(|(&next, _)| next <= last);
         if overlaps_next || self.contains(first) {
             return Err(AccumulatorError::Doubled { first, last });
         }
@@ -227,11 +211,7 @@ impl Accumulator {
             match self.nodes.get(&sibling) {
                 Some(&(its_level, other)) if its_level == level => {
                     self.nodes.remove(&sibling);
-                    let (mut left, right) = if sibling < first {
-                        (other, sums)
-                    } else {
-                        (sums, other)
-                    };
+                    let (mut left, right) = if sibling < first { (other, sums) } else { (sums, other) };
                     left.merge(&right);
                     (first, level, sums) = (first.min(sibling), level + 1, left);
                 }
@@ -254,11 +234,7 @@ impl From<Accumulator> for Vec<Node> {
         accumulator
             .nodes
             .into_iter()
-            .map(|(first_chunk, (level, sums))| Node {
-                first_chunk,
-                level,
-                sums,
-            })
+            .map(|(first_chunk, (level, sums))| Node { first_chunk, level, sums })
             .collect()
     }
 }
@@ -295,9 +271,7 @@ mod tests {
     fn sum(chunks: impl IntoIterator<Item = u64>) -> Accumulator {
         let mut accumulator = Accumulator::default();
         for chunk in chunks {
-            accumulator
-                .add(chunk, result(chunk))
-                .expect("each chunk once");
+            accumulator.add(chunk, result(chunk)).expect("each chunk once");
         }
         accumulator
     }
@@ -317,9 +291,7 @@ mod tests {
     fn a_plain_sum_depends_on_its_order() {
         let plain = |chunks: Vec<u64>| {
             let mut total = Evaluation::default();
-            chunks
-                .into_iter()
-                .for_each(|chunk| total.merge(&result(chunk)));
+            chunks.into_iter().for_each(|chunk| total.merge(&result(chunk)));
             total
         };
         assert_ne!(
@@ -352,10 +324,7 @@ mod tests {
     fn few_sums_are_kept() {
         // Sixteen, and eight for each of six doublings.
         assert_eq!(sum(0..1024).nodes.len(), 16 + 6 * 8);
-        assert_eq!(
-            [0, 15, 16, 17, 31, 32, 1000].map(block_end),
-            [1, 16, 18, 18, 32, 36, 1024]
-        );
+        assert_eq!([0, 15, 16, 17, 31, 32, 1000].map(block_end), [1, 16, 18, 18, 32, 36, 1024]);
     }
 
     #[test]
@@ -366,10 +335,7 @@ mod tests {
         assert_eq!(accumulator.standing(0..120, None), Standing::Missing(100));
         assert_eq!(accumulator.standing(0..100, Some(13)), Standing::Done(13));
         assert_eq!(accumulator.standing(0..100, Some(33)), Standing::Done(36));
-        assert_eq!(
-            accumulator.standing(0..120, Some(101)),
-            Standing::Missing(100)
-        );
+        assert_eq!(accumulator.standing(0..120, Some(101)), Standing::Missing(100));
         // The last block is cut where the run ends.
         assert_eq!(accumulator.standing(0..100, Some(97)), Standing::Done(100));
         // A part that begins in a block knows its own errors only.
@@ -385,10 +351,7 @@ mod tests {
     #[test]
     fn doubled_and_damaged_spans_are_refused() {
         let mut accumulator = sum(0..8);
-        assert_eq!(
-            accumulator.merge(&sum(7..9)),
-            Err(AccumulatorError::Doubled { first: 7, last: 7 })
-        );
+        assert_eq!(accumulator.merge(&sum(7..9)), Err(AccumulatorError::Doubled { first: 7, last: 7 }));
         let damaged = |first_chunk, level| {
             Accumulator::try_from(vec![Node {
                 first_chunk,
@@ -396,26 +359,16 @@ mod tests {
                 sums: Evaluation::default(),
             }])
         };
-        assert_eq!(
-            damaged(3, 1),
-            Err(AccumulatorError::Misaligned { first: 3, level: 1 })
-        );
+        assert_eq!(damaged(3, 1), Err(AccumulatorError::Misaligned { first: 3, level: 1 }));
         assert!(damaged(0, 64).is_err() && damaged(u64::MAX, 0).is_err());
         assert!(damaged(16, 2).is_err(), "longer than its block");
         let filled = |frames: u64| {
             let mut sums = Evaluation::default();
             (0..frames).for_each(|_| sums.errors.push(0));
-            let node = |first_chunk, level| Node {
-                first_chunk,
-                level,
-                sums,
-            };
+            let node = |first_chunk, level| Node { first_chunk, level, sums };
             Accumulator::try_from(vec![node(0, 0), node(16, 1)])
         };
         assert!(filled(CHUNK).is_ok());
-        assert_eq!(
-            filled(CHUNK + 1),
-            Err(AccumulatorError::Overfull { first: 0, level: 0 })
-        );
+        assert_eq!(filled(CHUNK + 1), Err(AccumulatorError::Overfull { first: 0, level: 0 }));
     }
 }

@@ -3,9 +3,7 @@
 use link::panel::LEDS;
 use serde::{Deserialize, Serialize};
 
-use crate::statistics::{
-    Distinguishability, FrameErrors, Moments, RareErrors, SWARM, SymbolChanges,
-};
+use crate::statistics::{Distinguishability, FrameErrors, Moments, RareErrors, SWARM, SymbolChanges};
 
 /// Frames worked on by one thread before their results are folded in.
 pub const CHUNK: u64 = 256;

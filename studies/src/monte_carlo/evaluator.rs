@@ -7,9 +7,7 @@ use link::panel::{LEDS, PanelFrame, SoftPanel};
 use rand::Rng;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{
-    Detector, Fisher, FisherFeatures, FisherScaling, FisherTraining, Method,
-};
+use rx_pipeline::detect::{Detector, Fisher, FisherFeatures, FisherScaling, FisherTraining, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
@@ -85,12 +83,7 @@ pub fn view(scene: &Scene, random_reflectance: bool) -> Result<View, ViewError> 
 ///
 /// # Errors
 /// [`EvaluateError::NoReceiver`] of a genie, and why a detector cannot be trained.
-pub fn receiving_method(
-    scene: &Scene,
-    detector: DetectorChoice,
-    seed: u64,
-    level: Level,
-) -> Result<Method, EvaluateError> {
+pub fn receiving_method(scene: &Scene, detector: DetectorChoice, seed: u64, level: Level) -> Result<Method, EvaluateError> {
     match detector.untrained() {
         Some(method) => Ok(method),
         None => {
@@ -103,9 +96,7 @@ pub fn receiving_method(
                 camera: None,
                 stop: Stop::NEVER,
             };
-            Evaluator::new(scene, settings)?
-                .method()
-                .ok_or(EvaluateError::NoReceiver)
+            Evaluator::new(scene, settings)?.method().ok_or(EvaluateError::NoReceiver)
         }
     }
 }
@@ -155,11 +146,7 @@ impl Evaluator {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(crate) fn experienced(
-        scene: &Scene,
-        settings: Settings,
-        experience: Option<Experience>,
-    ) -> Result<Self, EvaluateError> {
+    pub(crate) fn experienced(scene: &Scene, settings: Settings, experience: Option<Experience>) -> Result<Self, EvaluateError> {
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = renderer.corners_in(region)?;
@@ -176,13 +163,10 @@ impl Evaluator {
         let choice = settings.detector;
         evaluator.rule = match (choice.untrained(), choice.learns()) {
             (Some(method), _) => DecisionRule::Receiver(method),
-            (_, Some(features)) => {
-                DecisionRule::Receiver(Detector::Fisher(evaluator.train(features)?).into())
-            }
+            (_, Some(features)) => DecisionRule::Receiver(Detector::Fisher(evaluator.train(features)?).into()),
             _ => DecisionRule::Genie(LikelihoodTable::new(&evaluator.renderer)),
         };
-        let looks_at_features =
-            matches!(evaluator.rule, DecisionRule::Receiver(Method::Features(_)));
+        let looks_at_features = matches!(evaluator.rule, DecisionRule::Receiver(Method::Features(_)));
         if !looks_at_features {
             evaluator.prior = match experience {
                 Some(experience) => experience,
@@ -245,17 +229,11 @@ impl Evaluator {
     /// When a frame cannot be measured.
     pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
         let mut sums = Accumulator::default();
-        let (chunks, batch) = (
-            chunks(self.settings.frames),
-            16 * crate::parallel::threads() as u64,
-        );
+        let (chunks, batch) = (chunks(self.settings.frames), 16 * crate::parallel::threads() as u64);
         for first in (0..chunks).step_by(batch as usize) {
             let parts: Vec<_> = (first..chunks.min(first + batch))
                 .into_par_iter()
-                .map_init(
-                    || self.workspace(),
-                    |workspace, chunk| (chunk, self.chunk(chunk, workspace)),
-                )
+                .map_init(|| self.workspace(), |workspace, chunk| (chunk, self.chunk(chunk, workspace)))
                 .collect();
             for (chunk, part) in parts {
                 sums.add(chunk, part?)?;
@@ -271,11 +249,7 @@ impl Evaluator {
     ///
     /// # Errors
     /// When a frame cannot be measured.
-    pub fn chunk(
-        &self,
-        chunk: u64,
-        workspace: &mut Workspace,
-    ) -> Result<Evaluation, EvaluateError> {
+    pub fn chunk(&self, chunk: u64, workspace: &mut Workspace) -> Result<Evaluation, EvaluateError> {
         let end = self.settings.frames.min((chunk + 1) * CHUNK);
         self.evaluate(chunk * CHUNK..end, workspace)
     }
@@ -284,18 +258,13 @@ impl Evaluator {
     ///
     /// # Errors
     /// When a frame cannot be measured.
-    pub fn evaluate(
-        &self,
-        frames: std::ops::Range<u64>,
-        workspace: &mut Workspace,
-    ) -> Result<Evaluation, EvaluateError> {
+    pub fn evaluate(&self, frames: std::ops::Range<u64>, workspace: &mut Workspace) -> Result<Evaluation, EvaluateError> {
         let mut part = Evaluation::default();
         for frame in frames {
             let observed = self.observe(frame, workspace)?;
             let Observation { bits, features, .. } = &observed;
             part.on.merge(&class(features, *bits));
-            part.off
-                .merge(&class(features, PanelFrame::from_bits(!bits.bits())));
+            part.off.merge(&class(features, PanelFrame::from_bits(!bits.bits())));
             let errors = self.detect(frame, &observed, workspace)?.distance(*bits);
             let is_across = self.renderer.straddles(0, &self.renderer.moment(frame));
             part.errors.push(errors);
@@ -309,8 +278,7 @@ impl Evaluator {
         let mut workspace = self.workspace();
         let mut likelihood = MaximumLikelihood::<PANEL_PIXELS>::new(self.camera());
         for frame in 0..EXPERIENCE_FRAMES {
-            let observed =
-                self.observe_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
+            let observed = self.observe_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
             let Region { width, height, .. } = self.region;
             let picture = Frame::new(&workspace.grey, width, height)?;
             // A frame that cannot be read teaches nothing.
@@ -320,12 +288,7 @@ impl Evaluator {
     }
 
     /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
-    fn detect(
-        &self,
-        frame: u64,
-        observed: &Observation,
-        workspace: &mut Workspace,
-    ) -> Result<PanelFrame, EvaluateError> {
+    fn detect(&self, frame: u64, observed: &Observation, workspace: &mut Workspace) -> Result<PanelFrame, EvaluateError> {
         let (bits, _) = self.detect_softly(frame, observed, workspace)?;
         Ok(bits)
     }
@@ -342,17 +305,13 @@ impl Evaluator {
         workspace: &mut Workspace,
     ) -> Result<(PanelFrame, Option<SoftPanel>), EvaluateError> {
         let Workspace {
-            grey,
-            likelihood,
-            shown,
-            ..
+            grey, likelihood, shown, ..
         } = workspace;
         let Region { width, height, .. } = self.region;
         let picture = Frame::new(grey, width, height)?;
         Ok(match &self.rule {
             DecisionRule::Receiver(Method::Features(detector)) => {
-                let decided =
-                    dispatch!(simd::Level::new(), _simd => detector.decide(&observed.features));
+                let decided = dispatch!(simd::Level::new(), _simd => detector.decide(&observed.features));
                 return Ok((decided.unwrap_or_default(), None));
             }
             DecisionRule::Receiver(Method::MaximumLikelihood) => {
@@ -364,25 +323,18 @@ impl Evaluator {
                     .detect(&picture, &observed.corners)
                     .map_or(observed.bits, |detection| detection.bits);
                 let moment = self.renderer.moment(frame);
-                let mut genie =
-                    Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
+                let mut genie = Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
                 return Ok((genie.bits(&[observed.bits, start]), None));
             }
         }
-        .map_or((PanelFrame::default(), None), |detection| {
-            (detection.bits, Some(detection.soft))
-        }))
+        .map_or((PanelFrame::default(), None), |detection| (detection.bits, Some(detection.soft))))
     }
 
     /// Renders and measures frame `frame`.
     ///
     /// # Errors
     /// When it cannot be measured.
-    pub fn observe(
-        &self,
-        frame: u64,
-        workspace: &mut Workspace,
-    ) -> Result<Observation, EvaluateError> {
+    pub fn observe(&self, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         self.observe_of(self.settings.seed, frame, workspace)
     }
 
@@ -391,34 +343,18 @@ impl Evaluator {
     ///
     /// # Errors
     /// When the panel, where it was moved to, is none.
-    pub fn render(
-        &self,
-        frame: u64,
-        workspace: &mut Workspace,
-    ) -> Result<(PanelFrame, Corners), EvaluateError> {
+    pub fn render(&self, frame: u64, workspace: &mut Workspace) -> Result<(PanelFrame, Corners), EvaluateError> {
         let seed = self.settings.seed;
         self.expose(seed, frame, workspace);
-        let Workspace {
-            canvas,
-            grey,
-            shown,
-            ..
-        } = workspace;
+        let Workspace { canvas, grey, shown, .. } = workspace;
         self.renderer.read_out(seed, frame, canvas, grey);
         let [x, y] = shown[0].shift_px.map(|shift| shift as f32);
-        let bits = self
-            .renderer
-            .truth(0, &self.renderer.moment(frame), &shown[0]);
+        let bits = self.renderer.truth(0, &self.renderer.moment(frame), &shown[0]);
         Ok((bits, self.corners.shifted(x, y)?))
     }
 
     /// The same of another seed.
-    fn observe_of(
-        &self,
-        seed: u64,
-        frame: u64,
-        workspace: &mut Workspace,
-    ) -> Result<Observation, EvaluateError> {
+    fn observe_of(&self, seed: u64, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         self.expose(seed, frame, workspace);
         self.observe_exposed(seed, frame, workspace)
     }
@@ -427,35 +363,23 @@ impl Evaluator {
     pub(crate) fn expose(&self, seed: u64, frame: u64, workspace: &mut Workspace) {
         self.draw_frame(seed, frame, &mut workspace.shown);
         let moment = self.renderer.moment(frame);
-        self.renderer
-            .draw(&moment, &workspace.shown, &mut workspace.canvas);
+        self.renderer.draw(&moment, &workspace.shown, &mut workspace.canvas);
     }
 
     /// Reads out and measures what was drawn.
-    pub(crate) fn observe_exposed(
-        &self,
-        seed: u64,
-        frame: u64,
-        workspace: &mut Workspace,
-    ) -> Result<Observation, EvaluateError> {
+    pub(crate) fn observe_exposed(&self, seed: u64, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         let Workspace { canvas, grey, .. } = workspace;
         self.renderer.read_out(seed, frame, canvas, grey);
         self.measure(frame, workspace)
     }
 
     /// Measures what was read out.
-    pub(crate) fn measure(
-        &self,
-        frame: u64,
-        workspace: &mut Workspace,
-    ) -> Result<Observation, EvaluateError> {
+    pub(crate) fn measure(&self, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         // Whatever is done with frames comes by here.
         if self.settings.stop.is_asked() {
             return Err(EvaluateError::Stopped);
         }
-        let Workspace {
-            grey, map, shown, ..
-        } = workspace;
+        let Workspace { grey, map, shown, .. } = workspace;
         let moment = self.renderer.moment(frame);
         let shown = shown[0];
         let [x, y] = shown.shift_px.map(|shift| shift as f32);
@@ -475,15 +399,8 @@ impl Evaluator {
     pub fn led_greys(&self, workspace: &Workspace) -> [u8; LEDS] {
         let ellipses = &self.renderer.view().panels[0].ellipses;
         let shift = workspace.shown[0].shift_px;
-        let Region {
-            x,
-            y,
-            width,
-            height,
-        } = self.region;
-        let place = |centre: f64, start: usize, end: usize| {
-            (centre - start as f64).round().clamp(0.0, end as f64 - 1.0) as usize
-        };
+        let Region { x, y, width, height } = self.region;
+        let place = |centre: f64, start: usize, end: usize| (centre - start as f64).round().clamp(0.0, end as f64 - 1.0) as usize;
         std::array::from_fn(|led| {
             let centre = ellipses[led].centre;
             let column = place(centre.x + shift[0], x, width);
@@ -505,9 +422,7 @@ impl Evaluator {
                 let [low, high] = REFLECTANCES;
                 let reflectance = low + (high - low) * uniform(&mut random);
                 let panel = &view.panels[0];
-                shown.light =
-                    view.exposure
-                        .led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+                shown.light = view.exposure.led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
             }
         }
     }

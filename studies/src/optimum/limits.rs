@@ -31,11 +31,7 @@ pub enum SearchError {
 ///
 /// # Errors
 /// Names the first that it cannot.
-pub(crate) fn check_limits(
-    [low, high]: [f64; 2],
-    frames: u64,
-    tolerance: f64,
-) -> Result<(), SearchError> {
+pub(crate) fn check_limits([low, high]: [f64; 2], frames: u64, tolerance: f64) -> Result<(), SearchError> {
     let within = |ratio| (RANGE_MAX[0]..=RANGE_MAX[1]).contains(&ratio);
     if !within(low) || !within(high) || low >= high {
         return Err(SearchError::Range { low, high });

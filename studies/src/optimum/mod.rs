@@ -163,9 +163,7 @@ impl Optimum {
 
     fn objective_at(&self, criterion: Criterion, l2a: f64) -> Option<f64> {
         let points = self.grid.points();
-        let above = points
-            .partition_point(|point| point.l2a < l2a)
-            .clamp(1, points.len().max(2) - 1);
+        let above = points.partition_point(|point| point.l2a < l2a).clamp(1, points.len().max(2) - 1);
         let (Some(low), Some(high)) = (points.get(above - 1), points.get(above)) else {
             return None;
         };
@@ -182,11 +180,5 @@ impl Optimum {
 pub fn least_mean_ber(optima: &[&Optimum], search: &Search) -> Option<Peak> {
     let grids: Vec<&Samples> = optima.iter().map(|optimum| &optimum.grid).collect();
     let pooled = Samples::pooled(&grids);
-    Peak::of(
-        &pooled,
-        Criterion::Ber,
-        Window::NearHighest,
-        search.range,
-        search.seed,
-    )
+    Peak::of(&pooled, Criterion::Ber, Window::NearHighest, search.range, search.seed)
 }

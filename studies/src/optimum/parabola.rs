@@ -13,14 +13,11 @@ pub struct Parabola {
 impl Parabola {
     /// The fit to points (x, y, weight); none of fewer than three different x.
     pub fn fit(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
-        let (sum, weight) = points.clone().fold((0.0, 0.0), |(sum, total), (x, _, w)| {
-            (sum + w * x, total + w)
-        });
+        let (sum, weight) = points.clone().fold((0.0, 0.0), |(sum, total), (x, _, w)| (sum + w * x, total + w));
         let centre = sum / weight;
-        let ends = points.clone().fold(
-            [f64::INFINITY, f64::NEG_INFINITY],
-            |[low, high], (x, ..)| [low.min(x), high.max(x)],
-        );
+        let ends = points
+            .clone()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (x, ..)| [low.min(x), high.max(x)]);
         // Moments of x from 0 to 4 and of y·x from 0 to 2.
         let (mut x_moments, mut y_moments) = ([0.0; 5], [0.0; 3]);
         for (x, y, weight) in points {
@@ -33,8 +30,7 @@ impl Parabola {
                 term *= x - centre;
             }
         }
-        let matrix =
-            std::array::from_fn(|row| std::array::from_fn(|column| x_moments[row + column]));
+        let matrix = std::array::from_fn(|row| std::array::from_fn(|column| x_moments[row + column]));
         let coefficients = solved(matrix, y_moments)?;
         Some(Self {
             ends,
@@ -62,11 +58,7 @@ impl Parabola {
             return (self.centre - slope / (2.0 * curvature)).clamp(low, high);
         }
         let [first, last] = self.ends;
-        if self.at(first) >= self.at(last) {
-            first
-        } else {
-            last
-        }
+        if self.at(first) >= self.at(last) { first } else { last }
     }
 }
 
@@ -79,8 +71,7 @@ const SINGULAR: f64 = 1e-9;
 /// The solution of three linear equations by Cramer's rule; none where they have no single one.
 fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     let determinant = |m: &[[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
     };
     let whole = determinant(&matrix);
@@ -95,10 +86,7 @@ fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
         }
         determinant(&replaced) / whole
     });
-    solution
-        .iter()
-        .all(|value| value.is_finite())
-        .then_some(solution)
+    solution.iter().all(|value| value.is_finite()).then_some(solution)
 }
 
 #[cfg(test)]
@@ -136,10 +124,7 @@ mod tests {
 
     #[test]
     fn two_places_make_no_parabola() {
-        assert_eq!(
-            Parabola::fit([(1.0, 1.0, 1.0), (2.0, 2.0, 1.0), (2.0, 3.0, 1.0)].into_iter()),
-            None
-        );
+        assert_eq!(Parabola::fit([(1.0, 1.0, 1.0), (2.0, 2.0, 1.0), (2.0, 3.0, 1.0)].into_iter()), None);
         assert_eq!(Parabola::fit(std::iter::empty()), None);
         assert_eq!(
             Parabola::fit([(1.0, f64::NAN, 1.0), (2.0, 2.0, 1.0), (3.0, 3.0, 1.0)].into_iter()),

@@ -46,13 +46,7 @@ const HEAVIEST: f64 = 4.0;
 
 impl Peak {
     /// The highest place of `samples`, within `range`; none where the criterion is not defined at some point, or of fewer than three.
-    pub fn of(
-        samples: &Samples,
-        criterion: Criterion,
-        window: Window,
-        range: [f64; 2],
-        seed: u64,
-    ) -> Option<Self> {
+    pub fn of(samples: &Samples, criterion: Criterion, window: Window, range: [f64; 2], seed: u64) -> Option<Self> {
         let objectives = samples.objectives(criterion)?;
         let highest = index_of_highest(&objectives)?;
         let l2a: Vec<f64> = samples.points().iter().map(|point| point.l2a).collect();
@@ -78,9 +72,7 @@ impl Peak {
         let level = parabola.at(top);
         let not_worse = not_worse(&resampled, &l2a, highest);
         let mut l2a_95 = percentiles(&mut tops, 0.025)?;
-        if criterion == Criterion::Ber
-            && samples.points()[highest].total().of_one_symbol().errors() == 0
-        {
+        if criterion == Criterion::Ber && samples.points()[highest].total().of_one_symbol().errors() == 0 {
             l2a_95 = [l2a_95[0].min(not_worse[0]), l2a_95[1].max(not_worse[1])];
         }
         Some(Self {
@@ -98,12 +90,8 @@ impl Peak {
 
 /// The place of the highest value; of several in a row, that in the middle.
 pub fn index_of_highest(values: &[f64]) -> Option<usize> {
-    let first = (0..values.len())
-        .rev()
-        .max_by(|&a, &b| values[a].total_cmp(&values[b]))?;
-    let row = values[first..]
-        .iter()
-        .take_while(|&&value| value == values[first]);
+    let first = (0..values.len()).rev().max_by(|&a, &b| values[a].total_cmp(&values[b]))?;
+    let row = values[first..].iter().take_while(|&&value| value == values[first]);
     Some(first + (row.count() - 1) / 2)
 }
 
@@ -111,9 +99,7 @@ pub fn index_of_highest(values: &[f64]) -> Option<usize> {
 fn weights(samples: &Samples, criterion: Criterion, highest: usize) -> Vec<f64> {
     let weight = |place: usize| criterion.weight(&samples.points()[place].total());
     let most = HEAVIEST * weight(highest);
-    (0..samples.points().len())
-        .map(|place| weight(place).min(most))
-        .collect()
+    (0..samples.points().len()).map(|place| weight(place).min(most)).collect()
 }
 
 /// The places from so many before to so many after one of them; near an end more on the other side, so that no fewer than
@@ -129,11 +115,7 @@ fn about(place: usize, [before, after]: [usize; 2], count: usize) -> std::ops::R
 fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usize> {
     let near = if few { NEAR_OF_FEW } else { NEAR };
     let is_near = |&&objective: &&f64| objective >= objectives[highest] - near;
-    let before = objectives[..highest]
-        .iter()
-        .rev()
-        .take_while(is_near)
-        .count();
+    let before = objectives[..highest].iter().rev().take_while(is_near).count();
     let after = objectives[highest + 1..].iter().take_while(is_near).count();
     let reach = [before, after].map(|count| (count + usize::from(few)).max(BESIDE));
     about(highest, reach, objectives.len())
@@ -150,10 +132,7 @@ pub(crate) fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
 /// The ends of the row of points about the highest that are as high in at least 5 % of the resamples.
 fn not_worse(resampled: &[Vec<f64>], l2a: &[f64], highest: usize) -> [f64; 2] {
     let as_good = |point: usize| {
-        let times = resampled
-            .iter()
-            .filter(|row| row[point] >= row[highest])
-            .count();
+        let times = resampled.iter().filter(|row| row[point] >= row[highest]).count();
         times * 20 >= resampled.len()
     };
     let mut ends = [highest, highest];
@@ -192,9 +171,7 @@ mod tests {
                         let frame = offset + slope * away;
                         let evaluation = point.batch_mut(batch);
                         match led % 2 {
-                            0 => evaluation
-                                .on
-                                .push([4.0 - 4.0 * away * away + frame + own, 0.0]),
+                            0 => evaluation.on.push([4.0 - 4.0 * away * away + frame + own, 0.0]),
                             _ => evaluation.off.push([own, 0.0]),
                         }
                     }
@@ -225,12 +202,7 @@ mod tests {
 
     #[test]
     fn four_times_the_frames_halve_the_interval() {
-        let mean = |frames| {
-            (0..20)
-                .map(|seed| width(&peak(&hilly(seed, frames), seed)))
-                .sum::<f64>()
-                / 20.0
-        };
+        let mean = |frames| (0..20).map(|seed| width(&peak(&hilly(seed, frames), seed))).sum::<f64>() / 20.0;
         let ratio = mean(4) / mean(16);
         assert!((1.8..2.2).contains(&ratio), "seeds 0 to 19: {ratio}");
     }
@@ -253,14 +225,7 @@ mod tests {
     }
 
     fn least(counts: &[u32]) -> Peak {
-        Peak::of(
-            &errors(counts),
-            Criterion::Ber,
-            Window::NearHighest,
-            [1.0, 3.0],
-            1,
-        )
-        .unwrap()
+        Peak::of(&errors(counts), Criterion::Ber, Window::NearHighest, [1.0, 3.0], 1).unwrap()
     }
 
     #[test]
@@ -268,29 +233,17 @@ mod tests {
         let found = least(&[900, 500, 300, 210, 190, 205, 310, 490, 920]);
         assert!((found.l2a - 1.8).abs() < 0.05, "{found:?}");
         assert!(found.l2a_95[0] > 1.6 && found.l2a_95[1] < 2.0, "{found:?}");
-        assert!(
-            found.not_worse[0] <= 1.8 && found.not_worse[1] >= 1.8,
-            "{found:?}"
-        );
-        assert!(
-            found.not_worse[0] > 1.3 && found.not_worse[1] < 2.3,
-            "{found:?}"
-        );
+        assert!(found.not_worse[0] <= 1.8 && found.not_worse[1] >= 1.8, "{found:?}");
+        assert!(found.not_worse[0] > 1.3 && found.not_worse[1] < 2.3, "{found:?}");
     }
 
     #[test]
     fn a_valley_without_errors_has_its_best_in_the_middle_and_is_not_sure_of_it() {
         let found = least(&[400, 60, 0, 0, 0, 0, 0, 60, 400]);
         assert!((found.l2a - 1.8).abs() < 0.05, "{found:?}");
-        assert!(
-            found.l2a_95[0] <= 1.4 + 1e-9 && found.l2a_95[1] >= 2.2 - 1e-9,
-            "{found:?}"
-        );
+        assert!(found.l2a_95[0] <= 1.4 + 1e-9 && found.l2a_95[1] >= 2.2 - 1e-9, "{found:?}");
         let nothing = least(&[0; 9]);
-        assert!(
-            (nothing.l2a - 1.8).abs() < 1e-6 && !nothing.at_border,
-            "{nothing:?}"
-        );
+        assert!((nothing.l2a - 1.8).abs() < 1e-6 && !nothing.at_border, "{nothing:?}");
         assert_eq!(nothing.not_worse, nothing.l2a_95);
         assert!(nothing.l2a_95[1] - nothing.l2a_95[0] > 1.5);
     }
@@ -310,19 +263,7 @@ mod tests {
     fn without_both_classes_there_is_no_peak() {
         let nothing = Sample::of(1.0, vec![Evaluation::default()]);
         let samples = Samples(vec![nothing; 5]);
-        assert_eq!(
-            Peak::of(&samples, Criterion::B2w, Window::All, [0.2, 4.0], 1),
-            None
-        );
-        assert_eq!(
-            Peak::of(
-                &Samples::default(),
-                Criterion::Ber,
-                Window::All,
-                [0.2, 4.0],
-                1
-            ),
-            None
-        );
+        assert_eq!(Peak::of(&samples, Criterion::B2w, Window::All, [0.2, 4.0], 1), None);
+        assert_eq!(Peak::of(&Samples::default(), Criterion::Ber, Window::All, [0.2, 4.0], 1), None);
     }
 }

@@ -113,10 +113,7 @@ impl Sample {
                         (round.piece(next, evaluator)?, false)
                     }
                 };
-                tell(&Piece {
-                    batches: &piece,
-                    is_known,
-                });
+                tell(&Piece { batches: &piece, is_known });
                 parts.extend(piece);
             }
             self.rounds.push(round.joined(&parts));
@@ -161,13 +158,7 @@ impl Samples {
     ///
     /// # Errors
     /// When the scene cannot be evaluated there.
-    pub fn extend(
-        &mut self,
-        scene: &Scene,
-        settings: Settings,
-        l2a: f64,
-        rounds_wanted: usize,
-    ) -> Result<(), EvaluateError> {
+    pub fn extend(&mut self, scene: &Scene, settings: Settings, l2a: f64, rounds_wanted: usize) -> Result<(), EvaluateError> {
         let known = &mut std::iter::empty();
         self.extend_from(scene, settings, l2a, rounds_wanted, known, |_| {})
     }
@@ -219,9 +210,7 @@ impl Samples {
                 let theirs = &other.0[place].rounds;
                 point.rounds.truncate(theirs.len());
                 let batches = point.rounds.iter_mut().flatten();
-                batches
-                    .zip(theirs.iter().flatten())
-                    .for_each(|(own, their)| own.merge(their));
+                batches.zip(theirs.iter().flatten()).for_each(|(own, their)| own.merge(their));
                 true
             });
         }
@@ -230,10 +219,7 @@ impl Samples {
 
     /// The objective at each point; none where it is undefined at one of them.
     pub fn objectives(&self, criterion: Criterion) -> Option<Vec<f64>> {
-        self.0
-            .iter()
-            .map(|p| criterion.objective(&p.total()))
-            .collect()
+        self.0.iter().map(|p| criterion.objective(&p.total())).collect()
     }
 
     /// The objective at each point as it might have come out as well: one row a resample in which it is defined at all.
@@ -260,11 +246,7 @@ impl Samples {
 
 /// What becomes of each resample of rounds of so many batches, which are numbered through all rounds: those of a round are drawn from that
 /// round.
-pub(crate) fn of_resamples<T: Send>(
-    sizes: &[usize],
-    seed: u64,
-    of: impl Fn(Vec<usize>) -> T + Sync + Send,
-) -> Vec<T> {
+pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<usize>) -> T + Sync + Send) -> Vec<T> {
     let draw = |number: usize| {
         let mut random = stream(seed, number as u64, Purpose::Resampling);
         let (mut drawn, mut start) = (Vec::new(), 0);
@@ -314,19 +296,15 @@ impl Round {
 
     /// Whether these can be its parts from `first` on.
     fn has(&self, first: u64, parts: &[Evaluation]) -> bool {
-        let is_part = |(part, found): (u64, &Evaluation)| {
-            part < self.parts()
-                && found.errors.frames() == self.border(part + 1) - self.border(part)
-        };
+        let is_part =
+            |(part, found): (u64, &Evaluation)| part < self.parts() && found.errors.frames() == self.border(part + 1) - self.border(part);
         !parts.is_empty() && (first..).zip(parts).all(is_part)
     }
 
     /// The next parts from `first` on, as many as make a piece and as all threads have work with.
     fn piece(&self, first: u64, evaluator: &Evaluator) -> Result<Vec<Evaluation>, EvaluateError> {
         let part_frames = self.frames.div_ceil(self.parts());
-        let count = (PIECE / part_frames)
-            .max(1)
-            .next_multiple_of(crate::parallel::threads() as u64);
+        let count = (PIECE / part_frames).max(1).next_multiple_of(crate::parallel::threads() as u64);
         let frames_of = |part| self.border(part)..self.border(part + 1);
         (first..self.parts().min(first + count))
             .into_par_iter()
@@ -355,19 +333,14 @@ mod tests {
     const SETTINGS: Settings = Settings::fast(3000, 5, DetectorChoice::KMeans);
 
     fn scene(distance_m: u32) -> Scene {
-        let settings = [
-            format!("pose.distance_m={distance_m}"),
-            "panel.interval=0.5".into(),
-        ];
+        let settings = [format!("pose.distance_m={distance_m}"), "panel.interval=0.5".into()];
         Scene::load("paper", &settings).unwrap()
     }
 
     fn samples(distance_m: u32, order: &[(f64, usize)]) -> Samples {
         let mut samples = Samples::default();
         for &(l2a, rounds) in order {
-            samples
-                .extend(&scene(distance_m), SETTINGS, l2a, rounds)
-                .unwrap();
+            samples.extend(&scene(distance_m), SETTINGS, l2a, rounds).unwrap();
         }
         samples
     }
@@ -384,23 +357,13 @@ mod tests {
     fn all_ratios_see_the_same_frames_whatever_was_asked_first() {
         let samples_one = samples(70, &[(1.0, 1), (2.0, 2), (1.0, 2)]);
         assert_eq!(samples_one, samples(70, &[(2.0, 2), (1.0, 2)]));
-        let [one, two] = samples_one.points() else {
-            panic!("two ratios")
-        };
+        let [one, two] = samples_one.points() else { panic!("two ratios") };
         for (a, b) in one.rounds.iter().flatten().zip(two.rounds.iter().flatten()) {
             assert_eq!((a.on.count(), a.off.count()), (b.on.count(), b.off.count()));
         }
         assert_eq!(one.total().errors.frames(), 3000);
-        let counts: Vec<u64> = one
-            .rounds
-            .iter()
-            .flatten()
-            .map(|batch| batch.on.count())
-            .collect();
-        assert!(
-            counts.windows(2).any(|pair| pair[0] != pair[1]),
-            "or equal counts show nothing"
-        );
+        let counts: Vec<u64> = one.rounds.iter().flatten().map(|batch| batch.on.count()).collect();
+        assert!(counts.windows(2).any(|pair| pair[0] != pair[1]), "or equal counts show nothing");
     }
 
     #[test]
@@ -409,12 +372,7 @@ mod tests {
         let spread = |of: &dyn Fn(&[f64]) -> f64| {
             let values: Vec<f64> = resampled.iter().map(|row| of(row)).collect();
             let mean = values.iter().sum::<f64>() / values.len() as f64;
-            (values
-                .iter()
-                .map(|value| (value - mean).powi(2))
-                .sum::<f64>()
-                / values.len() as f64)
-                .sqrt()
+            (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
         };
         let (alone, difference) = (spread(&|row| row[0]), spread(&|row| row[1] - row[0]));
         // Frames of their own would make it √2 times as uncertain as one of them.
@@ -423,14 +381,9 @@ mod tests {
 
     #[test]
     fn pooled_settings_have_all_frames_of_what_is_common() {
-        let (near, far) = (
-            samples(60, &[(1.0, 1), (2.0, 2)]),
-            samples(70, &[(2.0, 1), (3.0, 1)]),
-        );
+        let (near, far) = (samples(60, &[(1.0, 1), (2.0, 2)]), samples(70, &[(2.0, 1), (3.0, 1)]));
         let pooled = Samples::pooled(&[&near, &far]);
-        let [point] = pooled.points() else {
-            panic!("one common ratio")
-        };
+        let [point] = pooled.points() else { panic!("one common ratio") };
         let mut both = near.picked(&[2.0], 1).points()[0].total();
         both.merge(&far.points()[0].total());
         assert_eq!((point.l2a, point.rounds()), (2.0, 1));
@@ -445,9 +398,7 @@ mod tests {
             let (mut samples, mut pieces) = (Samples::default(), Vec::new());
             let heard = |piece: &Piece| pieces.push((piece.is_known, piece.batches.to_vec()));
             let known = &mut known.into_iter();
-            samples
-                .extend_from(&scene(70), settings, 1.0, usize::MAX, known, heard)
-                .unwrap();
+            samples.extend_from(&scene(70), settings, 1.0, usize::MAX, known, heard).unwrap();
             (samples, pieces)
         };
         let (whole, pieces) = extend(Vec::new());
@@ -471,8 +422,7 @@ mod tests {
     fn no_part_of_a_round_takes_long() {
         for frames in [1, 100, 2048, 64 * PART, 64 * PART + 1, 100_000_000] {
             let round = Round { first: 7, frames };
-            let lengths =
-                (0..round.parts()).map(|part| round.border(part + 1) - round.border(part));
+            let lengths = (0..round.parts()).map(|part| round.border(part + 1) - round.border(part));
             let lengths: Vec<u64> = lengths.collect();
             assert_eq!(lengths.iter().sum::<u64>(), frames);
             assert!(lengths.iter().all(|frames| (1..=PART).contains(frames)));

@@ -87,22 +87,11 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
     }
 
     /// Makes sure of so many rounds at some steps, and picks the samples of those steps and rounds.
-    fn sampled(
-        &mut self,
-        steps: impl Iterator<Item = usize> + Clone,
-        rounds: usize,
-    ) -> Result<Samples, OptimumError> {
+    fn sampled(&mut self, steps: impl Iterator<Item = usize> + Clone, rounds: usize) -> Result<Samples, OptimumError> {
         for l2a in steps.clone().map(|step| self.l2a(step)).collect::<Vec<_>>() {
             let settings = self.search.settings();
             self.samples
-                .extend_from(
-                    self.scene,
-                    settings,
-                    l2a,
-                    rounds,
-                    self.known,
-                    &mut self.tell,
-                )
+                .extend_from(self.scene, settings, l2a, rounds, self.known, &mut self.tell)
                 .map_err(|source| match source {
                     EvaluateError::Stopped => OptimumError::Interrupted,
                     source => OptimumError::Evaluate {
@@ -111,10 +100,7 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
                     },
                 })?;
         }
-        Ok(self.samples.picked(
-            &steps.map(|step| self.l2a(step)).collect::<Vec<_>>(),
-            rounds,
-        ))
+        Ok(self.samples.picked(&steps.map(|step| self.l2a(step)).collect::<Vec<_>>(), rounds))
     }
 
     fn grid(&mut self, rounds: usize) -> Result<Samples, OptimumError> {
@@ -123,10 +109,7 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
 
     fn peak(&self, samples: &Samples, window: Window) -> Result<Peak, OptimumError> {
         let Search {
-            criterion,
-            range,
-            seed,
-            ..
+            criterion, range, seed, ..
         } = *self.search;
         Peak::of(samples, criterion, window, range, seed).ok_or(OptimumError::Undefined {
             criterion,
@@ -208,16 +191,9 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
                 false => f64::NEG_INFINITY,
             })
             .collect();
-        let evaluation =
-            index_of_highest(&away).map_or_else(Default::default, |place| points[place].total());
-        let curve = points
-            .iter()
-            .map(|point| (point.l2a, point.total()))
-            .collect();
-        let steps: Vec<f64> = (0..=Self::LAST)
-            .step_by(FINER)
-            .map(|step| self.l2a(step))
-            .collect();
+        let evaluation = index_of_highest(&away).map_or_else(Default::default, |place| points[place].total());
+        let curve = points.iter().map(|point| (point.l2a, point.total())).collect();
+        let steps: Vec<f64> = (0..=Self::LAST).step_by(FINER).map(|step| self.l2a(step)).collect();
         let common = self.samples.common_rounds(&steps);
         Optimum {
             l2a: peak.l2a,
@@ -278,17 +254,9 @@ mod tests {
 
     #[test]
     fn a_panel_that_is_near_and_turned_away_has_a_best_ratio_too() {
-        let near = scene(&[
-            "pose.distance_m=0.5",
-            "pose.yaw_deg=80",
-            "panel.led_diameter_m=0.001",
-        ]);
+        let near = scene(&["pose.distance_m=0.5", "pose.yaw_deg=80", "panel.led_diameter_m=0.001"]);
         let found = optimum(&near, &search(Criterion::B2w)).unwrap();
-        assert!(
-            found.l2a_95[0] > 0.2 && found.l2a_95[1] < 4.0,
-            "{:?}",
-            found.l2a_95
-        );
+        assert!(found.l2a_95[0] > 0.2 && found.l2a_95[1] < 4.0, "{:?}", found.l2a_95);
     }
 
     #[test]
@@ -343,11 +311,7 @@ mod tests {
             ..Search::default()
         };
         let found = optimum(&scene(&FAR), &search).unwrap();
-        assert!(
-            (found.l2a_95[1] - found.l2a_95[0]) / 2.0 <= 0.05,
-            "{:?}",
-            found.l2a_95
-        );
+        assert!((found.l2a_95[1] - found.l2a_95[0]) / 2.0 <= 0.05, "{:?}", found.l2a_95);
         assert!(found.frames < 10_000);
     }
 
@@ -358,16 +322,8 @@ mod tests {
         assert!(found.curve.len() > GRID);
         assert!(found.curve.is_sorted_by(|a, b| a.0 < b.0));
         assert_eq!(found.loss_at(Criterion::B2w, found.l2a), Some(1.0));
-        assert!(
-            found
-                .loss_at(Criterion::B2w, 0.2)
-                .is_some_and(|loss| loss > 1.1)
-        );
-        assert!(
-            (0.2..4.0).contains(&found.l2a) && !found.at_border,
-            "{}",
-            found.l2a
-        );
+        assert!(found.loss_at(Criterion::B2w, 0.2).is_some_and(|loss| loss > 1.1));
+        assert!((0.2..4.0).contains(&found.l2a) && !found.at_border, "{}", found.l2a);
     }
 
     #[test]
@@ -377,11 +333,6 @@ mod tests {
             ..search(Criterion::B2w)
         };
         let found = optimum(&scene(&FAR), &narrow).unwrap();
-        assert!(
-            found.at_border && found.l2a == 0.8,
-            "{} of {:?}",
-            found.l2a,
-            found.l2a_95
-        );
+        assert!(found.at_border && found.l2a == 0.8, "{} of {:?}", found.l2a, found.l2a_95);
     }
 }

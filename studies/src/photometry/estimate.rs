@@ -18,10 +18,7 @@ impl Estimate {
     pub(super) fn mean(values: &[f64]) -> Self {
         let count = values.len() as f64;
         let value = values.iter().sum::<f64>() / count;
-        Self::about(
-            value,
-            student_97_5(count - 1.0) * deviation(values) / count.sqrt(),
-        )
+        Self::about(value, student_97_5(count - 1.0) * deviation(values) / count.sqrt())
     }
 
     fn about(value: f64, reach: f64) -> Self {
@@ -34,10 +31,7 @@ impl Estimate {
 
     /// With ends that are farther off by that part of the value.
     pub(super) fn widened(self, part: f64) -> Self {
-        Self::about(
-            self.value,
-            (self.relative_reach() + part) * self.value.abs(),
-        )
+        Self::about(self.value, (self.relative_reach() + part) * self.value.abs())
     }
 
     /// Of a number that is not negative, and by that part farther off at most if the encoding is.

@@ -47,11 +47,7 @@ use estimate::Line;
 use link::camera::Encoding;
 
 /// Encodings that cameras have where nobody knows it better.
-pub const USUAL: [Encoding; 3] = [
-    Encoding::Gamma(Encoding::USUAL_GAMMA as f32),
-    Encoding::Srgb,
-    Encoding::Rec709,
-];
+pub const USUAL: [Encoding; 3] = [Encoding::Gamma(Encoding::USUAL_GAMMA as f32), Encoding::Srgb, Encoding::Rec709];
 
 /// How far a clean pulse's light may be from the straight line, as a part of it.
 pub const CLEAN: f64 = 0.1;
@@ -123,9 +119,7 @@ pub enum PhotometryError {
         by: f64,
     },
     /// No pulse is surely clean.
-    #[error(
-        "the pictures scatter too widely to say which pulses are clean: take more of each duty"
-    )]
+    #[error("the pictures scatter too widely to say which pulses are clean: take more of each duty")]
     Scattered,
 }
 
@@ -133,16 +127,9 @@ pub enum PhotometryError {
 ///
 /// # Errors
 /// [`PhotometryError`] where they tell nothing, or nothing that is sure.
-pub fn calibrate(
-    shots: &[Shot],
-    card_reflectance: f64,
-    period_ns: f64,
-) -> Result<Calibrated, PhotometryError> {
+pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Result<Calibrated, PhotometryError> {
     let longest = shots.iter().map(|shot| shot.duty).fold(0.0, f64::max);
-    let line: Vec<&Shot> = shots
-        .iter()
-        .filter(|shot| shot.duty >= LINE_FROM * longest)
-        .collect();
+    let line: Vec<&Shot> = shots.iter().filter(|shot| shot.duty >= LINE_FROM * longest).collect();
     let duties = distinct(line.iter().map(|shot| shot.duty)).len();
     if line.len() < PICTURES || duties < 2 {
         let found = line.len();
@@ -162,14 +149,10 @@ pub fn calibrate(
     }
     let line = FullLight::of(&line, bend.most());
     let (clean, unclean) = line.pulses(shots).ok_or(PhotometryError::Scattered)?;
-    let off = shots
-        .iter()
-        .map(|shot| [shot.reading.own, shot.reading.off]);
+    let off = shots.iter().map(|shot| [shot.reading.own, shot.reading.off]);
     let off = Line::through(&off.collect::<Vec<_>>()).at_zero;
     let rounding = most(shots.iter().map(|shot| shot.reading.off_rounding));
-    let off = off
-        .widened(rounding)
-        .doubted(bend.most() * off.value.ln().abs());
+    let off = off.widened(rounding).doubted(bend.most() * off.value.ln().abs());
     Ok(Calibrated {
         reflectance: off.times(card_reflectance),
         full_cd_m2_per_lx: line.full.times(card_reflectance / std::f64::consts::PI),
@@ -267,15 +250,13 @@ impl FullLight {
     /// How far pictures of one duty are from the line, as a part of it, and by how much more or less that may be.
     fn distance(&self, of_duty: &[&Shot]) -> [f64; 2] {
         let count = of_duty.len() as f64;
-        let mean =
-            |of: &dyn Fn(&Shot) -> f64| of_duty.iter().map(|shot| of(shot)).sum::<f64>() / count;
+        let mean = |of: &dyn Fn(&Shot) -> f64| of_duty.iter().map(|shot| of(shot)).sum::<f64>() / count;
         let light = mean(&Shot::per_duty) / self.full.value;
         let noise = mean(&|shot| shot.reading.own_noise.powi(2));
         let error = ((self.scatter.powi(2) + noise * light * light) / count).sqrt();
         let rounding = most(of_duty.iter().map(|shot| shot.reading.own_rounding));
         let bend = self.bend * (self.bent - mean(&Shot::bent)).abs();
-        let reach =
-            student_97_5(self.freedom) * (error + self.scatter / (self.freedom + 1.0).sqrt());
+        let reach = student_97_5(self.freedom) * (error + self.scatter / (self.freedom + 1.0).sqrt());
         [(light - 1.0).abs(), reach + light * (rounding + bend)]
     }
 }

@@ -100,9 +100,7 @@ pub enum PictureError {
     #[error("the {0} is clipped at white: expose less, or leave this duty out")]
     Clipped(&'static str),
     /// Light is lost in black.
-    #[error(
-        "the {what} is at grey {grey:.1}, too dark to be read: expose more, or take more ambient light"
-    )]
+    #[error("the {what} is at grey {grey:.1}, too dark to be read: expose more, or take more ambient light")]
     Dark {
         /// What is.
         what: &'static str,
@@ -115,9 +113,7 @@ pub enum PictureError {
     )]
     NoSheet(f64),
     /// Symbols change while it is exposed.
-    #[error(
-        "the exposure is across a change of symbols: leave the picture out, expose more shortly, and let symbols come more slowly"
-    )]
+    #[error("the exposure is across a change of symbols: leave the picture out, expose more shortly, and let symbols come more slowly")]
     Changing,
     /// On and Off cannot be told apart.
     #[error(
@@ -204,25 +200,21 @@ impl View {
         if clipped {
             return Err(PictureError::Clipped("light of On LEDs"));
         }
-        off.iter()
-            .try_for_each(|led| usable("light of Off LEDs", led))?;
+        off.iter().try_for_each(|led| usable("light of Off LEDs", led))?;
         // In rising order.
         if off[off.len() - 1].mean() > (1.0 + OFF_SPREAD) * off[off.len() / 4].mean() {
             return Err(PictureError::Changing);
         }
         let [on_mean, off_mean] = [&on, &off].map(|leds| mean(leds));
         let own = on_mean - off_mean;
-        let noise = |leds: &[Sum]| {
-            leds.iter().map(Sum::variance).sum::<f64>() / (leds.len() as f64).powi(2)
-        };
+        let noise = |leds: &[Sum]| leds.iter().map(Sum::variance).sum::<f64>() / (leds.len() as f64).powi(2);
         let card_noise = card.variance() / card.mean().powi(2);
         let own_noise = ((noise(&on) + noise(&off)) / (own * own) + card_noise).sqrt();
         let shift_of = |leds: &[Sum]| {
             let shifts = leds.iter().map(|led| self.shift(led) * led.mean());
             shifts.sum::<f64>() / leds.len() as f64
         };
-        let everywhere =
-            self.shift(&card) + REST + self.unevenness.map_or(0.0, |uneven| uneven.rounding);
+        let everywhere = self.shift(&card) + REST + self.unevenness.map_or(0.0, |uneven| uneven.rounding);
         Ok(Reading {
             card: card.mean(),
             off: off_mean / card.mean(),
@@ -269,8 +261,7 @@ impl View {
     /// Light of a grey level, in units of grey 118's.
     fn light(&self, grey: f64) -> f64 {
         let above = (grey - self.black_grey).max(0.0);
-        self.encoding
-            .light_f64(above * 255.0 / (255.0 - self.black_grey))
+        self.encoding.light_f64(above * 255.0 / (255.0 - self.black_grey))
     }
 
     fn card_of(&self, grey: &[u8], width: usize, light: &[f64; 256]) -> Result<Sum, PictureError> {
@@ -294,12 +285,7 @@ impl View {
     }
 
     /// The middles of the LEDs.
-    fn leds(
-        &self,
-        grey: &[u8],
-        width: usize,
-        light: &[f64; 256],
-    ) -> Result<[Sum; LEDS], PictureError> {
+    fn leds(&self, grey: &[u8], width: usize, light: &[f64; 256]) -> Result<[Sum; LEDS], PictureError> {
         let pitch = f64::from(self.corners.pitch_px());
         let points = self.corners.points();
         let outside = || PictureError::Outside("panel");
@@ -322,8 +308,7 @@ impl View {
                 let is_led = (0.0..=last).contains(&column) && (0.0..=last).contains(&row);
                 if is_led && (u - column).hypot(v - row) <= radius {
                     let level = grey[y * width + x];
-                    leds[SIDE * row as usize + column as usize]
-                        .add(level, light[usize::from(level)]);
+                    leds[SIDE * row as usize + column as usize].add(level, light[usize::from(level)]);
                 }
             }
         }

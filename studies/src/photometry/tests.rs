@@ -43,11 +43,7 @@ fn bench(settings: &[&str]) -> Renderer {
         "panel.pwm_hz=0",
         "panel.reflectance=0.4",
     ];
-    let settings: Vec<String> = always
-        .iter()
-        .chain(settings)
-        .map(|&set| set.into())
-        .collect();
+    let settings: Vec<String> = always.iter().chain(settings).map(|&set| set.into()).collect();
     let scene = Scene::load("day", &settings).expect("a scene");
     Renderer::new(&scene, Level::Fine).expect("in view")
 }
@@ -110,10 +106,7 @@ fn shots(bench: &Renderer, view: &View, pictures: &[(f64, Vec<u8>)]) -> Vec<Shot
     let width = bench.sensor().width;
     let shot = |(duty, grey): &(f64, Vec<u8>)| {
         let reading = view.read(grey, width).ok()?;
-        Some(Shot {
-            duty: *duty,
-            reading,
-        })
+        Some(Shot { duty: *duty, reading })
     };
     pictures.iter().filter_map(shot).collect()
 }
@@ -190,9 +183,7 @@ fn is_clean_from(runs: &[Calibrated], closely: f64) {
     }
     let is_close = |run: &&Calibrated| run.shortest_pulse_ns < closely * SHORTEST_NS;
     let close = runs.iter().filter(is_close).count();
-    println!(
-        "measured: shortest pulse below {closely} times the driver's in {close} of {RUNS} runs"
-    );
+    println!("measured: shortest pulse below {closely} times the driver's in {close} of {RUNS} runs");
     assert!(close as f64 >= 0.9 * runs.len() as f64, "{close}");
 }
 
@@ -228,19 +219,9 @@ fn a_camera_that_is_not_as_was_told_is_refused_or_doubted_enough() {
     let runs: Vec<Calibrated> = runs.into_iter().flatten().collect();
     assert_eq!(runs.len() + refused, RUNS as usize);
     assert!(runs.len() >= 20 && refused >= 20, "{refused}");
-    is_honest_in_doubt(
-        "luminance, camera mistaken",
-        &luminances(&runs),
-        TRUE_FULL,
-        0.15,
-    );
+    is_honest_in_doubt("luminance, camera mistaken", &luminances(&runs), TRUE_FULL, 0.15);
     let reflectances: Vec<Estimate> = runs.iter().map(|run| run.reflectance).collect();
-    is_honest_in_doubt(
-        "reflectance, camera mistaken",
-        &reflectances,
-        REFLECTANCE,
-        0.05,
-    );
+    is_honest_in_doubt("reflectance, camera mistaken", &reflectances, REFLECTANCE, 0.05);
 }
 
 #[test]
@@ -252,15 +233,9 @@ fn a_camera_of_another_usual_encoding_is_refused_or_doubted_enough() {
         // Nobody has told its shoulder, which begins at grey 150: On LEDs have to stay below.
         (None, "shoulder", -5),
     ] {
-        let bench = bench(&[
-            &format!("camera.encoding={name}"),
-            &format!("camera.exposure_bias_ev={exposure}"),
-        ]);
+        let bench = bench(&[&format!("camera.encoding={name}"), &format!("camera.exposure_bias_ev={exposure}")]);
         for encoding in USUAL {
-            let view = View {
-                encoding,
-                ..view(&bench)
-            };
+            let view = View { encoding, ..view(&bench) };
             let what = format!("{encoding:?} for {name}");
             match doubted(&bench, &view, 1) {
                 Ok(found) => {
@@ -326,11 +301,7 @@ fn light_that_strays_onto_off_leds_is_no_reflectance() {
 #[test]
 fn a_sheet_evens_vignetting() {
     // A short lens at 1 m, which darkens the card by 15 % beside the panel.
-    let short = [
-        "camera.vignetting=true",
-        "camera.focal_length_mm=5",
-        "pose.distance_m=1",
-    ];
+    let short = ["camera.vignetting=true", "camera.focal_length_mm=5", "pose.distance_m=1"];
     let bench = bench(&short);
     let sheet = self::bench(
         &[
@@ -352,23 +323,13 @@ fn a_sheet_evens_vignetting() {
         ..uneven
     };
     let runs = series(|seed| calibrated(&bench, &even, seed).expect("enough pictures"));
-    is_honest(
-        "luminance, vignetting and a sheet",
-        &luminances(&runs),
-        TRUE_FULL,
-    );
+    is_honest("luminance, vignetting and a sheet", &luminances(&runs), TRUE_FULL);
     let panel = picture(&bench, 1, 0, 1.0);
     let no_sheet = uneven.read_sheet(&panel, width);
-    assert!(
-        matches!(no_sheet, Err(PictureError::NoSheet(_))),
-        "{no_sheet:?}"
-    );
+    assert!(matches!(no_sheet, Err(PictureError::NoSheet(_))), "{no_sheet:?}");
     let without = calibrated(&bench, &uneven, 1).expect("enough pictures");
     let error = without.full_cd_m2_per_lx.value / TRUE_FULL - 1.0;
-    println!(
-        "measured: without the sheet, luminance is off by {:.1} %",
-        100.0 * error
-    );
+    println!("measured: without the sheet, luminance is off by {:.1} %", 100.0 * error);
     assert!(error > 0.08, "the sheet has something to do: {error}");
 }
 
@@ -414,10 +375,7 @@ fn another_encoding_than_the_cameras_is_noticed() {
         ..view(&bench)
     };
     let refused = calibrated(&bench, &wrong, 1);
-    assert!(
-        matches!(refused, Err(PhotometryError::Bent { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(PhotometryError::Bent { .. })), "{refused:?}");
 }
 
 #[test]
@@ -427,60 +385,30 @@ fn pictures_that_tell_nothing_are_refused() {
     let width = bench.sensor().width;
     let of = |light| picture(&bench, 1, 0, light);
     let clipped = good.read(&of(8.0), width);
-    assert!(
-        matches!(clipped, Err(PictureError::Clipped(_))),
-        "{clipped:?}"
-    );
+    assert!(matches!(clipped, Err(PictureError::Clipped(_))), "{clipped:?}");
     assert_eq!(good.read(&of(0.0), width), Err(PictureError::Alike));
     let outside = View {
-        card: Area {
-            x: 600,
-            ..good.card
-        },
+        card: Area { x: 600, ..good.card },
         ..good
     };
-    assert_eq!(
-        outside.read(&of(0.5), width),
-        Err(PictureError::Outside("card"))
-    );
+    assert_eq!(outside.read(&of(0.5), width), Err(PictureError::Outside("card")));
     // A tenth of the exposure sees another symbol.
-    let before = exposed(
-        &bench,
-        1,
-        0,
-        PanelFrame::from_bits(0x00ff_00ff_00ff_00ff),
-        0.1 * FULL_CD_M2,
-    );
-    let then = exposed(
-        &bench,
-        1,
-        1,
-        PanelFrame::from_bits(0x0f0f_0f0f_0f0f_0f0f),
-        0.9 * FULL_CD_M2,
-    );
+    let before = exposed(&bench, 1, 0, PanelFrame::from_bits(0x00ff_00ff_00ff_00ff), 0.1 * FULL_CD_M2);
+    let then = exposed(&bench, 1, 1, PanelFrame::from_bits(0x0f0f_0f0f_0f0f_0f0f), 0.9 * FULL_CD_M2);
     let across: Vec<u8> = before.iter().zip(&then).map(|(&a, &b)| a.max(b)).collect();
     assert_eq!(good.read(&across, width), Err(PictureError::Changing));
     let far = self::bench(&["pose.distance_m=20"]);
     let small = view(&far).read(&picture(&far, 1, 0, 0.5), width);
-    assert!(
-        matches!(small, Err(PictureError::Small { .. })),
-        "{small:?}"
-    );
+    assert!(matches!(small, Err(PictureError::Small { .. })), "{small:?}");
     let dark: Vec<u8> = of(0.5).iter().map(|grey| grey / 8).collect();
     let dark = good.read(&dark, width);
     assert!(matches!(dark, Err(PictureError::Dark { .. })), "{dark:?}");
 
     let one_duty = shots(&bench, &good, &pictures(&bench, 1, &[4096.0; 3]));
     let few = calibrate(&one_duty, CARD, PERIOD_NS);
-    assert!(
-        matches!(few, Err(PhotometryError::TooFew { duties: 1, .. })),
-        "{few:?}"
-    );
+    assert!(matches!(few, Err(PhotometryError::TooFew { duties: 1, .. })), "{few:?}");
     let mut unsteady = shots(&bench, &good, &pictures(&bench, 1, &PULSES_NS));
     unsteady[0].reading.card *= 1.2;
     let unsteady = calibrate(&unsteady, CARD, PERIOD_NS);
-    assert!(
-        matches!(unsteady, Err(PhotometryError::Unsteady { .. })),
-        "{unsteady:?}"
-    );
+    assert!(matches!(unsteady, Err(PhotometryError::Unsteady { .. })), "{unsteady:?}");
 }

@@ -126,11 +126,7 @@ impl<'a> Probe<'a> {
     }
 
     /// The crossing by so many rounds of frames. None if too many bits are wrong at the nearest distance already.
-    pub fn crossing(
-        &mut self,
-        rounds: usize,
-        guess: Guess,
-    ) -> Result<Option<Crossing>, ReachError> {
+    pub fn crossing(&mut self, rounds: usize, guess: Guess) -> Result<Option<Crossing>, ReachError> {
         let [first, last] = self.ends;
         let found = match guess {
             Guess::Near(step) => Some(step.clamp(first, last - 1)),
@@ -221,10 +217,7 @@ impl<'a> Probe<'a> {
         };
         let sample = all.entry(step).or_insert_with(|| Sample::none(self.l2a));
         let rounds = rounds.unwrap_or(1);
-        let settings = Settings {
-            frames,
-            ..self.settings
-        };
+        let settings = Settings { frames, ..self.settings };
         let scene = at_distance(self.scene, distance_m(step));
         let scene = at_ratio(&scene, self.l2a);
         let experience = &mut self.experience;

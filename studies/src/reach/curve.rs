@@ -76,10 +76,7 @@ impl Curve {
     /// error rate that can be borne.
     pub(super) fn of(crossings: &[&Crossing], raw_error_rate: f64, seed: u64) -> Self {
         let asked = log_odds(raw_error_rate);
-        let counts: Vec<Counts> = crossings
-            .iter()
-            .map(|crossing| Counts::of(crossing))
-            .collect();
+        let counts: Vec<Counts> = crossings.iter().map(|crossing| Counts::of(crossing)).collect();
         // The same batches for all ratios.
         let sizes = counts.first().map_or(&[][..], |first| &first.sizes);
         let resample = |drawn: Vec<usize>| {
@@ -88,10 +85,7 @@ impl Curve {
         };
         Self {
             l2a: crossings.iter().map(|crossing| crossing.l2a.ln()).collect(),
-            reach: counts
-                .iter()
-                .map(|counts| counts.reach(asked, 0..counts.near.len()))
-                .collect(),
+            reach: counts.iter().map(|counts| counts.reach(asked, 0..counts.near.len())).collect(),
             resampled: of_resamples(sizes, seed, resample),
         }
     }
@@ -112,11 +106,7 @@ impl Curve {
             let mut as_well: Vec<f64> = self.resampled.iter().map(|row| row[point]).collect();
             let reach = self.reach[point];
             let reach_95 = percentiles(&mut as_well, 0.025).unwrap_or([reach; 2]);
-            (
-                self.l2a[point].exp(),
-                reach.exp(),
-                reach_95.map(|reach| reach.exp()),
-            )
+            (self.l2a[point].exp(), reach.exp(), reach_95.map(|reach| reach.exp()))
         })
     }
 
@@ -129,11 +119,7 @@ impl Curve {
     /// What it says; none of fewer than three points.
     pub fn judged(&self, choice: Choice) -> Option<Judged> {
         let verdict = self.verdict(&self.reach, choice)?;
-        let as_well: Vec<Verdict> = self
-            .resampled
-            .iter()
-            .filter_map(|reach| self.verdict(reach, choice))
-            .collect();
+        let as_well: Vec<Verdict> = self.resampled.iter().filter_map(|reach| self.verdict(reach, choice)).collect();
         let interval = |of: fn(&Verdict) -> f64| {
             let mut values: Vec<f64> = as_well.iter().map(of).collect();
             percentiles(&mut values, 0.025).unwrap_or([of(&verdict); 2])
@@ -178,10 +164,7 @@ impl Curve {
     fn near(&self, reach: &[f64], highest: usize) -> std::ops::Range<usize> {
         let is_near = |point: &usize| reach[*point] > reach[highest] - NEAR;
         let before = (0..highest).rev().take_while(is_near).count().max(1);
-        let after = (highest + 1..reach.len())
-            .take_while(is_near)
-            .count()
-            .max(1);
+        let after = (highest + 1..reach.len()).take_while(is_near).count().max(1);
         // No farther on one side than twice the other: a long slope would draw the top of a steep edge away.
         let [before, after] = [before.min(2 * after), after.min(2 * before)];
         let end = (highest + after + 1).max(3).min(reach.len());
@@ -189,13 +172,7 @@ impl Curve {
     }
 
     /// Where the reach falls below a height that the highest point has, going from there along others; the last of them if it does not.
-    fn crossing(
-        &self,
-        reach: &[f64],
-        height: f64,
-        highest: usize,
-        along: impl Iterator<Item = usize>,
-    ) -> f64 {
+    fn crossing(&self, reach: &[f64], height: f64, highest: usize, along: impl Iterator<Item = usize>) -> f64 {
         let mut last = highest;
         for point in along {
             if reach[point] < height {

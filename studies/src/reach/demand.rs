@@ -100,9 +100,7 @@ impl Demand {
             let mut lost = 0;
             for first in (0..TRIALS).step_by(GROUP as usize) {
                 let group = (first..TRIALS.min(first + GROUP)).into_par_iter();
-                let arrives = |&trial: &u64| {
-                    arrives(self.message_bytes, symbols, rate, seed, trial).unwrap_or(false)
-                };
+                let arrives = |&trial: &u64| arrives(self.message_bytes, symbols, rate, seed, trial).unwrap_or(false);
                 lost += group.filter(|trial| !arrives(trial)).count();
                 // What cannot be decoded takes longest, and more of it changes nothing.
                 if lost > most_lost {
@@ -154,13 +152,7 @@ impl Demand {
 }
 
 /// Whether a random message arrives within so many symbols, from a random one of its repeat on.
-fn arrives(
-    bytes: usize,
-    symbols: u32,
-    rate: f64,
-    seed: u64,
-    trial: u64,
-) -> Result<bool, FramingError> {
+fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Result<bool, FramingError> {
     let mut random = stream(seed, trial, Purpose::Bits);
     let message: Vec<u8> = (0..bytes).map(|_| random.next_u32() as u8).collect();
     let mut framer = Framer::new(&message, Code::for_length(bytes), false)?;

@@ -233,11 +233,7 @@ impl Work<'_> {
     }
 
     /// What so many rounds say.
-    fn after(
-        &mut self,
-        rounds: usize,
-        tell: &mut (impl FnMut(&Crossing) + Send),
-    ) -> Result<Judged, ReachError> {
+    fn after(&mut self, rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<Judged, ReachError> {
         // The first group has neighbours for all others on both sides.
         for first in WIDE_ORDER {
             let group: Vec<usize> = (2 * first..=LAST).step_by(2 * WIDE_ORDER.len()).collect();
@@ -251,15 +247,8 @@ impl Work<'_> {
     }
 
     /// Finds the crossings of some ratios at once, and tells of those that were not known.
-    fn cross(
-        &mut self,
-        numbers: &[usize],
-        rounds: usize,
-        tell: &mut (impl FnMut(&Crossing) + Send),
-    ) -> Result<(), ReachError> {
-        let ratios = numbers
-            .par_iter()
-            .map(|&number| ratio(self.search.range, number));
+    fn cross(&mut self, numbers: &[usize], rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<(), ReachError> {
+        let ratios = numbers.par_iter().map(|&number| ratio(self.search.range, number));
         let tell = Mutex::new(tell);
         let cross = |l2a| {
             let found = self.crossing(l2a, rounds)?;
@@ -270,8 +259,7 @@ impl Work<'_> {
             }
             Ok(found.map(|(crossing, _)| crossing))
         };
-        let crossed: Vec<Option<Crossing>> =
-            ratios.map(cross).collect::<Result<_, ReachError>>()?;
+        let crossed: Vec<Option<Crossing>> = ratios.map(cross).collect::<Result<_, ReachError>>()?;
         for crossing in crossed.into_iter().flatten() {
             match self.place(crossing.l2a) {
                 Ok(place) => self.found[place] = crossing,

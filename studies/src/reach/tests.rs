@@ -18,10 +18,7 @@ fn reach_m(l2a: f64) -> f64 {
 }
 
 fn ratios() -> Vec<f64> {
-    (0..=LAST)
-        .step_by(2)
-        .map(|number| ratio([0.2, 4.0], number))
-        .collect()
+    (0..=LAST).step_by(2).map(|number| ratio([0.2, 4.0], number)).collect()
 }
 
 /// Frames at the two distances about the made-up reach of each ratio. Each frame is easier or harder to read, the same at all ratios.
@@ -39,9 +36,7 @@ fn crossings(seed: u64) -> Vec<Crossing> {
             for ease in frames {
                 let wrong = 1.0 / (1.0 + odds.exp());
                 // In proportion, so that the mean is what it was.
-                batch
-                    .errors
-                    .push(misread(wrong * (1.0 - ease), &mut random));
+                batch.errors.push(misread(wrong * (1.0 - ease), &mut random));
             }
             batch
         });
@@ -68,9 +63,7 @@ fn misread(rate: f64, random: &mut impl Rng) -> u32 {
 fn judged(seed: u64, choice: Choice) -> Judged {
     let crossings = crossings(seed);
     let crossings: Vec<&Crossing> = crossings.iter().collect();
-    Curve::of(&crossings, RATE, seed)
-        .judged(choice)
-        .expect("a curve")
+    Curve::of(&crossings, RATE, seed).judged(choice).expect("a curve")
 }
 
 #[test]
@@ -80,20 +73,13 @@ fn the_intervals_hold_the_truth_in_95_of_100_cases() {
     let mut held = [0; 3];
     for seed in 0..100 {
         let judged = judged(seed, Choice::LeastLight);
-        let cases = [
-            (judged.best_95, BEST),
-            (judged.reach_m_95, FARTHEST_M),
-            (judged.chosen_95, least),
-        ];
+        let cases = [(judged.best_95, BEST), (judged.reach_m_95, FARTHEST_M), (judged.chosen_95, least)];
         for (held, ([low, high], truth)) in held.iter_mut().zip(cases) {
             *held += usize::from(low <= truth && truth <= high);
         }
     }
     // Of 100 cases 95 ± 2.2; frames as uneven as these, and straight lines between ratios, take one or two more.
-    assert!(
-        held.iter().all(|&held| held >= 88),
-        "seeds 0 to 99: {held:?}"
-    );
+    assert!(held.iter().all(|&held| held >= 88), "seeds 0 to 99: {held:?}");
 }
 
 #[test]
@@ -101,15 +87,9 @@ fn what_is_chosen_loses_no_more_than_it_may() {
     let curve = || Curve::through(ratios().into_iter().map(|l2a| (l2a, reach_m(l2a))));
     let at = |choice| curve().judged(choice).expect("a curve").verdict;
     let best = at(Choice::Best);
-    assert!(
-        (best.best / BEST - 1.0).abs() < 0.01 && best.chosen == best.best,
-        "{best:?}"
-    );
+    assert!((best.best / BEST - 1.0).abs() < 0.01 && best.chosen == best.best, "{best:?}");
     let least = at(Choice::LeastLight).chosen;
-    assert!(
-        (reach_m(least) / FARTHEST_M - 0.99).abs() < 0.002 && least < BEST,
-        "{least}"
-    );
+    assert!((reach_m(least) / FARTHEST_M - 0.99).abs() < 0.002 && least < BEST, "{least}");
     // A parabola falls as steeply on both sides.
     let margin = at(Choice::Margin).chosen;
     assert!((margin / BEST - 1.0).abs() < 0.02, "{margin}");
@@ -123,23 +103,13 @@ fn a_reach_that_hardly_changes_is_flat_and_takes_the_least_light() {
     let verdict = curve.judged(Choice::LeastLight).expect("a curve").verdict;
     assert!(verdict.is_flat() && verdict.best > 3.0, "{verdict:?}");
     assert!((0.7..0.95).contains(&verdict.chosen), "{verdict:?}");
-    assert_eq!(
-        curve.reach_m(0.01),
-        curve.reach_m(0.2),
-        "beyond its ends it is as there"
-    );
+    assert_eq!(curve.reach_m(0.01), curve.reach_m(0.2), "beyond its ends it is as there");
 }
 
 /// Where LEDs can be told apart no farther, ratios reach equally far, and a parabola through steep sides rises above them all.
 #[test]
 fn a_plateau_loses_nothing() {
-    let points = [
-        (0.5, 80.0),
-        (1.0, 100.0),
-        (1.5, 100.0),
-        (2.0, 100.0),
-        (4.0, 80.0),
-    ];
+    let points = [(0.5, 80.0), (1.0, 100.0), (1.5, 100.0), (2.0, 100.0), (4.0, 80.0)];
     let curve = Curve::through(points.into_iter());
     for choice in [Choice::Margin, Choice::LeastLight, Choice::Best] {
         let judged = curve.judged(choice).expect("a verdict");
@@ -170,9 +140,7 @@ fn night() -> Scene {
 #[test]
 fn a_search_goes_on_from_any_of_its_crossings() {
     let mut told = Vec::new();
-    let whole = reach_from(&night(), &search(), &[], |crossing| {
-        told.push(crossing.clone())
-    });
+    let whole = reach_from(&night(), &search(), &[], |crossing| told.push(crossing.clone()));
     let whole = whole.expect("a reach");
     // Every third is known, in reverse.
     let known: Vec<Crossing> = told.iter().rev().step_by(3).cloned().collect();
@@ -198,10 +166,7 @@ fn senseless_searches_are_refused() {
         ..search()
     };
     assert!(refused(range).contains("must ascend"));
-    let frames = ReachSearch {
-        frames: 63,
-        ..search()
-    };
+    let frames = ReachSearch { frames: 63, ..search() };
     assert!(refused(frames).contains("at least 64"));
     let tolerance = ReachSearch {
         tolerance: f64::NAN,
@@ -230,28 +195,16 @@ fn more_is_asked_where_there_is_less_time() {
         within_s: 0.1,
         ..Demand::default()
     };
-    let complaint = in_no_time
-        .raw_error_rate(90.0, 1)
-        .expect_err("no time")
-        .to_string();
-    assert!(
-        complaint.contains("26 symbols") && complaint.contains("there are 9"),
-        "{complaint}"
-    );
+    let complaint = in_no_time.raw_error_rate(90.0, 1).expect_err("no time").to_string();
+    assert!(complaint.contains("26 symbols") && complaint.contains("there are 9"), "{complaint}");
     let empty = Demand {
         message_bytes: 0,
         ..Demand::default()
     };
-    assert!(matches!(
-        empty.raw_error_rate(90.0, 1),
-        Err(DemandError::Message(_))
-    ));
+    assert!(matches!(empty.raw_error_rate(90.0, 1), Err(DemandError::Message(_))));
     let sure = Demand {
         probability: 1.0,
         ..Demand::default()
     };
-    assert!(matches!(
-        sure.raw_error_rate(90.0, 1),
-        Err(DemandError::Probability { .. })
-    ));
+    assert!(matches!(sure.raw_error_rate(90.0, 1), Err(DemandError::Probability { .. })));
 }

@@ -26,19 +26,11 @@ pub enum Channel {
 impl Channel {
     /// The names by which users know them, each with what has to be said of it.
     pub const NAMES: [(&'static str, &'static str, Self); 5] = [
-        (
-            "brightest",
-            "The brightest of the three, pixel by pixel",
-            Self::Brightest,
-        ),
+        ("brightest", "The brightest of the three, pixel by pixel", Self::Brightest),
         ("red", "", Self::Red),
         ("green", "", Self::Green),
         ("blue", "", Self::Blue),
-        (
-            "grey",
-            "Luma as in BT.709: 0.2126 red, 0.7152 green, 0.0722 blue",
-            Self::Grey,
-        ),
+        ("grey", "Luma as in BT.709: 0.2126 red, 0.7152 green, 0.0722 blue", Self::Grey),
     ];
 
     /// That channel of one pixel.
@@ -87,9 +79,9 @@ impl FromStr for Channel {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::NAMES.iter().find(|(name, ..)| *name == text);
-        known.map(|&(.., channel)| channel).ok_or_else(|| {
-            format!("no channel {text:?}: choose brightest, red, green, blue or grey")
-        })
+        known
+            .map(|&(.., channel)| channel)
+            .ok_or_else(|| format!("no channel {text:?}: choose brightest, red, green, blue or grey"))
     }
 }
 

@@ -68,12 +68,7 @@ impl Compander {
         }
         samples
             .iter()
-            .map(|&sample| {
-                self.grey
-                    .get(usize::from(sample))
-                    .copied()
-                    .unwrap_or(u8::MAX)
-            })
+            .map(|&sample| self.grey.get(usize::from(sample)).copied().unwrap_or(u8::MAX))
             .collect()
     }
 

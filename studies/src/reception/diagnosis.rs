@@ -29,9 +29,7 @@ pub struct Gone {
 impl Gone {
     /// What may be wrong with them.
     fn doubt(&self) -> String {
-        let Self {
-            symbols_hz, fps, ..
-        } = self;
+        let Self { symbols_hz, fps, .. } = self;
         let seen = self.changes_hz.map_or_else(String::new, |changes| {
             format!("; here the panel changes about {changes:.0} times a second")
         });
@@ -39,9 +37,7 @@ impl Gone {
             true => [" (--symbol-rate)", " (--fps)"],
             false => [""; 2],
         };
-        format!(
-            "are {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames} right? The Pico shows 90 symbols{seen}"
-        )
+        format!("are {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames} right? The Pico shows 90 symbols{seen}")
     }
 }
 
@@ -124,16 +120,13 @@ impl Diagnosis {
             _ if (self.read as f32) < MOST * frames as f32 => {
                 "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
             }
-            Some(blur) if confidence < SURE && self.pitch_px < APART * blur => format!(
-                "the LEDs run into each other under a blur of {blur:.1} px: focus, come nearer, or use a longer lens"
-            ),
+            Some(blur) if confidence < SURE && self.pitch_px < APART * blur => {
+                format!("the LEDs run into each other under a blur of {blur:.1} px: focus, come nearer, or use a longer lens")
+            }
             _ if confidence < SURE => {
                 "many bits are unsure: expose longer or brighten the panel where it is noisy, less where it is white".to_owned()
             }
-            _ if self.read < SHORT => format!(
-                "{} frames hold less than a message: make the film longer",
-                self.read
-            ),
+            _ if self.read < SHORT => format!("{} frames hold less than a message: make the film longer", self.read),
             _ if self.rejected > 0 => format!(
                 "beginnings of messages were seen, but not read to their end: {}. Else make the film longer",
                 rates.doubt()

@@ -21,9 +21,7 @@ pub mod still;
 pub mod stream;
 pub mod whereabouts;
 
-use rx_pipeline::receiver::{
-    FrameSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 /// The most pixels that a panel is read in; larger ones are seen in larger pixels.
 pub const PANEL_PIXELS: usize = 160 * 160;
@@ -33,12 +31,8 @@ pub const PANELS_MAX: usize = 4;
 pub const USUAL_FPS: f32 = 100.0;
 
 /// A receiver of a computer.
-pub type Receiving<const PANELS: usize> = Receiver<
-    PANEL_PIXELS,
-    Box<ReceiverMemory<PANEL_PIXELS, PANELS>>,
-    FrameSearch<Box<SearchMemory>, Vec<u8>>,
-    PANELS,
->;
+pub type Receiving<const PANELS: usize> =
+    Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS, PANELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>, PANELS>;
 
 /// A receiver for frames of a width and height, which has seen none yet.
 ///

@@ -28,27 +28,15 @@ pub struct PixelKindError {
 ///
 /// # Errors
 /// When its pixels are floating-point numbers.
-pub fn grey(
-    image: DynamicImage,
-    channel: Channel,
-    deep: &mut Compander,
-) -> Result<Vec<u8>, PixelKindError> {
+pub fn grey(image: DynamicImage, channel: Channel, deep: &mut Compander) -> Result<Vec<u8>, PixelKindError> {
     Ok(match image {
         DynamicImage::ImageLuma8(grey) => grey.into_raw(),
         DynamicImage::ImageLumaA8(_) => image.into_luma8().into_raw(),
-        DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => {
-            channel.of_rgb(image.into_rgb8().as_raw())
-        }
-        DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_) => {
-            deep.grey(image.into_luma16().as_raw())
-        }
-        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => {
-            deep.grey(&channel.of_rgb(image.into_rgb16().as_raw()))
-        }
+        DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_) => channel.of_rgb(image.into_rgb8().as_raw()),
+        DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_) => deep.grey(image.into_luma16().as_raw()),
+        DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_) => deep.grey(&channel.of_rgb(image.into_rgb16().as_raw())),
         other => {
-            return Err(PixelKindError {
-                kind: other.color(),
-            });
+            return Err(PixelKindError { kind: other.color() });
         }
     })
 }

@@ -11,9 +11,7 @@ use rx_pipeline::symbols::{Symbol, SymbolClock};
 /// What transmitters show that were told nothing, in symbols a second: the boards, and most presets.
 pub const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
 /// That of the paper, and what slower cameras want.
-const OTHERS_HZ: [f32; 12] = [
-    100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0,
-];
+const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0];
 /// The share of a camera's frames at which it can follow symbols.
 const FOLLOWED: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
 /// Rates that are nearer to each other than this, as a part, are one.
@@ -27,11 +25,7 @@ const PAIRS_MIN: u32 = 20;
 
 /// The rate that is gone by where none is told, with a camera of `fps` frames a second.
 pub fn usual(fps: f32) -> f32 {
-    if TRANSMITTERS_HZ <= fps {
-        TRANSMITTERS_HZ
-    } else {
-        FOLLOWED * fps
-    }
+    if TRANSMITTERS_HZ <= fps { TRANSMITTERS_HZ } else { FOLLOWED * fps }
 }
 
 /// A rate on trial.
@@ -104,10 +98,7 @@ impl Trial {
         self.has_made = true;
         Some(Made {
             message: delivery.message.to_vec(),
-            delivery: Delivery {
-                message: &[],
-                ..delivery
-            },
+            delivery: Delivery { message: &[], ..delivery },
         })
     }
 }
@@ -125,9 +116,7 @@ impl Made {
 impl Rates {
     /// All usual ones but the receiver's own, where none was told; else none. `fps` is the camera's.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
-        let others = OTHERS_HZ
-            .into_iter()
-            .chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
+        let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
         let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
         let mut trials: Vec<Trial> = others.filter_map(|rate| Trial::new(rate, fps)).collect();
         trials.sort_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));
@@ -169,14 +158,7 @@ impl Rates {
 
     /// Tells what became of a panel's symbols in a frame that was taken so many frame periods `late`: by the receiver's own rate, whose
     /// `event` that is, or by one that makes a message whole of the frame's reading where that one makes none.
-    pub fn hear(
-        &mut self,
-        event: &Event<'_>,
-        number: u64,
-        late: f64,
-        detection: Option<&Detection>,
-        tell: impl FnMut(Heard<'_>),
-    ) {
+    pub fn hear(&mut self, event: &Event<'_>, number: u64, late: f64, detection: Option<&Detection>, tell: impl FnMut(Heard<'_>)) {
         let made = |rates: &mut Self| rates.take(number, late, detection?);
         self.hear_or(event, made, tell);
     }
@@ -186,12 +168,7 @@ impl Rates {
         self.hear_or(event, Self::finish, tell);
     }
 
-    fn hear_or(
-        &mut self,
-        event: &Event<'_>,
-        made: impl FnOnce(&mut Self) -> Option<Made>,
-        mut tell: impl FnMut(Heard<'_>),
-    ) {
+    fn hear_or(&mut self, event: &Event<'_>, made: impl FnOnce(&mut Self) -> Option<Made>, mut tell: impl FnMut(Heard<'_>)) {
         let found_before = self.found_hz;
         if found_before.is_none() && matches!(event, Event::Delivered(_)) {
             // No more are tried: the receiver's own is right.
@@ -260,9 +237,7 @@ impl Rates {
         let Event::Delivered(delivery) = event else {
             return false;
         };
-        self.told
-            .take()
-            .is_some_and(|told| told == delivery.message)
+        self.told.take().is_some_and(|told| told == delivery.message)
     }
 }
 
@@ -305,10 +280,7 @@ mod tests {
         };
         assert!(rates(90.0, 100.0, true).is_empty());
         let of_fast = rates(90.0, 100.0, false);
-        assert!(
-            of_fast.contains(&100.0) && !of_fast.contains(&90.0),
-            "{of_fast:?}"
-        );
+        assert!(of_fast.contains(&100.0) && !of_fast.contains(&90.0), "{of_fast:?}");
         assert_eq!(rates(27.0, 30.0, false), [10.0, 20.0, 24.0, 25.0, 30.0]);
     }
 }

@@ -8,9 +8,7 @@ use rx_pipeline::detect::{Detection, Method, check_white};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
-use rx_pipeline::receiver::{
-    FrameSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,
-};
+use rx_pipeline::receiver::{FrameSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 /// The most pixels of a panel's bounding box.
 pub const PANEL_PIXELS: usize = 512 * 512;
@@ -55,12 +53,7 @@ impl StillDecoder {
     ///
     /// # Errors
     /// [`StillError`] where what is given is at fault.
-    pub fn decode(
-        &mut self,
-        frame: &Frame,
-        camera: Camera,
-        given: Option<Corners>,
-    ) -> Result<(Read, Option<Learnt>), StillError> {
+    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Read, Option<Learnt>), StillError> {
         let Some(corners) = given else {
             return self.search(camera, frame);
         };

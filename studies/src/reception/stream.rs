@@ -72,9 +72,7 @@ pub enum StreamError {
     )]
     Interlaced,
     /// Its frames are of another kind.
-    #[error(
-        "y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`"
-    )]
+    #[error("y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`")]
     Kind {
         /// What its header calls them.
         kind: String,
@@ -120,11 +118,7 @@ struct Video {
 
 impl<R: BufRead> Stream<R> {
     /// Opens a stream: y4m by its own header, or raw frames of the size given. Of colours it gives one `channel`.
-    pub fn open(
-        mut input: R,
-        raw: Option<(usize, usize)>,
-        channel: Channel,
-    ) -> Result<Self, StreamError> {
+    pub fn open(mut input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
         let (size, video) = match raw {
             Some(size) => (size, None),
             None => {
@@ -181,11 +175,7 @@ impl<R: BufRead> Stream<R> {
         let whole = self.grey.len();
         if filled != whole {
             let size = self.size;
-            return Err(StreamError::Cut {
-                filled,
-                whole,
-                size,
-            });
+            return Err(StreamError::Cut { filled, whole, size });
         }
         if fill(&mut self.input, &mut self.colours)? != self.colours.len() {
             return Err(StreamError::CutColours);
@@ -230,9 +220,8 @@ impl<R: BufRead> Stream<R> {
 impl Video {
     /// Samples of colour in a frame.
     fn colours(self, (width, height): (usize, usize)) -> usize {
-        self.sharing.map_or(0, |(columns, rows)| {
-            2 * width.div_ceil(columns) * height.div_ceil(rows)
-        })
+        self.sharing
+            .map_or(0, |(columns, rows)| 2 * width.div_ceil(columns) * height.div_ceil(rows))
     }
 
     /// Bytes of a sample.
@@ -331,11 +320,7 @@ fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
         Some(range) => range == "LIMITED",
         None => sharing.is_some() && layout != "420jpeg",
     };
-    let standard = if height > 576 {
-        Standard::Bt709
-    } else {
-        Standard::Bt601
-    };
+    let standard = if height > 576 { Standard::Bt709 } else { Standard::Bt601 };
     let video = Video {
         sharing,
         bits,
@@ -398,11 +383,7 @@ mod tests {
 
     #[test]
     fn deep_video_is_read() {
-        for (kind, low) in [
-            ("Cmono10", 2),
-            ("C420p10 XCOLORRANGE=FULL", 2),
-            ("Cmono12", 4),
-        ] {
+        for (kind, low) in [("Cmono10", 2), ("C420p10 XCOLORRANGE=FULL", 2), ("Cmono12", 4)] {
             let mut bytes = format!("YUV4MPEG2 W2 H1 {kind}\nFRAME\n").into_bytes();
             for sample in [1u16, 200] {
                 bytes.extend((sample << low).to_le_bytes());
@@ -462,13 +443,7 @@ mod tests {
         }
         let cut = b"YUV4MPEG2 W2 H1 Cmono\nFRAME\n\x01";
         assert!(open(cut).unwrap().next_frame().is_err());
-        for strange in [
-            &b"FRAM\n\x01\x02"[..],
-            b"FRAMEX\n\x01\x02",
-            b"\n",
-            b"\nFRAME\n\x01\x02",
-            b"FRAME",
-        ] {
+        for strange in [&b"FRAM\n\x01\x02"[..], b"FRAMEX\n\x01\x02", b"\n", b"\nFRAME\n\x01\x02", b"FRAME"] {
             let bytes = [b"YUV4MPEG2 W2 H1 Cmono\n", strange].concat();
             let mut stream = open(bytes.as_slice()).unwrap();
             assert!(stream.next_frame().is_err(), "{strange:?}");

@@ -3,9 +3,7 @@
 use link::camera::Camera;
 use link::geometry::Geometry;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{
-    Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen,
-};
+use rx_pipeline::pose::{Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen};
 use rx_pipeline::receiver::{Loss, Reading};
 
 /// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
@@ -28,14 +26,8 @@ pub type Measured = Result<Pose, String>;
 ///
 /// # Errors
 /// [`PanelSizeError`], also of what was told by half.
-pub fn told_size(
-    led_diameter_m: Option<f64>,
-    interval: Option<f64>,
-) -> Result<Option<PanelSize>, PanelSizeError> {
-    let size = PanelSize::new(
-        led_diameter_m.unwrap_or(USUAL.0),
-        interval.unwrap_or(USUAL.1),
-    )?;
+pub fn told_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
+    let size = PanelSize::new(led_diameter_m.unwrap_or(USUAL.0), interval.unwrap_or(USUAL.1))?;
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
 }
 
@@ -61,10 +53,7 @@ pub struct PoseMeter {
 impl PoseMeter {
     /// Of panels whose size was told, or which have to tell it themselves.
     pub const fn new(told: Option<PanelSize>) -> Self {
-        Self {
-            told,
-            estimator: None,
-        }
+        Self { told, estimator: None }
     }
 
     /// The pose of a panel in a single frame.
@@ -81,16 +70,12 @@ impl PoseMeter {
         if let Some(told) = self.told {
             return Ok(told);
         }
-        said.map(PanelSize::from).ok_or_else(|| {
-            "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them"
-                .into()
-        })
+        said.map(PanelSize::from)
+            .ok_or_else(|| "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them".into())
     }
 
     fn fitted(&mut self, sight: &Sight, lens: &Lens, size: PanelSize) -> Measured {
-        let estimator = self
-            .estimator
-            .get_or_insert_with(|| Box::new(PoseEstimator::new()));
+        let estimator = self.estimator.get_or_insert_with(|| Box::new(PoseEstimator::new()));
         let pose = estimator.pose(&Seen {
             frame: sight.frame,
             corners: &sight.reading.corners,

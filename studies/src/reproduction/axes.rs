@@ -44,9 +44,7 @@ pub struct Axes {
 /// `count` values from `low` to `high`.
 fn even(low: f64, high: f64, count: usize) -> Vec<f64> {
     let share = |k| k as f64 / (count - 1) as f64;
-    (0..count)
-        .map(|k| ((low + (high - low) * share(k)) * 1e6).round() / 1e6)
-        .collect()
+    (0..count).map(|k| ((low + (high - low) * share(k)) * 1e6).round() / 1e6).collect()
 }
 
 impl Axes {
@@ -104,9 +102,6 @@ mod tests {
         let panels = 2 * quick.error_strata * quick.error_distance_m.len() as u64;
         assert!(panels <= 48, "{panels}");
         assert_eq!(quick.detectors, full.detectors);
-        assert_eq!(
-            (full.error_strata, Axes::of(Extent::Claims).error_strata),
-            (24, 24)
-        );
+        assert_eq!((full.error_strata, Axes::of(Extent::Claims).error_strata), (24, 24));
     }
 }

@@ -68,12 +68,7 @@ impl Batches {
     ///
     /// # Errors
     /// When the scene cannot be seen or measured, or `stop` has ended it.
-    pub fn measure(
-        scene: &Scene,
-        frames: u64,
-        seed: u64,
-        stop: Stop,
-    ) -> Result<Self, EvaluateError> {
+    pub fn measure(scene: &Scene, frames: u64, seed: u64, stop: Stop) -> Result<Self, EvaluateError> {
         Self::measure_on(scene, frames, seed, stop, &mut Pieces::default(), |_| {})
     }
 
@@ -103,17 +98,12 @@ impl Batches {
             }
             Ok(sums)
         };
-        let at_once = ((PIECE / frames) as usize)
-            .max(1)
-            .next_multiple_of(crate::parallel::threads());
+        let at_once = ((PIECE / frames) as usize).max(1).next_multiple_of(crate::parallel::threads());
         while pieces.batches.len() < BATCHES {
             let begun = pieces.batches.len();
             let piece = (begun..BATCHES.min(begun + at_once))
                 .into_par_iter()
-                .map_init(
-                    || evaluator.workspace(),
-                    |workspace, index| batch(workspace, index as u64),
-                )
+                .map_init(|| evaluator.workspace(), |workspace, index| batch(workspace, index as u64))
                 .collect::<Result<Vec<_>, EvaluateError>>()?;
             pieces.batches.extend(piece);
             tell(pieces);
@@ -170,16 +160,10 @@ mod tests {
     fn a_point_is_what_the_evaluator_gives() {
         let scene = Scene::load("paper", &[]).unwrap();
         let settings = Settings::fast(320, 5, DetectorChoice::KMeans);
-        let evaluation = Evaluator::new(&scene, settings)
-            .unwrap()
-            .run(|_| true)
-            .unwrap();
+        let evaluation = Evaluator::new(&scene, settings).unwrap().run(|_| true).unwrap();
         let point = point(320, 5);
         assert_eq!(point.frames(), 320);
-        let (a, b) = (
-            point.estimate(b2w).value,
-            evaluation.distinguishability().b2w.unwrap(),
-        );
+        let (a, b) = (point.estimate(b2w).value, evaluation.distinguishability().b2w.unwrap());
         assert!((a / b - 1.0).abs() < 1e-9, "{a} against {b}");
     }
 
@@ -189,22 +173,14 @@ mod tests {
         let [on, off] = [total.on_grey.mean()[0], total.off_grey.mean()[0]];
         let mean = |agr: f64| agr * 150.0;
         assert!(on > 230.0 && off < 160.0, "{on} and {off}");
-        assert!(
-            mean(total.on.mean()[0]) < on,
-            "a cell holds darker pixels than its LED's centre"
-        );
+        assert!(mean(total.on.mean()[0]) < on, "a cell holds darker pixels than its LED's centre");
     }
 
     #[test]
     fn intervals_hold_the_value_of_many_frames_and_shrink() {
         let exact = point(20_000, 100).estimate(b2w).value;
-        let estimates: Vec<Estimate> = (1..=20)
-            .map(|seed| point(640, seed).estimate(b2w))
-            .collect();
-        let held = estimates
-            .iter()
-            .filter(|e| (e.low..=e.high).contains(&exact))
-            .count();
+        let estimates: Vec<Estimate> = (1..=20).map(|seed| point(640, seed).estimate(b2w)).collect();
+        let held = estimates.iter().filter(|e| (e.low..=e.high).contains(&exact)).count();
         assert!(held >= 16, "{held} of 20 hold {exact} (seeds 1 to 20)");
         let width = |e: &Estimate| e.high - e.low;
         let narrow = point(64 * 160, 1).estimate(b2w);

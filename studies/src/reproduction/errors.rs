@@ -64,11 +64,7 @@ pub fn count(
     mut tell: impl FnMut(&Pieces),
 ) -> Result<FrameErrors, EvaluateError> {
     let prepare = |&(interval, l2a): &(f64, f64)| {
-        let setting = OperatingPoint {
-            interval,
-            distance_m,
-            l2a,
-        };
+        let setting = OperatingPoint { interval, distance_m, l2a };
         let evaluator = Evaluator::new(&setting.scene(scene), settings)?;
         let workspace = evaluator.workspace();
         Ok((evaluator, workspace))
@@ -88,9 +84,7 @@ pub fn count(
         let round = prepared
             .par_iter_mut()
             .enumerate()
-            .map(|(stratum, (evaluator, workspace))| {
-                Ok(evaluator.evaluate(frames(stratum), workspace)?.errors)
-            })
+            .map(|(stratum, (evaluator, workspace))| Ok(evaluator.evaluate(frames(stratum), workspace)?.errors))
             .collect::<Result<Vec<_>, EvaluateError>>()?;
         round.iter().for_each(|errors| pieces.errors.merge(errors));
         tell(pieces);
@@ -122,11 +116,7 @@ mod tests {
             assert!(of.iter().all(|x| (low..high).contains(x)));
         }
         let best = strata(24, Dimming::Best, |interval| 2.0 * interval);
-        assert!(
-            best.iter()
-                .zip(&random)
-                .all(|(b, r)| b.0 == r.0 && b.1 == 2.0 * b.0)
-        );
+        assert!(best.iter().zip(&random).all(|(b, r)| b.0 == r.0 && b.1 == 2.0 * b.0));
     }
 
     #[test]

@@ -36,23 +36,13 @@ pub enum Task {
 impl std::fmt::Display for Task {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Point(at) => write!(
-                f,
-                "interval {}, {} m, L2A {}",
-                at.interval, at.distance_m, at.l2a
-            ),
-            Self::Optimum {
-                interval,
-                distance_m,
-            } => write!(f, "best L2A at interval {interval}, {distance_m} m"),
+            Self::Point(at) => write!(f, "interval {}, {} m, L2A {}", at.interval, at.distance_m, at.l2a),
+            Self::Optimum { interval, distance_m } => write!(f, "best L2A at interval {interval}, {distance_m} m"),
             Self::Errors {
                 distance_m,
                 dimming,
                 detector,
-            } => write!(
-                f,
-                "bit errors of {detector} at {distance_m} m, {dimming:?} L2A"
-            ),
+            } => write!(f, "bit errors of {detector} at {distance_m} m, {dimming:?} L2A"),
         }
     }
 }
@@ -93,10 +83,7 @@ impl Findings {
 
     /// What `task` found.
     pub fn of(&self, task: &Task) -> Option<&Finding> {
-        self.0
-            .iter()
-            .find(|(done, _)| done == task)
-            .map(|(_, finding)| finding)
+        self.0.iter().find(|(done, _)| done == task).map(|(_, finding)| finding)
     }
 
     /// The features at a setting.
@@ -109,10 +96,7 @@ impl Findings {
 
     /// The best ratio at an interval and a distance.
     pub fn optimum(&self, interval: f64, distance_m: f64) -> Option<&BestRatio> {
-        let task = Task::Optimum {
-            interval,
-            distance_m,
-        };
+        let task = Task::Optimum { interval, distance_m };
         match self.of(&task)? {
             Finding::Optimum(best) => Some(best),
             _ => None,
@@ -120,12 +104,7 @@ impl Findings {
     }
 
     /// The bit errors at a distance.
-    pub fn errors(
-        &self,
-        distance_m: f64,
-        dimming: Dimming,
-        detector: &str,
-    ) -> Option<&FrameErrors> {
+    pub fn errors(&self, distance_m: f64, dimming: Dimming, detector: &str) -> Option<&FrameErrors> {
         let task = Task::Errors {
             distance_m,
             dimming,

@@ -75,10 +75,7 @@ pub fn pair_picture(scene: &Scene, illuminance_lx: f64) -> Result<(Picture, f64)
         height: (2.0 * pitch).round() as usize,
     };
     let picture = picture(&renderer, PanelFrame::from_bits(1 << PAIR_ON), 0, region);
-    Ok((
-        picture,
-        PAIR_LUMINANCE_CD_M2 / (illuminance_lx * reflectance),
-    ))
+    Ok((picture, PAIR_LUMINANCE_CD_M2 / (illuminance_lx * reflectance)))
 }
 
 fn picture(renderer: &Renderer, bits: PanelFrame, seed: u64, region: Region) -> Picture {
@@ -149,12 +146,7 @@ mod tests {
         let mean = |levels: Vec<f64>| levels.iter().sum::<f64>() / levels.len() as f64;
         let ratios = DAYLIGHT.map(|(_, lx)| mean(half(lx, true)) / mean(half(lx, false)));
         assert!(ratios.is_sorted(), "{ratios:?}");
-        let white = |lx: f64| {
-            half(lx, false)
-                .iter()
-                .filter(|&&grey| grey == 255.0)
-                .count()
-        };
+        let white = |lx: f64| half(lx, false).iter().filter(|&&grey| grey == 255.0).count();
         assert_eq!(white(DAYLIGHT[0].1), 0);
         assert!(white(DAYLIGHT[4].1) > 0);
     }
@@ -168,11 +160,7 @@ mod tests {
         let features = scatter(&scene, 3, 1).unwrap();
         assert_eq!(features.len(), 3 * LEDS);
         let mean = |on: bool| {
-            let of: Vec<f32> = features
-                .iter()
-                .filter(|f| f.on == on)
-                .map(|f| f.gri)
-                .collect();
+            let of: Vec<f32> = features.iter().filter(|f| f.on == on).map(|f| f.gri).collect();
             of.iter().sum::<f32>() / of.len() as f32
         };
         assert!(mean(true) > mean(false) + 10.0);

@@ -31,10 +31,7 @@ pub const INTERPRETATIONS: [Interpretation; 9] = [
     Interpretation {
         name: "8000cd",
         summary: "LEDs give no more than the 8000 cd/m² of Table 1, which bounds the ratio in strong light: here at 10 000 lx",
-        overrides: &[
-            "panel.luminance_max_cd_m2=8000",
-            "ambient.illuminance_lx=10000",
-        ],
+        overrides: &["panel.luminance_max_cd_m2=8000", "ambient.illuminance_lx=10000"],
     },
     Interpretation {
         name: "eq10-18mm",

@@ -47,9 +47,7 @@ pub use batches::{Batches, Sums, estimate_of};
 pub use claims::{Claim, judge};
 pub use errors::Dimming;
 pub use findings::{Finding, Findings, Pieces, Task};
-pub use frames::{
-    DAYLIGHT, Feature, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture, scatter,
-};
+pub use frames::{DAYLIGHT, Feature, PAIR_LUMINANCE_CD_M2, Picture, pair_picture, panel_picture, scatter};
 pub use interpretation::{INTERPRETATIONS, Interpretation};
 pub use operating_point::OperatingPoint;
 pub use optima::BestRatio;

@@ -68,22 +68,15 @@ mod tests {
             frames: 1024,
             ..Search::default()
         };
-        let find =
-            |search: &Search| find(&scene, 1.0, 50.0, search, &mut Pieces::default(), |_| {});
+        let find = |search: &Search| find(&scene, 1.0, 50.0, search, &mut Pieces::default(), |_| {});
         let best = find(&search).unwrap();
-        assert!(
-            (best.l2a.value - 2.0).abs() < 0.25 && !best.at_border,
-            "{best:?}"
-        );
+        assert!((best.l2a.value - 2.0).abs() < 0.25 && !best.at_border, "{best:?}");
         static ASKED: AtomicBool = AtomicBool::new(true);
         let stopped = Search {
             stop: Stop::at(&ASKED),
             ..search
         };
         let given_up = find(&stopped);
-        assert!(
-            matches!(given_up, Err(OptimumError::Interrupted)),
-            "{given_up:?}"
-        );
+        assert!(matches!(given_up, Err(OptimumError::Interrupted)), "{given_up:?}");
     }
 }

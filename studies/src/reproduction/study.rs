@@ -128,20 +128,15 @@ impl Study {
         }
         for &interval in &self.axes.optimum_interval {
             let cells = self.axes.optimum_distance_m.iter();
-            tasks.extend(cells.map(|&distance_m| Task::Optimum {
-                interval,
-                distance_m,
-            }));
+            tasks.extend(cells.map(|&distance_m| Task::Optimum { interval, distance_m }));
         }
         for detector in &self.axes.detectors {
             for &distance_m in &self.axes.error_distance_m {
-                tasks.extend(
-                    [Dimming::Best, Dimming::Random].map(|dimming| Task::Errors {
-                        distance_m,
-                        dimming,
-                        detector: detector.to_string(),
-                    }),
-                );
+                tasks.extend([Dimming::Best, Dimming::Random].map(|dimming| Task::Errors {
+                    distance_m,
+                    dimming,
+                    detector: detector.to_string(),
+                }));
             }
         }
         tasks
@@ -176,14 +171,8 @@ impl Study {
             error => Some(StudyError::Evaluate(task.to_string(), error)),
         };
         let found = match task {
-            Task::Point(setting) => self
-                .measure(*setting, pieces, tell)
-                .map(Finding::Point)
-                .map_err(fault),
-            Task::Optimum {
-                interval,
-                distance_m,
-            } => {
+            Task::Point(setting) => self.measure(*setting, pieces, tell).map(Finding::Point).map_err(fault),
+            Task::Optimum { interval, distance_m } => {
                 let search = Search {
                     frames: self.search_frames(),
                     tolerance: self.tolerance,
@@ -210,16 +199,9 @@ impl Study {
         found.map_or_else(|fault| fault.map_or(Ok(None), Err), |found| Ok(Some(found)))
     }
 
-    fn measure(
-        &self,
-        setting: OperatingPoint,
-        pieces: &mut Pieces,
-        tell: impl FnMut(&Pieces),
-    ) -> Result<Batches, EvaluateError> {
+    fn measure(&self, setting: OperatingPoint, pieces: &mut Pieces, tell: impl FnMut(&Pieces)) -> Result<Batches, EvaluateError> {
         let figures = [self.over_l2a(), self.over_interval(), self.over_distance()];
-        let holding = figures
-            .iter()
-            .filter(|settings| settings.contains(&setting));
+        let holding = figures.iter().filter(|settings| settings.contains(&setting));
         let frames = holding.map(|settings| self.share(settings.len())).max();
         let frames = frames.unwrap_or(0);
         let scene = setting.scene(&self.scene);
@@ -244,15 +226,7 @@ impl Study {
             stop: self.stop,
             ..Settings::fast(self.error_frames(detector), self.seed, choice)
         };
-        errors::count(
-            &self.scene,
-            distance_m,
-            &strata,
-            settings,
-            ERRORS_ENOUGH,
-            pieces,
-            tell,
-        )
+        errors::count(&self.scene, distance_m, &strata, settings, ERRORS_ENOUGH, pieces, tell)
     }
 
     /// For each interval of figure 21 that is finished: the mean over the distances of the best ratio (figure 21b).
@@ -293,10 +267,7 @@ mod tests {
                 distance_m: DISTANCE_M,
                 l2a: L2A,
             }),
-            Task::Optimum {
-                interval,
-                distance_m,
-            },
+            Task::Optimum { interval, distance_m },
             Task::Errors {
                 distance_m,
                 dimming: Dimming::Random,

@@ -39,10 +39,7 @@ pub(super) fn beats(scene: &Scene) -> Result<Vec<DimmingBeat>, ViewError> {
     let view = renderer.view();
     let exposure_s = view.exposure.time_s;
     let frames_hz = scene.camera.frame_rate_hz;
-    let pulses = view
-        .panels
-        .iter()
-        .filter_map(|panel| Pulses::of(view, panel));
+    let pulses = view.panels.iter().filter_map(|panel| Pulses::of(view, panel));
     Ok(pulses
         .map(|pulses| DimmingBeat {
             pulses_hz: pulses.hz,
@@ -55,9 +52,7 @@ pub(super) fn beats(scene: &Scene) -> Result<Vec<DimmingBeat>, ViewError> {
 
 /// From the first of the camera's lines that show the first panel's LEDs to the last, s.
 pub(super) fn panel_readout_s(scene: &Scene) -> Result<f64, ViewError> {
-    let rows = Renderer::new(scene, Level::Fast)?
-        .corner_leds_px(0)
-        .map(|[_, row]| row);
+    let rows = Renderer::new(scene, Level::Fast)?.corner_leds_px(0).map(|[_, row]| row);
     let first = rows.iter().copied().fold(f64::INFINITY, f64::min);
     let last = rows.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let share = (last - first) / scene.camera.height_px as f64;

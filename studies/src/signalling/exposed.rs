@@ -28,9 +28,6 @@ pub fn exposed_for(scene: &Scene, exposure_s: f64) -> Result<Scene, SceneError> 
     let f_number = (scene.camera.f_number * stops.sqrt()).max(WIDEST_F_NUMBER);
     scene.with(
         "the exposure",
-        &[
-            format!("camera.exposure_max_s={exposure_s}"),
-            format!("camera.f_number={f_number}"),
-        ],
+        &[format!("camera.exposure_max_s={exposure_s}"), format!("camera.f_number={f_number}")],
     )
 }

@@ -138,13 +138,7 @@ impl Search {
     ///
     /// # Errors
     /// [`SignallingError`]: a camera too slow, a scene or message that cannot be, or the work was asked to stop.
-    pub fn run(
-        &self,
-        scene: &Scene,
-        stop: Stop,
-        done: impl Fn() + Sync,
-        mut tell: impl FnMut(&Tried),
-    ) -> Result<Advice, SignallingError> {
+    pub fn run(&self, scene: &Scene, stop: Stop, done: impl Fn() + Sync, mut tell: impl FnMut(&Tried)) -> Result<Advice, SignallingError> {
         if self.runs == 0 {
             return Err(SignallingError::NoRuns);
         }
@@ -170,14 +164,7 @@ impl Search {
     }
 
     /// One rate under one code.
-    fn attempt(
-        &self,
-        scene: &Scene,
-        rate: SymbolRate,
-        code: Code,
-        stop: Stop,
-        done: &(impl Fn() + Sync),
-    ) -> Result<Tried, TrialError> {
+    fn attempt(&self, scene: &Scene, rate: SymbolRate, code: Code, stop: Stop, done: &(impl Fn() + Sync)) -> Result<Tried, TrialError> {
         let runs = (0..self.runs).into_par_iter().map(|run| {
             let trial = Trial {
                 code,
@@ -223,26 +210,20 @@ fn whole_exposures(scene: &Scene) -> Result<SymbolRate, SignallingError> {
     let frames_hz = scene.camera.frame_rate_hz;
     let exposure_s = Exposure::of(scene).time_s;
     let readout_s = dimming::panel_readout_s(scene).map_err(TrialError::from)?;
-    SymbolRate::for_camera(frames_hz, exposure_s + readout_s).map_err(|source| {
-        SignallingError::TooSlow {
-            frames_hz,
-            exposure_s,
-            readout_s,
-            source,
-        }
+    SymbolRate::for_camera(frames_hz, exposure_s + readout_s).map_err(|source| SignallingError::TooSlow {
+        frames_hz,
+        exposure_s,
+        readout_s,
+        source,
     })
 }
 
 /// The rates to try, from the slowest: that of whole exposures, and those that share them.
 fn rates(scene: &Scene, whole_exposures: SymbolRate) -> Vec<SymbolRate> {
     let faster = SHARES_OF_FRAMES.map(|share| share * scene.camera.frame_rate_hz);
-    let faster = faster
-        .into_iter()
-        .filter_map(|hz| SymbolRate::from_hz(hz).ok());
+    let faster = faster.into_iter().filter_map(|hz| SymbolRate::from_hz(hz).ok());
     let apart = |rate: &SymbolRate| rate.hz() > (1.0 + APART) * whole_exposures.hz();
-    std::iter::once(whole_exposures)
-        .chain(faster.filter(apart))
-        .collect()
+    std::iter::once(whole_exposures).chain(faster.filter(apart)).collect()
 }
 
 #[cfg(test)]

@@ -88,9 +88,7 @@ impl Trial {
         scene.link.symbol_rate_hz = self.rate_hz;
         scene.link.phase = self.phase;
         let bytes = 0..self.bytes as u64;
-        let message: Vec<u8> = bytes
-            .map(|at| split_mix64(self.seed << 32 | at) as u8)
-            .collect();
+        let message: Vec<u8> = bytes.map(|at| split_mix64(self.seed << 32 | at) as u8).collect();
         let panels = Framer::new(&message, self.code, false)?.panels_per_repeat();
         let settings = LinkSettings {
             message,

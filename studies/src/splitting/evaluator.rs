@@ -31,11 +31,7 @@ impl SplittingEvaluator {
     ///
     /// # Errors
     /// As [`SplittingEvaluator::new`].
-    pub fn with_levels(
-        scene: &Scene,
-        settings: Settings,
-        levels: Option<&[f32]>,
-    ) -> Result<Self, EvaluateError> {
+    pub fn with_levels(scene: &Scene, settings: Settings, levels: Option<&[f32]>) -> Result<Self, EvaluateError> {
         let sampler = Sampler::new(scene, settings)?;
         let levels = match levels {
             Some(levels) => levels.to_vec(),
@@ -58,11 +54,7 @@ impl SplittingEvaluator {
     ///
     /// # Errors
     /// When a frame cannot be measured.
-    pub fn chunk(
-        &self,
-        chunk: u64,
-        workspace: &mut SplittingWorkspace,
-    ) -> Result<Evaluation, EvaluateError> {
+    pub fn chunk(&self, chunk: u64, workspace: &mut SplittingWorkspace) -> Result<Evaluation, EvaluateError> {
         let seed = self.sampler.seed();
         let mut rare = RareErrors::default();
         rare.push(self.swarm(seed, chunk, workspace)?);
@@ -73,18 +65,10 @@ impl SplittingEvaluator {
     }
 
     /// What a swarm finds the rate to be.
-    fn swarm(
-        &self,
-        seed: u64,
-        number: u64,
-        workspace: &mut SplittingWorkspace,
-    ) -> Result<f64, EvaluateError> {
+    fn swarm(&self, seed: u64, number: u64, workspace: &mut SplittingWorkspace) -> Result<f64, EvaluateError> {
         let random = &mut stream(seed, number, Purpose::Splitting);
         let mut swarm = (0..CHUNK)
-            .map(|member| {
-                self.sampler
-                    .draw(seed, number * CHUNK + member, random, workspace)
-            })
+            .map(|member| self.sampler.draw(seed, number * CHUNK + member, random, workspace))
             .collect::<Result<Vec<_>, _>>()?;
         let mut rate = 1.0;
         for (place, &level) in self.levels.iter().enumerate() {
@@ -93,9 +77,7 @@ impl SplittingEvaluator {
             if above.is_empty() || place + 1 == self.levels.len() {
                 break;
             }
-            swarm = self
-                .sampler
-                .spread(&above, level, SWARM, random, workspace)?;
+            swarm = self.sampler.spread(&above, level, SWARM, random, workspace)?;
         }
         Ok(rate)
     }

@@ -23,17 +23,11 @@ pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
             let mut random = stream(seed, (round * PARTS + part) as u64, Purpose::Splitting);
             let mine = part * (FRAMES / PARTS)..(part + 1) * (FRAMES / PARTS);
             match above {
-                Some((above, level)) => {
-                    sampler.spread(above, level, mine.len(), &mut random, workspace)
-                }
-                None => mine
-                    .map(|frame| sampler.draw(seed, frame as u64, &mut random, workspace))
-                    .collect(),
+                Some((above, level)) => sampler.spread(above, level, mine.len(), &mut random, workspace),
+                None => mine.map(|frame| sampler.draw(seed, frame as u64, &mut random, workspace)).collect(),
             }
         };
-        let parts = (0..PARTS)
-            .into_par_iter()
-            .map_init(|| sampler.workspace(), part);
+        let parts = (0..PARTS).into_par_iter().map_init(|| sampler.workspace(), part);
         let parts: Result<Vec<Vec<Scored>>, EvaluateError> = parts.collect();
         parts.map(|parts| parts.into_iter().flatten().collect::<Vec<_>>())
     };

@@ -78,9 +78,7 @@ impl Particle {
     /// One or two bits of neighbours, and perhaps those of LEDs farther away.
     fn change_bits(&mut self, random: &mut impl Rng) {
         let (row, column) = (self.led / SIDE, self.led % SIDE);
-        let is_near = |led: usize| {
-            (led / SIDE).abs_diff(row) <= NEAR && (led % SIDE).abs_diff(column) <= NEAR
-        };
+        let is_near = |led: usize| (led / SIDE).abs_diff(row) <= NEAR && (led % SIDE).abs_diff(column) <= NEAR;
         let near: Vec<usize> = (0..LEDS).filter(|&led| is_near(led)).collect();
         let mut drawn = 0u64;
         for _ in 0..1 + random.next_u32() % 2 {
@@ -118,8 +116,7 @@ impl Particle {
                 continue;
             }
             for column in 0..width {
-                let is_near =
-                    is_near_row && (column as f64 - window.centre[0]).abs() <= window.radius;
+                let is_near = is_near_row && (column as f64 - window.centre[0]).abs() <= window.radius;
                 if (is_near && random.next_u32() & mask == 0) || (!is_near && elsewhere) {
                     let pixel = row * width + column;
                     self.noise[pixel] = part_of(random);

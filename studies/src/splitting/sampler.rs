@@ -158,20 +158,14 @@ impl Sampler {
     }
 
     /// How near the LED is to being misread: [`MISREAD`] if it is, else the higher the nearer.
-    fn score(
-        &self,
-        particle: &Particle,
-        workspace: &mut SplittingWorkspace,
-    ) -> Result<f32, EvaluateError> {
+    fn score(&self, particle: &Particle, workspace: &mut SplittingWorkspace) -> Result<f32, EvaluateError> {
         let inner = &mut workspace.inner;
         inner.shown.clone_from(&particle.shown);
         inner.grey.copy_from_slice(&particle.grey);
         let width = self.evaluator.region().width;
         self.evaluator.renderer().process(width, &mut inner.grey);
         let observed = self.evaluator.measure(particle.frame, inner)?;
-        let (read, soft) = self
-            .evaluator
-            .detect_softly(particle.frame, &observed, inner)?;
+        let (read, soft) = self.evaluator.detect_softly(particle.frame, &observed, inner)?;
         let Observation { bits, features, .. } = &observed;
         if read.led(particle.led) != bits.led(particle.led) {
             return Ok(MISREAD);
@@ -190,9 +184,7 @@ fn nearness(features: &Features, read: PanelFrame, led: usize) -> f32 {
     let axes = [&features.agr, &features.gri].map(|values| {
         let mean_where = |is_on: bool| {
             let of_class = (0..LEDS).filter(|&cell| read.led(cell) == is_on);
-            let (sum, count) = of_class.fold((0.0, 0.0f32), |(sum, count), cell| {
-                (sum + values[cell], count + 1.0)
-            });
+            let (sum, count) = of_class.fold((0.0, 0.0f32), |(sum, count), cell| (sum + values[cell], count + 1.0));
             sum / count.max(1.0)
         };
         let mean = values.iter().sum::<f32>() / LEDS as f32;

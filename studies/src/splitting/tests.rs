@@ -23,10 +23,7 @@ fn splitting_finds_the_rate_that_counting_finds() {
     let (of_count, of_split) = (deviation(&counted), deviation(&split));
     assert!(of_count < 0.1 && of_split < 0.25, "{of_count} {of_split}");
     let apart = (split.ber / counted.ber).ln() / of_count.hypot(of_split);
-    assert!(
-        apart.abs() < 4.0,
-        "{apart} deviations: {split:?} {counted:?}"
-    );
+    assert!(apart.abs() < 4.0, "{apart} deviations: {split:?} {counted:?}");
     // As many frames, had they been counted, would have told less.
     let by_counting = counted.effective_errors / counted.bits as f64 * split.bits as f64;
     assert!(split.effective_errors > 5.0 * by_counting, "{split:?}");

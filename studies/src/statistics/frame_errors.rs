@@ -41,9 +41,7 @@ impl TryFrom<Vec<u64>> for FrameErrors {
         place.copy_from_slice(&counts);
         let sum = counts.iter().try_fold(0u64, |sum, &n| sum.checked_add(n));
         if sum.is_none_or(|frames| frames > MOST_FRAMES) {
-            return Err(format!(
-                "more than {MOST_FRAMES} frames are counted: the file is damaged"
-            ));
+            return Err(format!("more than {MOST_FRAMES} frames are counted: the file is damaged"));
         }
         Ok(errors)
     }
@@ -60,10 +58,7 @@ impl FrameErrors {
 
     /// Takes all frames of `other`.
     pub fn merge(&mut self, other: &Self) {
-        self.0
-            .iter_mut()
-            .zip(other.0)
-            .for_each(|(own, others)| *own += others);
+        self.0.iter_mut().zip(other.0).for_each(|(own, others)| *own += others);
     }
 
     /// Without the frames of `part`; none if it is no part of them.
@@ -87,11 +82,7 @@ impl FrameErrors {
 
     /// Bit errors in all.
     pub fn errors(&self) -> u64 {
-        self.0
-            .iter()
-            .zip(0..)
-            .map(|(frames, errors)| frames * errors)
-            .sum()
+        self.0.iter().zip(0..).map(|(frames, errors)| frames * errors).sum()
     }
 
     /// Frames with any error.
@@ -135,9 +126,7 @@ impl FrameErrors {
             return [0.0, (3.0 / frames as f64).min(1.0)];
         }
         let mut random = stream(0, frames, Purpose::Resampling);
-        let mut rates: Vec<f64> = (0..RESAMPLES)
-            .map(|_| self.resampled_rate(&mut random))
-            .collect();
+        let mut rates: Vec<f64> = (0..RESAMPLES).map(|_| self.resampled_rate(&mut random)).collect();
         rates.sort_by(f64::total_cmp);
         [rates[RESAMPLES / 40], rates[RESAMPLES - 1 - RESAMPLES / 40]]
     }
@@ -148,8 +137,7 @@ impl FrameErrors {
         let (mut left_to_draw, mut left_in_bins, mut errors) = (frames, frames, 0);
         for (&count, of_each) in self.0.iter().zip(0..).filter(|(count, _)| **count > 0) {
             let share = count as f64 / left_in_bins as f64;
-            let drawn = Binomial::new(left_to_draw, share.min(1.0))
-                .map_or(left_to_draw, |b| b.sample(random));
+            let drawn = Binomial::new(left_to_draw, share.min(1.0)).map_or(left_to_draw, |b| b.sample(random));
             errors += drawn * of_each;
             left_to_draw -= drawn;
             left_in_bins -= count;
@@ -183,9 +171,6 @@ mod tests {
         assert!((2.4..4.2).contains(&ratio), "{ratio}");
         let [low, high] = spread.interval_95();
         let deviation = (0.1f64 * 0.9 / 1000.0).sqrt() / 64.0;
-        assert!(
-            (high - low - 3.92 * deviation).abs() < 0.8 * deviation,
-            "{low} to {high}"
-        );
+        assert!((high - low - 3.92 * deviation).abs() < 0.8 * deviation, "{low} to {high}");
     }
 }

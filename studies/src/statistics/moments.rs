@@ -90,9 +90,7 @@ impl Moments {
         };
         let from_first = values.iter().map(|v| [v[0] - first[0], v[1] - first[1]]);
         let share = 1.0 / values.len() as f64;
-        let sum = from_first
-            .clone()
-            .fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
+        let sum = from_first.clone().fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
         let mean = sum.map(|sum| sum * share);
         let scatter = from_first.fold([0.0; 3], |scatter, x| {
             let [a, b] = [x[0] - mean[0], x[1] - mean[1]];
@@ -115,10 +113,7 @@ impl Moments {
         let x = [value[0] - self.first[0], value[1] - self.first[1]];
         let before = [x[0] - self.mean[0], x[1] - self.mean[1]];
         let share = 1.0 / self.count as f64;
-        self.mean = [
-            self.mean[0] + before[0] * share,
-            self.mean[1] + before[1] * share,
-        ];
+        self.mean = [self.mean[0] + before[0] * share, self.mean[1] + before[1] * share];
         let after = [x[0] - self.mean[0], x[1] - self.mean[1]];
         self.scatter[0] += before[0] * after[0];
         self.scatter[1] += before[0] * after[1];
@@ -136,16 +131,10 @@ impl Moments {
         }
         let (own, others) = (self.count as f64, other.count as f64);
         let total = own + others;
-        let apart =
-            [0, 1].map(|i| (other.first[i] - self.first[i]) + (other.mean[i] - self.mean[i]));
+        let apart = [0, 1].map(|i| (other.first[i] - self.first[i]) + (other.mean[i] - self.mean[i]));
         let weight = own * others / total;
-        let products = [
-            apart[0] * apart[0],
-            apart[0] * apart[1],
-            apart[1] * apart[1],
-        ];
-        for ((scatter, others), product) in self.scatter.iter_mut().zip(other.scatter).zip(products)
-        {
+        let products = [apart[0] * apart[0], apart[0] * apart[1], apart[1] * apart[1]];
+        for ((scatter, others), product) in self.scatter.iter_mut().zip(other.scatter).zip(products) {
             *scatter += others + product * weight;
         }
         self.mean = [0, 1].map(|i| self.mean[i] + apart[i] * others / total);
@@ -178,18 +167,11 @@ mod tests {
     #[test]
     fn a_large_offset_does_no_harm_though_the_naive_sum_fails() {
         let mut random = stream(3, 0, Purpose::Phase);
-        let values: Vec<f64> = (0..10_000)
-            .map(|_| 1e12 + sim::random::uniform(&mut random))
-            .collect();
+        let values: Vec<f64> = (0..10_000).map(|_| 1e12 + sim::random::uniform(&mut random)).collect();
         let n = values.len() as f64;
         let exact_mean = values.iter().map(|v| v - 1e12).sum::<f64>() / n;
-        let exact = values
-            .iter()
-            .map(|v| (v - 1e12 - exact_mean).powi(2))
-            .sum::<f64>()
-            / n;
-        let naive = values.iter().map(|v| v * v).sum::<f64>() / n
-            - (values.iter().sum::<f64>() / n).powi(2);
+        let exact = values.iter().map(|v| (v - 1e12 - exact_mean).powi(2)).sum::<f64>() / n;
+        let naive = values.iter().map(|v| v * v).sum::<f64>() / n - (values.iter().sum::<f64>() / n).powi(2);
         assert!(
             (naive - exact).abs() > exact,
             "the naive formula must fail here, or this test shows nothing"
@@ -205,9 +187,7 @@ mod tests {
     #[test]
     fn moments_of_no_pairs_that_can_be_are_refused() {
         let read = |count: &str, mean: &str, scatter: &str| {
-            let text = format!(
-                r#"{{"count":{count},"first":[0.0,0.0],"mean":[{mean},0.0],"scatter":[{scatter},0.0,0.0]}}"#
-            );
+            let text = format!(r#"{{"count":{count},"first":[0.0,0.0],"mean":[{mean},0.0],"scatter":[{scatter},0.0,0.0]}}"#);
             serde_json::from_str::<Moments>(&text)
         };
         let moments = Moments::of(&[[1e150, -1e150], [-1e150, 3.0]]);
@@ -221,10 +201,7 @@ mod tests {
             ["2", "1.0", "1e305"],
         ] {
             let fault = read(count, mean, scatter).map_err(|fault| fault.to_string());
-            assert!(
-                fault.as_ref().is_err_and(|text| text.contains("damaged")),
-                "{fault:?}"
-            );
+            assert!(fault.as_ref().is_err_and(|text| text.contains("damaged")), "{fault:?}");
         }
     }
 

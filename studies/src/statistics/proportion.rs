@@ -17,9 +17,6 @@ mod tests {
     fn the_interval_of_a_share_is_that_of_the_textbook() {
         // 10 of 100: 0.0552 to 0.1744.
         let [low, high] = wilson_95(10.0, 100.0);
-        assert!(
-            (low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4,
-            "{low} {high}"
-        );
+        assert!((low - 0.0552).abs() < 1e-4 && (high - 0.1744).abs() < 1e-4, "{low} {high}");
     }
 }

@@ -148,11 +148,7 @@ impl TryFrom<Written> for RareErrors {
             squares,
         } = written;
         // Rates are 0 to 1, and 0 where no error was reached. Rounding keeps the order.
-        let is_possible = 0.0 <= squares
-            && squares <= sum
-            && sum <= errors as f64
-            && errors <= swarms
-            && swarms <= MOST_SWARMS;
+        let is_possible = 0.0 <= squares && squares <= sum && sum <= errors as f64 && errors <= swarms && swarms <= MOST_SWARMS;
         if !is_possible {
             return Err(Impossible(written));
         }
@@ -211,10 +207,7 @@ mod tests {
                 (0..swarms).for_each(|_| errors.push(rate));
                 let frames = (swarms * SWARM as u64) as f64;
                 let effective = errors.effective_errors();
-                assert!(
-                    0.0 < effective && effective <= frames,
-                    "{rate}: {effective} of {frames}"
-                );
+                assert!(0.0 < effective && effective <= frames, "{rate}: {effective} of {frames}");
                 let [low, high] = errors.interval_95();
                 assert!(low < rate && rate <= high, "{rate}: {low} to {high}");
                 // With no level before the error, splitting is counting.
@@ -231,9 +224,7 @@ mod tests {
     #[test]
     fn sums_that_no_swarms_leave_are_refused() {
         let read = |swarms: &str, errors: &str, sum: &str, squares: &str| {
-            let text = format!(
-                r#"{{"swarms":{swarms},"errors":{errors},"sum":{sum},"squares":{squares}}}"#
-            );
+            let text = format!(r#"{{"swarms":{swarms},"errors":{errors},"sum":{sum},"squares":{squares}}}"#);
             serde_json::from_str::<RareErrors>(&text)
         };
         let mut errors = RareErrors::default();
@@ -250,10 +241,7 @@ mod tests {
             ["3", "2", "0.5", "-0.25"],
         ] {
             let fault = read(swarms, errors, sum, squares).map_err(|fault| fault.to_string());
-            assert!(
-                fault.as_ref().is_err_and(|text| text.contains("damaged")),
-                "{fault:?}"
-            );
+            assert!(fault.as_ref().is_err_and(|text| text.contains("damaged")), "{fault:?}");
         }
     }
 }

@@ -63,10 +63,7 @@ impl Reliability {
             sums.bits += bits;
             sums.wrong += wrong;
             let squares = [bits * bits, bits * wrong, wrong * wrong];
-            sums.squares
-                .iter_mut()
-                .zip(squares)
-                .for_each(|(sum, square)| *sum += square);
+            sums.squares.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
         }
     }
 
@@ -76,10 +73,7 @@ impl Reliability {
             own.bits += others.bits;
             own.wrong += others.wrong;
             own.stated += others.stated;
-            own.squares
-                .iter_mut()
-                .zip(others.squares)
-                .for_each(|(own, other)| *own += other);
+            own.squares.iter_mut().zip(others.squares).for_each(|(own, other)| *own += other);
         }
     }
 
@@ -107,11 +101,7 @@ impl Sums {
         let [bits, both, wrong] = self.squares.map(|sum| sum as f64);
         let clustered = wrong - 2.0 * share * both + share * share * bits;
         let alone = share * (1.0 - share) * self.bits as f64;
-        if alone > 0.0 {
-            (clustered / alone).max(1.0)
-        } else {
-            1.0
-        }
+        if alone > 0.0 { (clustered / alone).max(1.0) } else { 1.0 }
     }
 }
 
@@ -129,11 +119,7 @@ mod tests {
         for _ in 0..panels {
             let all = random.random_bool(share);
             let wrong = (0..64).fold(0, |bits, led| {
-                let is_wrong = if together {
-                    all
-                } else {
-                    random.random_bool(share)
-                };
+                let is_wrong = if together { all } else { random.random_bool(share) };
                 bits | u64::from(is_wrong) << led
             });
             let read = PanelFrame::from_bits(random.random());
@@ -154,18 +140,14 @@ mod tests {
                 (low..high).contains(&bin.stated)
             });
             let held = held.count();
-            assert!(
-                (180..=198).contains(&held),
-                "{held} of 200, together: {together}"
-            );
+            assert!((180..=198).contains(&held), "{held} of 200, together: {together}");
         }
     }
 
     #[test]
     fn parts_add_up_to_the_whole() {
         let truth = PanelFrame::from_bits(0x1234_5678_9abc_def0);
-        let soft =
-            |step: i8| SoftPanel::certain(PanelFrame::from_bits(0x1234_5678_9abc_deff), step);
+        let soft = |step: i8| SoftPanel::certain(PanelFrame::from_bits(0x1234_5678_9abc_deff), step);
         let (mut whole, mut part) = (Reliability::default(), Reliability::default());
         whole.push(&soft(3), truth);
         part.push(&soft(90), truth);

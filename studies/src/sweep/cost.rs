@@ -38,11 +38,9 @@ impl Sweep {
 /// The time that a detector takes for the features or the image of one frame.
 fn detector_ns(detector: DetectorChoice) -> f64 {
     match detector {
-        DetectorChoice::Otsu
-        | DetectorChoice::Fisher
-        | DetectorChoice::FisherNgr
-        | DetectorChoice::KMeans
-        | DetectorChoice::KMeansRaw => 1_000.0,
+        DetectorChoice::Otsu | DetectorChoice::Fisher | DetectorChoice::FisherNgr | DetectorChoice::KMeans | DetectorChoice::KMeansRaw => {
+            1_000.0
+        }
         DetectorChoice::Best | DetectorChoice::MaximumLikelihood => 700_000.0,
         DetectorChoice::Genie => 5_000_000.0,
     }

@@ -70,9 +70,7 @@ pub struct Cell {
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
     /// There is nothing on an axis.
-    #[error(
-        "the grid's key {key} has no values: give at least one, such as {key} = [1, 2], or take the key away"
-    )]
+    #[error("the grid's key {key} has no values: give at least one, such as {key} = [1, 2], or take the key away")]
     EmptyAxis {
         /// Its key.
         key: String,
@@ -151,9 +149,7 @@ impl Sweep {
     /// Says what is wrong, and of which cell.
     pub fn check(&self) -> Result<Vec<f64>, SweepError> {
         self.check_description()?;
-        (0..self.cells())
-            .map(|index| self.frame_cost(index))
-            .collect()
+        (0..self.cells()).map(|index| self.frame_cost(index)).collect()
     }
 
     pub(super) fn check_description(&self) -> Result<(), SweepError> {
@@ -226,11 +222,7 @@ impl Sweep {
         let cell = self.cell(index);
         let keys = self.grid.iter().zip(&cell.values);
         let settings = keys.map(|(axis, value)| format!("{}={value}, ", axis.key));
-        format!(
-            "{index} ({}{})",
-            settings.collect::<String>(),
-            cell.detector.name()
-        )
+        format!("{index} ({}{})", settings.collect::<String>(), cell.detector.name())
     }
 
     /// The scene of cell `index`.
@@ -248,12 +240,10 @@ impl Sweep {
         if overrides.is_empty() {
             return Ok(self.scene.clone());
         }
-        self.scene
-            .with("the grid", &overrides)
-            .map_err(|fault| SweepError::Scene {
-                cell: self.name_of(index),
-                source: Box::new(fault),
-            })
+        self.scene.with("the grid", &overrides).map_err(|fault| SweepError::Scene {
+            cell: self.name_of(index),
+            source: Box::new(fault),
+        })
     }
 
     /// What cell `index` is evaluated by.

@@ -66,9 +66,7 @@ pub enum PlanError {
         name: String,
     },
     /// A key of the grid is no list.
-    #[error(
-        "plan {name}: the grid's key {key} is {value}: give a list of values, such as {key} = [1, 2]"
-    )]
+    #[error("plan {name}: the grid's key {key} is {value}: give a list of values, such as {key} = [1, 2]")]
     NoList {
         /// The file.
         name: String,
@@ -100,9 +98,7 @@ pub enum PlanError {
         name: String,
     },
     /// The division is of another plan.
-    #[error(
-        "plan {name}: the division has {found} expected frames for {cells} cells: take [division] away"
-    )]
+    #[error("plan {name}: the division has {found} expected frames for {cells} cells: take [division] away")]
     Division {
         /// The file.
         name: String,
@@ -112,9 +108,7 @@ pub enum PlanError {
         cells: usize,
     },
     /// The division has no shards, or too many.
-    #[error(
-        "plan {name}: [division] shards = {shards}: give 1 to {MOST_SHARDS}, or take [division] away"
-    )]
+    #[error("plan {name}: [division] shards = {shards}: give 1 to {MOST_SHARDS}, or take [division] away")]
     Shards {
         /// The file.
         name: String,
@@ -191,21 +185,17 @@ impl Sweep {
             .map(|(key, value)| format!("{key}={}", as_override(value)))
             .collect();
         set.extend_from_slice(overrides);
-        let scene = scene
-            .with("[set]", &set)
-            .map_err(|fault| PlanError::Scene {
-                name: name.clone(),
-                source: Box::new(fault),
-            })?;
+        let scene = scene.with("[set]", &set).map_err(|fault| PlanError::Scene {
+            name: name.clone(),
+            source: Box::new(fault),
+        })?;
         let sweep = Self {
             scene,
             grid: axes(&name, &written.grid)?,
             detectors: written.detectors,
             frames: match (written.frames, written.stop.bits) {
                 (None, None) => return Err(PlanError::NoEnd { name }),
-                (frames, bits) => frames
-                    .unwrap_or(u64::MAX)
-                    .min(bits.map_or(u64::MAX, |bits| bits.div_ceil(64))),
+                (frames, bits) => frames.unwrap_or(u64::MAX).min(bits.map_or(u64::MAX, |bits| bits.div_ceil(64))),
             },
             stop_errors: written.stop.errors,
             seed: written.seed.unwrap_or(1),
@@ -400,10 +390,7 @@ mod tests {
             "7 (link.contrast=exposure, panel.interval=1, pose.distance_m=50.5, best)"
         );
         let scene = sweep.scene_of(6).unwrap();
-        assert_eq!(
-            (scene.pose.distance_m, scene.panels[0].interval),
-            (50.5, 1.0)
-        );
+        assert_eq!((scene.pose.distance_m, scene.panels[0].interval), (50.5, 1.0));
         assert_eq!(scene.link.l2a, sim::scene::L2a::Ratio(1.5));
         assert_eq!(sweep.cell(6).detector, DetectorChoice::KMeans);
     }
@@ -428,18 +415,11 @@ mod tests {
         let written = plan.to_toml().unwrap();
         assert_eq!(Sweep::from_toml("again", &written, &[]).unwrap(), plan);
         let lost = written.replace("expected_frames = [500, ", "expected_frames = [");
-        assert!(
-            fault(&lost).contains("7 expected frames for 8 cells"),
-            "{}",
-            fault(&lost)
-        );
+        assert!(fault(&lost).contains("7 expected frames for 8 cells"), "{}", fault(&lost));
         for shards in ["0", "1000001"] {
             let odd = written.replace("shards = 3", &format!("shards = {shards}"));
             let fault = fault(&odd);
-            assert!(
-                fault.contains(&format!("shards = {shards}: give 1 to 1000000")),
-                "{fault}"
-            );
+            assert!(fault.contains(&format!("shards = {shards}: give 1 to 1000000")), "{fault}");
         }
     }
 
@@ -457,23 +437,15 @@ mod tests {
             let plan = format!("frames = 10\n[grid]\npose.distance_m = [{same}]");
             assert!(fault(&plan).contains("twice"), "{same}");
         }
-        for same in [
-            "\"pose.distance_m\"",
-            "\" pose.distance_m\"",
-            "\"pose . distance_m\"",
-        ] {
+        for same in ["\"pose.distance_m\"", "\" pose.distance_m\"", "\"pose . distance_m\""] {
             let grid = format!("frames = 10\n[grid]\n{same} = [30]\npose.distance_m = [50]");
             assert!(fault(&grid).contains("stands twice"), "{same}");
             let set = format!("[set]\n{same} = 30\npose.distance_m = 50");
-            assert!(
-                fault(&format!("frames = 10\n{set}\n[grid]\nlink.l2a = [1]"))
-                    .contains("stands twice")
-            );
+            assert!(fault(&format!("frames = 10\n{set}\n[grid]\nlink.l2a = [1]")).contains("stands twice"));
             let both = format!("frames = 10\n[set]\n{same} = 30{grid}");
             assert!(!fault(&both).starts_with("none"), "{same}");
         }
-        let lines =
-            "frames = 10\n[set]\npose.distance_m = \"5\\nlink.l2a=3\"\n[grid]\nlink.phase = [0.5]";
+        let lines = "frames = 10\n[set]\npose.distance_m = \"5\\nlink.l2a=3\"\n[grid]\nlink.phase = [0.5]";
         assert!(fault(lines).contains("one line"), "{}", fault(lines));
         assert!(with("").contains("there is no end"));
         assert!(with("frames = 0").contains("frames = 0"));
@@ -502,15 +474,9 @@ mod tests {
             plan.sweep.check().unwrap_err().to_string()
         };
         let fault = check("pose.distance_cm = [1]");
-        assert!(
-            fault.contains("distance_m") && fault.contains("cell 0"),
-            "{fault}"
-        );
+        assert!(fault.contains("distance_m") && fault.contains("cell 0"), "{fault}");
         let fault = check("pose.distance_m = [50, -3]");
-        assert!(
-            fault.contains("cell 1") && fault.contains("0.5 to 2000"),
-            "{fault}"
-        );
+        assert!(fault.contains("cell 1") && fault.contains("0.5 to 2000"), "{fault}");
         let fault = check("pose.distance_m = [50, 2000]");
         assert!(fault.contains("px apart"), "{fault}");
     }

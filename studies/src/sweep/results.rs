@@ -57,9 +57,7 @@ pub enum ResultsError {
         differences: Vec<&'static str>,
     },
     /// A cell that the sweep does not have.
-    #[error(
-        "there are results of cell {cell}, but the sweep has {cells} cells: the file is damaged"
-    )]
+    #[error("there are results of cell {cell}, but the sweep has {cells} cells: the file is damaged")]
     NoCell {
         /// Its number.
         cell: usize,
@@ -67,9 +65,7 @@ pub enum ResultsError {
         cells: usize,
     },
     /// A chunk that the cells do not have.
-    #[error(
-        "there are results up to chunk {end} of cell {cell}, but a cell has {chunks} chunks: the file is damaged"
-    )]
+    #[error("there are results up to chunk {end} of cell {cell}, but a cell has {chunks} chunks: the file is damaged")]
     NoChunk {
         /// The cell and its values.
         cell: String,
@@ -110,9 +106,7 @@ pub enum ResultsError {
         source: AccumulatorError,
     },
     /// Not all is there.
-    #[error(
-        "chunk {chunk} of cell {cell} is missing: give all shards, and finish unfinished ones with --resume"
-    )]
+    #[error("chunk {chunk} of cell {cell} is missing: give all shards, and finish unfinished ones with --resume")]
     Missing {
         /// The cell and its values.
         cell: String,
@@ -182,12 +176,7 @@ impl Results {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").into(),
             sweep: self.sweep.clone(),
-            cells: cells
-                .map(|(&cell, sums)| WrittenCell {
-                    cell,
-                    sums: sums.clone(),
-                })
-                .collect(),
+            cells: cells.map(|(&cell, sums)| WrittenCell { cell, sums: sums.clone() }).collect(),
             levels: self.levels.clone(),
             checksum: None,
         };
@@ -249,8 +238,7 @@ impl Results {
     /// That each sum is of the frames of its chunks.
     fn check_counts(&self, cell: usize, sums: &Accumulator) -> Result<(), ResultsError> {
         for (chunks, found) in sums.spans() {
-            let [start, end] =
-                [chunks.start, chunks.end].map(|chunk| self.sweep.frames.min(chunk * CHUNK));
+            let [start, end] = [chunks.start, chunks.end].map(|chunk| self.sweep.frames.min(chunk * CHUNK));
             let frames = end - start;
             if !found.is_of(frames, self.sweep.rare_events) {
                 return Err(ResultsError::Counts {
@@ -314,10 +302,7 @@ impl Results {
 
     /// The sum over all of a cell that is there.
     pub fn total(&self, cell: usize) -> Evaluation {
-        self.cells
-            .get(&cell)
-            .map(Accumulator::total)
-            .unwrap_or_default()
+        self.cells.get(&cell).map(Accumulator::total).unwrap_or_default()
     }
 
     /// The number of a cell's chunks that are there.
@@ -348,9 +333,7 @@ impl Results {
     }
 
     pub(super) fn contains(&self, cell: usize, chunk: u64) -> bool {
-        self.cells
-            .get(&cell)
-            .is_some_and(|sums| sums.contains(chunk))
+        self.cells.get(&cell).is_some_and(|sums| sums.contains(chunk))
     }
 
     /// Adds a chunk that is not there yet.
@@ -375,10 +358,7 @@ fn differences(one: &Sweep, other: &Sweep) -> Vec<&'static str> {
         ("frames", one.frames == other.frames),
         ("stopping rule", one.stop_errors == other.stop_errors),
         ("seed", one.seed == other.seed),
-        (
-            "random reflectance",
-            one.random_reflectance == other.random_reflectance,
-        ),
+        ("random reflectance", one.random_reflectance == other.random_reflectance),
         ("level", one.level == other.level),
         ("rare events", one.rare_events == other.rare_events),
         ("camera told", one.camera == other.camera),

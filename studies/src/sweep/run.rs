@@ -77,33 +77,21 @@ impl Sweep {
     }
 
     /// Who works on a cell, with the levels that were chosen for it before.
-    fn worker(
-        &self,
-        cell: usize,
-        levels: Option<&[f32]>,
-        stop: Stop,
-    ) -> Result<Worker, SweepError> {
+    fn worker(&self, cell: usize, levels: Option<&[f32]>, stop: Stop) -> Result<Worker, SweepError> {
         let scene = self.scene_of(cell)?;
         let settings = Settings {
             stop,
             ..self.settings_of(cell)
         };
         let worker = if self.rare_events {
-            SplittingEvaluator::with_levels(&scene, settings, levels)
-                .map(|evaluator| Worker::Splitting(evaluator.into()))
+            SplittingEvaluator::with_levels(&scene, settings, levels).map(|evaluator| Worker::Splitting(evaluator.into()))
         } else {
             Evaluator::new(&scene, settings).map(|evaluator| Worker::Counting(evaluator.into()))
         };
         worker.map_err(|fault| self.evaluate_error(cell, fault))
     }
 
-    fn chunk(
-        &self,
-        cell: usize,
-        worker: &Worker,
-        chunk: u64,
-        room: &mut Room,
-    ) -> Result<Evaluation, SweepError> {
+    fn chunk(&self, cell: usize, worker: &Worker, chunk: u64, room: &mut Room) -> Result<Evaluation, SweepError> {
         let result = match (worker, room) {
             (Worker::Splitting(evaluator), Room::Splitting(room)) => evaluator.chunk(chunk, room),
             (Worker::Counting(evaluator), Room::Counting(room)) => evaluator.chunk(chunk, room),
@@ -149,11 +137,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// When the sweep cannot be done: see [`Sweep::check`].
-    pub fn new(
-        sweep: &'a Sweep,
-        shard: Shard,
-        expected: Option<&[u64]>,
-    ) -> Result<Self, SweepError> {
+    pub fn new(sweep: &'a Sweep, shard: Shard, expected: Option<&[u64]>) -> Result<Self, SweepError> {
         let work = if shard == Shard::WHOLE {
             sweep.check()?;
             let chunks = 0..sweep.chunks();
@@ -187,11 +171,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// When a cell cannot be evaluated; what is finished is in `results`.
-    pub fn advance(
-        &self,
-        results: &mut Results,
-        mut progress: impl FnMut(&News) -> bool,
-    ) -> Result<bool, SweepError> {
+    pub fn advance(&self, results: &mut Results, mut progress: impl FnMut(&News) -> bool) -> Result<bool, SweepError> {
         let mut left: Vec<&Work> = self.work.iter().collect();
         let mut open: BTreeMap<usize, Worker> = BTreeMap::new();
         loop {
@@ -283,11 +263,7 @@ impl<'a> Run<'a> {
     }
 
     /// What came out of each chunk of a batch; none of those that were not begun.
-    fn evaluate(
-        &self,
-        batch: &[(usize, u64)],
-        open: &BTreeMap<usize, Worker>,
-    ) -> Vec<Option<Result<Evaluation, SweepError>>> {
+    fn evaluate(&self, batch: &[(usize, u64)], open: &BTreeMap<usize, Worker>) -> Vec<Option<Result<Evaluation, SweepError>>> {
         let begun = Instant::now();
         let part = |room: &mut Option<(usize, Room)>, &(cell, chunk): &(usize, u64)| {
             if begun.elapsed() > BATCH_TIME {

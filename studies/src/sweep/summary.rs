@@ -62,9 +62,7 @@ impl Results {
             rare.interval_95()
         };
         let apart = total.symbol_changes.apart(&counted);
-        let [one_symbol, across] = apart
-            .filter(|_| rare.is_empty())
-            .map_or([None; 2], |apart| apart.map(Some));
+        let [one_symbol, across] = apart.filter(|_| rare.is_empty()).map_or([None; 2], |apart| apart.map(Some));
         let variance = |value| rare.is_empty().then_some(value);
         let rare_frames = rare.swarms() * SWARM as u64;
         // Where all frames show one symbol, the bootstrap need not be done again.

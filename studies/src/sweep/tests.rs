@@ -84,10 +84,7 @@ fn swarms_add_up_from_shards_and_files() {
         let damaged = whole.to_json().unwrap();
         let damaged = damaged.replacen("\"swarms\":1,", &format!("\"swarms\":{swarms},"), 1);
         let fault = Results::from_json(&damaged).map_err(|fault| fault.to_string());
-        assert!(
-            fault.as_ref().is_err_and(|text| text.contains(word)),
-            "{fault:?}"
-        );
+        assert!(fault.as_ref().is_err_and(|text| text.contains(word)), "{fault:?}");
     }
     // No features were measured.
     let summary = whole.summary(0);
@@ -108,10 +105,7 @@ fn levels_are_kept_as_soon_as_they_are_chosen_and_until_their_cell_is_done() {
     });
     assert!(!ended.unwrap());
     let kept = begun.to_json().unwrap();
-    assert!(
-        kept.contains("\"levels\"") && begun.chunks_of(0) == 0,
-        "{kept}"
-    );
+    assert!(kept.contains("\"levels\"") && begun.chunks_of(0) == 0, "{kept}");
     let mut resumed = Results::from_json(&kept).unwrap();
     assert_eq!(resumed, begun);
     let mut other = begun.clone();
@@ -234,11 +228,7 @@ fn damaged_files_are_refused() {
     let frames = text.replacen("\"errors\":[", "\"errors\":[18446744073709551615,", 1);
     assert!(fault(&frames).contains("damaged"), "{}", fault(&frames));
     let beyond = text.replacen("\"first_chunk\":1,", "\"first_chunk\":7,", 1);
-    assert!(
-        fault(&beyond).contains("up to chunk 8"),
-        "{}",
-        fault(&beyond)
-    );
+    assert!(fault(&beyond).contains("up to chunk 8"), "{}", fault(&beyond));
     let huge = text.replacen("\"frames\":300", "\"frames\":0", 1);
     assert!(fault(&huge).contains("frames = 0"), "{}", fault(&huge));
 }
@@ -246,10 +236,7 @@ fn damaged_files_are_refused() {
 #[test]
 fn results_that_were_edited_are_refused() {
     let mut noisy = sweep(300, None);
-    noisy.scene = noisy
-        .scene
-        .with("a test", &["pose.distance_m=40".into()])
-        .unwrap();
+    noisy.scene = noisy.scene.with("a test", &["pose.distance_m=40".into()]).unwrap();
     let text = run(&noisy, Shard::WHOLE).to_json().unwrap();
     let without_errors = "\"errors\":[256]";
     assert!(text.contains(without_errors), "{text}");
@@ -267,42 +254,26 @@ fn results_that_were_edited_are_refused() {
     assert!(fault(&bare).contains("checksum"), "{checksum}");
     // The format before had none; what is read of it is written with one.
     let before = bare.replacen("\"format\":3", "\"format\":2", 1);
-    assert_eq!(
-        Results::from_json(&before).unwrap().to_json().unwrap(),
-        text
-    );
+    assert_eq!(Results::from_json(&before).unwrap().to_json().unwrap(), text);
     let before = before.replacen(without_errors, "\"errors\":[0]", 1);
-    assert!(
-        fault(&before).contains("do not add up"),
-        "{}",
-        fault(&before)
-    );
+    assert!(fault(&before).contains("do not add up"), "{}", fault(&before));
     // Blanks change nothing.
     let spaced = text.replace("\":", "\": ");
-    assert_eq!(
-        Results::from_json(&spaced).unwrap().to_json().unwrap(),
-        text
-    );
+    assert_eq!(Results::from_json(&spaced).unwrap().to_json().unwrap(), text);
 }
 
 #[test]
 fn parts_of_unequal_cells_take_about_equally_long() {
-    let text =
-        "frames = 100000\ndetectors = [\"otsu\", \"ml\"]\n[grid]\npose.distance_m = [30, 70]";
+    let text = "frames = 100000\ndetectors = [\"otsu\", \"ml\"]\n[grid]\npose.distance_m = [30, 70]";
     let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
     let costs = sweep.check().unwrap();
     let of = |index| {
         let shard = Shard::new(index, 4).unwrap();
         let work = Run::new(&sweep, shard, None).unwrap().work().to_vec();
         let chunks = |work: &Work| (work.chunks.end - work.chunks.start) as f64;
-        work.iter()
-            .map(|work| chunks(work) * costs[work.cell])
-            .sum::<f64>()
+        work.iter().map(|work| chunks(work) * costs[work.cell]).sum::<f64>()
     };
     let times: Vec<f64> = (0..4).map(of).collect();
     let mean = times.iter().sum::<f64>() / 4.0;
-    assert!(
-        times.iter().all(|time| (time / mean - 1.0).abs() < 0.01),
-        "{times:?}"
-    );
+    assert!(times.iter().all(|time| (time / mean - 1.0).abs() < 0.01), "{times:?}");
 }

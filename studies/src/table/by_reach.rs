@@ -9,9 +9,7 @@ use super::axes::check_axes;
 use super::condition::with_panel;
 use super::intensity::{Bounds, Light, panel_cd};
 use super::outcome::{short, short_pair};
-use crate::reach::{
-    Choice, Crossing, Demand, DemandError, Reach, ReachError, ReachSearch, reach_from,
-};
+use crate::reach::{Choice, Crossing, Demand, DemandError, Reach, ReachError, ReachSearch, reach_from};
 
 /// The lights and intervals that a search by reach is done at: every combination.
 ///
@@ -243,12 +241,7 @@ impl ReachSurvey {
     }
 
     /// The ratios within the bounds.
-    fn range(
-        &self,
-        scene: &Scene,
-        illuminance_lx: f64,
-        interval: f64,
-    ) -> Result<[f64; 2], ReachSurveyError> {
+    fn range(&self, scene: &Scene, illuminance_lx: f64, interval: f64) -> Result<[f64; 2], ReachSurveyError> {
         let [low, high] = self.search.range;
         let Some(panel) = scene.panels.first() else {
             return Ok([low, high]);
@@ -284,22 +277,18 @@ impl ReachSurvey {
             ..self.search
         };
         let scene = with_panel(scene, illuminance_lx, interval);
-        let found =
-            reach_from(&scene, &search, known, tell).map_err(|source| ReachSurveyError::Reach {
-                illuminance_lx,
-                interval,
-                source,
-            })?;
-        let points = found
-            .curve
-            .points()
-            .map(|(l2a, reach_m, reach_m_95)| ReachPoint {
-                illuminance_lx,
-                interval,
-                l2a,
-                reach_m,
-                reach_m_95,
-            });
+        let found = reach_from(&scene, &search, known, tell).map_err(|source| ReachSurveyError::Reach {
+            illuminance_lx,
+            interval,
+            source,
+        })?;
+        let points = found.curve.points().map(|(l2a, reach_m, reach_m_95)| ReachPoint {
+            illuminance_lx,
+            interval,
+            l2a,
+            reach_m,
+            reach_m_95,
+        });
         Ok((entry(&scene, interval, &found), points.collect()))
     }
 }

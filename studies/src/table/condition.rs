@@ -23,10 +23,7 @@ impl std::fmt::Display for Condition {
             distance_m,
             yaw_deg,
         } = self;
-        write!(
-            f,
-            "{illuminance_lx} lx, interval {interval}, {distance_m} m, yaw {yaw_deg}°"
-        )
+        write!(f, "{illuminance_lx} lx, interval {interval}, {distance_m} m, yaw {yaw_deg}°")
     }
 }
 

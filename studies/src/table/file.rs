@@ -66,12 +66,7 @@ pub struct Unknown {
 
 impl Unknown {
     /// That of a ratio whose interval is the range it was looked for in, if it is.
-    fn of(
-        illuminance_lx: f64,
-        interval: f64,
-        l2a_95: [f64; 2],
-        [low, high]: [f64; 2],
-    ) -> Option<Self> {
+    fn of(illuminance_lx: f64, interval: f64, l2a_95: [f64; 2], [low, high]: [f64; 2]) -> Option<Self> {
         let is_all = l2a_95[0] <= low * (1.0 + SAME) && l2a_95[1] >= high * (1.0 - SAME);
         is_all.then_some(Self {
             illuminance_lx,
@@ -86,14 +81,10 @@ impl Unknown {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PartError {
     /// Another survey.
-    #[error(
-        "it is of another search than the first one: scene, axes and all settings must be the same"
-    )]
+    #[error("it is of another search than the first one: scene, axes and all settings must be the same")]
     OtherSurvey,
     /// An entry that is there already.
-    #[error(
-        "it has the entry at {illuminance_lx} lx and interval {interval} once more: give each part once"
-    )]
+    #[error("it has the entry at {illuminance_lx} lx and interval {interval} once more: give each part once")]
     Doubled {
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
@@ -170,8 +161,7 @@ impl TableFile {
     /// Whether both are of the same survey of the same scene, finished or not.
     pub fn is_of_same_survey(&self, other: &Self) -> bool {
         (&self.search, &self.reach, &self.scene) == (&other.search, &other.reach, &other.scene)
-            && (&self.ratios.illuminance_lx, &self.ratios.interval)
-                == (&other.ratios.illuminance_lx, &other.ratios.interval)
+            && (&self.ratios.illuminance_lx, &self.ratios.interval) == (&other.ratios.illuminance_lx, &other.ratios.interval)
     }
 
     /// The entry of an illuminance and an interval, if it is there.
@@ -197,9 +187,9 @@ impl TableFile {
 
     /// The reach at each ratio that was tried at an illuminance and an interval.
     pub fn points(&self, illuminance_lx: f64, interval: f64) -> impl Iterator<Item = &ReachPoint> {
-        self.reach_points.iter().filter(move |point| {
-            (point.illuminance_lx, point.interval) == (illuminance_lx, interval)
-        })
+        self.reach_points
+            .iter()
+            .filter(move |point| (point.illuminance_lx, point.interval) == (illuminance_lx, interval))
     }
 
     /// The reach over the ratio at an illuminance and an interval, where it is known.
@@ -219,12 +209,7 @@ impl TableFile {
     }
 
     /// The same as it might have come out as well.
-    pub(super) fn resampled_regret(
-        &self,
-        illuminance_lx: f64,
-        interval: f64,
-        random: &mut impl Rng,
-    ) -> Option<Regret> {
+    pub(super) fn resampled_regret(&self, illuminance_lx: f64, interval: f64, random: &mut impl Rng) -> Option<Regret> {
         let points = self.points(illuminance_lx, interval);
         Regret::resampled(points, self.reach.as_ref()?.range, random)
     }
@@ -300,10 +285,7 @@ impl TableFile {
         }
         let is_in = |place: &[f64; 2]| self.is_found(*place) && part.is_found(*place);
         if let Some([illuminance_lx, interval]) = self.ratios.places().find(is_in) {
-            return Err(PartError::Doubled {
-                illuminance_lx,
-                interval,
-            });
+            return Err(PartError::Doubled { illuminance_lx, interval });
         }
         self.entries.extend(part.entries);
         self.cells.extend(part.cells);
@@ -321,8 +303,7 @@ impl TableFile {
 
     /// Whether something was found at an illuminance and an interval.
     fn is_found(&self, [illuminance_lx, interval]: [f64; 2]) -> bool {
-        self.entry(illuminance_lx, interval).is_some()
-            || self.reach_entry(illuminance_lx, interval).is_some()
+        self.entry(illuminance_lx, interval).is_some() || self.reach_entry(illuminance_lx, interval).is_some()
     }
 
     /// The places at which nothing was found yet.
@@ -332,31 +313,20 @@ impl TableFile {
 
     /// Puts all findings in the order of the axes, whatever was finished first.
     fn sort(&mut self) {
-        in_order(&mut self.entries, |entry| {
-            [entry.illuminance_lx, entry.interval]
-        });
+        in_order(&mut self.entries, |entry| [entry.illuminance_lx, entry.interval]);
         in_order(&mut self.cells, |cell| [cell.illuminance_lx, cell.interval]);
-        in_order(&mut self.reach_entries, |entry| {
-            [entry.illuminance_lx, entry.interval]
-        });
-        in_order(&mut self.reach_points, |point| {
-            [point.illuminance_lx, point.interval]
-        });
+        in_order(&mut self.reach_entries, |entry| [entry.illuminance_lx, entry.interval]);
+        in_order(&mut self.reach_points, |point| [point.illuminance_lx, point.interval]);
     }
 
     /// Puts a ratio in its place, where something is known of it.
     fn put(&mut self, illuminance_lx: f64, interval: f64, l2a: f64) {
-        let is_it = |unknown: Unknown| {
-            (unknown.illuminance_lx, unknown.interval) == (illuminance_lx, interval)
-        };
+        let is_it = |unknown: Unknown| (unknown.illuminance_lx, unknown.interval) == (illuminance_lx, interval);
         if self.unknown().any(is_it) {
             return;
         }
         let ratios = &mut self.ratios;
-        let row = ratios
-            .illuminance_lx
-            .iter()
-            .position(|&e| e == illuminance_lx);
+        let row = ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx);
         let column = ratios.interval.iter().position(|&i| i == interval);
         let place = row.and_then(|row| ratios.l2a.get_mut(row)?.get_mut(column?));
         if let Some(ratio) = place {
@@ -413,27 +383,11 @@ impl TableFile {
     /// When TOML has no word for something in it.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let mut text = self.ratios.to_toml();
-        text += &lines(
-            "entries",
-            "What the distances together say of each",
-            &self.entries,
-        )?;
+        text += &lines("entries", "What the distances together say of each", &self.entries)?;
         text += &lines("cells", "What was found at each setting", &self.cells)?;
-        text += &lines(
-            "reach_entries",
-            "What the reach says of each",
-            &self.reach_entries,
-        )?;
-        text += &lines(
-            "reach_points",
-            "The reach at each ratio",
-            &self.reach_points,
-        )?;
-        text += &lines(
-            "regret_entries",
-            "What the scenes together say of each",
-            &self.regret_entries,
-        )?;
+        text += &lines("reach_entries", "What the reach says of each", &self.reach_entries)?;
+        text += &lines("reach_points", "The reach at each ratio", &self.reach_points)?;
+        text += &lines("regret_entries", "What the scenes together say of each", &self.regret_entries)?;
         text += &lines(
             "regret_points",
             "What each ratio loses of the best one's reach, where most is lost",
@@ -522,14 +476,8 @@ mod tests {
         let text = file.to_toml().unwrap();
         let back = TableFile::from_toml(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
         assert!(back.is_of_same_survey(&file));
-        let [found] = back.entries[..] else {
-            panic!("one entry")
-        };
-        assert_eq!(
-            (found.mean_l2a, found.least_ber),
-            (2.3457, 1.2346e-7),
-            "five digits"
-        );
+        let [found] = back.entries[..] else { panic!("one entry") };
+        assert_eq!((found.mean_l2a, found.least_ber), (2.3457, 1.2346e-7), "five digits");
         assert_eq!(back.cells, file.cells);
         assert_eq!(back.ratios.l2a[1][2], 2.346);
         assert_eq!(back.entry(100.0, 1.5), Some(&found));

@@ -47,12 +47,7 @@ impl Bounds {
     }
 
     /// The ratios among those of a range at which a panel's mean intensity is within these bounds; none if there are none.
-    pub fn ratios(
-        &self,
-        [low, high]: [f64; 2],
-        panel: &Panel,
-        illuminance_lx: f64,
-    ) -> Option<[f64; 2]> {
+    pub fn ratios(&self, [low, high]: [f64; 2], panel: &Panel, illuminance_lx: f64) -> Option<[f64; 2]> {
         let of_one = panel_cd(panel, illuminance_lx, 1.0);
         let low = self.min_cd.map_or(low, |least| low.max(least / of_one));
         let high = self.max_cd.map_or(high, |most| high.min(most / of_one));
@@ -111,10 +106,7 @@ pub fn luminance_cd_m2(panel: &Panel, illuminance_lx: f64, l2a: f64) -> f64 {
 /// assert!((panel_cd(&Panel::default(), 10_000.0, 2.0) - 181.0).abs() < 0.1);
 /// ```
 pub fn panel_cd(panel: &Panel, illuminance_lx: f64, l2a: f64) -> f64 {
-    mean_cd(
-        luminance_cd_m2(panel, illuminance_lx, l2a),
-        panel.led_diameter_m,
-    )
+    mean_cd(luminance_cd_m2(panel, illuminance_lx, l2a), panel.led_diameter_m)
 }
 
 #[cfg(test)]
@@ -128,14 +120,7 @@ mod tests {
         let [low, high] = LAMPS[0].1.ratios([0.2, 4.0], &panel, 1000.0).unwrap();
         assert!((intensity(low) - 4.0).abs() < 1e-9 || low == 0.2);
         assert!((intensity(high) - 17.0).abs() < 1e-9);
-        assert_eq!(
-            Bounds::default().ratios([0.2, 4.0], &panel, 1.0),
-            Some([0.2, 4.0])
-        );
-        assert_eq!(
-            LAMPS[2].1.ratios([0.2, 4.0], &panel, 50.0),
-            None,
-            "too dark for a stop lamp"
-        );
+        assert_eq!(Bounds::default().ratios([0.2, 4.0], &panel, 1.0), Some([0.2, 4.0]));
+        assert_eq!(LAMPS[2].1.ratios([0.2, 4.0], &panel, 50.0), None, "too dark for a stop lamp");
     }
 }

@@ -89,8 +89,7 @@ impl LeastRegret {
         let as_well = (0..RESAMPLES).into_par_iter().filter_map(|number| {
             let random = &mut stream(0, number, Purpose::Resampling);
             let regrets = scenes.iter();
-            let regrets =
-                regrets.map(|scene| scene.resampled_regret(illuminance_lx, interval, random));
+            let regrets = regrets.map(|scene| scene.resampled_regret(illuminance_lx, interval, random));
             Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
         });
         percentiles(&mut as_well.collect::<Vec<_>>(), 0.025)
@@ -184,9 +183,7 @@ pub struct RegretPoint {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum RegretError {
     /// No table is given.
-    #[error(
-        "no table to make it from: give at least one that `vocc optimize --criterion reach` made"
-    )]
+    #[error("no table to make it from: give at least one that `vocc optimize --criterion reach` made")]
     NoTable,
     /// A table has no such entry, or looked at other ratios.
     #[error(
@@ -210,10 +207,7 @@ impl TableFile {
         let (names, scenes): (Vec<String>, Vec<Self>) = tables.iter().cloned().unzip();
         let first = scenes.first().ok_or(RegretError::NoTable)?;
         let axes = &first.ratios;
-        let mut made = Self::plain(RatioFile::empty(
-            axes.illuminance_lx.clone(),
-            axes.interval.clone(),
-        ));
+        let mut made = Self::plain(RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone()));
         let records = scenes.iter().filter_map(|scene| scene.reach.as_ref());
         made.regret = Some(RegretRecord {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -222,10 +216,7 @@ impl TableFile {
         });
         for [illuminance_lx, interval] in first.ratios.places() {
             let (entry, points) =
-                least_at(&scenes, illuminance_lx, interval).ok_or(RegretError::NothingCommon {
-                    illuminance_lx,
-                    interval,
-                })?;
+                least_at(&scenes, illuminance_lx, interval).ok_or(RegretError::NothingCommon { illuminance_lx, interval })?;
             made.add_regret(entry, points);
         }
         Ok(made)
@@ -233,19 +224,11 @@ impl TableFile {
 }
 
 /// The entry of an illuminance and an interval, and what other ratios lose there.
-fn least_at(
-    scenes: &[TableFile],
-    illuminance_lx: f64,
-    interval: f64,
-) -> Option<(RegretEntry, Vec<RegretPoint>)> {
+fn least_at(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<(RegretEntry, Vec<RegretPoint>)> {
     let regrets = scenes.iter();
     let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
     let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
-    let LeastRegret {
-        l2a,
-        most_lost,
-        no_worse,
-    } = LeastRegret::of(&regrets)?;
+    let LeastRegret { l2a, most_lost, no_worse } = LeastRegret::of(&regrets)?;
     let reach = regrets.iter().map(|regret| regret.reach_m(l2a));
     let of_panel = |scene| Light::of(&with_panel(scene, illuminance_lx, interval), l2a);
     let light = scenes.first()?.scene.as_ref().map(of_panel);

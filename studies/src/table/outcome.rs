@@ -40,18 +40,10 @@ pub struct Cell {
     #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
     /// B2W next to the best ratio, where it is defined.
-    #[serde(
-        default,
-        serialize_with = "short_if_any",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub b2w: Option<f64>,
     /// Fisher's criterion there, where it is defined.
-    #[serde(
-        default,
-        serialize_with = "short_if_any",
-        skip_serializing_if = "Option::is_none"
-    )]
+    #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub fisher: Option<f64>,
     /// Bit error rate there.
     #[serde(serialize_with = "short")]
@@ -129,10 +121,7 @@ fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::
 }
 
 /// The same of two.
-pub(super) fn short_pair<S: Serializer>(
-    values: &[f64; 2],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+pub(super) fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
     values.map(five_digits).serialize(serializer)
 }
 

@@ -23,26 +23,15 @@ pub struct Regret {
 
 impl Regret {
     /// As it might have come out as well, by points whose logarithms err as normal numbers do, each by itself. None of fewer than three.
-    pub(super) fn resampled<'a>(
-        points: impl Iterator<Item = &'a ReachPoint>,
-        range: [f64; 2],
-        random: &mut impl Rng,
-    ) -> Option<Self> {
+    pub(super) fn resampled<'a>(points: impl Iterator<Item = &'a ReachPoint>, range: [f64; 2], random: &mut impl Rng) -> Option<Self> {
         let mut drawn = |point: &ReachPoint| {
             let [low, high] = point.reach_m_95;
             let deviation = (high / low).ln() / (2.0 * HALF_OF_95);
-            (
-                point.l2a,
-                point.reach_m * (deviation * normal(random)).exp(),
-            )
+            (point.l2a, point.reach_m * (deviation * normal(random)).exp())
         };
         let curve = Curve::through(points.map(&mut drawn));
         let best_m = curve.judged(Choice::Best)?.verdict.reach_m;
-        Some(Self {
-            curve,
-            range,
-            best_m,
-        })
+        Some(Self { curve, range, best_m })
     }
 
     /// The reach of a ratio, m, where it was looked at.

@@ -4,9 +4,7 @@ use super::axes::check_axes;
 use super::condition::Condition;
 use super::outcome::{Cell, Entry, Rule};
 use crate::monte_carlo::Evaluation;
-use crate::optimum::{
-    Criterion, Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from,
-};
+use crate::optimum::{Criterion, Optimum, OptimumError, Piece, Search, least_mean_ber, optimum_from};
 use link::l2a_table::TableError;
 use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
@@ -128,9 +126,7 @@ pub enum SurveyError {
         source: OptimumError,
     },
     /// The distances have too few ratios in common.
-    #[error(
-        "the mean bit error rate at {illuminance_lx} lx, interval {interval} has no minimum: give more frames"
-    )]
+    #[error("the mean bit error rate at {illuminance_lx} lx, interval {interval} has no minimum: give more frames")]
     NoMean {
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
@@ -176,15 +172,10 @@ impl Survey {
         if let Some((key, _)) = keys.iter().find(|(_, values)| values.is_empty()) {
             return Err(SurveyError::Empty { key });
         }
-        let most = keys
-            .iter()
-            .map(|(_, values)| values.len())
-            .max()
-            .unwrap_or(0);
+        let most = keys.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
         for k in 0..most {
             let pick = |values: &[f64]| values.get(k).copied().unwrap_or(values[0]);
-            let [illuminance_lx, interval, distance_m, yaw_deg] =
-                keys.map(|(_, values)| pick(values));
+            let [illuminance_lx, interval, distance_m, yaw_deg] = keys.map(|(_, values)| pick(values));
             let setting = Condition {
                 illuminance_lx,
                 interval,
@@ -205,12 +196,7 @@ impl Survey {
     ///
     /// # Errors
     /// When a setting cannot be searched, or [`Search::stop`] ended the work.
-    pub fn entry(
-        &self,
-        scene: &Scene,
-        illuminance_lx: f64,
-        interval: f64,
-    ) -> Result<(Entry, Vec<Cell>), SurveyError> {
+    pub fn entry(&self, scene: &Scene, illuminance_lx: f64, interval: f64) -> Result<(Entry, Vec<Cell>), SurveyError> {
         let known = &mut std::iter::empty();
         self.entry_from(scene, illuminance_lx, interval, known, |_| {})
     }
@@ -236,13 +222,7 @@ impl Survey {
         };
         let mut parallel = Vec::new();
         for &distance_m in &self.distance_m {
-            parallel.push(self.best(
-                scene,
-                at(distance_m, self.yaw_deg[0]),
-                None,
-                known,
-                &mut tell,
-            )?);
+            parallel.push(self.best(scene, at(distance_m, self.yaw_deg[0]), None, known, &mut tell)?);
         }
         let entry = self.summary(illuminance_lx, interval, &parallel)?;
         let carried = entry.l2a(self.rule);
@@ -252,13 +232,7 @@ impl Survey {
             .collect();
         for &yaw_deg in &self.yaw_deg[1..] {
             for &distance_m in &self.distance_m {
-                let (cell, _) = self.best(
-                    scene,
-                    at(distance_m, yaw_deg),
-                    Some(carried),
-                    known,
-                    &mut tell,
-                )?;
+                let (cell, _) = self.best(scene, at(distance_m, yaw_deg), Some(carried), known, &mut tell)?;
                 cells.push(cell);
             }
         }
@@ -275,43 +249,25 @@ impl Survey {
         tell: &mut impl FnMut(News),
     ) -> Result<(Cell, Optimum), SurveyError> {
         let fault = |source| SurveyError::Optimum { setting, source };
-        let optimum = optimum_from(&setting.of(scene), &self.search, known, |piece| {
-            tell(News::Piece(piece))
-        })
-        .map_err(fault)?;
+        let optimum = optimum_from(&setting.of(scene), &self.search, known, |piece| tell(News::Piece(piece))).map_err(fault)?;
         let cell = Cell::of(setting, &optimum);
-        let cell = carried.map_or(cell, |carried| {
-            cell.with_loss(&optimum, self.search.criterion, carried)
-        });
+        let cell = carried.map_or(cell, |carried| cell.with_loss(&optimum, self.search.criterion, carried));
         tell(News::Cell(&cell));
         Ok((cell, optimum))
     }
 
     /// What the distances together say.
-    fn summary(
-        &self,
-        illuminance_lx: f64,
-        interval: f64,
-        parallel: &[(Cell, Optimum)],
-    ) -> Result<Entry, SurveyError> {
+    fn summary(&self, illuminance_lx: f64, interval: f64, parallel: &[(Cell, Optimum)]) -> Result<Entry, SurveyError> {
         let optima: Vec<&Optimum> = parallel.iter().map(|(_, optimum)| optimum).collect();
-        let least = least_mean_ber(&optima, &self.search).ok_or(SurveyError::NoMean {
-            illuminance_lx,
-            interval,
-        })?;
-        let mean = |of: &dyn Fn(&Cell) -> f64| {
-            parallel.iter().map(|(cell, _)| of(cell)).sum::<f64>() / parallel.len() as f64
-        };
+        let least = least_mean_ber(&optima, &self.search).ok_or(SurveyError::NoMean { illuminance_lx, interval })?;
+        let mean = |of: &dyn Fn(&Cell) -> f64| parallel.iter().map(|(cell, _)| of(cell)).sum::<f64>() / parallel.len() as f64;
         let best = parallel.iter().map(|(cell, _)| cell.l2a);
         Ok(Entry {
             illuminance_lx,
             interval,
             mean_l2a: mean(&|cell| cell.l2a),
             mean_l2a_95: [0, 1].map(|end| mean(&|cell| cell.l2a_95[end])),
-            range_l2a: [
-                best.clone().fold(f64::INFINITY, f64::min),
-                best.fold(f64::NEG_INFINITY, f64::max),
-            ],
+            range_l2a: [best.clone().fold(f64::INFINITY, f64::min), best.fold(f64::NEG_INFINITY, f64::max)],
             at_border: parallel.iter().any(|(cell, _)| cell.at_border),
             least_ber_l2a: least.l2a,
             least_ber_l2a_95: least.l2a_95,

@@ -54,9 +54,7 @@ enum Way {
 impl Way {
     fn point(&self) -> Point {
         match self {
-            Self::Search(frames) => {
-                Point::new(format!("search, {frames} frames"), 0.0).on("search")
-            }
+            Self::Search(frames) => Point::new(format!("search, {frames} frames"), 0.0).on("search"),
             Self::Grid(ratios, distances, frames) => {
                 let name = format!("grid of {ratios} × {distances}, {frames} frames");
                 Point::new(name, 0.0).on("grid")
@@ -67,9 +65,7 @@ impl Way {
     fn find(&self, scene: &Scene, seed: u64) -> Result<Found, PrecisionError> {
         match *self {
             Self::Search(frames) => by_search(scene, frames, seed),
-            Self::Grid(ratios, distances, frames) => {
-                by_grid(scene, ratios, distances, frames, seed)
-            }
+            Self::Grid(ratios, distances, frames) => by_grid(scene, ratios, distances, frames, seed),
         }
     }
 }
@@ -79,29 +75,21 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
     let scene = Scene::load("night", &SETTINGS.map(String::from))?;
     let most = scale.of(DEFAULT_FRAMES as usize, 128) as u64;
     let fewer = FRAMES.into_iter().filter(|&frames| frames < most);
-    let grids = GRIDS.into_iter().map(|(ratios, distances, frames)| {
-        Way::Grid(ratios, distances, scale.of(frames as usize, 32) as u64)
-    });
+    let grids = GRIDS
+        .into_iter()
+        .map(|(ratios, distances, frames)| Way::Grid(ratios, distances, scale.of(frames as usize, 32) as u64));
     let ways: Vec<Way> = fewer.chain([most]).map(Way::Search).chain(grids).collect();
-    let truth = steps.take("reference", |_| {
-        by_search(&scene, REFERENCE * most, scale.seed)
-    })?;
+    let truth = steps.take("reference", |_| by_search(&scene, REFERENCE * most, scale.seed))?;
     // By turns: all ways with one seed, then all with the next.
     let mut turns: Vec<Vec<Found>> = Vec::new();
     for number in 1..=scale.of(REPEATS, 1) as u64 {
         let found = |way: &Way| way.find(&scene, 1000 * scale.seed + number);
-        turns.push(steps.take(format!("turn {number}"), |_| {
-            ways.iter().map(found).collect()
-        })?);
+        turns.push(steps.take(format!("turn {number}"), |_| ways.iter().map(found).collect())?);
     }
     let default = Way::Search(most).point().variant;
     let diagrams = vec![
-        diagram("best L2A", &default, &ways, &turns, |found| {
-            found.l2a / truth.l2a
-        }),
-        diagram("its reach", &default, &ways, &turns, |found| {
-            found.reach_m / truth.reach_m
-        }),
+        diagram("best L2A", &default, &ways, &turns, |found| found.l2a / truth.l2a),
+        diagram("its reach", &default, &ways, &turns, |found| found.reach_m / truth.reach_m),
     ];
     Ok(Part {
         name: "best-ratio".into(),
@@ -154,21 +142,13 @@ fn by_search(scene: &Scene, frames: u64, seed: u64) -> Result<Found, PrecisionEr
     })
 }
 
-fn by_grid(
-    scene: &Scene,
-    ratios: usize,
-    distances: usize,
-    frames: u64,
-    seed: u64,
-) -> Result<Found, PrecisionError> {
+fn by_grid(scene: &Scene, ratios: usize, distances: usize, frames: u64, seed: u64) -> Result<Found, PrecisionError> {
     let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
     let most_wrong = ReachSearch::default().raw_error_rate;
     let is_read = |l2a, distance_m| -> Result<bool, PrecisionError> {
         let mut scene = at_ratio(scene, l2a);
         scene.pose.distance_m = distance_m;
-        let errors = Evaluator::new(&scene, settings)?
-            .run(|_| true)?
-            .of_one_symbol();
+        let errors = Evaluator::new(&scene, settings)?.run(|_| true)?.of_one_symbol();
         Ok(errors.rate() <= most_wrong)
     };
     timed(|| -> Result<_, PrecisionError> {
@@ -200,17 +180,8 @@ fn points([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
 }
 
 /// The deviation of each way's runs from 1, and their time over the default's, turn by turn.
-fn diagram(
-    title: &str,
-    default: &str,
-    ways: &[Way],
-    turns: &[Vec<Found>],
-    over_truth: impl Fn(&Found) -> f64,
-) -> Diagram {
-    let yardstick = ways
-        .iter()
-        .position(|way| way.point().variant == default)
-        .unwrap_or(0);
+fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Found>], over_truth: impl Fn(&Found) -> f64) -> Diagram {
+    let yardstick = ways.iter().position(|way| way.point().variant == default).unwrap_or(0);
     let point = |(number, way): (usize, &Way)| {
         let runs = turns.iter().map(|turn| turn[number]);
         let squares = runs.clone().map(|run| (over_truth(&run) - 1.0).powi(2));
@@ -218,11 +189,7 @@ fn diagram(
         Point {
             error: (squares.sum::<f64>() / turns.len() as f64).sqrt(),
             cost: Quartiles::of(runs.map(|run| run.ns)),
-            ratio: Quartiles::of(
-                turns
-                    .iter()
-                    .map(|turn| turn[number].ns / turn[yardstick].ns),
-            ),
+            ratio: Quartiles::of(turns.iter().map(|turn| turn[number].ns / turn[yardstick].ns)),
             is_default,
             is_baseline: is_default,
             ..way.point()
@@ -247,11 +214,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
             let points = diagram.points.iter().filter(|point| of(point));
             range(points.map(|point| 100.0 * point.error))
         };
-        diagrams
-            .iter()
-            .map(percent)
-            .collect::<Vec<_>>()
-            .join(" and ")
+        diagrams.iter().map(percent).collect::<Vec<_>>().join(" and ")
     };
     let quick = diagrams.first().and_then(|diagram| variant(diagram, QUICK));
     let quick = quick.map_or(String::new(), |quick| {

@@ -33,11 +33,7 @@ struct Case {
 /// Cameras from sharp to soft, and of several curves.
 const CASES: [Case; 8] = [
     case("1.5 px, γ 2.2: as assumed", (70.0, 1.0, 50.0, 1.0), &[]),
-    case(
-        "0.7 px",
-        (80.0, 0.5, 25.0, 1.0),
-        &["camera.blur_sigma_px=0.7"],
-    ),
+    case("0.7 px", (80.0, 0.5, 25.0, 1.0), &["camera.blur_sigma_px=0.7"]),
     case("3 px", (46.0, 1.0, 50.0, 1.0), &["camera.blur_sigma_px=3"]),
     case(
         "linear",
@@ -61,11 +57,7 @@ const CASES: [Case; 8] = [
     },
 ];
 
-const fn case(
-    name: &'static str,
-    place: (f64, f64, f64, f64),
-    settings: &'static [&'static str],
-) -> Case {
+const fn case(name: &'static str, place: (f64, f64, f64, f64), settings: &'static [&'static str]) -> Case {
     Case {
         name,
         place,
@@ -141,9 +133,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
 pub fn why(diagrams: &[Diagram]) -> String {
     let of = |name: &str, frames| {
         let name = after(name, frames);
-        diagrams
-            .iter()
-            .filter_map(move |diagram| variant(diagram, &name))
+        diagrams.iter().filter_map(move |diagram| variant(diagram, &name))
     };
     let times = |frames| {
         let pairs = of(LEARNT, frames).zip(of(TOLD, frames));
@@ -223,10 +213,7 @@ fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, Wrong), PrecisionErro
 
 fn title(case: &Case) -> String {
     let (distance_m, interval, illuminance_lx, _) = case.place;
-    format!(
-        "{}; {distance_m} m, interval {interval}, {illuminance_lx} lx",
-        case.name
-    )
+    format!("{}; {distance_m} m, interval {interval}, {illuminance_lx} lx", case.name)
 }
 
 /// The genie's bit error rate.
@@ -242,10 +229,7 @@ mod tests {
 
     #[test]
     fn one_frame_teaches_the_width_that_was_not_told() {
-        let soft = CASES
-            .iter()
-            .find(|case| case.name == "3 px")
-            .expect("a case");
+        let soft = CASES.iter().find(|case| case.name == "3 px").expect("a case");
         let (diagram, wrong) = diagram(soft, &Scale::TINY).expect("a diagram");
         assert_eq!([wrong.learnt.len(), wrong.told.len()], [16, 16]);
         let error = |name, frames| {
@@ -254,11 +238,6 @@ mod tests {
         };
         assert_eq!(error(LEARNT, 1), error(TOLD, 1));
         assert!(error(LEARNT, MOST_LEARNT_FROM) < error(LEARNT, 0));
-        assert!(
-            diagram
-                .points
-                .iter()
-                .any(|point| point.is_default && !point.is_baseline)
-        );
+        assert!(diagram.points.iter().any(|point| point.is_default && !point.is_baseline));
     }
 }

@@ -71,8 +71,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let worth = diagrams.first().map(worth_of_iterations);
     let rounding = diagrams.iter().flat_map(|formats| {
         ITERATIONS.into_iter().filter_map(|limit| {
-            let [i8, f64] =
-                ["i8", "f64"].map(|format| variant(formats, &format!("{format}, {limit}")));
+            let [i8, f64] = ["i8", "f64"].map(|format| variant(formats, &format!("{format}, {limit}")));
             Some(i8?.error / f64?.error)
         })
     });
@@ -117,12 +116,7 @@ fn formats(scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> 
 }
 
 /// All codes in 8 bits.
-fn codes(
-    noise: f64,
-    wrong: &str,
-    scale: &Scale,
-    steps: &mut Steps,
-) -> Result<Diagram, PrecisionError> {
+fn codes(noise: f64, wrong: &str, scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> {
     let sent = CODES.map(|(code, name)| (Sent::new(code, noise, scale), name));
     let mut candidates = Vec::new();
     for (sent, name) in &sent {
@@ -190,12 +184,7 @@ impl Sent {
     }
 
     /// A way to decode at all limits of [`ITERATIONS`].
-    fn curve<'a>(
-        &'a self,
-        name: &str,
-        steps: &mut Steps,
-        decoder: impl Fn() -> Decode<'a>,
-    ) -> Result<Vec<Candidate<'a>>, PrecisionError> {
+    fn curve<'a>(&'a self, name: &str, steps: &mut Steps, decoder: impl Fn() -> Decode<'a>) -> Result<Vec<Candidate<'a>>, PrecisionError> {
         let mut decode = decoder();
         let mut needed = |blocks: &[Block]| {
             // A message is there when the last of its blocks is.
@@ -204,8 +193,7 @@ impl Sent {
         };
         let messages = self.blocks.chunks_exact(self.blocks_a_message());
         let step = format!("{name}, noise of {}", self.noise);
-        let needed: Vec<Option<usize>> =
-            steps.take(step, |_| Ok(messages.map(&mut needed).collect()))?;
+        let needed: Vec<Option<usize>> = steps.take(step, |_| Ok(messages.map(&mut needed).collect()))?;
         let candidate = |limit: usize| {
             let in_time = |needed: &&Option<usize>| needed.is_some_and(|needed| needed <= limit);
             let lost = needed.len() - needed.iter().filter(in_time).count();
@@ -233,8 +221,7 @@ impl Sent {
         let mut signs = vec![0; code.decode_ms_working_u8_len()];
         Box::new(move |block, limit| {
             let llrs = T::of(block);
-            let (found, passed) =
-                code.decode_ms(llrs, &mut output, &mut working, &mut signs, limit);
+            let (found, passed) = code.decode_ms(llrs, &mut output, &mut working, &mut signs, limit);
             (found && output.starts_with(&block.info)).then_some(passed + 1)
         })
     }
@@ -325,28 +312,17 @@ mod tests {
 
     #[test]
     fn more_iterations_lose_less_and_eight_bits_nothing() {
-        let scale = Scale {
-            share: 0.1,
-            ..Scale::TINY
-        };
+        let scale = Scale { share: 0.1, ..Scale::TINY };
         let sent = Sent::new(COMPARED, COMPARED_NOISE, &scale);
-        let lost = |curve: Vec<Candidate>| -> Vec<Point> {
-            curve.into_iter().map(|candidate| candidate.point).collect()
-        };
+        let lost = |curve: Vec<Candidate>| -> Vec<Point> { curve.into_iter().map(|candidate| candidate.point).collect() };
         let steps = &mut Steps::unkept();
         let eight_bits = lost(sent.curve("i8", steps, || sent.decoder::<i8>()).unwrap());
         let exact = lost(sent.curve("f64", steps, || sent.decoder::<f64>()).unwrap());
-        let hard = lost(
-            sent.curve("bit flipping", steps, || sent.flipper())
-                .unwrap(),
-        );
+        let hard = lost(sent.curve("bit flipping", steps, || sent.flipper()).unwrap());
         assert!(eight_bits.is_sorted_by(|a, b| a.error >= b.error));
         assert!(eight_bits[2].error > 2.0 * eight_bits[7].error);
         let [low, high] = exact[7].error_95.unwrap();
-        assert!(
-            (low..=high).contains(&eight_bits[7].error),
-            "{low} to {high}"
-        );
+        assert!((low..=high).contains(&eight_bits[7].error), "{low} to {high}");
         assert!(hard[7].error > 2.0 * high);
     }
 

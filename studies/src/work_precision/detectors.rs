@@ -83,27 +83,16 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
 
 /// The default, and why.
 pub fn why(diagrams: &[Diagram]) -> String {
-    let timed: Vec<&Diagram> = diagrams
-        .iter()
-        .filter(|diagram| diagram.cost_unit == CostUnit::Ns)
-        .collect();
+    let timed: Vec<&Diagram> = diagrams.iter().filter(|diagram| diagram.cost_unit == CostUnit::Ns).collect();
     let best: Vec<(&Point, f64)> = timed
         .iter()
         .filter_map(|diagram| {
-            let others = diagram
-                .points
-                .iter()
-                .filter(|point| point.variant != DEFAULT);
-            let next = others
-                .map(|point| point.error)
-                .fold(f64::INFINITY, f64::min);
+            let others = diagram.points.iter().filter(|point| point.variant != DEFAULT);
+            let next = others.map(|point| point.error).fold(f64::INFINITY, f64::min);
             Some((variant(diagram, DEFAULT)?, next))
         })
         .collect();
-    let least = best
-        .iter()
-        .filter(|(ours, next)| ours.error < *next)
-        .count();
+    let least = best.iter().filter(|(ours, next)| ours.error < *next).count();
     let rarer = best.iter().filter(|(ours, _)| !ours.at_most);
     let errorless = best.iter().filter(|(ours, _)| ours.at_most).count();
     let mut on_front: Vec<(&str, usize)> = Vec::new();
@@ -114,9 +103,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
             None => on_front.push((&point.variant, 1)),
         }
     }
-    let on_front = on_front
-        .iter()
-        .map(|(name, places)| format!("{name} at {places}"));
+    let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
         "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: not once at {errorless}, and {} times less often than \
          the next best where it errs. A panel takes it {} times what k-means takes where, as here, groups of LEDs are searched pixel by \
@@ -134,9 +121,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
 
 /// What soft values take beside bits, in µs.
 fn soft_us(diagrams: &[Diagram]) -> String {
-    let timed = diagrams
-        .iter()
-        .filter(|diagram| diagram.cost_unit == CostUnit::Ns);
+    let timed = diagrams.iter().filter(|diagram| diagram.cost_unit == CostUnit::Ns);
     range(timed.flat_map(|diagram| {
         diagram.points.iter().filter_map(|soft| {
             let bits = variant(diagram, soft.variant.strip_suffix(SOFT)?)?;
@@ -166,18 +151,13 @@ pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, S
 ///
 /// # Errors
 /// [`SceneError`] if a setting is not one.
-pub fn scene_in_clear_air(
-    (distance_m, interval, iso, l2a): (f64, f64, f64, f64),
-) -> Result<Scene, SceneError> {
+pub fn scene_in_clear_air((distance_m, interval, iso, l2a): (f64, f64, f64, f64)) -> Result<Scene, SceneError> {
     let place = (distance_m, interval, 16_000.0 * 100.0 / iso, l2a);
     scene_at(place, &["atmosphere.transmission_at_70m=1".into()])
 }
 
 /// The detectors at a place, and how many panels the genie reads wrongly.
-fn diagram(
-    place: (f64, f64, f64, f64),
-    scale: &Scale,
-) -> Result<(Diagram, String), PrecisionError> {
+fn diagram(place: (f64, f64, f64, f64), scale: &Scale) -> Result<(Diagram, String), PrecisionError> {
     let (distance_m, interval, illuminance_lx, l2a) = place;
     let scene = scene_at(place, &[])?;
     let frames = scale.of(FRAMES, LEAST_FRAMES) as u64;
@@ -212,12 +192,10 @@ fn diagram(
             }
         }
     }
-    let points = time_by_turns(candidates, scale.turns)
-        .into_iter()
-        .map(|mut point| {
-            point.is_default = point.variant == DEFAULT;
-            point
-        });
+    let points = time_by_turns(candidates, scale.turns).into_iter().map(|mut point| {
+        point.is_default = point.variant == DEFAULT;
+        point
+    });
     let mut points: Vec<Point> = points.collect();
     pareto::mark_front(&mut points);
     let genie_frames = scale.of(GENIE_FRAMES, 10) as u64;
@@ -279,19 +257,13 @@ mod tests {
     fn the_likeliest_bits_are_wrong_least_often() {
         let scene = Scene::load(
             "paper",
-            &[
-                "pose.distance_m=70".into(),
-                "panel.interval=0.5".into(),
-                "effects.noise=on".into(),
-            ],
+            &["pose.distance_m=70".into(), "panel.interval=0.5".into(), "effects.noise=on".into()],
         )
         .unwrap();
-        let panels =
-            Panels::of(&scene, settings(DetectorChoice::KMeans, 30, &Scale::TINY)).unwrap();
+        let panels = Panels::of(&scene, settings(DetectorChoice::KMeans, 30, &Scale::TINY)).unwrap();
         let of = |mut reader| panels.errors(&mut reader, 0..).iter().sum::<u32>();
         let ml = of(Reader::pixels(camera_of(&scene), Experience::NONE));
-        let [kmeans, otsu] =
-            [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
+        let [kmeans, otsu] = [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
         assert!(2 * ml < kmeans && kmeans < otsu, "{ml} {kmeans} {otsu}");
         assert_eq!(of(Reader::soft(Detector::KMeans)), kmeans);
     }
@@ -308,12 +280,7 @@ mod tests {
             error_unit: String::new(),
             cost: String::new(),
             cost_unit: CostUnit::Ns,
-            points: vec![
-                point("kmeans"),
-                point("kmeans, soft"),
-                point("ml"),
-                point("uncounted, soft"),
-            ],
+            points: vec![point("kmeans"), point("kmeans, soft"), point("ml"), point("uncounted, soft")],
         };
         let counts = [("kmeans", vec![7.0, 100.0]), ("ml", vec![7.0, 300.0])];
         let counted = counted(&timed, &counts, 1);

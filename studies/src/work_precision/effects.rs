@@ -68,18 +68,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
 
 /// The default, and why.
 pub fn why(diagrams: &[Diagram]) -> String {
-    let everything = diagrams
-        .iter()
-        .filter_map(|drive| variant(drive, &name(0.0)));
+    let everything = diagrams.iter().filter_map(|drive| variant(drive, &name(0.0)));
     let above: Vec<Vec<&Point>> = diagrams
         .iter()
         .map(|drive| {
-            let larger = TOLERANCES
-                .into_iter()
-                .filter(|&tolerance| tolerance > DEFAULT);
-            larger
-                .filter_map(|tolerance| variant(drive, &name(tolerance)))
-                .collect()
+            let larger = TOLERANCES.into_iter().filter(|&tolerance| tolerance > DEFAULT);
+            larger.filter_map(|tolerance| variant(drive, &name(tolerance))).collect()
         })
         .collect();
     let quickest = above.iter().map(|points| {
@@ -128,9 +122,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
             .plan()
             .decisions
             .iter()
-            .filter(|decision| {
-                !decision.included && decision.bound_grey > 0.0 && decision.effect != "noise"
-            })
+            .filter(|decision| !decision.included && decision.bound_grey > 0.0 && decision.effect != "noise")
             .map(|decision| decision.effect)
             .collect();
         let error = drive.error(tolerance)?;
@@ -198,10 +190,7 @@ struct Drive {
 
 impl Drive {
     fn new(preset: &str, scale: &Scale) -> Result<Self, PrecisionError> {
-        let preset = PRESETS
-            .into_iter()
-            .find(|known| *known == preset)
-            .unwrap_or(PRESETS[0]);
+        let preset = PRESETS.into_iter().find(|known| *known == preset).unwrap_or(PRESETS[0]);
         let mut drive = Self {
             preset,
             region: Region {
@@ -236,9 +225,7 @@ impl Drive {
     }
 
     fn scene(&self, tolerance: f64) -> Result<Scene, PrecisionError> {
-        self.load(std::iter::once(format!(
-            "effects.tolerance_grey={tolerance}"
-        )))
+        self.load(std::iter::once(format!("effects.tolerance_grey={tolerance}")))
     }
 
     /// The greatest change of a pixel that a tolerance makes.
@@ -246,9 +233,7 @@ impl Drive {
         let renderer = Renderer::new(&self.scene(tolerance)?, Level::Reference)?;
         let greys = self.greys(&renderer);
         let pixels = greys.iter().flatten().zip(self.exact.iter().flatten());
-        Ok(pixels
-            .map(|(ours, exact)| (ours - exact).abs())
-            .fold(0.0, f64::max))
+        Ok(pixels.map(|(ours, exact)| (ours - exact).abs()).fold(0.0, f64::max))
     }
 
     /// Unrounded grey levels of all frames.
@@ -288,15 +273,10 @@ mod tests {
         for preset in PRESETS {
             let drive = Drive::new(preset, &Scale::TINY).unwrap();
             let errors = TOLERANCES.map(|tolerance| drive.error(tolerance).unwrap());
-            let bounds = TOLERANCES.map(|tolerance| {
-                bound_grey(&Renderer::new(&drive.scene(tolerance).unwrap(), Level::Fast).unwrap())
-            });
+            let bounds = TOLERANCES.map(|tolerance| bound_grey(&Renderer::new(&drive.scene(tolerance).unwrap(), Level::Fast).unwrap()));
             assert!(errors[0] < NOTHING_GREY, "{preset}: {errors:?}");
             for (error, bound) in errors.iter().zip(bounds) {
-                assert!(
-                    *error <= bound + NOTHING_GREY,
-                    "{preset}: {errors:?} {bounds:?}"
-                );
+                assert!(*error <= bound + NOTHING_GREY, "{preset}: {errors:?} {bounds:?}");
             }
             let last = TOLERANCES.len() - 1;
             assert!(

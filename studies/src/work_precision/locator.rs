@@ -91,7 +91,8 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         ),
         reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an \
                     arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of \
-                    the corner that is furthest off.".into(),
+                    the corner that is furthest off."
+            .into(),
         default: why(&diagrams),
         diagrams,
     })
@@ -105,19 +106,11 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let of = |share: bool, decimation: usize| variant(missed, &name(share, decimation));
     let told = |point: Option<&Point>| {
         point.map_or_else(String::new, |point| {
-            format!(
-                "misses {} in {} times the time",
-                percent(point),
-                rounded(point.ratio.median)
-            )
+            format!("misses {} in {} times the time", percent(point), rounded(point.ratio.median))
         })
     };
-    let smaller = SEARCHES
-        .into_iter()
-        .filter(|&(decimation, _)| decimation > 1);
-    let smaller = smaller.map(|(decimation, share)| {
-        format!("{decimation} times smaller {}", told(of(share, decimation)))
-    });
+    let smaller = SEARCHES.into_iter().filter(|&(decimation, _)| decimation > 1);
+    let smaller = smaller.map(|(decimation, share)| format!("{decimation} times smaller {}", told(of(share, decimation))));
     format!(
         "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the search \
          for a panel that can no longer be made out goes through all candidates. \
@@ -161,11 +154,7 @@ impl Search {
     }
 
     /// The miss rate with the work of a search, and the median corner error of what was found.
-    fn candidate<'a>(
-        mut self,
-        panels: &'a [RandomScene],
-        steps: &mut Steps,
-    ) -> Result<(Candidate<'a>, Option<f64>), PrecisionError> {
+    fn candidate<'a>(mut self, panels: &'a [RandomScene], steps: &mut Steps) -> Result<(Candidate<'a>, Option<f64>), PrecisionError> {
         let mut errors: Vec<f64> = steps.take(name(self.share, self.decimation), |_| {
             Ok(panels.iter().filter_map(|panel| self.find(panel)).collect())
         })?;
@@ -199,12 +188,9 @@ impl Search {
 
     /// How far off the panel's corners are in the first frame in which it is found, or none.
     fn find(&mut self, panel: &RandomScene) -> Option<f64> {
-        let frames: Vec<_> = (0..FRAMES)
-            .map(|frame| self.smaller(panel, frame))
-            .collect();
+        let frames: Vec<_> = (0..FRAMES).map(|frame| self.smaller(panel, frame)).collect();
         let found = (1..=FRAMES).find_map(|count| {
-            let newest_first: Vec<&[u8]> =
-                frames[..count].iter().rev().map(AsRef::as_ref).collect();
+            let newest_first: Vec<&[u8]> = frames[..count].iter().rev().map(AsRef::as_ref).collect();
             self.search(panel, &newest_first)
         })?;
         let error = panel.error_px(found);
@@ -227,9 +213,7 @@ impl Search {
     /// The corners, on the sensor, that are found in the first of some frames, with the others, earlier ones.
     fn search(&mut self, panel: &RandomScene, newest_first: &[&[u8]]) -> Option<[[f32; 2]; 4]> {
         let [width, height] = self.size(panel);
-        let frames = newest_first
-            .iter()
-            .map(|pixels| Frame::new(pixels, width, height).ok());
+        let frames = newest_first.iter().map(|pixels| Frame::new(pixels, width, height).ok());
         let frames: Vec<Frame> = frames.collect::<Option<_>>()?;
         let (now, earlier) = frames.split_first()?;
         let effort = if self.share {
@@ -237,9 +221,7 @@ impl Search {
         } else {
             Effort::Full
         };
-        let found = self
-            .locator
-            .locate_among(now, earlier, &[], effort, &mut self.memory, &mut ());
+        let found = self.locator.locate_among(now, earlier, &[], effort, &mut self.memory, &mut ());
         let scale = self.decimation as f32;
         let corners = found.ok()?.corners.points();
         Some(corners.map(|corner| corner.map(|at| (at + 0.5) * scale - 0.5)))
@@ -282,10 +264,6 @@ mod tests {
             .expect("a large panel");
         let error = |decimation| Search::new(decimation, false).unwrap().find(&panel);
         let (whole, half) = (error(1).expect("found"), error(2).expect("found"));
-        assert!(
-            whole < 0.5 && half < 0.35 * panel.pitch_px,
-            "{whole} {half}: {}",
-            panel.what
-        );
+        assert!(whole < 0.5 && half < 0.35 * panel.pitch_px, "{whole} {half}: {}", panel.what);
     }
 }

@@ -125,12 +125,7 @@ mod tests {
     fn what_is_published_is_what_its_points_say() {
         for (part, measurable) in published().iter().zip(&PARTS) {
             assert_eq!(part.name, measurable.name);
-            assert_eq!(
-                (measurable.why)(&part.diagrams),
-                part.default,
-                "{}",
-                part.name
-            );
+            assert_eq!((measurable.why)(&part.diagrams), part.default, "{}", part.name);
         }
     }
 }

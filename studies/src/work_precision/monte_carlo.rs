@@ -44,10 +44,7 @@ const WRONG: [&str; 4] = [
 /// Measures it.
 pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
     let paper = Scene::load("paper", &[])?;
-    let wrong = WRONG
-        .map(String::from)
-        .into_iter()
-        .chain(["effects.noise=on".into()]);
+    let wrong = WRONG.map(String::from).into_iter().chain(["effects.noise=on".into()]);
     let wrong = Scene::load("paper", &wrong.collect::<Vec<_>>())?;
     let study = Study {
         frame_ns: steps.take("time of a frame", |_| {
@@ -172,10 +169,7 @@ impl Study {
             if runs.len() > 1 {
                 let mut off: Vec<f64> = runs.iter().map(|run| (run.0 - truth).abs()).collect();
                 off.sort_by(f64::total_cmp);
-                let held = runs
-                    .iter()
-                    .filter(|run| (run.0 - truth).abs() <= run.1)
-                    .count();
+                let held = runs.iter().filter(|run| (run.0 - truth).abs() <= run.1).count();
                 let last = widths.len() - 1;
                 widths[last].note = format!("held the reference in {held} of {} runs", runs.len());
                 let bound = off[(0.95 * off.len() as f64).ceil() as usize - 1];
@@ -188,14 +182,9 @@ impl Study {
     }
 
     fn b2w(&self) -> Result<Diagram, PrecisionError> {
-        let truth = Batches::measure(
-            &self.paper,
-            self.reference_frames(),
-            self.scale.seed,
-            Stop::NEVER,
-        )?
-        .estimate(b2w)
-        .value;
+        let truth = Batches::measure(&self.paper, self.reference_frames(), self.scale.seed, Stop::NEVER)?
+            .estimate(b2w)
+            .value;
         let points = self.curve("one setting", 1, self.frame_ns[0], truth, |frames, seed| {
             let estimate = Batches::measure(&self.paper, frames, seed, Stop::NEVER)?.estimate(b2w);
             Ok((estimate.value, estimate.value - estimate.low))
@@ -213,13 +202,11 @@ impl Study {
         let ratio = |sums: &[Sums]| b2w(&sums[0]) / b2w(&sums[1]);
         let estimate = |frames, seed, numbers| {
             let seeds = [seed, other_seed(seed, 1, numbers)];
-            let [one, other] =
-                [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER));
+            let [one, other] = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER));
             let estimate = estimate_of(&[&one?, &other?], ratio);
             Ok((estimate.value, estimate.value - estimate.low))
         };
-        let (truth, _): (f64, f64) =
-            estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
+        let (truth, _): (f64, f64) = estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
         self.both(
             "B2W at L2A 1.6 over that at 2",
             "half width of the interval",
@@ -239,19 +226,10 @@ impl Study {
             }
             let range = [GRID[0], GRID[GRID.len() - 1]];
             let peak = Peak::of(&samples, Criterion::B2w, Window::All, range, seed);
-            Ok(peak.map_or((f64::NAN, f64::NAN), |peak| {
-                (peak.l2a, (peak.l2a_95[1] - peak.l2a_95[0]) / 2.0)
-            }))
+            Ok(peak.map_or((f64::NAN, f64::NAN), |peak| (peak.l2a, (peak.l2a_95[1] - peak.l2a_95[0]) / 2.0)))
         };
         let (truth, _) = estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
-        self.both(
-            "best L2A",
-            "half width of the interval",
-            "1/sr",
-            GRID.len(),
-            truth,
-            estimate,
-        )
+        self.both("best L2A", "half width of the interval", "1/sr", GRID.len(), truth, estimate)
     }
 
     /// With common random numbers and with independent ones.
@@ -265,10 +243,7 @@ impl Study {
         estimate: impl Fn(u64, u64, Numbers) -> Result<(f64, f64), PrecisionError>,
     ) -> Result<Diagram, PrecisionError> {
         let mut points = Vec::new();
-        for (name, numbers) in [
-            ("common", Numbers::Common),
-            ("independent", Numbers::Independent),
-        ] {
+        for (name, numbers) in [("common", Numbers::Common), ("independent", Numbers::Independent)] {
             let estimate = |frames, seed| estimate(frames, seed, numbers);
             points.extend(self.curve(name, settings, self.frame_ns[0], truth, estimate)?);
         }
@@ -281,23 +256,16 @@ impl Study {
             Ok(evaluator.run(|_| true)?.errors)
         };
         let truth = count(self.reference_frames(), self.scale.seed)?.rate();
-        let mut points =
-            self.curve("one setting", 1, self.frame_ns[1], truth, |frames, seed| {
-                let errors = count(frames, seed)?;
-                let [low, high] = errors.interval_95();
-                Ok((errors.rate(), (high - low) / 2.0))
-            })?;
-        points.extend(self.curve(
-            "as if independent",
-            1,
-            self.frame_ns[1],
-            truth,
-            |frames, seed| {
-                let errors = count(frames, seed)?;
-                let [low, high] = wilson_95(errors.errors() as f64, errors.bits() as f64);
-                Ok((errors.rate(), (high - low) / 2.0))
-            },
-        )?);
+        let mut points = self.curve("one setting", 1, self.frame_ns[1], truth, |frames, seed| {
+            let errors = count(frames, seed)?;
+            let [low, high] = errors.interval_95();
+            Ok((errors.rate(), (high - low) / 2.0))
+        })?;
+        points.extend(self.curve("as if independent", 1, self.frame_ns[1], truth, |frames, seed| {
+            let errors = count(frames, seed)?;
+            let [low, high] = wilson_95(errors.errors() as f64, errors.bits() as f64);
+            Ok((errors.rate(), (high - low) / 2.0))
+        })?);
         points.retain(|point| point.curve != "as if independent, true error");
         let title = format!("bit error rate of {truth:.3}");
         Ok(diagram(
@@ -328,8 +296,7 @@ fn other_seed(seed: u64, k: u64, numbers: Numbers) -> u64 {
 
 /// The default, and why.
 pub fn why(diagrams: &[Diagram]) -> String {
-    let with =
-        |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
+    let with = |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
     format!(
         "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. Which of two ratios is better is known \
@@ -371,14 +338,8 @@ fn b2w(sums: &Sums) -> f64 {
 
 /// Costs over that of the first curve's longest run, which is the default.
 fn diagram(title: &str, error: &str, error_unit: &str, mut points: Vec<Point>) -> Diagram {
-    let first = points
-        .first()
-        .map(|point| point.curve.clone())
-        .unwrap_or_default();
-    let default = points
-        .iter()
-        .rposition(|point| point.curve == first)
-        .unwrap_or(0);
+    let first = points.first().map(|point| point.curve.clone()).unwrap_or_default();
+    let default = points.iter().rposition(|point| point.curve == first).unwrap_or(0);
     let yardstick = points.get(default).map_or(1.0, |point| point.cost.median);
     for (k, point) in points.iter_mut().enumerate() {
         point.is_default = k == default;
@@ -386,9 +347,9 @@ fn diagram(title: &str, error: &str, error_unit: &str, mut points: Vec<Point>) -
         point.ratio = Quartiles::exactly(point.cost.median / yardstick);
     }
     // Intervals compete; what they promise to bound does not.
-    let (mut intervals, errors): (Vec<_>, Vec<_>) = points.into_iter().partition(|point| {
-        !point.curve.ends_with("true error") && point.curve != "as if independent"
-    });
+    let (mut intervals, errors): (Vec<_>, Vec<_>) = points
+        .into_iter()
+        .partition(|point| !point.curve.ends_with("true error") && point.curve != "as if independent");
     pareto::mark_front(&mut intervals);
     intervals.extend(errors);
     Diagram {
@@ -410,11 +371,8 @@ mod tests {
         let scenes = PAIR.map(|l2a| at_ratio(&Scene::load("paper", &[]).unwrap(), l2a));
         let width = |frames, numbers| {
             let seeds = [7, other_seed(7, 1, numbers)];
-            let points = [0, 1]
-                .map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER).unwrap());
-            let estimate = estimate_of(&[&points[0], &points[1]], |sums| {
-                b2w(&sums[0]) / b2w(&sums[1])
-            });
+            let points = [0, 1].map(|k| Batches::measure(&scenes[k], frames, seeds[k], Stop::NEVER).unwrap());
+            let estimate = estimate_of(&[&points[0], &points[1]], |sums| b2w(&sums[0]) / b2w(&sums[1]));
             estimate.high - estimate.low
         };
         let common = width(2048, Numbers::Common);

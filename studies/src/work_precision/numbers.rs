@@ -9,17 +9,11 @@ pub fn variant<'a>(diagram: &'a Diagram, name: &str) -> Option<&'a Point> {
 
 /// The least and the greatest, "1.2 to 34", or the one number that both are.
 pub fn range(values: impl IntoIterator<Item = f64>) -> String {
-    let ends = values
-        .into_iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
-            [low.min(value), high.max(value)]
-        });
+    let ends = values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    });
     let [low, high] = ends.map(rounded);
-    if low == high {
-        low
-    } else {
-        format!("{low} to {high}")
-    }
+    if low == high { low } else { format!("{low} to {high}") }
 }
 
 /// A number of two significant digits.

@@ -74,10 +74,7 @@ impl Panels {
         let point = Point {
             error_95: (!at_most).then(|| errors.interval_95()),
             at_most,
-            ..Point::new(
-                name,
-                (errors.errors() as f64).max(NONE) / errors.bits() as f64,
-            )
+            ..Point::new(name, (errors.errors() as f64).max(NONE) / errors.bits() as f64)
         };
         Candidate {
             point,
@@ -93,11 +90,7 @@ impl Panels {
     /// The bits; all Off where nothing can be read.
     fn read(&self, reader: &mut Reader, pixels: &[u8], corners: &Corners) -> PanelFrame {
         let read = match reader {
-            Reader::Features {
-                detector,
-                map,
-                with_soft,
-            } => {
+            Reader::Features { detector, map, with_soft } => {
                 let (detector, with_soft) = (*detector, *with_soft);
                 dispatch!(simd::Level::new(), _simd => {
                     match features(pixels, self.region, corners, map) {
@@ -111,9 +104,7 @@ impl Panels {
                 likelihood.set_experience(**prior);
                 let frame = Frame::new(pixels, self.region.width, self.region.height);
                 let detection = frame.ok().map(|frame| likelihood.detect(&frame, corners));
-                detection
-                    .and_then(Result::ok)
-                    .map(|detection| detection.bits)
+                detection.and_then(Result::ok).map(|detection| detection.bits)
             }
         };
         read.unwrap_or_default()

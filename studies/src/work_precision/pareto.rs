@@ -17,12 +17,9 @@ use super::diagram::Point;
 /// ```
 pub fn mark_front(points: &mut [Point]) {
     let places: Vec<[f64; 2]> = points.iter().map(|p| [p.error, p.cost.median]).collect();
-    let beats = |one: &[f64; 2], other: &[f64; 2]| {
-        one[0] <= other[0] && one[1] <= other[1] && (one[0] < other[0] || one[1] < other[1])
-    };
+    let beats = |one: &[f64; 2], other: &[f64; 2]| one[0] <= other[0] && one[1] <= other[1] && (one[0] < other[0] || one[1] < other[1]);
     for (point, place) in points.iter_mut().zip(&places) {
-        point.on_front = place.iter().all(|value| value.is_finite())
-            && !places.iter().any(|other| beats(other, place));
+        point.on_front = place.iter().all(|value| value.is_finite()) && !places.iter().any(|other| beats(other, place));
     }
 }
 

@@ -215,11 +215,6 @@ fn squared(image: &PlaneImage, reference: &PlaneFit) -> f64 {
     let (image, wanted) = (numbers(image), numbers(&reference.image));
     let off: [f64; 8] = std::array::from_fn(|i| image[i / 2][i % 2] - wanted[i / 2][i % 2]);
     let rows = reference.information.iter().zip(off);
-    rows.map(|(row, off_i)| {
-        row.iter()
-            .zip(off)
-            .map(|(c, off_j)| off_i * c * off_j)
-            .sum::<f64>()
-    })
-    .sum()
+    rows.map(|(row, off_i)| row.iter().zip(off).map(|(c, off_j)| off_i * c * off_j).sum::<f64>())
+        .sum()
 }

@@ -63,9 +63,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             }
         };
         diagrams.push(diagram("all ways", |point| !has_a_knob(point)));
-        diagrams.push(diagram("knobs", |point| {
-            has_a_knob(point) || is_a_level(point)
-        }));
+        diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
     Ok(Part {
         name: "renderer".into(),
@@ -100,8 +98,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let (mut exacter, mut longer, mut saved) = (vec![], vec![], 0.0f64);
     let (mut double, mut raster_times, mut raster_errors) = (vec![], vec![], vec![]);
     for diagram in diagrams {
-        let [fast, fine, exact] =
-            ["fast", "fine", "bound 0.001"].map(|name| variant(diagram, name));
+        let [fast, fine, exact] = ["fast", "fine", "bound 0.001"].map(|name| variant(diagram, name));
         for ((kept, level), bound) in kept.iter_mut().zip([fast, fine]).zip(levels) {
             kept.extend(level.map(|level| bound / level.error));
         }
@@ -192,9 +189,7 @@ impl TestScene {
             exact: Vec::new(),
         };
         let truth = Way::Double(Renderer::new(&drawn.scene, Level::Reference)?);
-        drawn.exact = (0..drawn.frames.len())
-            .map(|frame| drawn.greys(&truth, frame))
-            .collect();
+        drawn.exact = (0..drawn.frames.len()).map(|frame| drawn.greys(&truth, frame)).collect();
         Ok(drawn)
     }
 
@@ -243,14 +238,10 @@ impl TestScene {
         let (floor, excess) = (range.floor, range.peak - range.floor);
         let curve = self.reference.curve();
         let within = |bound| Accuracy::within(bound, floor, excess, self.sigma_px(), &curve);
-        let single =
-            |accuracy| Way::Single(Renderer::with_accuracy(self.view(), Level::Fine, accuracy));
+        let single = |accuracy| Way::Single(Renderer::with_accuracy(self.view(), Level::Fine, accuracy));
         let fine = within(Level::Fine.error_bound_grey());
         let mut variants = vec![
-            (
-                Point::new("fine", 0.0),
-                Way::Single(Renderer::of(self.view(), Level::Fine)),
-            ),
+            (Point::new("fine", 0.0), Way::Single(Renderer::of(self.view(), Level::Fine))),
             (
                 Point {
                     is_baseline: true,
@@ -280,20 +271,14 @@ impl TestScene {
         variants.extend(EXACT.map(|tolerance| {
             let accuracy = Accuracy::even(tolerance);
             let renderer = Renderer::with_accuracy(self.view(), Level::Reference, accuracy);
-            (
-                Point::new(format!("f64 {tolerance:e}"), 0.0).on("f64"),
-                Way::Double(renderer),
-            )
+            (Point::new(format!("f64 {tolerance:e}"), 0.0).on("f64"), Way::Double(renderer))
         }));
         variants.extend(FINER.map(|finer| {
             let name = match finer {
                 1 => "point-sampled".into(),
                 _ => format!("supersampled {finer}×"),
             };
-            (
-                Point::new(name, 0.0).on("supersampled"),
-                Way::Supersampled(finer),
-            )
+            (Point::new(name, 0.0).on("supersampled"), Way::Supersampled(finer))
         }));
         variants
     }
@@ -327,12 +312,8 @@ impl TestScene {
                 renderer.draw_exact(&moment, &[shown], &mut canvas);
                 canvas.values().to_vec()
             }
-            Way::Straightforward => {
-                straightforward::linear(&self.panel(shown), self.sigma_px(), self.side())
-            }
-            Way::Supersampled(finer) => {
-                supersampled::linear(&self.panel(shown), self.sigma_px(), self.side(), *finer)
-            }
+            Way::Straightforward => straightforward::linear(&self.panel(shown), self.sigma_px(), self.side()),
+            Way::Supersampled(finer) => supersampled::linear(&self.panel(shown), self.sigma_px(), self.side(), *finer),
         };
         let grey = |linear| self.reference.curve().unrounded(linear);
         linear.into_iter().map(grey).collect()
@@ -366,12 +347,7 @@ impl TestScene {
             Way::Straightforward => Box::new(move || {
                 for panel in next().map(|shown| self.panel(shown)) {
                     let (sigma_px, gamma) = (self.sigma_px(), self.gamma());
-                    black_box(straightforward::render(
-                        &panel,
-                        sigma_px,
-                        gamma,
-                        self.side(),
-                    ));
+                    black_box(straightforward::render(&panel, sigma_px, gamma, self.side()));
                 }
             }),
             Way::Supersampled(finer) => Box::new(move || {
@@ -423,13 +399,7 @@ mod tests {
                 .filter(|(point, _)| !point.variant.contains("16×"))
                 .map(|(point, way)| (point.variant, scene.errors(&way).0))
                 .collect();
-            let of = |name: &str| {
-                errors
-                    .iter()
-                    .find(|(variant, _)| variant == name)
-                    .unwrap()
-                    .1
-            };
+            let of = |name: &str| errors.iter().find(|(variant, _)| variant == name).unwrap().1;
             let descending = [
                 "point-sampled",
                 "supersampled 2×",
@@ -441,10 +411,7 @@ mod tests {
                 "f64 1e-9",
             ];
             for pair in descending.windows(2) {
-                assert!(
-                    of(pair[0]) >= of(pair[1]),
-                    "{pair:?} at {distance_m} m, {interval}: {errors:?}"
-                );
+                assert!(of(pair[0]) >= of(pair[1]), "{pair:?} at {distance_m} m, {interval}: {errors:?}");
             }
             for level in [Level::Fine, Level::Fast] {
                 let name = format!("{level:?}").to_lowercase();
@@ -454,11 +421,7 @@ mod tests {
             // What errors are taken against has none to show.
             let reference = Way::Double(Renderer::of(scene.view(), Level::Reference));
             assert_eq!(scene.errors(&reference).0, 0.0);
-            assert!(
-                errors
-                    .iter()
-                    .all(|(name, error)| name != "reference" && *error > 0.0)
-            );
+            assert!(errors.iter().all(|(name, error)| name != "reference" && *error > 0.0));
         }
     }
 }

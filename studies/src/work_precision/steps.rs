@@ -64,9 +64,7 @@ mod tests {
     /// The errors of all points: what does not depend on time.
     fn errors(part: &Part) -> Vec<(String, f64)> {
         let points = part.diagrams.iter().flat_map(|diagram| &diagram.points);
-        points
-            .map(|point| (point.variant.clone(), point.error))
-            .collect()
+        points.map(|point| (point.variant.clone(), point.error)).collect()
     }
 
     #[test]

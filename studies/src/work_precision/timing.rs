@@ -30,10 +30,7 @@ pub fn time_by_turns(candidates: Vec<Candidate>, turns: usize) -> Vec<Point> {
     for (ns, units) in ns.iter_mut().zip(units) {
         ns.iter_mut().for_each(|ns| *ns /= units);
     }
-    let baseline = points
-        .iter()
-        .position(|point| point.is_baseline)
-        .unwrap_or(0);
+    let baseline = points.iter().position(|point| point.is_baseline).unwrap_or(0);
     let yardstick = ns.get(baseline).cloned().unwrap_or_default();
     for (point, ns) in points.iter_mut().zip(ns) {
         let ratios = ns.iter().zip(&yardstick).map(|(own, base)| own / base);

@@ -16,12 +16,8 @@ pub type Surface<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Chart<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
 /// An SVG document of what is drawn.
-pub fn svg(
-    size: (u32, u32),
-    draw: impl FnOnce(&Surface) -> Result<(), Box<dyn Error>>,
-) -> Result<String, Box<dyn Error>> {
-    register_font(FONT, FontStyle::Normal, dejavu::sans::regular())
-        .map_err(|_| "a damaged font")?;
+pub fn svg(size: (u32, u32), draw: impl FnOnce(&Surface) -> Result<(), Box<dyn Error>>) -> Result<String, Box<dyn Error>> {
+    register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "a damaged font")?;
     let mut document = String::new();
     {
         let surface = SVGBackend::with_string(&mut document, size).into_drawing_area();
@@ -33,10 +29,7 @@ pub fn svg(
 }
 
 /// A chart with a title and room for the names of its axes.
-pub fn titled<'a, 'b>(
-    surface: &'a Surface<'b>,
-    title: &str,
-) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+pub fn titled<'a, 'b>(surface: &'a Surface<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut chart = ChartBuilder::on(surface);
     chart
         .caption(title, (FONT, 18))
@@ -52,10 +45,7 @@ pub fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
 }
 
 /// Draws the legend of what was drawn.
-pub fn legend<X: Ranged, Y: Ranged>(
-    chart: &mut Chart<'_, X, Y>,
-    place: SeriesLabelPosition,
-) -> Result<(), Box<dyn Error>> {
+pub fn legend<X: Ranged, Y: Ranged>(chart: &mut Chart<'_, X, Y>, place: SeriesLabelPosition) -> Result<(), Box<dyn Error>> {
     chart
         .configure_series_labels()
         .position(place)

@@ -50,12 +50,7 @@ impl Board {
     fn new() -> Self {
         let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
-            transmitter: Transmitter::new(
-                RecordingMatrix::default(),
-                calibration,
-                L2aTable::default(),
-                Smoothing::default(),
-            ),
+            transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
             service: Service::new(Identity {
                 firmware: "fuzzed",
                 board: "none",

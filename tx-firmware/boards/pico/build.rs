@@ -4,11 +4,7 @@ use std::{env, error::Error, fs, path::PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let rp2350 = env::var_os("CARGO_FEATURE_RP2350").is_some();
-    let layout = if rp2350 {
-        "memory-rp2350.x"
-    } else {
-        "memory-rp2040.x"
-    };
+    let layout = if rp2350 { "memory-rp2350.x" } else { "memory-rp2040.x" };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?);
     fs::copy(layout, out.join("memory.x"))?;
     println!("cargo:rustc-link-search={}", out.display());

@@ -1,10 +1,7 @@
 //! A transmitter on a bench: its service, its store, and a request at a time.
 
 use link::l2a_table::L2aTable;
-use link::serial::{
-    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode,
-    wire_length,
-};
+use link::serial::{ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::RecordingMatrix;
@@ -25,12 +22,7 @@ impl Bench {
     pub fn new() -> Self {
         let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
-            transmitter: Transmitter::new(
-                RecordingMatrix::default(),
-                calibration,
-                L2aTable::default(),
-                Smoothing::default(),
-            ),
+            transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
             store: Store::new(Flash::new(), 0..8192).expect("a store"),
             service: Service::new(Identity {
                 firmware: "1.2.3",
@@ -51,11 +43,7 @@ impl Bench {
                 service,
                 ..
             } = self;
-            all.extend_from_slice(
-                service
-                    .receive(byte, transmitter, store, &mut answer)
-                    .unwrap_or_default(),
-            );
+            all.extend_from_slice(service.receive(byte, transmitter, store, &mut answer).unwrap_or_default());
         }
         all
     }
@@ -98,17 +86,11 @@ impl Bench {
     /// Sends all parts of a table's image.
     pub fn stage(&mut self, image: &[u8], crc: u32) {
         let length = image.len() as u16;
-        self.expect(
-            &Request::BeginTable { length, crc },
-            &Answer::Staged { received: 0 },
-        );
+        self.expect(&Request::BeginTable { length, crc }, &Answer::Staged { received: 0 });
         for (index, bytes) in image.chunks(CHUNK_MAX).enumerate() {
             let offset = (index * CHUNK_MAX) as u16;
             let received = offset + bytes.len() as u16;
-            self.expect(
-                &Request::WriteTable { offset, bytes },
-                &Answer::Staged { received },
-            );
+            self.expect(&Request::WriteTable { offset, bytes }, &Answer::Staged { received });
         }
     }
 }

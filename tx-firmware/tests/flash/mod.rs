@@ -1,8 +1,6 @@
 // A NOR flash memory in RAM, whose power can be cut at any word and any erase.
 
-use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 /// Bytes of the whole memory.
 pub const CAPACITY: usize = 16 * 1024;
@@ -149,11 +147,7 @@ impl<const WRITE: usize> NorFlash for Flash<WRITE> {
         for (index, word) in bytes.chunks(WRITE).enumerate() {
             let from = offset as usize + index * WRITE;
             // Programming clears bits and sets none.
-            let new: Vec<u8> = word
-                .iter()
-                .zip(&self.bytes[from..])
-                .map(|(new, old)| new & old)
-                .collect();
+            let new: Vec<u8> = word.iter().zip(&self.bytes[from..]).map(|(new, old)| new & old).collect();
             self.operate(from, &new)?;
         }
         Ok(())

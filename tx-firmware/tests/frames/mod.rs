@@ -52,27 +52,15 @@ fn noise(random: &mut Random, most: usize, wire: &mut Vec<u8>) {
 
 /// A frame with the right CRC around any body.
 fn framed(random: &mut Random, wire: &mut Vec<u8>) {
-    let version = if random.below(8) == 0 {
-        random.number() as u8
-    } else {
-        1
-    };
-    let kind = if random.below(8) == 0 {
-        random.number() as u8
-    } else {
-        1
-    };
+    let version = if random.below(8) == 0 { random.number() as u8 } else { 1 };
+    let kind = if random.below(8) == 0 { random.number() as u8 } else { 1 };
     let mut frame = vec![version, kind];
     frame.extend((random.number() as u32).to_le_bytes());
     frame.push(random.below(16) as u8);
     for _ in 0..random.below(12) {
         // Small numbers are oftener lengths and numbers of variants.
         let number = random.number();
-        frame.push(if number >> 63 == 0 {
-            number as u8 % 8
-        } else {
-            number as u8
-        });
+        frame.push(if number >> 63 == 0 { number as u8 % 8 } else { number as u8 });
     }
     frame.extend(crc32c(&frame).to_le_bytes());
     wire.push(0);
@@ -89,9 +77,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         L2aTable::default().crc()
     };
     let mut bytes = [0; 200];
-    bytes
-        .iter_mut()
-        .for_each(|byte| *byte = random.number() as u8);
+    bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
     let request = match random.below(20) {
         0 => Request::Hello,
@@ -132,10 +118,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             length: image.len() as u16,
             crc,
         },
-        14 => Request::WriteTable {
-            offset: 0,
-            bytes: &image,
-        },
+        14 => Request::WriteTable { offset: 0, bytes: &image },
         15 => Request::ReadSymbolRate,
         16 => Request::WriteSymbolRate {
             millihertz: random.below(350_000) as u32,

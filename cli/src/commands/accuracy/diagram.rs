@@ -3,10 +3,7 @@
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use crate::numbers::time;
-use crate::plot::{
-    Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor, Series,
-    colours, short,
-};
+use crate::plot::{Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor, Series, colours, short};
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);
@@ -55,10 +52,7 @@ pub fn summary(parts: &[Part]) -> anyhow::Result<Option<Drawing>> {
         let title = Entry::of_words(&format!("{}:", diagram.cost));
         std::iter::once(title).chain(entries).collect()
     });
-    let diagrams: Vec<Diagram> = first
-        .iter()
-        .map(|(diagram, _)| (*diagram).clone())
-        .collect();
+    let diagrams: Vec<Diagram> = first.iter().map(|(diagram, _)| (*diagram).clone()).collect();
     let charts = first.iter().map(|(diagram, named)| chart(diagram, named));
     let page = Page {
         charts: charts.collect(),
@@ -109,11 +103,7 @@ fn points(part: &Part) -> impl Iterator<Item = &Point> {
 
 /// The name of a point's curve; its own where it stands alone.
 fn called(point: &Point) -> &str {
-    if point.curve.is_empty() {
-        &point.variant
-    } else {
-        &point.curve
-    }
+    if point.curve.is_empty() { &point.variant } else { &point.curve }
 }
 
 /// What a point has that others of its curve have not; empty where that is nothing but the name.
@@ -135,9 +125,7 @@ fn knobs<'a>(diagram: &'a Diagram, curve: &str) -> Option<[&'a str; 2]> {
 /// Whether several curves of a diagram go from the same to the same: then that is said once, above all diagrams.
 fn is_shared(diagram: &Diagram, ends: [&str; 2]) -> bool {
     let curves = curves(diagram);
-    let same = curves
-        .iter()
-        .filter(|curve| knobs(diagram, curve) == Some(ends));
+    let same = curves.iter().filter(|curve| knobs(diagram, curve) == Some(ends));
     same.count() > 1
 }
 
@@ -172,11 +160,7 @@ fn words(diagrams: &[Diagram]) -> Vec<Entry> {
         }
     }
     let said = said.iter().map(String::as_str);
-    [REFERENCE]
-        .into_iter()
-        .chain(said)
-        .map(Entry::of_words)
-        .collect()
+    [REFERENCE].into_iter().chain(said).map(Entry::of_words).collect()
 }
 
 fn chart(diagram: &Diagram, named: &[Named]) -> Chart {
@@ -198,9 +182,7 @@ fn chart(diagram: &Diagram, named: &[Named]) -> Chart {
         title: diagram.title.clone(),
         x: Axis::around_logarithms(&cost_label(diagram), costs),
         y: Axis::around_logarithms(&error, errors),
-        series: std::iter::once(front(&diagram.points))
-            .chain(series)
-            .collect(),
+        series: std::iter::once(front(&diagram.points)).chain(series).collect(),
     }
 }
 
@@ -236,11 +218,7 @@ fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
     Series {
         name: name.into(),
         colour,
-        line: if ends.is_some() {
-            Line::Thin
-        } else {
-            Line::None
-        },
+        line: if ends.is_some() { Line::Thin } else { Line::None },
         points: points.collect(),
     }
 }
@@ -272,8 +250,5 @@ fn cost_label(diagram: &Diagram) -> String {
         CostUnit::Instructions => ("instructions", short(baseline.cost.median)),
         CostUnit::Cycles => ("cycles", short(baseline.cost.median)),
     };
-    format!(
-        "{what} of {}, over that of {} ({cost})",
-        diagram.cost, baseline.variant
-    )
+    format!("{what} of {}, over that of {} ({cost})", diagram.cost, baseline.variant)
 }

@@ -79,13 +79,6 @@ fn machine() -> String {
         .find_map(|line| line.strip_prefix("model name")?.split_once(": "))
         .map_or(std::env::consts::ARCH, |(_, model)| model);
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let build = if cfg!(debug_assertions) {
-        "debug"
-    } else {
-        "release"
-    };
-    format!(
-        "{model}, {processors} processors, {}, {build} build",
-        std::env::consts::OS
-    )
+    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    format!("{model}, {processors} processors, {}, {build} build", std::env::consts::OS)
 }

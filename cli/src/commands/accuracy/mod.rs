@@ -53,10 +53,7 @@ fn part_name(name: &str) -> Result<String, String> {
         return Ok(name.into());
     }
     let names: Vec<&str> = names.collect();
-    Err(format!(
-        "no part {name:?}: choose one of {}",
-        names.join(", ")
-    ))
+    Err(format!("no part {name:?}: choose one of {}", names.join(", ")))
 }
 
 /// Measures, draws and writes.
@@ -68,15 +65,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     );
     let scale = Scale {
         seed: shared.seed,
-        ..if arguments.quick {
-            Scale::QUICK
-        } else {
-            Scale::FULL
-        }
+        ..if arguments.quick { Scale::QUICK } else { Scale::FULL }
     };
     let folder = arguments.out.join(FOLDER);
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let _held = outputs::hold(&folder)?;
     let path = folder.join(KEPT);
     let page = arguments.out.join("accuracy.md");
@@ -94,40 +86,26 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     for part in measured {
         print(part, shared.json)?;
     }
-    Ok(if finished {
-        Answer::Yes
-    } else {
-        interrupted(&path)
-    })
+    Ok(if finished { Answer::Yes } else { interrupted(&path) })
 }
 
 /// What need not be measured again.
 fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Kept> {
     let goes_on = arguments.resume || !arguments.parts.is_empty();
     if !goes_on || !path.exists() {
-        let wanted = |name: &&str| {
-            arguments.parts.is_empty() || arguments.parts.iter().any(|part| part == name)
-        };
+        let wanted = |name: &&str| arguments.parts.is_empty() || arguments.parts.iter().any(|part| part == name);
         let mut kept = Kept::new(run);
-        kept.missing = PARTS
-            .iter()
-            .map(|part| part.name)
-            .filter(wanted)
-            .map(String::from)
-            .collect();
+        kept.missing = PARTS.iter().map(|part| part.name).filter(wanted).map(String::from).collect();
         return Ok(kept);
     }
     let mut kept = Kept::read(path, &run)?;
-    kept.parts
-        .retain(|part| !arguments.parts.contains(&part.name));
+    kept.parts.retain(|part| !arguments.parts.contains(&part.name));
     if !arguments.resume {
         kept.begun.retain(|name, _| !arguments.parts.contains(name));
     }
     kept.missing = if arguments.parts.is_empty() {
         let names = PARTS.iter().map(|part| part.name.to_string());
-        names
-            .filter(|name| kept.parts.iter().all(|part| part.name != *name))
-            .collect()
+        names.filter(|name| kept.parts.iter().all(|part| part.name != *name)).collect()
     } else {
         arguments.parts.clone()
     };
@@ -148,8 +126,7 @@ fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
         let Some(part) = PARTS.iter().find(|part| part.name == name) else {
             continue;
         };
-        let measured = measure_part(part, kept, path)
-            .with_context(|| format!("the part {name} cannot be measured"))?;
+        let measured = measure_part(part, kept, path).with_context(|| format!("the part {name} cannot be measured"))?;
         kept.begun.remove(name);
         kept.parts.push(measured);
         let place = |part: &Part| PARTS.iter().position(|known| known.name == part.name);
@@ -256,9 +233,7 @@ fn numbers(part: &Part) -> anyhow::Result<String> {
             row.extend(cost.map(|value| value.to_string()));
             row.push(unit(diagram.cost_unit).into());
             row.extend(ratio.map(|value| value.to_string()));
-            row.extend(
-                [point.is_baseline, point.is_default, point.on_front].map(|is| is.to_string()),
-            );
+            row.extend([point.is_baseline, point.is_default, point.on_front].map(|is| is.to_string()));
             row.push(point.note.clone());
             row
         })
@@ -298,10 +273,7 @@ struct Line<'a> {
 fn print(part: &Part, as_json: bool) -> anyhow::Result<()> {
     for diagram in &part.diagrams {
         if !as_json {
-            line(&format!(
-                "{}: {}, {}",
-                part.name, diagram.title, diagram.error
-            ))?;
+            line(&format!("{}: {}, {}", part.name, diagram.title, diagram.error))?;
         }
         for point in &diagram.points {
             if as_json {

@@ -38,30 +38,16 @@ fn parts_are_measured_kept_drawn_and_not_measured_again() {
     let page = std::fs::read_to_string(folder.path().join("accuracy.md")).expect("a page");
     for part in &kept.parts {
         assert!(page.contains(&format!("![accuracy/{0}](accuracy/{0}.png)", part.name)));
-        let image =
-            std::fs::read(folder.path().join(format!("{}.png", part.name))).expect("a plot");
+        let image = std::fs::read(folder.path().join(format!("{}.png", part.name))).expect("a plot");
         assert!(image.starts_with(b"\x89PNG"));
-        let numbers = std::fs::read_to_string(folder.path().join(format!("{}.csv", part.name)))
-            .expect("numbers");
-        let points: usize = part
-            .diagrams
-            .iter()
-            .map(|diagram| diagram.points.len())
-            .sum();
+        let numbers = std::fs::read_to_string(folder.path().join(format!("{}.csv", part.name))).expect("numbers");
+        let points: usize = part.diagrams.iter().map(|diagram| diagram.points.len()).sum();
         let mut numbers = csv::Reader::from_reader(numbers.as_bytes());
         let rows: Result<Vec<_>, _> = numbers.records().collect();
         assert_eq!(rows.expect("as many cells as the head").len(), points);
         for diagram in &part.diagrams {
-            let defaults = diagram
-                .points
-                .iter()
-                .filter(|point| point.is_default)
-                .count();
-            let baselines = diagram
-                .points
-                .iter()
-                .filter(|point| point.is_baseline)
-                .count();
+            let defaults = diagram.points.iter().filter(|point| point.is_default).count();
+            let baselines = diagram.points.iter().filter(|point| point.is_baseline).count();
             assert!(defaults >= 1 && baselines == 1, "{}", diagram.title);
         }
     }
@@ -77,8 +63,5 @@ struct Command {
 fn a_part_that_is_none_is_refused_with_the_names_of_those_that_are() {
     let parsed = Command::try_parse_from(["accuracy", "--out", "x", "--part", "weather"]);
     let message = parsed.err().expect("refused").to_string();
-    assert!(
-        message.contains("renderer") && message.contains("decoder"),
-        "{message}"
-    );
+    assert!(message.contains("renderer") && message.contains("decoder"), "{message}");
 }

@@ -76,12 +76,7 @@ fn within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<f64, String> 
 fn area(text: &str) -> Result<Area, String> {
     let numbers: Result<Vec<usize>, _> = text.split(',').map(|one| one.trim().parse()).collect();
     match numbers.as_deref() {
-        Ok(&[x, y, width @ 1..=8192, height @ 1..=8192]) if x <= 8192 && y <= 8192 => Ok(Area {
-            x,
-            y,
-            width,
-            height,
-        }),
+        Ok(&[x, y, width @ 1..=8192, height @ 1..=8192]) if x <= 8192 && y <= 8192 => Ok(Area { x, y, width, height }),
         _ => Err(format!(
             "{text:?} is no rectangle of pixels: give left,top,width,height, each a whole number up to 8192"
         )),
@@ -243,9 +238,7 @@ fn duty(path: &Path) -> anyhow::Result<f64> {
 /// What is written to a transmitter.
 fn measured(found: &Calibrated, interval: f64, illuminance_lx: f64) -> Measured {
     Measured {
-        luminance_full_cd_m2: U32F32::saturating_from_num(
-            found.full_cd_m2_per_lx.value * illuminance_lx,
-        ),
+        luminance_full_cd_m2: U32F32::saturating_from_num(found.full_cd_m2_per_lx.value * illuminance_lx),
         shortest_pulse_ns: found.shortest_pulse_ns.round() as u32,
         reflectance: U1F31::saturating_from_num(found.reflectance.value),
         interval: Interval::saturating_from_num(interval),
@@ -253,12 +246,7 @@ fn measured(found: &Calibrated, interval: f64, illuminance_lx: f64) -> Measured 
     }
 }
 
-fn report(
-    arguments: &Arguments,
-    found: &Calibrated,
-    left_out: Vec<serde_json::Value>,
-    shared: &Shared,
-) -> anyhow::Result<()> {
+fn report(arguments: &Arguments, found: &Calibrated, left_out: Vec<serde_json::Value>, shared: &Shared) -> anyhow::Result<()> {
     let full = arguments.illuminance_lx;
     let full = full.map(|lux| found.full_cd_m2_per_lx.times(lux));
     if shared.json {
@@ -277,27 +265,20 @@ fn report(
             "left_out": left_out,
         }));
     }
-    line(
-        "                     value (95 %; 95 % if the encoding is off as far as the pictures allow)",
-    )?;
+    line("                     value (95 %; 95 % if the encoding is off as far as the pictures allow)")?;
     let reflectance = told(&found.reflectance, 4);
     line(&format!("reflectance          {reflectance}"))?;
     let ratio = told(&found.full_cd_m2_per_lx, 4);
     line(&format!("luminance over light {ratio} cd/m² per lx"))?;
     if let Some(full) = full {
         let full = told(&full, 0);
-        line(&format!(
-            "full luminance       {full} cd/m², if the light is right"
-        ))?;
+        line(&format!("full luminance       {full} cd/m², if the light is right"))?;
     }
     let unclean = match found.unclean_pulse_ns {
         0.0 => "no shorter one was seen to be unclean".to_owned(),
         pulse => format!("{pulse:.0} ns are not clean"),
     };
-    line(&format!(
-        "shortest clean pulse {:.0} ns; {unclean}",
-        found.shortest_pulse_ns
-    ))
+    line(&format!("shortest clean pulse {:.0} ns; {unclean}", found.shortest_pulse_ns))
 }
 
 /// An estimate with its intervals.
@@ -307,7 +288,5 @@ fn told(estimate: &Estimate, digits: usize) -> String {
         interval_95: [low, high],
         doubted_95: [least, most],
     } = estimate;
-    format!(
-        "{value:.digits$} ({low:.digits$} to {high:.digits$}; {least:.digits$} to {most:.digits$})"
-    )
+    format!("{value:.digits$} ({low:.digits$} to {high:.digits$}; {least:.digits$} to {most:.digits$})")
 }

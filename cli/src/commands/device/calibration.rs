@@ -9,10 +9,7 @@ use link::serial::{Answer as Told, Measured, Request};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use sim::input;
-use tx_firmware::calibration::{
-    BENCH, Calibration, INTERVAL, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE,
-    SENSOR_GAIN,
-};
+use tx_firmware::calibration::{BENCH, Calibration, INTERVAL, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN};
 
 use super::limit;
 use crate::files;
@@ -148,16 +145,11 @@ low_current_share = {low_current_share:?}
 }
 
 fn read(path: &Path) -> anyhow::Result<(Measured, Option<IntensityLimit>)> {
-    let text = input::read_text(path, input::SCENE_MAX)
-        .with_context(|| format!("cannot read the calibration {}", path.display()))?;
-    let values: Values = toml::from_str(&text)
-        .with_context(|| format!("{} holds no calibration", path.display()))?;
-    let measured = values.measured().map_err(|key| {
-        anyhow!(
-            "{}: {key} is no number that a transmitter can hold",
-            path.display()
-        )
-    })?;
+    let text = input::read_text(path, input::SCENE_MAX).with_context(|| format!("cannot read the calibration {}", path.display()))?;
+    let values: Values = toml::from_str(&text).with_context(|| format!("{} holds no calibration", path.display()))?;
+    let measured = values
+        .measured()
+        .map_err(|key| anyhow!("{}: {key} is no number that a transmitter can hold", path.display()))?;
     Calibration::new(measured).with_context(|| path.display().to_string())?;
     let limit = values.limit().with_context(|| path.display().to_string())?;
     Ok((measured, limit))
@@ -192,12 +184,8 @@ impl Values {
         match (self.max_cd, self.led_diameter_m) {
             (None, None) => Ok(None),
             (None, Some(led_diameter_m)) => Ok(Some(IntensityLimit::none_of(led_diameter_m)?)),
-            (Some(most_cd), Some(led_diameter_m)) => {
-                Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?))
-            }
-            (Some(_), None) => bail!(
-                "max_cd needs led_diameter_m, the width of one LED's shining disc in m: give both"
-            ),
+            (Some(most_cd), Some(led_diameter_m)) => Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?)),
+            (Some(_), None) => bail!("max_cd needs led_diameter_m, the width of one LED's shining disc in m: give both"),
         }
     }
 

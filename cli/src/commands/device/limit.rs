@@ -27,15 +27,9 @@ pub fn set(client: &mut Connection, limit: Option<IntensityLimit>) -> Result<(),
     }
 }
 
-fn ask(
-    client: &mut Connection,
-    request: &Request<'_>,
-) -> Result<Option<IntensityLimit>, DeviceError> {
+fn ask(client: &mut Connection, request: &Request<'_>) -> Result<Option<IntensityLimit>, DeviceError> {
     let told = client.ask(request, |answer| match answer {
-        Told::IntensityLimit {
-            most_mcd,
-            led_diameter_um,
-        } => Some(IntensityLimit::new(most_mcd, led_diameter_um).ok()),
+        Told::IntensityLimit { most_mcd, led_diameter_um } => Some(IntensityLimit::new(most_mcd, led_diameter_um).ok()),
         _ => None,
     });
     told.map_err(|error| match error {

@@ -21,12 +21,7 @@ pub struct Wanted {
     #[arg(long, value_name = "FPS", conflicts_with = "rate")]
     camera_fps: Option<f64>,
     /// How long that camera exposes, in seconds.
-    #[arg(
-        long,
-        value_name = "S",
-        requires = "camera_fps",
-        default_value_t = 0.001
-    )]
+    #[arg(long, value_name = "S", requires = "camera_fps", default_value_t = 0.001)]
     exposure: f64,
 }
 
@@ -35,9 +30,7 @@ impl Wanted {
         if let Some(frames_hz) = self.camera_fps {
             let rate = SymbolRate::for_camera(frames_hz, self.exposure).with_context(|| {
                 let exposure_s = self.exposure;
-                format!(
-                    "a camera of {frames_hz} frames a second that exposes for {exposure_s} s cannot follow a transmitter"
-                )
+                format!("a camera of {frames_hz} frames a second that exposes for {exposure_s} s cannot follow a transmitter")
             })?;
             return Ok(Some(f64::from(rate.millihertz()) / 1e3));
         }

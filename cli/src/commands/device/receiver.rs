@@ -89,11 +89,7 @@ pub fn rate(client: &mut Connection, port: &Port, wanted: Option<f64>) -> anyhow
     set_rate(client, &port.name(), wanted)
 }
 
-fn set_rate<P: Read + Write>(
-    client: &mut Client<P>,
-    port: &str,
-    wanted: Option<f64>,
-) -> anyhow::Result<f64> {
+fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<f64>) -> anyhow::Result<f64> {
     if let Some(hz) = wanted {
         let millihertz = (hz * 1e3).round();
         ensure!(
@@ -103,9 +99,7 @@ fn set_rate<P: Read + Write>(
         let request = Request::SetSymbolRate {
             millihertz: millihertz as u32,
         };
-        ask(client, port, &request, |answer| {
-            (answer == Told::Done).then_some(())
-        })?;
+        ask(client, port, &request, |answer| (answer == Told::Done).then_some(()))?;
     }
     Ok(f64::from(asked_status(client, port)?.symbol_millihertz) / 1e3)
 }
@@ -150,9 +144,7 @@ fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<
         let mut picture: Option<Picture> = None;
         loop {
             let offset = picture.as_ref().map_or(0, |picture| picture.grey.len());
-            let request = Request::Picture {
-                offset: offset as u32,
-            };
+            let request = Request::Picture { offset: offset as u32 };
             let part = ask(client, port, &request, |answer| match answer {
                 Told::Picture(part) if part.offset == request_offset(&request) => Some(Picture {
                     frame: part.frame,
@@ -164,10 +156,7 @@ fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<
                 _ => None,
             })?;
             let is_end = part.grey.is_empty();
-            let whole = picture.get_or_insert_with(|| Picture {
-                grey: Vec::new(),
-                ..part
-            });
+            let whole = picture.get_or_insert_with(|| Picture { grey: Vec::new(), ..part });
             if whole.frame != part.frame || whole.size != part.size {
                 break;
             }
@@ -182,9 +171,7 @@ fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<
             );
         }
     }
-    anyhow::bail!(
-        "{port}: the picture changed while it came, {ATTEMPTS} times: use a faster connection"
-    )
+    anyhow::bail!("{port}: the picture changed while it came, {ATTEMPTS} times: use a faster connection")
 }
 
 fn request_offset(request: &Request) -> u32 {
@@ -239,22 +226,14 @@ fn ask<P: Read + Write, R>(
     let outcome = |frame: &Frame<'_>| match frame.message(Kind::Answer) {
         Ok(Told::Refused(refusal)) => Err(refusal.into()),
         Ok(answer) => read(answer).ok_or(DeviceError::Unexpected),
-        Err(BodyError::Version { .. }) => Err(DeviceError::Version {
-            theirs: frame.version(),
-        }),
+        Err(BodyError::Version { .. }) => Err(DeviceError::Version { theirs: frame.version() }),
         Err(_) => Err(DeviceError::Unexpected),
     };
-    client
-        .exchange(request, outcome)
-        .with_context(|| port.to_owned())
+    client.exchange(request, outcome).with_context(|| port.to_owned())
 }
 
 fn state(status: &Status) -> &'static str {
-    if status.is_following {
-        "following"
-    } else {
-        "searching"
-    }
+    if status.is_following { "following" } else { "searching" }
 }
 
 fn text(bytes: &[u8]) -> String {

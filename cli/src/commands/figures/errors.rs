@@ -14,27 +14,21 @@ const BOUND: &str = "Bands: 95 %, whole frames resampled. An arrow is the bound 
 /// The paper's figure, with its detector.
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let named = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)];
-    let series =
-        named
-            .into_iter()
-            .zip(colours(&[BEST, RANDOM]))
-            .map(|((dimming, name), colour)| {
-                Some(Series {
-                    name: name.into(),
-                    colour,
-                    line: Line::Band,
-                    points: points(study, findings, PAPERS_DETECTOR, dimming)?,
-                })
-            });
+    let series = named.into_iter().zip(colours(&[BEST, RANDOM])).map(|((dimming, name), colour)| {
+        Some(Series {
+            name: name.into(),
+            colour,
+            line: Line::Band,
+            points: points(study, findings, PAPERS_DETECTOR, dimming)?,
+        })
+    });
     let Some(series) = series.collect() else {
         return Ok(None);
     };
     let chart = chart(study, "k-means on (AGR, GRI)", series);
     Ok(Some(Figure {
         name: "figure-22",
-        caption: format!(
-            "Bit error rate over the distance, intervals drawn from 0.5 to 2. {BOUND}"
-        ),
+        caption: format!("Bit error rate over the distance, intervals drawn from 0.5 to 2. {BOUND}"),
         drawing: Page::new(vec![chart], 1, (620, 420)).draw()?,
         csv: numbers(study, findings, &[PAPERS_DETECTOR])?,
     }))
@@ -58,10 +52,7 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
     let Some(charts) = charts.into_iter().collect::<Option<Vec<_>>>() else {
         return Ok(None);
     };
-    let detectors = charts
-        .first()
-        .into_iter()
-        .flat_map(|chart: &Chart| &chart.series);
+    let detectors = charts.first().into_iter().flat_map(|chart: &Chart| &chart.series);
     let bound = Entry::of_mark("at most", Some(Mark::AtMost), false);
     let legend = detectors.map(Entry::of).chain([bound]).collect();
     Ok(Some(Figure {
@@ -83,9 +74,7 @@ fn chart(study: &Study, title: &str, series: Vec<Series>) -> Chart {
     let frames = study.error_frames(PAPERS_DETECTOR) as f64;
     let floor = 10f64.powf((1.0 / (64.0 * frames)).log10().floor());
     let points = series.iter().flat_map(|series| &series.points);
-    let highest = points
-        .filter_map(|point| point.y_range)
-        .map(|[_, high]| high);
+    let highest = points.filter_map(|point| point.y_range).map(|[_, high]| high);
     let top = 10f64.powf(highest.fold(floor, f64::max).log10().ceil());
     let distances = study.axes.error_distance_m.iter().copied();
     Chart {
@@ -98,12 +87,7 @@ fn chart(study: &Study, title: &str, series: Vec<Series>) -> Chart {
 }
 
 /// A detector's rates over the distance, if all are known.
-fn points(
-    study: &Study,
-    findings: &Findings,
-    detector: &str,
-    dimming: Dimming,
-) -> Option<Vec<Point>> {
+fn points(study: &Study, findings: &Findings, detector: &str, dimming: Dimming) -> Option<Vec<Point>> {
     let point = |&x: &f64| Some(point(x, findings.errors(x, dimming, detector)?));
     study.axes.error_distance_m.iter().map(point).collect()
 }

@@ -14,9 +14,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use sim::scene::Scene;
-use studies::reproduction::{
-    Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Pieces, Study, judge,
-};
+use studies::reproduction::{Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Pieces, Study, judge};
 
 use crate::files;
 use crate::kept::Kept as _;
@@ -78,8 +76,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         (Some(frames), _) => frames,
     };
     let parts = parts(arguments, shared, frames)?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("cannot make the folder {}", arguments.out.display()))?;
+    std::fs::create_dir_all(&arguments.out).with_context(|| format!("cannot make the folder {}", arguments.out.display()))?;
     let _held = outputs::hold(&arguments.out)?;
     let path = arguments.out.join(KEPT);
     let reports = ["report.md", "report.html"].map(|name| arguments.out.join(name));
@@ -134,22 +131,14 @@ fn study(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Study {
 
 /// The scene itself, and the scene under each other reading.
 fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<Vec<Part>> {
-    let extent = if arguments.quick {
-        Extent::Quick
-    } else {
-        Extent::Figures
-    };
+    let extent = if arguments.quick { Extent::Quick } else { Extent::Figures };
     let scene = shared.scene(&arguments.scene)?;
     let main = Part {
         name: "",
         study: study(scene, extent, frames, shared.seed),
     };
     // A first look is at the scene alone.
-    let others: &[Interpretation] = if arguments.quick {
-        &[]
-    } else {
-        &INTERPRETATIONS
-    };
+    let others: &[Interpretation] = if arguments.quick { &[] } else { &INTERPRETATIONS };
     let others = others.iter().map(|reading| {
         let own = reading.overrides.iter().map(|text| text.to_string());
         let settings: Vec<String> = shared.set.iter().cloned().chain(own).collect();

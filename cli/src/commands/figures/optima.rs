@@ -23,10 +23,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     let Some(rows) = rows else {
         return Ok(None);
     };
-    let charts = vec![
-        over_distance(intervals, distances, &rows),
-        ranges(intervals, &rows),
-    ];
+    let charts = vec![over_distance(intervals, distances, &rows), ranges(intervals, &rows)];
     let numbers = intervals.iter().zip(&rows).flat_map(|(interval, row)| {
         distances.iter().zip(row).map(move |(distance, best)| {
             let Estimate { value, low, high } = best.l2a;
@@ -36,15 +33,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
             cells
         })
     });
-    let head = [
-        "interval",
-        "distance_m",
-        "l2a",
-        "l2a_low",
-        "l2a_high",
-        "b2w",
-        "at_border",
-    ];
+    let head = ["interval", "distance_m", "l2a", "l2a_low", "l2a_high", "b2w", "at_border"];
     Ok(Some(Figure {
         name: "figure-21",
         caption: "The L2A of the greatest B2W: over the distance for each interval (a), and its range over the distances with their mean, \
@@ -60,11 +49,7 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
         x,
         y: best.l2a.value,
         y_range: Some([best.l2a.low, best.l2a.high]),
-        mark: if best.at_border {
-            Mark::Ring
-        } else {
-            Mark::Dot
-        },
+        mark: if best.at_border { Mark::Ring } else { Mark::Dot },
         ..Point::default()
     };
     let names = names(intervals);
@@ -85,9 +70,7 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
 
 fn names(intervals: &[f64]) -> Vec<String> {
     let names = intervals.iter();
-    names
-        .map(|interval| format!("interval {interval}"))
-        .collect()
+    names.map(|interval| format!("interval {interval}")).collect()
 }
 
 fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
@@ -97,10 +80,7 @@ fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
         Point {
             x,
             y: mean,
-            y_range: Some([
-                values().fold(f64::INFINITY, f64::min),
-                values().fold(f64::NEG_INFINITY, f64::max),
-            ]),
+            y_range: Some([values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]),
             mark: Mark::Box,
             name: Some(format!("{mean:.2}")),
             ..Point::default()

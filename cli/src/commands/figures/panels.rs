@@ -1,8 +1,7 @@
 //! Figures 8, 12, 15 and 18: rows of pictures.
 
 use studies::reproduction::{
-    DAYLIGHT, DISTANCE_M, INTERVAL, L2A, OperatingPoint, PAIR_LUMINANCE_CD_M2, Picture, Study,
-    pair_picture, panel_picture,
+    DAYLIGHT, DISTANCE_M, INTERVAL, L2A, OperatingPoint, PAIR_LUMINANCE_CD_M2, Picture, Study, pair_picture, panel_picture,
 };
 
 use crate::plot;
@@ -35,8 +34,7 @@ pub fn over_interval(study: &Study) -> anyhow::Result<Figure> {
         l2a: L2A,
     };
     let shown = [0.5, 1.0, 1.5, 2.0].map(|i| (at(i), format!("interval {i}"), i));
-    let caption =
-        "The same bits at intervals 0.5, 1, 1.5 and 2, zoomed to the same size: L2A 1, 50 m.";
+    let caption = "The same bits at intervals 0.5, 1, 1.5 and 2, zoomed to the same size: L2A 1, 50 m.";
     panels(study, "figure-15", caption, "interval", &shown)
 }
 
@@ -78,10 +76,7 @@ pub fn daylight(study: &Study) -> anyhow::Result<Figure> {
         .iter()
         .map(|&(condition, illuminance_lx)| {
             let (picture, l2a) = pair_picture(&study.scene, illuminance_lx)?;
-            let words = vec![
-                condition.to_string(),
-                format!("{illuminance_lx} lx, L2A {}", two_digits(l2a)),
-            ];
+            let words = vec![condition.to_string(), format!("{illuminance_lx} lx, L2A {}", two_digits(l2a))];
             Ok(Shown {
                 picture,
                 words,
@@ -102,13 +97,7 @@ fn two_digits(number: f64) -> String {
     format!("{number:.digits$}")
 }
 
-fn row(
-    name: &'static str,
-    caption: &str,
-    key: &str,
-    shown: &[Shown],
-    width_px: i32,
-) -> anyhow::Result<Figure> {
+fn row(name: &'static str, caption: &str, key: &str, shown: &[Shown], width_px: i32) -> anyhow::Result<Figure> {
     let pictures = shown.iter().map(|shown| plot::Picture {
         grey: &shown.picture.grey,
         width: shown.picture.width,
@@ -118,14 +107,9 @@ fn row(
     let rows = shown.iter().flat_map(|shown| {
         let width = shown.picture.width.max(1);
         let pixel = move |(k, grey): (usize, &u8)| {
-            [
-                shown.key,
-                (k / width) as f64,
-                (k % width) as f64,
-                f64::from(*grey),
-            ]
-            .map(|number| number.to_string())
-            .to_vec()
+            [shown.key, (k / width) as f64, (k % width) as f64, f64::from(*grey)]
+                .map(|number| number.to_string())
+                .to_vec()
         };
         shown.picture.grey.iter().enumerate().map(pixel)
     });

@@ -70,21 +70,18 @@ fn clouds(
     });
     let columns = if settings.len() == 4 { 2 } else { 3 };
     let drawing = Page::new(charts.collect(), columns, (340, 330)).draw()?;
-    let rows = settings
-        .iter()
-        .zip(&clouds)
-        .flat_map(|((_, _, key), cloud)| {
-            cloud.iter().map(move |feature: &Feature| {
-                vec![
-                    key.to_string(),
-                    feature.frame.to_string(),
-                    feature.led.to_string(),
-                    u8::from(feature.on).to_string(),
-                    feature.agr.to_string(),
-                    feature.gri.to_string(),
-                ]
-            })
-        });
+    let rows = settings.iter().zip(&clouds).flat_map(|((_, _, key), cloud)| {
+        cloud.iter().map(move |feature: &Feature| {
+            vec![
+                key.to_string(),
+                feature.frame.to_string(),
+                feature.led.to_string(),
+                u8::from(feature.on).to_string(),
+                feature.agr.to_string(),
+                feature.gri.to_string(),
+            ]
+        })
+    });
     Ok(Figure {
         name,
         caption: caption.into(),

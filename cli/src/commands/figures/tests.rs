@@ -82,11 +82,7 @@ fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     let rows = |name: &str| {
         let figure = figures.iter().find(|figure| figure.name == name);
         let figure = figure.unwrap_or_else(|| panic!("no {name}"));
-        let cells: Vec<usize> = figure
-            .csv
-            .lines()
-            .map(|line| line.split(',').count())
-            .collect();
+        let cells: Vec<usize> = figure.csv.lines().map(|line| line.split(',').count()).collect();
         assert!(cells.iter().all(|&n| n == cells[0]), "{name}: {cells:?}");
         figure.save(folder).expect("files");
         let image = std::fs::read(folder.join(format!("{name}.png"))).expect("a picture");
@@ -96,23 +92,14 @@ fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     assert_eq!(rows("figure-13"), 3 * 10 * 64);
     assert_eq!(rows("figure-16"), 4 * 10 * 64);
     assert_eq!(rows("figure-19"), 3 * 10 * 64);
-    assert_eq!(
-        [rows("figure-14"), rows("figure-17"), rows("figure-20")],
-        [3, 3, 2]
-    );
+    assert_eq!([rows("figure-14"), rows("figure-17"), rows("figure-20")], [3, 3, 2]);
     assert_eq!([rows("figure-21"), rows("figure-22")], [1, 4]);
     assert_eq!(rows("figure-22-detectors"), 8);
     assert!(rows("figure-08") > 5 * 50);
     for name in ["figure-12", "figure-15", "figure-18"] {
         assert!(rows(name) > 3 * 20 * 20, "{name}");
     }
-    let report = claims::report(
-        study,
-        "vocc figures",
-        &judge(study, findings),
-        &[],
-        &figures,
-    );
+    let report = claims::report(study, "vocc figures", &judge(study, findings), &[], &figures);
     assert_eq!(report.html().matches("<svg").count(), 13);
     assert!(report.markdown().contains("figure-22-detectors.png"));
 }

@@ -68,16 +68,8 @@ const QUANTITIES: [(&str, Quantity); 9] = [
 ];
 
 impl About {
-    fn figure(
-        &self,
-        xs: &[f64],
-        settings: &[OperatingPoint],
-        findings: &Findings,
-    ) -> anyhow::Result<Option<Figure>> {
-        let points: Option<Vec<&Batches>> = settings
-            .iter()
-            .map(|&setting| findings.point(setting))
-            .collect();
+    fn figure(&self, xs: &[f64], settings: &[OperatingPoint], findings: &Findings) -> anyhow::Result<Option<Figure>> {
+        let points: Option<Vec<&Batches>> = settings.iter().map(|&setting| findings.point(setting)).collect();
         let Some(points) = points else {
             return Ok(None);
         };
@@ -105,9 +97,7 @@ impl About {
 
     fn chart(&self, xs: &[f64], title: &str, y: &str, series: Vec<Series>) -> Chart {
         let points = series.iter().flat_map(|series| &series.points);
-        let highest = points
-            .filter_map(|point| point.y_range)
-            .map(|[_, high]| high);
+        let highest = points.filter_map(|point| point.y_range).map(|[_, high]| high);
         Chart {
             title: title.into(),
             x: Axis::around(self.label, xs.iter().copied()),

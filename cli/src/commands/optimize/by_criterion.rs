@@ -24,12 +24,7 @@ const FRAMES: [u64; 2] = [100_000, 2048];
 const TOLERANCE: [f64; 2] = [0.01, 0.05];
 
 impl Arguments {
-    fn survey(
-        &self,
-        shared: &Shared,
-        scene: &Scene,
-        criterion: Criterion,
-    ) -> anyhow::Result<Survey> {
+    fn survey(&self, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<Survey> {
         ensure!(
             !self.reach.is_given(),
             "--message-bytes, --within, --probability, --choose, --min-cd, --max-cd and --lamp are of --criterion reach: give that, or \
@@ -113,19 +108,10 @@ impl Finder for ByCriterion<'_> {
 }
 
 /// Searches, prints and writes.
-pub fn run(
-    arguments: &Arguments,
-    shared: &Shared,
-    scene: &Scene,
-    criterion: Criterion,
-) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<Answer> {
     let survey = &arguments.survey(shared, scene, criterion)?;
     find_all(arguments, TableFile::of(survey, scene), |begun, missing| {
         let report = Report::new(survey, begun, missing, shared.json)?;
-        Ok(ByCriterion {
-            survey,
-            scene,
-            report,
-        })
+        Ok(ByCriterion { survey, scene, report })
     })
 }

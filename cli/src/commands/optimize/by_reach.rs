@@ -53,9 +53,7 @@ fn choice(text: &str) -> Result<Choice, String> {
         "margin" => Ok(Choice::Margin),
         "least-light" => Ok(Choice::LeastLight),
         "best" => Ok(Choice::Best),
-        _ => Err(format!(
-            "no choice {text:?}: choose margin, least-light or best"
-        )),
+        _ => Err(format!("no choice {text:?}: choose margin, least-light or best")),
     }
 }
 
@@ -121,8 +119,7 @@ impl Arguments {
             interval: self.intervals.clone(),
         };
         survey.check(scene)?;
-        survey.search.raw_error_rate =
-            demand.raw_error_rate(scene.link.symbol_rate_hz, shared.seed)?;
+        survey.search.raw_error_rate = demand.raw_error_rate(scene.link.symbol_rate_hz, shared.seed)?;
         Ok(survey)
     }
 }
@@ -178,16 +175,8 @@ impl Finder for ByReach<'_> {
 /// Searches, prints and writes.
 pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
     let survey = &arguments.by_reach(shared, scene)?;
-    find_all(
-        arguments,
-        TableFile::of_reach(survey, scene),
-        |begun, missing| {
-            let report = Report::new(survey, begun, missing, shared.json)?;
-            Ok(ByReach {
-                survey,
-                scene,
-                report,
-            })
-        },
-    )
+    find_all(arguments, TableFile::of_reach(survey, scene), |begun, missing| {
+        let report = Report::new(survey, begun, missing, shared.json)?;
+        Ok(ByReach { survey, scene, report })
+    })
 }

@@ -32,9 +32,7 @@ fn over_distance(file: &TableFile, survey: &Survey) -> Chart {
         title: "Best at each distance".into(),
         x: Axis::around("distance (m)", distances),
         y: ratios(survey),
-        series: table::by_interval(&survey.interval, |_, interval| {
-            of_interval(interval).collect()
-        }),
+        series: table::by_interval(&survey.interval, |_, interval| of_interval(interval).collect()),
     }
 }
 
@@ -42,19 +40,14 @@ fn over_distance(file: &TableFile, survey: &Survey) -> Chart {
 fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
     let mean = |entry: &Entry| point(entry.interval, entry.mean_l2a, entry.range_l2a);
     let least = |entry: &Entry| point(entry.interval, entry.least_ber_l2a, entry.least_ber_l2a_95);
-    let [means, least] = [
-        file.entries.iter().map(mean).collect(),
-        file.entries.iter().map(least).collect(),
-    ];
+    let [means, least] = [file.entries.iter().map(mean).collect(), file.entries.iter().map(least).collect()];
     let names = ["mean and range", "least mean BER, 95 %"];
     let rules = names.into_iter().zip([means, least]).zip(colours(&names));
     Chart {
         title: "Over all distances".into(),
         x: Axis::around("LED interval", survey.interval.iter().copied()),
         y: ratios(survey),
-        series: rules
-            .map(|((name, points), colour)| series(name, colour, points))
-            .collect(),
+        series: rules.map(|((name, points), colour)| series(name, colour, points)).collect(),
     }
 }
 

@@ -114,9 +114,7 @@ fn aim(text: &str) -> Result<Aim, String> {
     match text.parse() {
         _ if text == "reach" => Ok(Aim::Reach),
         Ok(criterion) => Ok(Aim::Criterion(criterion)),
-        Err(_) => Err(format!(
-            "no criterion {text:?}: choose b2w, fisher, ber or reach"
-        )),
+        Err(_) => Err(format!("no criterion {text:?}: choose b2w, fisher, ber or reach")),
     }
 }
 
@@ -205,6 +203,5 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 
 /// A table as its file says it; of an empty one, what its search depends on.
 pub fn as_toml(file: &TableFile) -> anyhow::Result<String> {
-    file.to_toml()
-        .context("the table cannot be written as TOML")
+    file.to_toml().context("the table cannot be written as TOML")
 }

@@ -45,10 +45,7 @@ pub struct About<'a> {
 
 impl Rounds {
     /// Those beside a table, if there is to be one; with the pieces that an earlier run has finished.
-    pub fn begin<Piece: DeserializeOwned>(
-        table: Option<&Path>,
-        about: &About,
-    ) -> anyhow::Result<(Self, Vec<Piece>)> {
+    pub fn begin<Piece: DeserializeOwned>(table: Option<&Path>, about: &About) -> anyhow::Result<(Self, Vec<Piece>)> {
         let Some(table) = table else {
             return Ok((Self::of(None, None, String::new()), Vec::new()));
         };
@@ -66,12 +63,7 @@ impl Rounds {
 
     fn of(path: Option<PathBuf>, file: Option<File>, sum: String) -> Self {
         let synced = Instant::now();
-        Self {
-            path,
-            file,
-            sum,
-            synced,
-        }
+        Self { path, file, sum, synced }
     }
 
     /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
@@ -88,10 +80,7 @@ impl Rounds {
             Ok(())
         });
         if let Err(error) = kept {
-            output::tell(format_args!(
-                "vocc: cannot write {}: {error}; going on",
-                path.display()
-            ));
+            output::tell(format_args!("vocc: cannot write {}: {error}; going on", path.display()));
             self.file = None;
         }
     }
@@ -155,8 +144,7 @@ mod tests {
             interval,
         };
         let round = vec![Evaluation::default(); 2];
-        let (mut rounds, known) =
-            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
+        let (mut rounds, known) = Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
         assert!(known.is_empty());
         rounds.add(&round);
         rounds.add(&round);
@@ -164,8 +152,7 @@ mod tests {
         let path = table.with_added_extension(EXTENSION);
         let text = std::fs::read_to_string(&path).expect("rounds");
         std::fs::write(&path, &text[..text.len() - 5]).expect("room");
-        let (mut rounds, known) =
-            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
+        let (mut rounds, known) = Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
         assert_eq!(known, std::slice::from_ref(&round));
         rounds.add(&round);
         drop(rounds);
@@ -178,12 +165,10 @@ mod tests {
         for moved in [vec![0, 1, 1], vec![0, 2, 1], vec![0, 2]] {
             let moved: Vec<&str> = moved.into_iter().map(|line| lines[line]).collect();
             std::fs::write(&path, moved.concat()).expect("room");
-            let (_, known) =
-                Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
+            let (_, known) = Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(1.0)).expect("room");
             assert_eq!(known.len(), usize::from(moved[1] == lines[1]));
         }
-        let (rounds, known) =
-            Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(2.0)).expect("room");
+        let (rounds, known) = Rounds::begin::<Vec<Evaluation>>(Some(&table), &about(2.0)).expect("room");
         assert!(known.is_empty(), "they are of another interval");
         rounds.finish().expect("removed");
         assert!(!path.exists());

@@ -68,15 +68,9 @@ impl Options {
     }
 
     /// Tries and prints.
-    pub fn run(
-        &self,
-        scene: Option<&str>,
-        camera: &str,
-        shared: &Shared,
-    ) -> anyhow::Result<Answer> {
+    pub fn run(&self, scene: Option<&str>, camera: &str, shared: &Shared) -> anyhow::Result<Answer> {
         let mut scene = Scene::load(scene.unwrap_or(SCENE), &[])?;
-        let of_camera = Scene::load(camera, &[])
-            .context("--camera names a preset or a scene file with a [camera]")?;
+        let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
         scene.camera = of_camera.camera;
         // All rates that are tried are below that of the frames.
         scene.link.symbol_rate_hz = 0.5 * scene.camera.frame_rate_hz;
@@ -177,9 +171,7 @@ fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
     }
     let best = advice.best();
     if best.delivered == 0 {
-        return line(
-            "nothing arrives: come nearer, expose for less, dim faster, or see what the scene calls for (vocc plan SCENE)",
-        );
+        return line("nothing arrives: come nearer, expose for less, dim faster, or see what the scene calls for (vocc plan SCENE)");
     }
     if best.code != usual {
         line(&format!(

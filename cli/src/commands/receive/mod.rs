@@ -80,11 +80,7 @@ fn size(text: &str) -> Result<(usize, usize), String> {
         .split_once('x')
         .and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
     match parsed {
-        Some((width, height))
-            if (1..=SIDE_MAX).contains(&width) && (1..=SIDE_MAX).contains(&height) =>
-        {
-            Ok((width, height))
-        }
+        Some((width, height)) if (1..=SIDE_MAX).contains(&width) && (1..=SIDE_MAX).contains(&height) => Ok((width, height)),
         _ => Err(format!(
             "{text:?} is not WIDTHxHEIGHT of 1 to {SIDE_MAX} pixels each, such as 1920x1080"
         )),
@@ -151,8 +147,7 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
     let source = Source::of(&arguments.sources)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
     if let (Some(folder), Source::Files(frames)) = (&arguments.show, &source) {
         let mut folders = frames.files.iter().filter_map(|file| file.path.parent());
@@ -166,10 +161,7 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
     }
     outputs::check(
-        [&arguments.save_camera, &arguments.mcap]
-            .into_iter()
-            .flatten()
-            .cloned(),
+        [&arguments.save_camera, &arguments.mcap].into_iter().flatten().cloned(),
         read.into_iter().chain(arguments.camera.file()),
     )?;
     let told = arguments.camera.told(arguments.pixels)?;
@@ -221,11 +213,7 @@ fn receive_stream<const PANELS: usize>(
 }
 
 /// Receives a file after the other.
-fn receive_files<const PANELS: usize>(
-    mut reception: Reception<PANELS>,
-    frames: &Frames,
-    told: Told,
-) -> anyhow::Result<Answer> {
+fn receive_files<const PANELS: usize>(mut reception: Reception<PANELS>, frames: &Frames, told: Told) -> anyhow::Result<Answer> {
     let stop = stop();
     if let Some(rate) = frames.rate {
         reception.by_stamps(rate, frames.doubled)?;
@@ -255,10 +243,6 @@ fn receive_files<const PANELS: usize>(
         reception.take(*number, *late, &Frame::new(image.as_raw(), width, height)?)?;
     }
     let answer = reception.finish()?;
-    ensure!(
-        bad == 0,
-        "{bad} of {} frames could not be used",
-        frames.files.len()
-    );
+    ensure!(bad == 0, "{bad} of {} frames could not be used", frames.files.len());
     Ok(answer)
 }

@@ -45,12 +45,7 @@ pub struct Reception<'a, const PANELS: usize> {
 
 impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// For so many frames, if that is known.
-    pub fn new(
-        arguments: &'a Arguments,
-        told: Told,
-        shared: &Shared,
-        total: Option<u64>,
-    ) -> anyhow::Result<Self> {
+    pub fn new(arguments: &'a Arguments, told: Told, shared: &Shared, total: Option<u64>) -> anyhow::Result<Self> {
         let fps = arguments.fps.unwrap_or(USUAL_FPS);
         let settings = ReceiverSettings {
             camera: told.camera,
@@ -98,9 +93,8 @@ impl<'a, const PANELS: usize> Reception<'a, PANELS> {
     /// Goes by the time stamps of frames, whose usual rate is `fps`, and of which so many were there twice.
     pub fn by_stamps(&mut self, fps: f32, doubled: usize) -> anyhow::Result<()> {
         if doubled > 0 {
-            self.report.say(&format!(
-                "{doubled} frames have the time of the frame before, and are left out"
-            ));
+            self.report
+                .say(&format!("{doubled} frames have the time of the frame before, and are left out"));
         }
         self.go_by(fps)
     }

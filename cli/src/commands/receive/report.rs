@@ -42,17 +42,8 @@ impl<'a> Report<'a> {
     ///
     /// # Errors
     /// When nothing can be recorded.
-    pub fn new(
-        arguments: &'a Arguments,
-        panels: usize,
-        as_json: bool,
-        with_pose: bool,
-        total: Option<u64>,
-    ) -> anyhow::Result<Self> {
-        let progress = total.map_or_else(
-            || Progress::endless("frames"),
-            |total| Progress::new(total, "frames"),
-        );
+    pub fn new(arguments: &'a Arguments, panels: usize, as_json: bool, with_pose: bool, total: Option<u64>) -> anyhow::Result<Self> {
+        let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
         Ok(Self {
             arguments,
@@ -63,9 +54,7 @@ impl<'a> Report<'a> {
             diagnosis: Diagnosis::default(),
             whole: Vec::new(),
             progress,
-            recording: recording
-                .map(|path| Recording::create(path, panels))
-                .transpose()?,
+            recording: recording.map(|path| Recording::create(path, panels)).transpose()?,
             undrawn: None,
             unrecorded: None,
         })
@@ -149,9 +138,7 @@ impl<'a> Report<'a> {
         self.diagnosis.learn(learnt);
         if self.as_json {
             if self.messages == 0 {
-                output::json(
-                    &serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }),
-                )?;
+                output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }))?;
             }
         } else {
             self.say(&learnt::as_text(learnt));
@@ -165,13 +152,8 @@ impl<'a> Report<'a> {
     }
 
     fn print(&self, as_text: &str, as_json: &serde_json::Value) -> anyhow::Result<()> {
-        self.progress.aside(|| {
-            if self.as_json {
-                output::json(as_json)
-            } else {
-                line(as_text)
-            }
-        })
+        self.progress
+            .aside(|| if self.as_json { output::json(as_json) } else { line(as_text) })
     }
 
     /// Prints and draws what a frame shows of a panel, with the number of the `symbol`, and says why it shows nothing.
@@ -270,11 +252,7 @@ impl<'a> Report<'a> {
     }
 
     /// Prints the messages that have become whole, with what is learnt of each panel's camera, and where the panel is.
-    pub fn deliver(
-        &mut self,
-        learnt: &[Option<Learnt>],
-        whereabouts: &[Whereabouts],
-    ) -> anyhow::Result<()> {
+    pub fn deliver(&mut self, learnt: &[Option<Learnt>], whereabouts: &[Whereabouts]) -> anyhow::Result<()> {
         for message in std::mem::take(&mut self.whole) {
             let panel = message.panel;
             let learnt = learnt.get(panel).and_then(Option::as_ref);
@@ -284,12 +262,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    fn message(
-        &self,
-        message: &Whole,
-        learnt: Option<&Learnt>,
-        whereabouts: &Whereabouts,
-    ) -> anyhow::Result<()> {
+    fn message(&self, message: &Whole, learnt: Option<&Learnt>, whereabouts: &Whereabouts) -> anyhow::Result<()> {
         let Whole {
             panel,
             text,

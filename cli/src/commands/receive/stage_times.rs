@@ -52,11 +52,7 @@ impl Profile for StageTimes {
     }
 
     fn ends(&mut self, stage: Stage) {
-        let spent = self
-            .begun
-            .pop()
-            .map(|begun| begun.elapsed())
-            .unwrap_or_default();
+        let spent = self.begun.pop().map(|begun| begun.elapsed()).unwrap_or_default();
         if let Some(index) = STAGES.iter().position(|&other| other == stage) {
             self.spent[index].add(spent);
         }

@@ -23,9 +23,7 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     let Some((key, places)) = abscissa(sweep) else {
         return Ok(None);
     };
-    let cells: Vec<Summary> = (0..sweep.cells())
-        .map(|cell| results.summary(cell))
-        .collect();
+    let cells: Vec<Summary> = (0..sweep.cells()).map(|cell| results.summary(cell)).collect();
     let rate = rate_axis(&cells);
     let chart = |title: &str, series: Vec<Series>| Chart {
         title: title.into(),
@@ -35,12 +33,9 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     };
     let of = |detector: &DetectorChoice| -> Vec<&Summary> {
         let cells = cells.iter();
-        cells
-            .filter(|cell| cell.detector == detector.name())
-            .collect()
+        cells.filter(|cell| cell.detector == detector.name()).collect()
     };
-    let is_alone =
-        |(place, axis): (usize, &studies::sweep::Axis)| place == key || axis.values.len() < 2;
+    let is_alone = |(place, axis): (usize, &studies::sweep::Axis)| place == key || axis.values.len() < 2;
     let charts: Vec<Chart> = if sweep.grid.iter().enumerate().all(is_alone) {
         let detectors = sweep.detectors.iter();
         let curves = detectors.map(|detector| (detector.name().to_owned(), of(detector)));
@@ -68,9 +63,7 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
 /// The axis of rates, down to the lowest that is drawn.
 fn rate_axis(cells: &[Summary]) -> Axis {
     let known = cells.iter().filter(|cell| cell.frames > 0);
-    let least = known
-        .map(|cell| lowest(cell).max(LEAST))
-        .fold(1e-1, f64::min);
+    let least = known.map(|cell| lowest(cell).max(LEAST)).fold(1e-1, f64::min);
     let name = if cells.iter().any(|cell| cell.frames_across > Some(0)) {
         "bit error rate, frames of one symbol"
     } else {
@@ -108,11 +101,7 @@ fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
 /// The lowest rate that a cell is drawn at.
 fn lowest(cell: &Summary) -> f64 {
     let (rate, [low, high], errors) = cell.comparable();
-    if errors == 0 {
-        high
-    } else {
-        low.max(rate / 10.0)
-    }
+    if errors == 0 { high } else { low.max(rate / 10.0) }
 }
 
 /// A curve's name and its cells.

@@ -20,11 +20,7 @@ pub fn plan(folder: &Path) -> PathBuf {
 
 /// What a shard has done.
 pub fn shard(folder: &Path, shard: Shard) -> PathBuf {
-    folder.join(format!(
-        "shard-{:06}-of-{:06}.json",
-        shard.index(),
-        shard.count()
-    ))
+    folder.join(format!("shard-{:06}-of-{:06}.json", shard.index(), shard.count()))
 }
 
 /// Why a shard failed.
@@ -56,8 +52,7 @@ pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 /// # Errors
 /// When another plan is there, or the folder cannot be written to.
 pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<PlanFile> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let path = self::plan(folder);
     if path.exists() {
         let kept = kept_plan(folder)?;
@@ -66,10 +61,7 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
             "{} is the folder of another plan: name another folder",
             folder.display()
         );
-        let there = kept
-            .division
-            .as_ref()
-            .map_or(shards, |division| division.shards);
+        let there = kept.division.as_ref().map_or(shards, |division| division.shards);
         ensure!(
             there == shards,
             "{} is the folder of {there} shards, not of {shards}: name another folder",
@@ -84,9 +76,7 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
             expected_frames: plan.sweep.expected_frames()?,
         });
     }
-    let text = fixed
-        .to_toml()
-        .context("the plan cannot be written as TOML")?;
+    let text = fixed.to_toml().context("the plan cannot be written as TOML")?;
     files::write(&path, text)?;
     Ok(fixed)
 }
@@ -111,11 +101,7 @@ pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
 ///
 /// # Errors
 /// When old word cannot be taken away.
-pub fn note_failure(
-    folder: &Path,
-    shard: Shard,
-    failed: Option<&anyhow::Error>,
-) -> anyhow::Result<()> {
+pub fn note_failure(folder: &Path, shard: Shard, failed: Option<&anyhow::Error>) -> anyhow::Result<()> {
     let path = failure(folder, shard);
     match failed {
         // Where there is no room even for this, the shard is shown as missing.
@@ -123,8 +109,7 @@ pub fn note_failure(
             let text = crate::output::explain(error);
             let _ = files::write(&path, text);
         }
-        None if path.exists() => std::fs::remove_file(&path)
-            .with_context(|| format!("cannot remove {}", path.display()))?,
+        None if path.exists() => std::fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?,
         None => {}
     }
     Ok(())

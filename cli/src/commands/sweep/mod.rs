@@ -71,10 +71,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let path = arguments.plan.as_deref().context("give a plan")?;
     let plan = read(path, shared)?;
     if let Some(folder) = arguments.slurm.folder() {
-        ensure!(
-            arguments.out.is_none(),
-            "--slurm names the folder: leave --out away"
-        );
+        ensure!(arguments.out.is_none(), "--slurm names the folder: leave --out away");
         return slurm::run(&arguments.slurm, folder, plan);
     }
     match (arguments.shard, &arguments.out) {
@@ -90,8 +87,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 
 /// The plan in a file, with what the command line says over it.
 fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
-    let text = input::read_text(path, input::TABLE_MAX)
-        .with_context(|| format!("cannot read the plan {}", path.display()))?;
+    let text = input::read_text(path, input::TABLE_MAX).with_context(|| format!("cannot read the plan {}", path.display()))?;
     let mut plan = Sweep::from_toml(&path.display().to_string(), &text, &shared.set)?;
     let (asked, planned) = (shared.seed, plan.sweep.seed);
     if plan.names_seed {
@@ -108,19 +104,13 @@ fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
 
 /// Makes the folder of a whole sweep, if it is not there, and looks whether it can be written to.
 fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let read = outputs::files_of(&plan.to_string_lossy(), &sweep.scene);
     results::check(&folder::whole(folder), "json", &["csv", "svg", "png"], read)
 }
 
 /// One shard of it.
-fn part(
-    arguments: &Arguments,
-    plan: &PlanFile,
-    shard: Shard,
-    folder: &Path,
-) -> anyhow::Result<Answer> {
+fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> anyhow::Result<Answer> {
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
     let results = begun(&plan.sweep, &path, arguments.resume)?;
@@ -131,12 +121,7 @@ fn part(
 }
 
 /// What is left of a shard.
-fn work_off(
-    plan: &PlanFile,
-    shard: Shard,
-    path: &Path,
-    mut results: Results,
-) -> anyhow::Result<Answer> {
+fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) -> anyhow::Result<Answer> {
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?.until(stop());
     let mut report = Report::silent();
     report.begin_at(run.frames_done(&results));
@@ -151,12 +136,7 @@ fn work_off(
 }
 
 /// All of it.
-fn whole(
-    arguments: &Arguments,
-    plan: &PlanFile,
-    folder: Option<&Path>,
-    as_json: bool,
-) -> anyhow::Result<Answer> {
+fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json: bool) -> anyhow::Result<Answer> {
     let path = folder.map(folder::whole);
     let mut results = match &path {
         Some(path) => begun(&plan.sweep, path, arguments.resume)?,
@@ -199,10 +179,7 @@ fn begun(sweep: &Sweep, path: &Path, resume: bool) -> anyhow::Result<Results> {
     let mut results = Results::new(sweep.clone());
     if path.exists() {
         if !resume {
-            bail!(
-                "{} exists: go on from it with --resume, or name another folder",
-                path.display()
-            );
+            bail!("{} exists: go on from it with --resume, or name another folder", path.display());
         }
         results::merge(&mut results, path)?;
     }

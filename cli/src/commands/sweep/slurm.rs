@@ -29,12 +29,7 @@ pub struct Options {
     #[arg(long, requires = "folder", value_name = "NAME", value_parser = word)]
     partition: Option<String>,
     /// Time limit of a task, as sbatch takes it. A task that reaches it keeps what it has, and is queued again.
-    #[arg(
-        long,
-        default_value = "01:00:00",
-        requires = "folder",
-        value_name = "TIME"
-    )]
+    #[arg(long, default_value = "01:00:00", requires = "folder", value_name = "TIME")]
     time: TimeLimit,
     /// Memory of a task, as sbatch takes it.
     #[arg(long, default_value = "1G", requires = "folder", value_name = "SIZE", value_parser = word)]
@@ -242,10 +237,7 @@ exit "$status"
     }
 
     fn merge(&self) -> String {
-        let directives = self.directives(&[
-            "--job-name=vocc-merge".into(),
-            format!("--output=\"{}/merge.log\"", self.log),
-        ]);
+        let directives = self.directives(&["--job-name=vocc-merge".into(), format!("--output=\"{}/merge.log\"", self.log)]);
         let Self { vocc, folder, .. } = self;
         format!(
             r#"#!/bin/bash

@@ -41,16 +41,12 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
         return undivided(&folder::whole(path), as_json);
     }
     let plan = folder::kept_plan(path)?;
-    let count = plan
-        .division
-        .as_ref()
-        .map(|division| division.shards)
-        .with_context(|| {
-            format!(
-                "{} is no folder of a sweep's shards: the plan in it has no [division]; name the folder that --out or --slurm named",
-                path.display()
-            )
-        })?;
+    let count = plan.division.as_ref().map(|division| division.shards).with_context(|| {
+        format!(
+            "{} is no folder of a sweep's shards: the plan in it has no [division]; name the folder that --out or --slurm named",
+            path.display()
+        )
+    })?;
     let partition = plan.sweep.partition(plan.expected_frames())?;
     let mut open = Vec::new();
     for index in 0..count {
@@ -67,24 +63,13 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
     if !as_json {
         let whole = folder::whole(path);
         let merged = if whole.exists() { "" } else { "not " };
-        line(&format!(
-            "{} of {count} shards done; {merged}merged",
-            count as usize - open.len()
-        ))?;
+        line(&format!("{} of {count} shards done; {merged}merged", count as usize - open.len()))?;
         if !open.is_empty() {
-            let list = open
-                .iter()
-                .map(u64::to_string)
-                .collect::<Vec<_>>()
-                .join(",");
+            let list = open.iter().map(u64::to_string).collect::<Vec<_>>().join(",");
             line(&format!("to do again what is not running: --array={list}"))?;
         }
     }
-    Ok(if open.is_empty() {
-        Answer::Yes
-    } else {
-        Answer::No
-    })
+    Ok(if open.is_empty() { Answer::Yes } else { Answer::No })
 }
 
 fn undivided(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
@@ -107,11 +92,7 @@ fn status(path: &Path, sweep: &Sweep, partition: &Partition, shard: Shard) -> St
         match results::read(&found) {
             Ok(results) if results.sweep() == sweep => {
                 done = part_done(&results, &work);
-                state = if done == 1.0 {
-                    State::Done
-                } else {
-                    State::Unfinished
-                };
+                state = if done == 1.0 { State::Done } else { State::Unfinished };
             }
             Ok(_) => why = Some(format!("{} is of another run", found.display())),
             Err(error) => why = Some(format!("{error:#}")),
@@ -137,15 +118,8 @@ fn part_done(results: &Results, work: &[Work]) -> f64 {
             Standing::Missing(_) => (results.chunks_of(work.cell).min(most), most),
         }
     };
-    let (done, all) = work
-        .iter()
-        .map(of)
-        .fold((0, 0), |(done, all), (d, a)| (done + d, all + a));
-    if done == all {
-        1.0
-    } else {
-        done as f64 / all as f64
-    }
+    let (done, all) = work.iter().map(of).fold((0, 0), |(done, all), (d, a)| (done + d, all + a));
+    if done == all { 1.0 } else { done as f64 / all as f64 }
 }
 
 fn describe(status: &Status) -> String {

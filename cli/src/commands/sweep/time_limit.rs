@@ -18,9 +18,7 @@ impl FromStr for TimeLimit {
         let unlimited = ["0", "UNLIMITED", "INFINITE"].contains(&text);
         let seconds = if unlimited { None } else { Some(parse(text)) };
         match seconds {
-            Some(None) => {
-                Err("give minutes, hours:minutes:seconds, days-hours or days-hours:minutes:seconds")
-            }
+            Some(None) => Err("give minutes, hours:minutes:seconds, days-hours or days-hours:minutes:seconds"),
             known => Ok(Self {
                 text: text.into(),
                 seconds: known.flatten(),
@@ -69,17 +67,7 @@ mod tests {
             assert_eq!(seconds(text), Ok(Some(expected)), "{text}");
         }
         assert_eq!(seconds("UNLIMITED"), Ok(None));
-        for text in [
-            "",
-            "1h",
-            "-1",
-            "1-",
-            "1:2:3:4",
-            "1-2:3:4:5",
-            "1 2",
-            "+5",
-            "9999999999",
-        ] {
+        for text in ["", "1h", "-1", "1-", "1:2:3:4", "1-2:3:4:5", "1 2", "+5", "9999999999"] {
             assert!(seconds(text).is_err(), "{text}");
         }
     }

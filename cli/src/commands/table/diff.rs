@@ -29,18 +29,12 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
     let (new, new_table) = TableFile::read_with_table(new)?;
     let (files, tables) = ([old, new], [old_table, new_table]);
     let axis = |of: fn(&TableFile) -> &Vec<f64>| {
-        let mut axis: Vec<f64> = files
-            .iter()
-            .flat_map(|file| of(file).iter().copied())
-            .collect();
+        let mut axis: Vec<f64> = files.iter().flat_map(|file| of(file).iter().copied()).collect();
         axis.sort_by(f64::total_cmp);
         axis.dedup();
         axis
     };
-    let (lights, intervals) = (
-        axis(|file| &file.ratios.illuminance_lx),
-        axis(|file| &file.ratios.interval),
-    );
+    let (lights, intervals) = (axis(|file| &file.ratios.illuminance_lx), axis(|file| &file.ratios.interval));
     // The newer one's curve, where both have one.
     let known: Vec<&TableFile> = scene.iter().chain(files.iter().rev()).collect();
     if !as_json {
@@ -63,18 +57,9 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
 }
 
 impl Difference {
-    fn at(
-        tables: &[L2aTable; 2],
-        known: &[&TableFile],
-        illuminance_lx: f64,
-        interval: f64,
-    ) -> Self {
-        let [old_l2a, new_l2a] = tables
-            .each_ref()
-            .map(|table| super::carried(table, illuminance_lx, interval));
-        let curve = known
-            .iter()
-            .find_map(|file| file.curve(illuminance_lx, interval));
+    fn at(tables: &[L2aTable; 2], known: &[&TableFile], illuminance_lx: f64, interval: f64) -> Self {
+        let [old_l2a, new_l2a] = tables.each_ref().map(|table| super::carried(table, illuminance_lx, interval));
+        let curve = known.iter().find_map(|file| file.curve(illuminance_lx, interval));
         let reach = |l2a| curve.as_ref().and_then(|curve| curve.reach_m(l2a));
         Self {
             illuminance_lx,
@@ -97,11 +82,7 @@ impl std::fmt::Display for Difference {
         )?;
         match (self.old_reach_m, self.new_reach_m) {
             (Some(old), Some(new)) => {
-                write!(
-                    f,
-                    "  {old:.1} to {new:.1} m ({:+.1} %)",
-                    100.0 * (new / old - 1.0)
-                )
+                write!(f, "  {old:.1} to {new:.1} m ({:+.1} %)", 100.0 * (new / old - 1.0))
             }
             _ => Ok(()),
         }

@@ -133,9 +133,7 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
         json(&carried)?;
     } else {
         carried.print()?;
-        report::table::sketch(&file)
-            .iter()
-            .try_for_each(|sketch| line(sketch))?;
+        report::table::sketch(&file).iter().try_for_each(|sketch| line(sketch))?;
         if !file.reach_entries.is_empty() {
             line(report::table::REACH_HEAD)?;
         }
@@ -173,17 +171,11 @@ impl Carried {
     }
 
     fn print(&self) -> anyhow::Result<()> {
-        let columns = self
-            .interval
-            .iter()
-            .map(|interval| format!("{interval:>8.2}"));
+        let columns = self.interval.iter().map(|interval| format!("{interval:>8.2}"));
         line(&format!("L2A at interval {}", columns.collect::<String>()))?;
         for (illuminance, ratios) in self.illuminance_lx.iter().zip(&self.l2a) {
             let ratios = ratios.iter().map(|ratio| format!("{ratio:>8.3}"));
-            line(&format!(
-                "{illuminance:>12} lx {}",
-                ratios.collect::<String>()
-            ))?;
+            line(&format!("{illuminance:>12} lx {}", ratios.collect::<String>()))?;
         }
         Ok(())
     }
@@ -192,9 +184,7 @@ impl Carried {
 /// The ratio that a transmitter looks up.
 fn carried(table: &L2aTable, illuminance_lx: f64, interval: f64) -> f64 {
     let light = Illuminance::saturating_from_num(illuminance_lx);
-    table
-        .l2a(light, Interval::saturating_from_num(interval))
-        .to_num()
+    table.l2a(light, Interval::saturating_from_num(interval)).to_num()
 }
 
 /// The Rust source of a table: what `link` is built with.
@@ -205,7 +195,11 @@ fn source(file: &TableFile) -> String {
     };
     [
         "//! The table that the firmware ships with, made from a table file by `vocc table show FILE --rust`.\n".into(),
-        of("ILLUMINANCES_LX", "Ambient illuminances of its rows, lx.", &file.ratios.illuminance_lx),
+        of(
+            "ILLUMINANCES_LX",
+            "Ambient illuminances of its rows, lx.",
+            &file.ratios.illuminance_lx,
+        ),
         of("INTERVALS", "LED intervals of its columns.", &file.ratios.interval),
         of("L2A", "Its ratios, row by row.", &file.ratios.l2a.concat()),
     ]

@@ -51,10 +51,7 @@ fn factor(text: &str) -> Result<f64, String> {
 impl Regret {
     /// Prints the reach lost at each light and interval, scene by scene, and the ratios that lose least over all of them.
     pub fn run(&self, as_json: bool) -> anyhow::Result<Answer> {
-        outputs::check(
-            self.out.clone(),
-            self.scenes.iter().chain([&self.table]).cloned(),
-        )?;
+        outputs::check(self.out.clone(), self.scenes.iter().chain([&self.table]).cloned())?;
         if let Some(path) = &self.out {
             ensure!(
                 !path.is_file() || TableFile::read(path).map_or(true, |there| !there.is_searched()),
@@ -64,26 +61,13 @@ impl Regret {
         }
         let (_, table) = TableFile::read_with_table(&self.table)?;
         let own = std::slice::from_ref(&self.table);
-        let paths = if self.scenes.is_empty() {
-            own
-        } else {
-            &self.scenes
-        };
-        let scenes: Vec<TableFile> = paths
-            .iter()
-            .map(|path| by_reach(path))
-            .collect::<Result<_, _>>()?;
+        let paths = if self.scenes.is_empty() { own } else { &self.scenes };
+        let scenes: Vec<TableFile> = paths.iter().map(|path| by_reach(path)).collect::<Result<_, _>>()?;
         for (path, scene) in paths.iter().zip(&scenes) {
             if !as_json {
                 line(&format!("reach in {}:", path.display()))?;
-                let columns = self
-                    .times
-                    .iter()
-                    .map(|times| format!("{:>9}", format!("x{times}")));
-                line(&format!(
-                    "illuminance  interval     L2A    best{}",
-                    columns.collect::<String>()
-                ))?;
+                let columns = self.times.iter().map(|times| format!("{:>9}", format!("x{times}")));
+                line(&format!("illuminance  interval     L2A    best{}", columns.collect::<String>()))?;
             }
             for entry in &scene.reach_entries {
                 let losses = self.losses(&table, scene, entry);
@@ -117,9 +101,7 @@ impl Regret {
             interval,
             times,
             l2a: times * carried,
-            reach_m: regret
-                .as_ref()
-                .and_then(|regret| regret.reach_m(times * carried)),
+            reach_m: regret.as_ref().and_then(|regret| regret.reach_m(times * carried)),
             best_reach_m: entry.best_reach_m,
         };
         self.times.iter().map(loss).collect()

@@ -29,8 +29,7 @@ impl Transfer {
         let table = self.table()?;
         let mut client = self.port.greet()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
-        push(&mut client, &table, |bytes| progress.done(bytes as u64))
-            .with_context(|| self.port.name())?;
+        push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
         drop(progress);
         self.report(&table, shared, "is stored and in use")
     }
@@ -92,9 +91,7 @@ impl Transfer {
 
     /// The table of the file, or the one that a transmitter ships with.
     fn table(&self) -> anyhow::Result<L2aTable> {
-        self.file
-            .as_deref()
-            .map_or_else(|| Ok(L2aTable::default()), read)
+        self.file.as_deref().map_or_else(|| Ok(L2aTable::default()), read)
     }
 
     fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Answer> {

@@ -2,9 +2,7 @@
 
 use studies::flicker::{Flicker, Practice, Spectrum};
 
-use crate::plot::{
-    Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, RGBColor, Series, colours,
-};
+use crate::plot::{Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, RGBColor, Series, colours};
 
 /// Pixels of a chart across and down.
 const SIZE_PX: (i32, i32) = (420, 380);
@@ -25,8 +23,7 @@ pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
         let limits = limits.into_iter().zip(&own[2..]);
         let limits = limits.map(|(practice, &colour)| series(Line::Band, colour, limit(practice)));
         let lights = [&flicker.worst_led, &flicker.panel].into_iter().zip(&own);
-        let lights =
-            lights.map(|(light, &colour)| series(Line::None, colour, points(light, rate_hz)));
+        let lights = lights.map(|(light, &colour)| series(Line::None, colour, points(light, rate_hz)));
         Chart {
             title: format!("{rate_hz} symbols a second"),
             x: Axis::logarithmic("frequency (Hz)", SHOWN_HZ),
@@ -75,8 +72,7 @@ fn points(light: &Spectrum, rate_hz: f64) -> Vec<Point> {
         ..Point::default()
     });
     let [least_hz, most_hz] = SHOWN_HZ;
-    let is_shown =
-        |point: &Point| (least_hz..=most_hz).contains(&point.x) && point.y >= SHOWN_PERCENT[0];
+    let is_shown = |point: &Point| (least_hz..=most_hz).contains(&point.x) && point.y >= SHOWN_PERCENT[0];
     points.filter(is_shown).collect()
 }
 

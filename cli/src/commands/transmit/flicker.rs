@@ -93,12 +93,7 @@ struct Lowest {
 }
 
 /// Prints what is seen of a message, or of beacons where there is none; `file` is that which the message comes from.
-pub fn run(
-    options: &Options,
-    message: Option<&[u8]>,
-    file: Option<PathBuf>,
-    shared: &Shared,
-) -> anyhow::Result<Answer> {
+pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, shared: &Shared) -> anyhow::Result<Answer> {
     let stem = options.plot.as_deref();
     outputs::check(stem.map(plot::files_of).into_iter().flatten(), file)?;
     let panels = panels(message)?;
@@ -168,8 +163,7 @@ impl Sight {
 
 impl Lowest {
     fn of(light: &'static str, spectrum: &Spectrum) -> Self {
-        let [low_risk_hz, no_effect_hz, no_seizures_hz] =
-            Practice::ALL.map(|practice| practice.lowest_rate_hz(spectrum));
+        let [low_risk_hz, no_effect_hz, no_seizures_hz] = Practice::ALL.map(|practice| practice.lowest_rate_hz(spectrum));
         Self {
             light,
             low_risk_hz,
@@ -189,41 +183,25 @@ fn print(report: &Report) -> anyhow::Result<()> {
         None => "beacons".into(),
     };
     let period = report.period_symbols;
-    line(&format!(
-        "{shown}: the light comes again after {period} symbols"
-    ))?;
+    line(&format!("{shown}: the light comes again after {period} symbols"))?;
     line("")?;
-    line(&format!(
-        "           {:44}all LEDs together",
-        "the worst LED"
-    ))?;
+    line(&format!("           {:44}all LEDs together", "the worst LED"))?;
     let names = columns(["a passer-by sees", "%", "at Hz", "times"]);
     line(&format!("symbols/s  {names}  {names}"))?;
     for rate in &report.rates {
         let (led, panel) = (rate.worst_led.columns(), rate.panel.columns());
         line(&format!("{:>9}  {led}  {panel}", rate.symbols_hz))?;
     }
-    line(
-        "%: the modulation that is most times what is of low risk (IEEE Std 1789-2015), which is met up to 1 times",
-    )?;
+    line("%: the modulation that is most times what is of low risk (IEEE Std 1789-2015), which is met up to 1 times")?;
     line("")?;
     let row = |cells: [&str; 4]| {
         let [light, low_risk, no_effect, no_seizures] = cells;
         format!("{light:38} {low_risk:>9} {no_effect:>10} {no_seizures:>12}")
     };
     let [low_risk, no_effect, no_seizures] = Practice::ALL.map(|practice| practice.to_string());
-    line(&row([
-        "met from so many symbols a second on",
-        &low_risk,
-        &no_effect,
-        &no_seizures,
-    ]))?;
+    line(&row(["met from so many symbols a second on", &low_risk, &no_effect, &no_seizures]))?;
     for lowest in &report.lowest {
-        let rates_hz = [
-            lowest.low_risk_hz,
-            lowest.no_effect_hz,
-            lowest.no_seizures_hz,
-        ];
+        let rates_hz = [lowest.low_risk_hz, lowest.no_effect_hz, lowest.no_seizures_hz];
         let [low_risk, no_effect, no_seizures] = rates_hz.map(|hz| format!("{:.0}", hz.ceil()));
         line(&row([lowest.light, &low_risk, &no_effect, &no_seizures]))?;
     }

@@ -21,8 +21,7 @@ const PIXELS: usize = 9_216;
 
 type Board = Service<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
 
-static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> =
-    ConstStaticCell::new(ReceiverMemory::new());
+static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());
 static SERVICE: StaticCell<Result<Board, ReceiverError>> = StaticCell::new();
 
 struct Mps2 {
@@ -44,9 +43,7 @@ impl Machine for Mps2 {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let machine = Mps2 {
-        clock: Clock::start(),
-    };
+    let machine = Mps2 { clock: Clock::start() };
     let uart = Uart::start();
     if let Ok(service) = service() {
         loop {

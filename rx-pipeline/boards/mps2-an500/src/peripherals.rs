@@ -62,9 +62,7 @@ impl Uart {
         #[allow(unsafe_code)]
         let registers = unsafe { &*(UART_0 as *const UartRegisters) };
         registers.divider.set(SYSTEM_HZ / BAUD);
-        registers
-            .control
-            .set(TRANSMIT | RECEIVE | RECEIVE_INTERRUPT);
+        registers.control.set(TRANSMIT | RECEIVE | RECEIVE_INTERRUPT);
         cortex_m::interrupt::disable();
         // SAFETY: no critical section relies on this interrupt's mask, and it has no handler to begin.
         #[allow(unsafe_code)]

@@ -21,8 +21,6 @@ impl Film {
     /// Its frames; no more than there is memory.
     pub fn frames(&self) -> impl Iterator<Item = &'static [u8]> {
         let (count, pixels) = self.0.split_first_chunk().unwrap_or((&[0; 4], &[]));
-        pixels
-            .chunks_exact(FRAME)
-            .take(u32::from_le_bytes(*count) as usize)
+        pixels.chunks_exact(FRAME).take(u32::from_le_bytes(*count) as usize)
     }
 }

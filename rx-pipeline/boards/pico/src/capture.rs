@@ -5,13 +5,10 @@
 use embassy_futures::poll_once;
 use embassy_rp::{
     Peri, bind_interrupts, dma,
-    peripherals::{
-        DMA_CH0, PIN_6, PIN_7, PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13, PIN_14, PIN_15,
-        PIN_16, PIO0,
-    },
+    peripherals::{DMA_CH0, PIN_6, PIN_7, PIN_8, PIN_9, PIN_10, PIN_11, PIN_12, PIN_13, PIN_14, PIN_15, PIN_16, PIO0},
     pio::{
-        Config, Direction, FifoJoin, InterruptHandler, Irq, IrqFlags, LoadedProgram, Pio,
-        ShiftConfig, ShiftDirection, StateMachine, program::pio_asm,
+        Config, Direction, FifoJoin, InterruptHandler, Irq, IrqFlags, LoadedProgram, Pio, ShiftConfig, ShiftDirection, StateMachine,
+        program::pio_asm,
     },
 };
 use embassy_sync::{
@@ -24,11 +21,7 @@ use rx_pipeline::hm01b0::Mode;
 use static_cell::{ConstStaticCell, StaticCell};
 
 /// What the camera is set to.
-pub const MODE: Mode = if cfg!(feature = "rp2040") {
-    Mode::BINNED
-} else {
-    Mode::QVGA
-};
+pub const MODE: Mode = if cfg!(feature = "rp2040") { Mode::BINNED } else { Mode::QVGA };
 const WORDS: usize = MODE.width() * MODE.height() / 4;
 /// A frame that takes longer than this does not end.
 const PATIENCE: Duration = Duration::from_micros(3 * MODE.period_us() as u64);
@@ -105,10 +98,8 @@ pub struct Capture {
 impl Capture {
     /// A capture that has not begun, and where its frames come out.
     pub fn new(wires: Wires) -> (Self, Shots) {
-        static FRAMES: ConstStaticCell<[Shot; 2]> =
-            ConstStaticCell::new([const { Shot::EMPTY }; 2]);
-        static CHANNEL: StaticCell<Channel<'static, CriticalSectionRawMutex, Shot>> =
-            StaticCell::new();
+        static FRAMES: ConstStaticCell<[Shot; 2]> = ConstStaticCell::new([const { Shot::EMPTY }; 2]);
+        static CHANNEL: StaticCell<Channel<'static, CriticalSectionRawMutex, Shot>> = StaticCell::new();
         let channel = CHANNEL.init_with(|| Channel::new(FRAMES.take()));
         let (film, shots) = channel.split();
 

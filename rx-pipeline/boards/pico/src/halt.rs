@@ -64,9 +64,7 @@ const KEPT_BYTES: u32 = 112;
 extern "C" fn tell_fault(at: u32, from: u32) -> ! {
     match at {
         0 => end(format_args!("the stack overflowed")),
-        _ => end(format_args!(
-            "HardFault at {at:#010x}, called from {from:#010x}"
-        )),
+        _ => end(format_args!("HardFault at {at:#010x}, called from {from:#010x}")),
     }
 }
 

@@ -50,11 +50,7 @@ use crate::{
 };
 
 /// What a panel shows in a second, thousandths. Not a simple fraction of the frame rate: exposures then meet changes of symbols in turn.
-const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") {
-    9_000
-} else {
-    20_400
-};
+const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") { 9_000 } else { 20_400 };
 /// A camera that sends no whole frame for so long is set up anew.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// The port and the lamp are looked after so often where no frames come.
@@ -125,10 +121,7 @@ async fn main(_spawner: Spawner) {
     };
     if let Some(words) = halt::last_words() {
         let mut line = heapless::String::<256>::new();
-        let _ = write!(
-            line,
-            "fault: the program ended before this start: {words}\r\n"
-        );
+        let _ = write!(line, "fault: the program ended before this start: {words}\r\n");
         board.write(line.as_bytes());
     }
     let (capture, mut shots) = Capture::new(Wires {

@@ -68,10 +68,7 @@ async fn speak(mut port: Sender<'static, Driver>) {
 }
 
 /// An empty packet after a full one tells the computer that nothing follows, where nothing does.
-async fn write_packet(
-    port: &mut Sender<'static, Driver>,
-    bytes: &[u8],
-) -> Result<(), EndpointError> {
+async fn write_packet(port: &mut Sender<'static, Driver>, bytes: &[u8]) -> Result<(), EndpointError> {
     port.write_packet(bytes).await?;
     if bytes.len() == PACKET && OUTGOING.is_empty() {
         port.write_packet(&[]).await?;

@@ -35,9 +35,7 @@ fn after(frames: u64, scene: &Scene, told: Encoding) -> Box<MaximumLikelihood<16
         let bits = random_bits(seed);
         let scene = Scene { bits, ..*scene };
         let rendered = scene.render();
-        let found = detector
-            .detect(&rendered.frame(), &scene.corners())
-            .unwrap();
+        let found = detector.detect(&rendered.frame(), &scene.corners()).unwrap();
         let wrong = (found.bits.bits() ^ bits).count_ones();
         assert!(seed <= 20 || wrong == 0, "{wrong} in frame {seed}");
     }
@@ -51,31 +49,18 @@ fn learnt(scene: &Scene, told: Encoding) -> Encoding {
 #[test]
 fn the_curve_is_learnt_where_leds_overlap() {
     for (gamma, told) in [(1.0, 2.2), (1.4, 2.2), (2.6, 1.0), (2.2, 1.0), (1.0, 2.6)] {
-        let scene = Scene {
-            gamma,
-            ..OVERLAPPING
-        };
+        let scene = Scene { gamma, ..OVERLAPPING };
         let Encoding::Gamma(found) = learnt(&scene, Encoding::Gamma(told)) else {
             panic!("no exponent")
         };
-        assert!(
-            (found - gamma).abs() < 0.5,
-            "γ = {gamma}, told {told}: {found}"
-        );
+        assert!((found - gamma).abs() < 0.5, "γ = {gamma}, told {told}: {found}");
     }
 }
 
 #[test]
 fn what_was_told_stays_where_it_explains_the_frames() {
-    for (gamma, told) in [
-        (1.0, Encoding::LINEAR),
-        (2.2, Encoding::Gamma(2.2)),
-        (2.5, Encoding::Gamma(2.5)),
-    ] {
-        let scene = Scene {
-            gamma,
-            ..OVERLAPPING
-        };
+    for (gamma, told) in [(1.0, Encoding::LINEAR), (2.2, Encoding::Gamma(2.2)), (2.5, Encoding::Gamma(2.5))] {
+        let scene = Scene { gamma, ..OVERLAPPING };
         assert_eq!(learnt(&scene, told), told, "γ = {gamma}");
     }
 }
@@ -106,10 +91,7 @@ fn errors_that_are_no_sensors_tell_no_curve() {
 
 #[test]
 fn a_curve_is_handed_on_with_what_else_was_learnt() {
-    let scene = Scene {
-        gamma: 1.0,
-        ..OVERLAPPING
-    };
+    let scene = Scene { gamma: 1.0, ..OVERLAPPING };
     let one = after(40, &scene, Encoding::default());
     let mut other = after(0, &scene, Encoding::default());
     other.set_experience(one.experience());

@@ -24,9 +24,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         before: &SoftPanel,
         noise: f32,
     ) -> Result<Option<Detection>, DetectError> {
-        let Experience {
-            levels, line_delay, ..
-        } = self.experience;
+        let Experience { levels, line_delay, .. } = self.experience;
         let rows = self.model.rows(crop);
         let are_at_once = line_delay.is_at_once(&rows);
         // Symbols differ: where the second is the first again, no change caught it, and what changed was another row.
@@ -35,18 +33,16 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             let explain = two.explain(&levels, before, noise);
             explain && (are_at_once || is_change(&two.beginning))
         });
-        let is_explained = at_once.as_ref().is_some_and(|two| {
-            levels.fits_surely(two.noise) && line_delay.known().unwrap_or(0.0) == 0.0
-        });
+        let is_explained = at_once
+            .as_ref()
+            .is_some_and(|two| levels.fits_surely(two.noise) && line_delay.known().unwrap_or(0.0) == 0.0);
         if is_explained || are_at_once {
             return Ok(self.read_at_once(at_once, &rows));
         }
         let mut find = |delay: &LineDelay| {
             let model = &mut self.model;
             let found = model.two_symbols_by_lines(frame, crop, before, &levels, delay)?;
-            Ok(found.filter(|two| {
-                two.explain_by_rows(&levels, before, noise) && is_change(&two.beginning)
-            }))
+            Ok(found.filter(|two| two.explain_by_rows(&levels, before, noise) && is_change(&two.beginning)))
         };
         let (mut delay, mut by_lines) = (line_delay, find(&line_delay)?);
         if delay.known().is_some() && by_lines.is_none() && at_once.is_none() {
@@ -54,11 +50,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             delay = LineDelay::UNKNOWN;
             by_lines = find(&delay)?;
         }
-        let better = |by_lines: &TwoSymbols<_>| {
-            at_once
-                .as_ref()
-                .is_none_or(|two| by_lines.explain_better_than(two))
-        };
+        let better = |by_lines: &TwoSymbols<_>| at_once.as_ref().is_none_or(|two| by_lines.explain_better_than(two));
         if let Some(two) = by_lines.filter(better) {
             delay.saw(two.share.slope, two.share.precision, &rows);
             delay.read_two();
@@ -77,17 +69,9 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     /// The reading that leaves so much `noise`; if it shows one symbol above a line and another below, with the two told apart.
     #[inline(never)]
-    pub(in crate::likelihood) fn split(
-        &mut self,
-        detection: Detection,
-        crop: &Crop,
-        before: &SoftPanel,
-        noise: f32,
-    ) -> Detection {
+    pub(in crate::likelihood) fn split(&mut self, detection: Detection, crop: &Crop, before: &SoftPanel, noise: f32) -> Detection {
         let rows = self.model.rows(crop);
-        let Experience {
-            levels, line_delay, ..
-        } = &mut self.experience;
+        let Experience { levels, line_delay, .. } = &mut self.experience;
         let is_clear = levels.fits(noise);
         let Some(split) = split(detection.bits, before, noise, line_delay, &rows) else {
             return detection;

@@ -83,16 +83,11 @@ impl Shares for LineShare {
 
     fn is_of_two(&self) -> bool {
         let mut shares = (0..LEDS).map(|led| self.of(led));
-        shares.clone().any(|share| share >= *SHARE.start())
-            && shares.any(|share| share <= *SHARE.end())
+        shares.clone().any(|share| share >= *SHARE.start()) && shares.any(|share| share <= *SHARE.end())
     }
 
     /// Moves the slope to the lowest point of the parabola through the loss beside it, weighed against what is known.
-    fn improve<const PIXELS: usize>(
-        model: &mut Model<PIXELS>,
-        estimate: &mut Estimate,
-        guess: &mut Guess<Self>,
-    ) {
+    fn improve<const PIXELS: usize>(model: &mut Model<PIXELS>, estimate: &mut Estimate, guess: &mut Guess<Self>) {
         let at = guess.share;
         let unit = PARABOLA.max(LINE_STEP * at.spread()) / at.rows.half;
         let mut loss = |step: f32| {
@@ -128,15 +123,11 @@ impl TwoSymbols<LineShare> {
     /// is the symbol `before` in the rows that the change did not catch: where it catches a row or two, that is all there is to tell it
     /// by.
     pub fn explain_by_rows(&self, levels: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
-        let is_telling = |led: usize| {
-            self.share.of(led) < *SHARE.start() && self.ending[led].abs() > TELLING_NATS
-        };
+        let is_telling = |led: usize| self.share.of(led) < *SHARE.start() && self.ending[led].abs() > TELLING_NATS;
         let telling = (0..LEDS).fold(0u64, |leds, led| leds | u64::from(is_telling(led)) << led);
         let agree = soft_panel(&self.ending).hard().bits() ^ !before.hard().bits();
-        let is_before =
-            agreement_nats(agree, telling & before.seen()) >= self.share.delay.evidence_needed();
-        self.explain(levels, &self.where_seen(before), noise)
-            || self.share.is_of_two() && self.noise <= noise && is_before
+        let is_before = agreement_nats(agree, telling & before.seen()) >= self.share.delay.evidence_needed();
+        self.explain(levels, &self.where_seen(before), noise) || self.share.is_of_two() && self.noise <= noise && is_before
     }
 
     /// Whether they explain it clearly better than if all lines are exposed at once.
@@ -147,11 +138,7 @@ impl TwoSymbols<LineShare> {
     /// What is known of the symbol before, of the LEDs of which the frame shows it.
     fn where_seen(&self, before: &SoftPanel) -> SoftPanel {
         SoftPanel(core::array::from_fn(|led| {
-            if self.share.of(led) <= *SHARE.end() {
-                before.0[led]
-            } else {
-                0
-            }
+            if self.share.of(led) <= *SHARE.end() { before.0[led] } else { 0 }
         }))
     }
 

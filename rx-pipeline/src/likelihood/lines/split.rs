@@ -44,13 +44,7 @@ impl Split {
 /// with the symbol before it tells which it is, unless the change itself has caught a row: then more `noise` is left of that frame than of
 /// this one. Where a film begins nothing tells, and a camera is taken to read from above, as nearly all do: one that reads from below and
 /// whose every second frame shows a change has to be told.
-pub(super) fn split(
-    bits: PanelFrame,
-    before: &SoftPanel,
-    noise: f32,
-    delay: &mut LineDelay,
-    rows: &Rows,
-) -> Option<Split> {
+pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mut LineDelay, rows: &Rows) -> Option<Split> {
     let is_second = *before != SoftPanel::ERASED;
     let was_second = core::mem::replace(&mut delay.is_second, is_second);
     let was_clear = core::mem::replace(&mut delay.noise, noise) <= NOISIER * noise;
@@ -105,11 +99,7 @@ fn edge(agreement: (u64, u64), sign: f32, rows: &Rows) -> Option<(f32, Split)> {
         if gain <= 0.0 || differ < DIFFER || found.is_some_and(|(best, _)| gain <= best) {
             continue;
         }
-        let split = Split {
-            ended,
-            edge: at,
-            slope,
-        };
+        let split = Split { ended, edge: at, slope };
         found = Some((gain, split));
     }
     found
@@ -120,11 +110,7 @@ fn edge(agreement: (u64, u64), sign: f32, rows: &Rows) -> Option<(f32, Split)> {
 fn evidence((agree, seen): (u64, u64), is_ended: impl Fn(usize) -> bool) -> (f32, PanelFrame, u32) {
     let ended = (0..LEDS).fold(0u64, |ended, led| ended | u64::from(is_ended(led)) << led);
     let differ = (!agree & seen & !ended).count_ones();
-    (
-        agreement_nats(agree, seen & ended),
-        PanelFrame::from_bits(ended),
-        differ,
-    )
+    (agreement_nats(agree, seen & ended), PanelFrame::from_bits(ended), differ)
 }
 
 /// By how much likelier it is that LEDs of a mask `agree` as they do if they show the same symbol than if they do not, in nats.

@@ -5,11 +5,7 @@ use crate::synthetic::Scene;
 use link::panel::{PanelFrame, SoftPanel};
 
 /// What is read of a frame in which the next symbol's share is `share` in the panel's middle, and grows by `growth` from line to line.
-fn read_by_lines(
-    detector: &mut MaximumLikelihood<16384>,
-    share: f32,
-    growth: f32,
-) -> Option<Mixture> {
+fn read_by_lines(detector: &mut MaximumLikelihood<16384>, share: f32, growth: f32) -> Option<Mixture> {
     let scene = Scene {
         next: (NEXT, share),
         growth,
@@ -38,21 +34,12 @@ fn rows_that_were_caught_at_different_moments_are_read() {
             assert_eq!(read_by_lines(&mut detector, 0.0, 0.0), None);
             let mixture = read_by_lines(&mut detector, share, growth).expect("two symbols");
             let [ended, wrongly] = told(&mixture.ending, Scene::PLAIN.bits);
-            assert!(
-                ended >= 16 && 10 * wrongly <= ended,
-                "{share} {growth}: {wrongly} of {ended}"
-            );
+            assert!(ended >= 16 && 10 * wrongly <= ended, "{share} {growth}: {wrongly} of {ended}");
             let [begun, wrongly] = told(&mixture.beginning, NEXT);
-            assert!(
-                begun >= 16 && 10 * wrongly <= begun,
-                "{share} {growth}: {wrongly} of {begun}"
-            );
+            assert!(begun >= 16 && 10 * wrongly <= begun, "{share} {growth}: {wrongly} of {begun}");
             assert!(mixture.growth[1] * growth > 0.0, "{mixture:?}");
             let learnt = detector.learnt().and_then(|learnt| learnt.line_delay);
-            assert!(
-                learnt.is_some_and(|learnt| learnt * growth > 0.0),
-                "{growth}: {learnt:?}"
-            );
+            assert!(learnt.is_some_and(|learnt| learnt * growth > 0.0), "{growth}: {learnt:?}");
         }
     }
 }
@@ -64,14 +51,8 @@ fn the_time_between_lines_is_learnt_and_kept() {
         for share in [0.3, 0.7, 0.45, 0.6] {
             read_by_lines(&mut detector, share, growth).expect("two symbols");
         }
-        let learnt = detector
-            .learnt()
-            .and_then(|learnt| learnt.line_delay)
-            .unwrap();
-        assert!(
-            (learnt / growth - 1.0).abs() < 0.15,
-            "{learnt} for {growth}"
-        );
+        let learnt = detector.learnt().and_then(|learnt| learnt.line_delay).unwrap();
+        assert!((learnt / growth - 1.0).abs() < 0.15, "{learnt} for {growth}");
     }
 }
 
@@ -86,10 +67,7 @@ fn lines_that_are_exposed_at_once_are_found_to_be() {
     let mut told = acquainted(1.0);
     told.tell_line_delay(0.0);
     for share in [0.1, 0.3, 0.55, 0.8] {
-        assert_eq!(
-            read_by_lines(&mut told, share, 0.0),
-            read_by_lines(&mut detector, share, 0.0)
-        );
+        assert_eq!(read_by_lines(&mut told, share, 0.0), read_by_lines(&mut detector, share, 0.0));
     }
 }
 

@@ -33,10 +33,7 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<Passed, 
     }
     seen_from_before(&spots.lattice)?;
     as_wide_as_leds(spots)?;
-    Ok(Passed {
-        signal_to_noise,
-        misfit,
-    })
+    Ok(Passed { signal_to_noise, misfit })
 }
 
 fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
@@ -62,8 +59,7 @@ fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32
     } else {
         EXCUSED_SIGNAL[mode]
     };
-    let allowed =
-        EXCUSED_NOISE[mode] * noise * pixels + excused * apart * apart * apart * apart * signal;
+    let allowed = EXCUSED_NOISE[mode] * noise * pixels + excused * apart * apart * apart * apart * signal;
     let most = if scope.is_single() { 1.0 } else { MOST_MISFIT };
     let misfit = slope.squares / allowed;
     if misfit.is_nan() || misfit > most {
@@ -90,19 +86,13 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
 
 fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
-    let pattern = states.fold(0u64, |bits, (led, &state)| {
-        bits | u64::from(state != 0.0) << led
-    });
+    let pattern = states.fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0.0) << led);
     let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
     // What begins each block is the same each time, and far from random.
     let is_sync = [pattern, !pattern].contains(&SYNC.bits());
     let stand_out = if shows_off(spots) { !pattern } else { pattern };
-    let is_orderly =
-        || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
-    if !LIT.contains(&lit)
-        || !DIFFERENT.contains(&different)
-        || scope.is_single() && !is_sync && is_orderly()
-    {
+    let is_orderly = || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
+    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) || scope.is_single() && !is_sync && is_orderly() {
         return Err(LocateError::NotRandom { lit, different });
     }
     Ok(())
@@ -110,21 +100,15 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
 
 /// Outer lines in which no LED stands out.
 fn empty_edges(pattern: u64) -> usize {
-    let lines = [
-        0xff,
-        0xff << 56,
-        0x0101_0101_0101_0101,
-        0x8080_8080_8080_8080,
-    ];
+    let lines = [0xff, 0xff << 56, 0x0101_0101_0101_0101, 0x8080_8080_8080_8080];
     lines.iter().filter(|&line| pattern & line == 0).count()
 }
 
 /// How much a pattern is like itself a few columns and rows on: the square of what like places are more than unlike ones, over all that are
 /// compared. In random bits it is 1 at most on average.
 fn repetition(pattern: u64) -> u32 {
-    let steps = (0..=FARTHEST_REPEAT).flat_map(|down| {
-        (-(FARTHEST_REPEAT as i32)..=FARTHEST_REPEAT as i32).map(move |across| (across, down))
-    });
+    let steps =
+        (0..=FARTHEST_REPEAT).flat_map(|down| (-(FARTHEST_REPEAT as i32)..=FARTHEST_REPEAT as i32).map(move |across| (across, down)));
     steps
         .filter(|&(across, down)| down > 0 || across > 0)
         .map(|(across, down)| {
@@ -169,8 +153,7 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
         return Err(LocateError::TooSmall { pitch_px });
     }
     let aspect = across / down;
-    let shear =
-        (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
+    let shear = (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
     let roll = libm::atan2f(lattice.column[1], lattice.column[0]);
     if !(ASPECT.contains(&aspect) && shear.abs() < MOST_SHEAR && roll.abs() < MOST_ROLL_RAD) {
         return Err(LocateError::ImpossiblePose {

@@ -7,9 +7,7 @@ use super::shows_off;
 use crate::frame::Frame;
 use crate::locate::verification::Observation;
 use crate::parameters::spots::REACH_FITTED;
-use crate::parameters::verification::{
-    JUST_LIKE, LEAST_DIM, LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN,
-};
+use crate::parameters::verification::{JUST_LIKE, LEAST_DIM, LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN};
 use crate::spots::LatticeModel;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
@@ -27,11 +25,7 @@ pub(super) struct LedLikeness {
 impl LedLikeness {
     pub fn of(observation: Observation<'_, '_>, spots: &LatticeModel) -> Self {
         let on = spots.off + spots.contrast;
-        let (most, least) = if shows_off(spots) {
-            (spots.off, on)
-        } else {
-            (on, spots.off)
-        };
+        let (most, least) = if shows_off(spots) { (spots.off, on) } else { (on, spots.off) };
         let place = core::array::from_fn(|row| {
             core::array::from_fn(|column| {
                 let (column, row) = (column as f32 - 1.0, row as f32 - 1.0);
@@ -58,9 +52,7 @@ impl LedLikeness {
     /// Places around the lattice that look like an LED that stands out.
     pub fn lit_around(&self) -> u32 {
         let places = || (0..PLACES).flat_map(|row| (0..PLACES).map(move |column| (column, row)));
-        let outside = |&(column, row): &(usize, usize)| {
-            !((1..=SIDE).contains(&column) && (1..=SIDE).contains(&row))
-        };
+        let outside = |&(column, row): &(usize, usize)| !((1..=SIDE).contains(&column) && (1..=SIDE).contains(&row));
         places()
             .filter(outside)
             .map(|(column, row)| u32::from(self.stands_out(column, row)))
@@ -73,8 +65,7 @@ impl LedLikeness {
         let others = self.others();
         let dimmest = self.dimmest();
         let worth = |column: usize, row: usize| {
-            let looks_like =
-                |other: f32| (self.place[row][column] / other - 1.0).abs() < OFF_WITHIN;
+            let looks_like = |other: f32| (self.place[row][column] / other - 1.0).abs() < OFF_WITHIN;
             if self.stands_out(column, row) {
                 let is_just_like = (self.place[row][column] - 1.0).abs() < JUST_LIKE;
                 if is_just_like { 3 } else { 2 }
@@ -84,15 +75,11 @@ impl LedLikeness {
         };
         let held = |(column, row): (i32, i32)| -> i32 {
             let from = |lines: i32| (lines + 1) as usize..(lines + 1) as usize + SIDE;
-            from(row)
-                .flat_map(|row| from(column).map(move |column| worth(column, row)))
-                .sum()
+            from(row).flat_map(|row| from(column).map(move |column| worth(column, row))).sum()
         };
         let mut lines: Vec<(i32, i32), 9> = (0..9).map(|i| (i % 3 - 1, i / 3 - 1)).collect();
         // Where lattices hold as many, that which is there comes first.
-        lines.sort_unstable_by_key(|&(column, row)| {
-            (-held((column, row)), column.abs() + row.abs())
-        });
+        lines.sort_unstable_by_key(|&(column, row)| (-held((column, row)), column.abs() + row.abs()));
         let most = lines.first().map_or(0, |&best| held(best));
         lines.retain(|&lines| held(lines) > most - LEAST_LINES_LEAD);
         lines
@@ -100,11 +87,7 @@ impl LedLikeness {
 
     /// What the LEDs within the lattice that do not stand out usually show; `None` where that is next to nothing.
     fn others(&self) -> Option<f32> {
-        let Usual {
-            middle,
-            deviation,
-            count,
-        } = self.usual()?;
+        let Usual { middle, deviation, count } = self.usual()?;
         let spread = deviation / libm::sqrtf(count.min(SIDE) as f32);
         (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
     }
@@ -128,8 +111,7 @@ impl LedLikeness {
             }
         }
         let middle = median_of(&mut seen)?;
-        seen.iter_mut()
-            .for_each(|value| *value = (*value - middle).abs());
+        seen.iter_mut().for_each(|value| *value = (*value - middle).abs());
         Some(Usual {
             middle,
             deviation: median_of(&mut seen)?,
@@ -151,20 +133,8 @@ fn median_of(values: &mut [f32]) -> Option<f32> {
 }
 
 /// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot so high.
-fn curvature(
-    observation: Observation<'_, '_>,
-    spots: &LatticeModel,
-    column: f32,
-    row: f32,
-    height: f32,
-) -> f32 {
-    let left = |u: f32, v: f32| {
-        unexplained(
-            observation,
-            spots,
-            spots.lattice.position(column + u, row + v),
-        )
-    };
+fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32, row: f32, height: f32) -> f32 {
+    let left = |u: f32, v: f32| unexplained(observation, spots, spots.lattice.position(column + u, row + v));
     let middle = left(0.0, 0.0);
     let across = middle - 0.5 * (left(-0.5, 0.0) + left(0.5, 0.0));
     let down = middle - 0.5 * (left(0.0, -0.5) + left(0.0, 0.5));
@@ -184,20 +154,14 @@ fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32;
     let half = 0.5 / (spots.sigma * spots.sigma);
     let mut model = spots.background;
     for led in 0..LEDS {
-        let [x, y] = spots
-            .lattice
-            .position((led % SIDE) as f32, (led / SIDE) as f32);
+        let [x, y] = spots.lattice.position((led % SIDE) as f32, (led / SIDE) as f32);
         let (dx, dy) = (at[0] - x, at[1] - y);
         let squared = dx * dx + dy * dy;
         if squared < reach * reach {
             model += spots.amplitude(led) * libm::expf(-half * squared);
         }
     }
-    if white && model > light {
-        0.0
-    } else {
-        light - model
-    }
+    if white && model > light { 0.0 } else { light - model }
 }
 
 /// The light between pixels, and whether it is white.

@@ -19,19 +19,9 @@ impl Lines {
         window: Window,
         spots: &LatticeModel,
     ) -> Option<Self> {
-        const STEPS: [(i32, i32); 8] = [
-            (-1, 0),
-            (1, 0),
-            (0, -1),
-            (0, 1),
-            (1, 1),
-            (-1, 1),
-            (1, -1),
-            (-1, -1),
-        ];
+        const STEPS: [(i32, i32); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (1, 1), (-1, 1), (1, -1), (-1, -1)];
         let pair = observation.earlier.is_some();
-        let here =
-            fit::levenberg_marquardt(residuals, observation, window, *spots, STEPS_COMPARED[0])?;
+        let here = fit::levenberg_marquardt(residuals, observation, window, *spots, STEPS_COMPARED[0])?;
         let mut lines = Self {
             here: here.slope.squares,
             total: here.slope.total,
@@ -46,13 +36,8 @@ impl Lines {
         });
         beside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (_, shifted) in &beside[..LIKELIEST] {
-            if let Some(there) = fit::levenberg_marquardt(
-                residuals,
-                observation,
-                window,
-                *shifted,
-                STEPS_COMPARED[1],
-            ) && there.slope.squares < lines.best_beside
+            if let Some(there) = fit::levenberg_marquardt(residuals, observation, window, *shifted, STEPS_COMPARED[1])
+                && there.slope.squares < lines.best_beside
             {
                 (lines.best_beside, lines.beside) = (there.slope.squares, there.spots);
             }

@@ -20,20 +20,12 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
     /// The pixels around a lattice.
     pub fn window(&self, spots: &LatticeModel, rim: f32) -> Result<Window, LocateError> {
         let frame = self.observation.frame;
-        fit::window(&spots.lattice, rim, (frame.width(), frame.height()))
-            .ok_or(LocateError::NoLattice)
+        fit::window(&spots.lattice, rim, (frame.width(), frame.height())).ok_or(LocateError::NoLattice)
     }
 
-    fn fit(
-        &mut self,
-        observation: Observation<'a, 'f>,
-        start: LatticeModel,
-        rim: f32,
-        steps: usize,
-    ) -> Result<Fit, LocateError> {
+    fn fit(&mut self, observation: Observation<'a, 'f>, start: LatticeModel, rim: f32, steps: usize) -> Result<Fit, LocateError> {
         let window = self.window(&start, rim)?;
-        let fitted = fit::levenberg_marquardt(self.residuals, observation, window, start, steps)
-            .ok_or(LocateError::NoLattice)?;
+        let fitted = fit::levenberg_marquardt(self.residuals, observation, window, start, steps).ok_or(LocateError::NoLattice)?;
         Ok(if self.is_near {
             fit::in_perspective(self.residuals, observation, window, fitted)
         } else {
@@ -43,28 +35,18 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
 
     /// The fit, or that of the lattice counted from a neighbouring line if this is the right one; an error if the pixels do not tell them
     /// apart.
-    pub fn on_its_line(
-        &mut self,
-        scope: Scope,
-        start: LatticeModel,
-        noise: f32,
-    ) -> Result<Fit, LocateError> {
+    pub fn on_its_line(&mut self, scope: Scope, start: LatticeModel, noise: f32) -> Result<Fit, LocateError> {
         let fitted = self.fit(self.observation, start, scope.rim(), STEPS)?;
         let Slope {
-            squares,
-            total,
-            pixels,
-            ..
+            squares, total, pixels, ..
         } = fitted.slope;
         let noise_squares = noise * pixels as f32;
-        let explains_all =
-            squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
+        let explains_all = squares < BEYOND_DOUBT * BEYOND_DOUBT * noise_squares && total > CLEAR * noise_squares;
         if explains_all || scope.is_single() && !explains_half(&fitted.slope) {
             return Ok(fitted);
         }
         let wide = self.window(&fitted.spots, WIDE)?;
-        let lines = Lines::of(self.residuals, self.observation, wide, &fitted.spots)
-            .ok_or(LocateError::NoLattice)?;
+        let lines = Lines::of(self.residuals, self.observation, wide, &fitted.spots).ok_or(LocateError::NoLattice)?;
         let doubt = lines.here - lines.best_beside;
         // What is behind the panel, or noise, may make up for a line.
         let enough = if scope.is_single() {
@@ -83,15 +65,11 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         }
         let moved = lines.beside;
         let window = self.window(&moved, scope.rim())?;
-        fit::levenberg_marquardt(self.residuals, self.observation, window, moved, STEPS_MOVED)
-            .ok_or(LocateError::NoLattice)
+        fit::levenberg_marquardt(self.residuals, self.observation, window, moved, STEPS_MOVED).ok_or(LocateError::NoLattice)
     }
 
     /// The fit within the lattice's own outline, counted from the lines that its LEDs show; and what was looked at.
-    pub fn within_a_board(
-        &mut self,
-        start: LatticeModel,
-    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+    pub fn within_a_board(&mut self, start: LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let first = self.within(start, STEPS)?.0;
         let mut settled = self.within(first.spots, STEPS_MOVED)?;
         if !explains_half(&settled.0.slope) {
@@ -116,11 +94,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
 
     /// The best fit of lattices that many columns and rows off, if it is by far the best: LEDs do not tell them apart, but what is around
     /// them may.
-    fn best_of(
-        &mut self,
-        lines: &[(i32, i32)],
-        spots: &LatticeModel,
-    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+    fn best_of(&mut self, lines: &[(i32, i32)], spots: &LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let variance = |fit: &Fit| fit.residual_grey() * fit.residual_grey() + ROUNDING;
         let (mut best, mut next) = (f32::INFINITY, f32::INFINITY);
         let mut settled = Err(LocateError::NoLattice);
@@ -142,11 +116,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         Err(LocateError::EdgeUnseen { signal_to_noise })
     }
 
-    fn within(
-        &mut self,
-        start: LatticeModel,
-        steps: usize,
-    ) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+    fn within(&mut self, start: LatticeModel, steps: usize) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let observation = Observation {
             within: Some(Outline::of(&start)),
             ..self.observation
@@ -163,9 +133,9 @@ fn ends_show(spots: &LatticeModel) -> bool {
     let last = SIDE - 1;
     let off_shows = spots.off.abs() > LEAST_OFF * spots.contrast;
     off_shows
-        || [0, last].iter().all(|&end| {
-            (0..SIDE).any(|place| lit(end, place)) && (0..SIDE).any(|place| lit(place, end))
-        })
+        || [0, last]
+            .iter()
+            .all(|&end| (0..SIDE).any(|place| lit(end, place)) && (0..SIDE).any(|place| lit(place, end)))
 }
 
 fn explains_half(slope: &Slope) -> bool {

@@ -43,9 +43,7 @@ const ALL: u64 = u64::MAX;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BlinkSearchError {
     /// It is too large.
-    #[error(
-        "a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out"
-    )]
+    #[error("a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out")]
     Size {
         /// Its columns.
         width: usize,
@@ -163,9 +161,7 @@ fn found(change: &[u8], size: [usize; 2], sum: u32) -> Option<Corners> {
 /// Keeps the greatest changes; the sum of all that are kept.
 fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 {
     let mut sum = 0;
-    let rows = earlier
-        .chunks_exact_mut(frame.width())
-        .zip(change.chunks_exact_mut(frame.width()));
+    let rows = earlier.chunks_exact_mut(frame.width()).zip(change.chunks_exact_mut(frame.width()));
     for (row, (earlier, change)) in frame.rows().zip(rows) {
         for ((&grey, earlier), change) in row.iter().zip(earlier).zip(change) {
             *change = (*change).max(grey.abs_diff(*earlier));
@@ -191,17 +187,9 @@ fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
     let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
     // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
     let mut ends = [(i32::MAX, [0usize; 2]); 4];
-    let inner_rows = change
-        .rows()
-        .enumerate()
-        .skip(1)
-        .take(change.height().saturating_sub(2));
+    let inner_rows = change.rows().enumerate().skip(1).take(change.height().saturating_sub(2));
     for (y, row) in inner_rows {
-        let inner = row
-            .iter()
-            .enumerate()
-            .skip(1)
-            .take(row.len().saturating_sub(2));
+        let inner = row.iter().enumerate().skip(1).take(row.len().saturating_sub(2));
         // Most pixels have not changed: this comes first.
         for (x, &here) in inner.filter(|&(_, &here)| here >= enough) {
             if !is_in_group(x, y) || !is_peak(change, x, y, here) {
@@ -216,9 +204,7 @@ fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
         }
     }
     let points = ends.map(|(_, [x, y])| [x as f32, y as f32]);
-    Corners::new(points)
-        .ok()
-        .map(|corners| Outline::of(&corners))
+    Corners::new(points).ok().map(|corners| Outline::of(&corners))
 }
 
 fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {
@@ -344,14 +330,10 @@ fn settled(change: &Frame<'_>, mut outline: Outline, enough: i32) -> Option<Corn
     let samples = Samples::take(change, &outline)?;
     let features: [i32; LEDS] = core::array::from_fn(|led| samples.feature(led));
     let mean = features.iter().sum::<i32>() / LEDS as i32;
-    let seen = features
-        .iter()
-        .filter(|&&feature| feature > mean / 4)
-        .count();
+    let seen = features.iter().filter(|&&feature| feature > mean / 4).count();
     let corners = outline.corners()?;
     let is_large = corners.pitch_px() >= LEAST_PITCH_PX;
-    (is_large && mean > enough / 4 && seen >= LEAST_LEDS && ends_there(change, &outline, mean))
-        .then_some(corners)
+    (is_large && mean > enough / 4 && seen >= LEAST_LEDS && ends_there(change, &outline, mean)).then_some(corners)
 }
 
 /// Whether there are no LEDs one pitch beyond the outermost ones: what the frame has of them is darker than half of an LED.

@@ -57,10 +57,7 @@ impl Outline {
     /// That of corners in pixels, of a frame of up to 8191 pixels a side.
     pub fn of(corners: &Corners) -> Self {
         let whole = |at: f32| (at.clamp(-8191.0, 8191.0) * PIXEL as f32) as i32;
-        Self(corners.points().map(|[x, y]| Point {
-            x: whole(x),
-            y: whole(y),
-        }))
+        Self(corners.points().map(|[x, y]| Point { x: whole(x), y: whole(y) }))
     }
 
     /// The corners in pixels; `None` if they are no panel's.
@@ -90,9 +87,7 @@ impl Outline {
     /// The way from one LED to the next along a row, and along a column; means over the panel.
     pub fn steps(&self) -> [Point; 2] {
         let [top_left, top_right, bottom_right, bottom_left] = self.0;
-        let mean = |a: Point, b: Point, c: Point, d: Point| {
-            a.minus(b).over(2 * STEPS).plus(c.minus(d).over(2 * STEPS))
-        };
+        let mean = |a: Point, b: Point, c: Point, d: Point| a.minus(b).over(2 * STEPS).plus(c.minus(d).over(2 * STEPS));
         [
             mean(top_right, top_left, bottom_right, bottom_left),
             mean(bottom_left, top_left, bottom_right, top_right),
@@ -119,9 +114,7 @@ impl Outline {
                 curvatures[corner][1] += weight * ((2 * centre - above - below) / 16);
             }
         }
-        for (corner, (slope, curvature)) in
-            self.0.iter_mut().zip(slopes.into_iter().zip(curvatures))
-        {
+        for (corner, (slope, curvature)) in self.0.iter_mut().zip(slopes.into_iter().zip(curvatures)) {
             for (way, step) in steps.into_iter().enumerate() {
                 if 16 * curvature[way] > FLAT {
                     // The brightest point is slope / (2 · curvature) quarters of a pitch away.

@@ -41,13 +41,7 @@ fn panel(bits: u64, corners: &Corners, light: f64, noise_grey: f64, sigma_px: f6
 
 fn corners(x: f32, y: f32, pitch: f32, roll: f32) -> Corners {
     let [dx, dy] = [7.0 * pitch * roll.cos(), 7.0 * pitch * roll.sin()];
-    Corners::new([
-        [x, y],
-        [x + dx, y + dy],
-        [x + dx - dy, y + dx + dy],
-        [x - dy, y + dx],
-    ])
-    .unwrap()
+    Corners::new([[x, y], [x + dx, y + dy], [x + dx - dy, y + dx + dy], [x - dy, y + dx]]).unwrap()
 }
 
 /// A feature by the same rule in real numbers: the places from the homography, the light between pixels by bilinear interpolation.
@@ -55,16 +49,9 @@ fn feature(frame: &Frame<'_>, corners: &Corners, led: usize) -> f64 {
     let place = corners.homography();
     let light = |column: f64, row: f64| {
         let [x, y] = place.to_image([column, row]);
-        let grey = |dx: f64, dy: f64| {
-            f64::from(
-                frame
-                    .pixel((x.floor() + dx) as usize, (y.floor() + dy) as usize)
-                    .unwrap(),
-            )
-        };
+        let grey = |dx: f64, dy: f64| f64::from(frame.pixel((x.floor() + dx) as usize, (y.floor() + dy) as usize).unwrap());
         let [fx, fy] = [x - x.floor(), y - y.floor()];
-        (grey(0.0, 0.0) * (1.0 - fx) + grey(1.0, 0.0) * fx) * (1.0 - fy)
-            + (grey(0.0, 1.0) * (1.0 - fx) + grey(1.0, 1.0) * fx) * fy
+        (grey(0.0, 0.0) * (1.0 - fx) + grey(1.0, 0.0) * fx) * (1.0 - fy) + (grey(0.0, 1.0) * (1.0 - fx) + grey(1.0, 1.0) * fx) * fy
     };
     let (column, row) = ((led % 8) as f64, (led / 8) as f64);
     let around: f64 = [(-0.25, 0.0), (0.25, 0.0), (0.0, -0.25), (0.0, 0.25)]
@@ -142,9 +129,7 @@ fn noise_costs_few_bits_more_than_with_real_numbers() {
     let mut map = Box::new(CellMap::<4096>::empty());
     let mut bits = 7u64;
     for i in 0..150 {
-        bits = bits
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let truth = corners(18.3 + 0.01 * i as f32, 20.6, 3.6, 0.05);
         let pixels = panel(bits, &truth, 30.0, 6.0, 0.9);
         let frame = Frame::new(&pixels, SIDE_PX, SIDE_PX).unwrap();
@@ -156,11 +141,7 @@ fn noise_costs_few_bits_more_than_with_real_numbers() {
         wrong[0] += (in_integers ^ bits).count_ones();
         wrong[1] += (in_reals ^ bits).count_ones();
     }
-    std::println!(
-        "wrong of 9600: {} in integers, {} in real numbers",
-        wrong[0],
-        wrong[1]
-    );
+    std::println!("wrong of 9600: {} in integers, {} in real numbers", wrong[0], wrong[1]);
     assert!(wrong[0] <= 40 && wrong[1] > 0, "{wrong:?}");
 }
 
@@ -176,10 +157,7 @@ fn confidence_is_that_of_the_soft_values() {
             distance: 0,
         };
         let expected = 1.0 - 1.0 / (1.0 + (0.25 * f64::from(soft)).exp());
-        assert!(
-            (f64::from(decision.confidence()) - expected).abs() < 2e-5,
-            "{soft}"
-        );
+        assert!((f64::from(decision.confidence()) - expected).abs() < 2e-5, "{soft}");
     }
 }
 
@@ -191,22 +169,8 @@ fn frames_that_cannot_be_searched_are_refused() {
     for (width, height, refused) in [
         (2048, 2, None),
         (2, 2048, None),
-        (
-            2049,
-            1,
-            Some(BlinkSearchError::Size {
-                width: 2049,
-                height: 1,
-            }),
-        ),
-        (
-            1,
-            4096,
-            Some(BlinkSearchError::Size {
-                width: 1,
-                height: 4096,
-            }),
-        ),
+        (2049, 1, Some(BlinkSearchError::Size { width: 2049, height: 1 })),
+        (1, 4096, Some(BlinkSearchError::Size { width: 1, height: 4096 })),
         (1, 1, None),
     ] {
         let frame = Frame::new(&pixels, width, height).unwrap();
@@ -216,18 +180,12 @@ fn frames_that_cannot_be_searched_are_refused() {
     }
     let pixels = std::vec![0; 4097];
     let frame = Frame::new(&pixels, 241, 17).unwrap();
-    let refused = BlinkSearchError::Room {
-        needed: 8194,
-        has: 8193,
-    };
+    let refused = BlinkSearchError::Room { needed: 8194, has: 8193 };
     assert_eq!(search.find(&frame), Err(refused));
     let mut receiver = IntegerReceiver::new(1.0, [0; 7]).unwrap();
     assert_eq!(
         receiver.frame(0, &frame, &mut ()).search,
-        Err(BlinkSearchError::Room {
-            needed: 8194,
-            has: 7
-        })
+        Err(BlinkSearchError::Room { needed: 8194, has: 7 })
     );
 }
 

@@ -24,9 +24,7 @@ fn draw([width, height]: [usize; 2], corners: &Corners, bits: u64) -> Vec<u8> {
         let radius = [right - x, lower - y];
         let surface = if bits >> led & 1 == 1 { 9.0 } else { 2.2 };
         let reach = radius.map(|r| r + 4.0);
-        let range = |c: f32, reach: f32, end: usize| {
-            (c - reach).max(0.0) as usize..((c + reach).max(0.0) as usize + 1).min(end)
-        };
+        let range = |c: f32, reach: f32, end: usize| (c - reach).max(0.0) as usize..((c + reach).max(0.0) as usize + 1).min(end);
         for v in range(y, reach[1], height) {
             for u in range(x, reach[0], width) {
                 let away = ((u as f32 - x) / radius[0]).hypot((v as f32 - y) / radius[1]);
@@ -36,10 +34,7 @@ fn draw([width, height]: [usize; 2], corners: &Corners, bits: u64) -> Vec<u8> {
             }
         }
     }
-    light
-        .iter()
-        .map(|light| (118.0 * light.powf(1.0 / 2.2)).round() as u8)
-        .collect()
+    light.iter().map(|light| (118.0 * light.powf(1.0 / 2.2)).round() as u8).collect()
 }
 
 /// A square panel around a place.
@@ -51,9 +46,7 @@ fn square([x, y]: [f32; 2], pitch: f32) -> Corners {
 
 fn off(seen: &Corners, truth: &Corners) -> f32 {
     let pairs = seen.points().into_iter().zip(truth.points());
-    pairs
-        .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
-        .fold(0.0, f32::max)
+    pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f32::max)
 }
 
 /// A panel turned so that the next LED to the right is farther off by the share `tilt`.
@@ -83,23 +76,14 @@ fn panels_of_any_size_are_found_at_once() {
         let truth = square([491.0, 482.3], pitch);
         let (number, reading) = first_reading([1000, 960], &truth, panel.bits());
         assert_eq!(reading.detection.bits, panel, "{pitch}");
-        assert!(
-            number < 2 && off(&reading.corners, &truth) < 0.1 * pitch,
-            "{pitch}"
-        );
+        assert!(number < 2 && off(&reading.corners, &truth) < 0.1 * pitch, "{pitch}");
     }
 }
 
 #[test]
 fn near_panels_are_seen_in_perspective() {
     let size = [1000, 960];
-    for (tilt, pitch) in [
-        (0.0, 100.0),
-        (0.015, 100.0),
-        (-0.02, 72.0),
-        (0.02, 40.0),
-        (0.008, 20.0),
-    ] {
+    for (tilt, pitch) in [(0.0, 100.0), (0.015, 100.0), (-0.02, 72.0), (0.02, 40.0), (0.008, 20.0)] {
         let truth = aside([500.0, 480.0], pitch, tilt);
         let mut receiver = receiver_of(size[0], size[1]);
         let mut last = None;
@@ -108,18 +92,12 @@ fn near_panels_are_seen_in_perspective() {
             let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
             last = receiver.frame(number as u64, &frame).reading.ok();
             if let Some(reading) = &last {
-                assert_eq!(
-                    reading.detection.bits, panel,
-                    "{tilt}, {pitch} px, frame {number}"
-                );
+                assert_eq!(reading.detection.bits, panel, "{tilt}, {pitch} px, frame {number}");
             }
         }
         let off_px = off(&last.unwrap().corners, &truth);
         // An affine lattice is off by (3.5² − 5.25) times the tilt at the corners: 0.14 pitches for 0.02.
-        assert!(
-            off_px < 0.05 * pitch,
-            "{tilt}, {pitch} px: off by {off_px} px"
-        );
+        assert!(off_px < 0.05 * pitch, "{tilt}, {pitch} px: off by {off_px} px");
     }
 }
 
@@ -135,10 +113,7 @@ fn a_panel_that_comes_nearer_is_read_in_every_frame() {
         let reading = receiver.frame(number as u64, &frame).reading;
         let reading = reading.unwrap_or_else(|why| panic!("frame {number}, {pitch} px: {why}"));
         assert_eq!(reading.detection.bits, panel, "frame {number}, {pitch} px");
-        assert!(
-            off(&reading.corners, &truth) < 0.3 * pitch,
-            "frame {number}, {pitch} px"
-        );
+        assert!(off(&reading.corners, &truth) < 0.3 * pitch, "frame {number}, {pitch} px");
         pitch *= 1.05;
     }
     assert!(8.0 * pitch > 900.0);
@@ -163,10 +138,7 @@ fn a_panel_partly_out_of_the_picture_says_so_and_is_read_once_it_is_in() {
             Err(Loss::Cells(why)) => {
                 // It turned round unseen: it is expected farther out until it is given up there.
                 assert!(out || (20..=10 + PATIENCE_FRAMES as usize).contains(&number));
-                assert!(
-                    matches!(why, CellsError::OutsideFrame { width: 800, .. }),
-                    "{why}"
-                );
+                assert!(matches!(why, CellsError::OutsideFrame { width: 800, .. }), "{why}");
             }
             Err(why) => panic!("frame {number}: {why}"),
         }

@@ -12,8 +12,7 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
         ),
     ];
     for (fault, said) in faults {
-        let (mut application, mut bench) =
-            (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
         bench.fault = Some(fault);
         application.start(&mut bench);
         assert!(bench.text().starts_with(said), "{}", bench.text());
@@ -35,8 +34,7 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
 
 /// A panel that is followed and read, and what it stands before.
 fn reading() -> (Application<Follower>, Bench, Scene) {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 400);
@@ -62,9 +60,7 @@ fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
     assert!(application.is_following());
     assert_eq!(bench.text().matches("fault: no camera answers").count(), 1);
     ask(&mut application, &mut bench, 1, Request::Status, |answer| {
-        let Answer::Status(status) = answer else {
-            panic!("{answer:?}")
-        };
+        let Answer::Status(status) = answer else { panic!("{answer:?}") };
         let fault = silent;
         assert_eq!(status.trouble, Some(Trouble { fault, since_ms }));
         assert!(status.is_following);
@@ -76,11 +72,7 @@ fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
         run(&mut application, &mut bench, &mut scene, 1);
     }
     assert_eq!((application.fault(), bench.starts), (None, 1));
-    assert!(
-        bench.text().starts_with("fault: none any more\r\n"),
-        "{}",
-        bench.text()
-    );
+    assert!(bench.text().starts_with("fault: none any more\r\n"), "{}", bench.text());
     assert_eq!(application.counters().lost, 0);
 }
 
@@ -109,11 +101,7 @@ fn frames_that_are_never_whole_are_told_from_none() {
         bench.cut_short += cut;
         bench.now_us += 1_000_000;
         application.no_frame(&mut bench);
-        let expected = if cut > 0 {
-            Fault::NoWholeFrames
-        } else {
-            Fault::NoFrames
-        };
+        let expected = if cut > 0 { Fault::NoWholeFrames } else { Fault::NoFrames };
         assert_eq!(application.fault(), Some(expected));
         assert!(!application.is_following());
     }
@@ -134,8 +122,7 @@ fn frames_that_are_never_whole_are_told_from_none() {
 /// A camera that streams and cannot be set up: its frames are read, and it is tried again.
 #[test]
 fn a_camera_that_streams_is_set_up_as_soon_as_it_can_be() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"deaf");
     let wrong = CameraError::WrongId { id: 7 };
     (bench.fault, bench.exposure) = (Some(wrong), Some(application.exposure()));

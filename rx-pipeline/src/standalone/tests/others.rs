@@ -7,10 +7,7 @@ use std::println;
 const FRAMES: u64 = 600;
 /// A proof takes 30 symbols, 45 frames, from one time that it is found to the next another 132 and some more to find it.
 const MOST_FOLLOWED: u32 = 45 * 4;
-const EXPOSURE: Exposure = Exposure {
-    lines: 40,
-    gain_log2: 0,
-};
+const EXPOSURE: Exposure = Exposure { lines: 40, gain_log2: 0 };
 
 /// The frames in which it says that it follows something. A naive one takes what it finds for a panel.
 fn followed(is_naive: bool, scene: &mut Scene) -> u32 {
@@ -39,10 +36,7 @@ fn shows(bits: impl Fn(u64) -> u64) -> Scene {
 #[test]
 fn what_blinks_otherwise_than_panels_do_is_given_up() {
     for (what, bits) in [
-        (
-            "an edge over lamps",
-            (|k| 0x0101_0101_0101_0101 << (k % 8)) as fn(u64) -> u64,
-        ),
+        ("an edge over lamps", (|k| 0x0101_0101_0101_0101 << (k % 8)) as fn(u64) -> u64),
         ("a running light", |k| {
             0x8040_2010_0804_0201u64.rotate_left((k * 3 % 8) as u32) | 1 << (k % 64)
         }),

@@ -19,24 +19,14 @@ fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[
     for _ in 0..12 {
         run(&mut application, &mut bench, &mut next, 1);
     }
-    assert_eq!(
-        (application.counters().found, application.counters().lost),
-        (1, 0)
-    );
-    next.corners = next
-        .corners
-        .and_then(|corners| corners.shifted(by[0], by[1]).ok());
+    assert_eq!((application.counters().found, application.counters().lost), (1, 0));
+    next.corners = next.corners.and_then(|corners| corners.shifted(by[0], by[1]).ok());
     bench.output.clear();
     let knocked_us = bench.now_us;
     let (mut lost_us, mut found_us) = (0, 0);
     for _ in 0..400 {
         run(&mut application, &mut bench, &mut next, 1);
-        let Counters {
-            found,
-            lost,
-            messages,
-            ..
-        } = application.counters();
+        let Counters { found, lost, messages, .. } = application.counters();
         let took_us = bench.now_us - knocked_us;
         if lost == 1 && lost_us == 0 {
             lost_us = took_us;
@@ -59,9 +49,7 @@ fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[
     assert_eq!(application.message(), long, "{counters:?}");
     assert_eq!((counters.lost, counters.found), (1, 2));
     assert!(
-        bench
-            .text()
-            .starts_with("state: searching\r\nstate: following\r\n"),
+        bench.text().starts_with("state: searching\r\nstate: following\r\n"),
         "{}",
         bench.text()
     );
@@ -91,8 +79,7 @@ fn a_panel_is_found_again_in_integers_after_the_camera_was_knocked() {
 #[test]
 fn a_long_message_is_there_within_four_seconds() {
     for phase in [0.0, 0.2, 0.5, 0.8] {
-        let (mut application, mut bench) =
-            (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
         let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, LONG);
         scene.phase = phase;
         application.start(&mut bench);

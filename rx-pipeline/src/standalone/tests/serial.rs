@@ -5,9 +5,7 @@ use link::l2a_table::Interval;
 
 fn put(bench: &mut Bench, sequence: u32, request: Request) {
     let mut wire = [0; wire_length(REQUEST_MAX)];
-    bench
-        .input
-        .extend(encode(Kind::Request, sequence, &request, &mut wire).unwrap());
+    bench.input.extend(encode(Kind::Request, sequence, &request, &mut wire).unwrap());
 }
 
 /// The numbers of the requests that were answered.
@@ -23,8 +21,7 @@ fn answered(bench: &mut Bench) -> Vec<u32> {
 /// However many requests wait, one is answered each time, in their order, and none is lost.
 #[test]
 fn one_request_is_answered_at_a_time() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     for sequence in 0..8 {
         put(&mut bench, sequence, Request::Status);
     }
@@ -39,8 +36,7 @@ fn one_request_is_answered_at_a_time() {
 /// Requests without end, as fast as the line is: between two frames one answer is all that is sent.
 #[test]
 fn frames_are_read_beside_requests_without_end() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"through it all");
     application.start(&mut bench);
     let mut most = 0;
@@ -69,8 +65,7 @@ fn number(answer: Answer<'_>) -> u64 {
 /// All parts of a picture are of one frame as long as they are asked for, and half a second later there is a new one.
 #[test]
 fn a_picture_is_kept_for_half_a_second() {
-    let (mut application, mut bench) =
-        (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"picture");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 3);
@@ -88,16 +83,10 @@ fn a_picture_is_kept_for_half_a_second() {
 }
 
 fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Option<Reading> {
-    ask(
-        application,
-        bench,
-        7,
-        Request::Reading,
-        |answer| match answer {
-            Answer::Reading(reading) => reading,
-            other => panic!("{other:?}"),
-        },
-    )
+    ask(application, bench, 7, Request::Reading, |answer| match answer {
+        Answer::Reading(reading) => reading,
+        other => panic!("{other:?}"),
+    })
 }
 
 /// What was read, by floating point and in integers alike: the LEDs, how sure that is, and how far away they are once they have told their
@@ -111,12 +100,7 @@ fn readings_are_told_with_their_range() {
     tells_readings(&mut whole, Mode::BINNED, 9_000, size);
 }
 
-fn tells_readings(
-    application: &mut Application<impl Follow>,
-    mode: Mode,
-    symbol_millihertz: u32,
-    size: Geometry,
-) {
+fn tells_readings(application: &mut Application<impl Follow>, mode: Mode, symbol_millihertz: u32, size: Geometry) {
     let mut bench = Bench::default();
     let mut scene = Scene::of_size(Some(size), mode, symbol_millihertz, b"here I am");
     application.start(&mut bench);
@@ -136,10 +120,7 @@ fn tells_readings(
     assert_eq!(told.pitch_m, Some(0.06));
     let range_m = 0.06 * range_pitches(&scene.corners.unwrap(), mode);
     let found_m = told.range_m().unwrap();
-    assert!(
-        (found_m / range_m - 1.0).abs() < 0.02,
-        "{found_m} m of {range_m} m"
-    );
+    assert!((found_m / range_m - 1.0).abs() < 0.02, "{found_m} m of {range_m} m");
     scene.corners = None;
     run(application, &mut bench, &mut scene, 100);
     assert_eq!(reading(application, &mut bench), None);

@@ -47,11 +47,7 @@ impl Column {
     #[cold]
     #[inline(never)]
     pub fn settle(self, fine: Fine, random: &mut impl Rng) -> u8 {
-        if random.next_u32() < fine {
-            self.own()
-        } else {
-            self.other
-        }
+        if random.next_u32() < fine { self.own() } else { self.other }
     }
 }
 
@@ -66,13 +62,7 @@ pub struct Builder {
 impl Builder {
     /// Fills `columns`, and `fine` beside them, with the law of the levels from `first` on; levels of no probability fill
     /// up what is left. There must be at least as many columns as probabilities.
-    pub fn build(
-        &mut self,
-        first: u8,
-        probabilities: &[f64],
-        columns: &mut [Column],
-        fine: &mut [Fine],
-    ) {
+    pub fn build(&mut self, first: u8, probabilities: &[f64], columns: &mut [Column], fine: &mut [Fine]) {
         let sum: f64 = probabilities.iter().sum();
         let scale = columns.len() as f64 / sum;
         self.parts.clear();

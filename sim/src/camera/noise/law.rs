@@ -49,13 +49,10 @@ impl Law {
     /// The level of a pixel that caught so many electrons.
     pub fn of_electrons(&self, electrons: f64) -> Band {
         let reach = FAR * self.read_noise_e;
-        let [first, last] =
-            [-reach, reach].map(|r| self.thresholds_e.partition_point(|&t| t <= electrons + r));
-        let below = self.thresholds_e[first..last].iter().map(|threshold| {
-            0.5 * erfc(
-                (electrons - threshold) / self.read_noise_e * std::f64::consts::FRAC_1_SQRT_2,
-            )
-        });
+        let [first, last] = [-reach, reach].map(|r| self.thresholds_e.partition_point(|&t| t <= electrons + r));
+        let below = self.thresholds_e[first..last]
+            .iter()
+            .map(|threshold| 0.5 * erfc((electrons - threshold) / self.read_noise_e * std::f64::consts::FRAC_1_SQRT_2));
         Band {
             first,
             probabilities: differences(below),
@@ -136,12 +133,9 @@ impl ManyLaws {
             let end = expected_e + r;
             self.law.thresholds_e.partition_point(|&t| t <= end)
         });
-        let below = self.places[first..last].iter().map(|places| {
-            places
-                .iter()
-                .map(|&(place, weight)| weight * series.below(place))
-                .sum()
-        });
+        let below = self.places[first..last]
+            .iter()
+            .map(|places| places.iter().map(|&(place, weight)| weight * series.below(place)).sum());
         Band {
             first,
             probabilities: differences(below),
@@ -194,9 +188,7 @@ impl Edgeworth {
         let he3 = z * (z2 - 3.0);
         let he5 = z * (z2 * (z2 - 10.0) + 15.0);
         let density = (-0.5 * z2).exp() / (2.0 * std::f64::consts::PI).sqrt();
-        let series = self.skewness / 6.0 * he2
-            + self.kurtosis / 24.0 * he3
-            + self.skewness.powi(2) / 72.0 * he5;
+        let series = self.skewness / 6.0 * he2 + self.kurtosis / 24.0 * he3 + self.skewness.powi(2) / 72.0 * he5;
         (0.5 * erfc(-z * std::f64::consts::FRAC_1_SQRT_2) - density * series).clamp(0.0, 1.0)
     }
 }
@@ -250,14 +242,9 @@ mod tests {
                 let band = many.of(expected);
                 let mut apart = 0.0;
                 for (level, exact) in law.exact(expected).iter().enumerate() {
-                    let near = level
-                        .checked_sub(band.first)
-                        .and_then(|k| band.probabilities.get(k));
+                    let near = level.checked_sub(band.first).and_then(|k| band.probabilities.get(k));
                     apart += exact - near.unwrap_or(&0.0);
-                    assert!(
-                        apart.abs() < 2e-5,
-                        "σ {sigma}, {expected} e, below level {level}: off by {apart}"
-                    );
+                    assert!(apart.abs() < 2e-5, "σ {sigma}, {expected} e, below level {level}: off by {apart}");
                 }
             }
         }
@@ -268,11 +255,7 @@ mod tests {
         let law = Law::new(vec![0.5, 1.5, 2.5], 0.0);
         let band = ManyLaws::new(law).of(1.0);
         let e = std::f64::consts::E;
-        for (p, exact) in band
-            .probabilities
-            .iter()
-            .zip([1.0 / e, 1.0 / e, 0.5 / e, 1.0 - 2.5 / e])
-        {
+        for (p, exact) in band.probabilities.iter().zip([1.0 / e, 1.0 / e, 0.5 / e, 1.0 - 2.5 / e]) {
             assert!((p - exact).abs() < 1e-12, "{p} for {exact}");
         }
     }

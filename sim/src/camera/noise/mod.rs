@@ -65,9 +65,7 @@ impl Noise {
 
     /// The distribution of the grey level that a pixel of a linear value is read as: 256 probabilities.
     pub fn distribution(&self, linear: f64) -> [f64; 256] {
-        let law = self
-            .law()
-            .exact(linear.max(0.0) * self.electrons_per_linear);
+        let law = self.law().exact(linear.max(0.0) * self.electrons_per_linear);
         let sum: f64 = law.iter().sum();
         std::array::from_fn(|level| law[level] / sum)
     }
@@ -113,22 +111,13 @@ mod tests {
 
     #[test]
     fn changes_beyond_the_rare_one_are_rare() {
-        for (illuminance, read_noise) in [
-            ("50", "3"),
-            ("50", "0"),
-            ("1000", "0"),
-            ("16000", "3"),
-            ("50", "50"),
-        ] {
+        for (illuminance, read_noise) in [("50", "3"), ("50", "0"), ("1000", "0"), ("16000", "3"), ("50", "50")] {
             let (noise, _) = noise_at(illuminance, read_noise);
             let pixels = PixelNoise::new(&noise);
             for linear in [0.001f32, 0.03, 0.2, 1.0, 1.37, 2.9, 5.2] {
                 let centre = noise.curve.unrounded(linear.into());
                 let bound = noise.rare_change_grey(linear.into());
-                for law in [
-                    noise.distribution(linear.into()),
-                    pixels.distribution(linear),
-                ] {
+                for law in [noise.distribution(linear.into()), pixels.distribution(linear)] {
                     let beyond: f64 = (0..256)
                         .filter(|&level| (level as f64 - centre).abs() > bound + 0.5)
                         .map(|level| law[level])

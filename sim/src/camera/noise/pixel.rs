@@ -98,17 +98,13 @@ impl PixelNoise {
     pub fn new(noise: &Noise) -> Self {
         let mut laws = ManyLaws::new(noise.law());
         let scale = scale(noise, &mut laws);
-        let knots: Vec<Band> = (0..=scale.last as usize)
-            .map(|knot| laws.of(scale.electrons(knot)))
-            .collect();
+        let knots: Vec<Band> = (0..=scale.last as usize).map(|knot| laws.of(scale.electrons(knot))).collect();
         let widest = knots.iter().map(|band| band.probabilities.len()).max();
         let count = widest.unwrap_or(1).next_power_of_two().max(2);
         let mut columns = vec![Column::default(); knots.len() * count];
         let mut fine = vec![0; knots.len() * count];
         let mut builder = Builder::default();
-        let tables = columns
-            .chunks_exact_mut(count)
-            .zip(fine.chunks_exact_mut(count));
+        let tables = columns.chunks_exact_mut(count).zip(fine.chunks_exact_mut(count));
         for (band, (columns, fine)) in knots.iter().zip(tables) {
             builder.build(band.first as u8, &band.probabilities, columns, fine);
         }
@@ -237,9 +233,7 @@ fn scale(noise: &Noise, laws: &mut ManyLaws) -> Scale {
     };
     let white = |scale: &Scale, knot: usize, laws: &mut ManyLaws| {
         let band = laws.of(scale.electrons(knot));
-        let dark: f64 = band.probabilities[..255usize
-            .saturating_sub(band.first)
-            .min(band.probabilities.len())]
+        let dark: f64 = band.probabilities[..255usize.saturating_sub(band.first).min(band.probabilities.len())]
             .iter()
             .sum();
         dark < NEGLIGIBLE
@@ -280,11 +274,7 @@ mod tests {
         &["ambient.illuminance_lx=1000", "camera.read_noise_e=0.4"],
         &["ambient.illuminance_lx=50", "camera.read_noise_e=1000"],
         &["ambient.illuminance_lx=50", "camera.full_well_e=2000"],
-        &[
-            "ambient.illuminance_lx=20000",
-            "camera.gamma=1",
-            "camera.full_well_e=60000",
-        ],
+        &["ambient.illuminance_lx=20000", "camera.gamma=1", "camera.full_well_e=60000"],
     ];
 
     #[test]
@@ -294,16 +284,9 @@ mod tests {
             let pixels = PixelNoise::new(&noise);
             let mut linear = 1e-4f32;
             while linear < 20.0 {
-                let (drawn, exact) = (
-                    pixels.distribution(linear),
-                    noise.distribution(linear.into()),
-                );
+                let (drawn, exact) = (pixels.distribution(linear), noise.distribution(linear.into()));
                 let apart: f64 = drawn.iter().zip(exact).map(|(a, b)| (a - b).abs()).sum();
-                assert!(
-                    apart / 2.0 < LAW_ERROR,
-                    "{camera:?}, linear {linear}: {}",
-                    apart / 2.0
-                );
+                assert!(apart / 2.0 < LAW_ERROR, "{camera:?}, linear {linear}: {}", apart / 2.0);
                 linear *= 1.37;
             }
         }
@@ -357,27 +340,15 @@ mod tests {
         let pixels = PixelNoise::new(&noise(&["ambient.illuminance_lx=50"]));
         let mut grey = [7; 4];
         let mut random = crate::random::stream(1, 0, crate::random::Purpose::Noise);
-        pixels.read(
-            &[f32::NAN, -1.0, f32::INFINITY, f32::MAX],
-            &mut random,
-            &mut grey,
-        );
+        pixels.read(&[f32::NAN, -1.0, f32::INFINITY, f32::MAX], &mut random, &mut grey);
         assert_eq!(grey[2..], [255, 255]);
     }
 
     #[test]
     fn cameras_of_many_electrons_keep_a_table_of_bounded_size() {
-        let noise = noise(&[
-            "ambient.illuminance_lx=100000",
-            "camera.full_well_e=1e7",
-            "camera.iso_min=1",
-        ]);
+        let noise = noise(&["ambient.illuminance_lx=100000", "camera.full_well_e=1e7", "camera.iso_min=1"]);
         let pixels = PixelNoise::new(&noise);
-        assert!(
-            pixels.columns.len() <= 8193 * 16,
-            "{}",
-            pixels.columns.len()
-        );
+        assert!(pixels.columns.len() <= 8193 * 16, "{}", pixels.columns.len());
         let law = pixels.distribution(1.0);
         assert!(law[118] > 0.999, "{}", law[118]);
     }

@@ -91,12 +91,7 @@ mod tests {
         );
         let near = holds(Test::Near(2.0, 0.5));
         assert_eq!(
-            [
-                near(1.6, 2.4),
-                near(1.4, 2.4),
-                near(1.0, 1.4),
-                near(2.6, 3.0)
-            ],
+            [near(1.6, 2.4), near(1.4, 2.4), near(1.0, 1.4), near(2.6, 3.0)],
             [Some(true), None, Some(false), Some(false)]
         );
     }

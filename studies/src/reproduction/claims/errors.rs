@@ -20,12 +20,8 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
         let of = |dimming| findings.errors(distance_m, dimming, PAPERS_DETECTOR);
         Some((of(Dimming::Best)?, of(Dimming::Random)?))
     };
-    let counted: Option<Vec<(&FrameErrors, &FrameErrors)>> =
-        study.axes.error_distance_m.iter().map(counted).collect();
-    let ratios = counted
-        .into_iter()
-        .flatten()
-        .filter_map(|(best, random)| ratio(best, random));
+    let counted: Option<Vec<(&FrameErrors, &FrameErrors)>> = study.axes.error_distance_m.iter().map(counted).collect();
+    let ratios = counted.into_iter().flatten().filter_map(|(best, random)| ratio(best, random));
     ratios
         .max_by(|a, b| a.high.total_cmp(&b.high))
         .map(|greatest| LOWER.decided(greatest, Test::Below(1.0)))
@@ -59,10 +55,7 @@ mod tests {
         };
         assert_eq!(ratio(&of(0), &of(0)), None);
         let half = ratio(&of(1), &of(2)).unwrap();
-        assert!(
-            half.value == 0.5 && half.low < 0.5 && half.high < 1.0,
-            "{half:?}"
-        );
+        assert!(half.value == 0.5 && half.low < 0.5 && half.high < 1.0, "{half:?}");
         assert_eq!(ratio(&of(0), &of(1)).unwrap().value, 0.0);
     }
 }

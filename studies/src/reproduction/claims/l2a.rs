@@ -63,9 +63,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
         return Vec::new();
     };
     let initially = ratios.partition_point(|&ratio| ratio < INITIALLY + 1e-9);
-    let level = estimate_of(&points, |sums| {
-        reaches(ratios, &sums.iter().map(bvar).collect::<Vec<_>>(), LEVEL)
-    });
+    let level = estimate_of(&points, |sums| reaches(ratios, &sums.iter().map(bvar).collect::<Vec<_>>(), LEVEL));
     let from = |start: f64, of: &dyn Fn(&Sums) -> f64, change: &dyn Fn(f64, f64) -> f64| {
         estimate_of(&points, |sums| -> f64 {
             let values: Vec<f64> = sums.iter().map(of).collect();

@@ -34,25 +34,15 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let best = |interval: f64, distance_m: f64| findings.optimum(interval, distance_m);
     let intervals = &study.axes.optimum_interval;
     let distances = &study.axes.optimum_distance_m;
-    let is_two = best(INTERVAL, DISTANCE_M)
-        .map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
+    let is_two = best(INTERVAL, DISTANCE_M).map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
     let pairs = intervals
         .windows(2)
         .flat_map(|pair| distances.iter().map(move |&distance_m| (pair, distance_m)));
     let rises: Option<Vec<Difference>> = pairs
-        .map(|(pair, distance_m)| {
-            Some(difference(
-                best(pair[1], distance_m)?,
-                best(pair[0], distance_m)?,
-            ))
-        })
+        .map(|(pair, distance_m)| Some(difference(best(pair[1], distance_m)?, best(pair[0], distance_m)?)))
         .collect();
     let rises = rises
-        .and_then(|rises| {
-            rises
-                .into_iter()
-                .min_by(|a, b| a.number.value.total_cmp(&b.number.value))
-        })
+        .and_then(|rises| rises.into_iter().min_by(|a, b| a.number.value.total_cmp(&b.number.value)))
         .map(|least| least.decides(&RISES_WITH_INTERVAL));
     let near = intervals.iter().filter_map(|&interval| {
         let (near, far) = (distances.first()?, distances.last()?);

@@ -6,14 +6,8 @@ use super::super::operating_point::OperatingPoint;
 use crate::statistics::Estimate;
 
 /// The points of a curve, if all are there.
-pub(super) fn curve<'a>(
-    settings: &[OperatingPoint],
-    findings: &'a Findings,
-) -> Option<Vec<&'a Batches>> {
-    settings
-        .iter()
-        .map(|&setting| findings.point(setting))
-        .collect()
+pub(super) fn curve<'a>(settings: &[OperatingPoint], findings: &'a Findings) -> Option<Vec<&'a Batches>> {
+    settings.iter().map(|&setting| findings.point(setting)).collect()
 }
 
 /// The changes, in percent, of a quantity from one point of a curve to the next.
@@ -25,18 +19,12 @@ pub(super) fn steps(sums: &[Sums], of: impl Fn(&Sums) -> f64) -> Vec<f64> {
 
 /// The least of those changes.
 pub(super) fn least_rise(points: &[&Batches], of: impl Fn(&Sums) -> f64) -> Estimate {
-    estimate_of(points, |sums| {
-        steps(sums, &of).into_iter().fold(f64::INFINITY, f64::min)
-    })
+    estimate_of(points, |sums| steps(sums, &of).into_iter().fold(f64::INFINITY, f64::min))
 }
 
 /// The greatest of those changes.
 pub(super) fn greatest_rise(points: &[&Batches], of: impl Fn(&Sums) -> f64) -> Estimate {
-    estimate_of(points, |sums| {
-        steps(sums, &of)
-            .into_iter()
-            .fold(f64::NEG_INFINITY, f64::max)
-    })
+    estimate_of(points, |sums| steps(sums, &of).into_iter().fold(f64::NEG_INFINITY, f64::max))
 }
 
 /// The change from one number to another, in percent of the first.

@@ -37,30 +37,10 @@ enum Path {
 
 /// Name in the table of cycles, name here, curve, path.
 const PATHS: [(&str, &str, &str, Path); 12] = [
-    (
-        "firmware",
-        "firmware, fixed point",
-        "",
-        Path::Fixed(paths::firmware),
-    ),
-    (
-        "single_libm",
-        "f32, libm",
-        "",
-        Path::Single(paths::single_libm),
-    ),
-    (
-        "single_micromath",
-        "f32, micromath",
-        "",
-        Path::Single(paths::single_micromath),
-    ),
-    (
-        "double_libm",
-        "f64, libm",
-        "",
-        Path::Double(paths::double_libm),
-    ),
+    ("firmware", "firmware, fixed point", "", Path::Fixed(paths::firmware)),
+    ("single_libm", "f32, libm", "", Path::Single(paths::single_libm)),
+    ("single_micromath", "f32, micromath", "", Path::Single(paths::single_micromath)),
+    ("double_libm", "f64, libm", "", Path::Double(paths::double_libm)),
     (
         "linear_8",
         "8 entries, linear",
@@ -135,7 +115,8 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError
             LIGHT_LX[0], LIGHT_LX[1]
         ),
         reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. \
-                    Readings within 0.01 octaves of where the filter changes its pace are left out.".into(),
+                    Readings within 0.01 octaves of where the filter changes its pace are left out."
+            .into(),
         default: why(&diagrams),
         diagrams,
     })
@@ -143,10 +124,7 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError
 
 /// The default, and why.
 pub fn why(diagrams: &[Diagram]) -> String {
-    let points: Vec<&Point> = diagrams
-        .iter()
-        .flat_map(|diagram| &diagram.points)
-        .collect();
+    let points: Vec<&Point> = diagrams.iter().flat_map(|diagram| &diagram.points).collect();
     let cycles = |name: &str| {
         let point = points.iter().find(|point| point.variant == name);
         point.map_or(f64::NAN, |point| point.cost.median)
@@ -168,12 +146,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
 /// All paths whose cycles are counted.
 fn points(scale: &Scale) -> Vec<Point> {
     let cycles = counts::of(CYCLES);
-    let count = |name: &str| {
-        cycles
-            .iter()
-            .find(|(known, _)| known == name)
-            .map(|(_, count)| *count)
-    };
+    let count = |name: &str| cycles.iter().find(|(known, _)| known == name).map(|(_, count)| *count);
     let baseline = count(PATHS[0].0).unwrap_or(1.0);
     let counted = PATHS.iter().filter_map(|(name, variant, curve, path)| {
         let cycles = Quartiles::exactly(count(name)?);
@@ -246,15 +219,9 @@ impl Reference {
     }
 
     fn l2a(&self, lx: f64) -> f64 {
-        let numbers =
-            |values: &[Illuminance]| values.iter().map(|lx| lx.to_num()).collect::<Vec<f64>>();
+        let numbers = |values: &[Illuminance]| values.iter().map(|lx| lx.to_num()).collect::<Vec<f64>>();
         let rows = numbers(self.table.illuminances_lx());
-        let columns: Vec<f64> = self
-            .table
-            .intervals()
-            .iter()
-            .map(|interval| interval.to_num())
-            .collect();
+        let columns: Vec<f64> = self.table.intervals().iter().map(|interval| interval.to_num()).collect();
         let ((row, down), (column, along)) = (place(&rows, lx), place(&columns, INTERVAL.to_num()));
         let value = |row: usize, column: usize| {
             let (row, column) = (row.min(rows.len() - 1), column.min(columns.len() - 1));
@@ -269,10 +236,7 @@ impl Reference {
 fn place(nodes: &[f64], value: f64) -> (usize, f64) {
     let above = nodes.partition_point(|&node| node <= value);
     match (above.checked_sub(1), nodes.get(above)) {
-        (Some(below), Some(next)) => (
-            below,
-            (value / nodes[below]).ln() / (next / nodes[below]).ln(),
-        ),
+        (Some(below), Some(next)) => (below, (value / nodes[below]).ln() / (next / nodes[below]).ln()),
         (below, _) => (below.unwrap_or(0), 0.0),
     }
 }

@@ -56,15 +56,8 @@ impl Transmitter {
         let mut ambient = Ambient::new(U12F20::ONE, smoothing);
         ambient.sense(BEFORE_LX.into());
         let table = L2aTable::shipped();
-        let share = |time_constant_ms: u16| {
-            1.0 - libm::exp(-f64::from(smoothing.sample_period_ms) / f64::from(time_constant_ms))
-        };
-        let shares = [
-            smoothing.darker_ms,
-            smoothing.brighter_ms,
-            smoothing.still_ms,
-        ]
-        .map(share);
+        let share = |time_constant_ms: u16| 1.0 - libm::exp(-f64::from(smoothing.sample_period_ms) / f64::from(time_constant_ms));
+        let shares = [smoothing.darker_ms, smoothing.brighter_ms, smoothing.still_ms].map(share);
         let kept = Kept::of(&table, shares);
         Some(Self {
             ambient,
@@ -82,13 +75,9 @@ impl Kept<f64> {
         let (illuminances, intervals) = (table.illuminances_lx(), table.intervals());
         let log = |value: Option<f64>| libm::log2(value.unwrap_or(1.0));
         Self {
-            illuminances: core::array::from_fn(|row| {
-                log(illuminances.get(row).map(|lx| lx.to_num()))
-            }),
+            illuminances: core::array::from_fn(|row| log(illuminances.get(row).map(|lx| lx.to_num()))),
             rows: illuminances.len(),
-            intervals: core::array::from_fn(|column| {
-                log(intervals.get(column).map(|i| i.to_num()))
-            }),
+            intervals: core::array::from_fn(|column| log(intervals.get(column).map(|i| i.to_num()))),
             columns: intervals.len(),
             values: core::array::from_fn(|k| table.values().get(k).map_or(0.0, |l2a| l2a.to_num())),
             interval: libm::log2(INTERVAL.to_num()),
@@ -112,12 +101,7 @@ impl Kept<f64> {
 }
 
 impl<
-    T: Copy
-        + PartialOrd
-        + core::ops::Sub<Output = T>
-        + core::ops::Add<Output = T>
-        + core::ops::Mul<Output = T>
-        + core::ops::Div<Output = T>,
+    T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Add<Output = T> + core::ops::Mul<Output = T> + core::ops::Div<Output = T>,
 > Kept<T>
 {
     /// The smoothed logarithm after a reading; `band` and `zero` are numbers of the type.
@@ -137,11 +121,7 @@ impl<
     fn l2a(&self, log: T, zero: T) -> T {
         let (row, down) = place(&self.illuminances[..self.rows], log, zero);
         let (column, along) = place(&self.intervals[..self.columns], self.interval, zero);
-        let next = if column + 1 < self.columns {
-            column + 1
-        } else {
-            column
-        };
+        let next = if column + 1 < self.columns { column + 1 } else { column };
         let below = if row + 1 < self.rows { row + 1 } else { row };
         let between = |row: usize| {
             let values = &self.values[row * self.columns..];
@@ -153,11 +133,7 @@ impl<
 }
 
 /// The entry before a value and how far it is to the next.
-fn place<T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Div<Output = T>>(
-    axis: &[T],
-    value: T,
-    zero: T,
-) -> (usize, T) {
+fn place<T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Div<Output = T>>(axis: &[T], value: T, zero: T) -> (usize, T) {
     let above = axis.iter().take_while(|&&entry| entry <= value).count();
     if above == 0 {
         return (0, zero);
@@ -178,12 +154,7 @@ pub fn firmware(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
 }
 
 /// In single precision, by any logarithm and power of 2.
-fn single(
-    transmitter: &Transmitter,
-    lx: Illuminance,
-    log2: fn(f32) -> f32,
-    exp2: fn(f32) -> f32,
-) -> f32 {
+fn single(transmitter: &Transmitter, lx: Illuminance, log2: fn(f32) -> f32, exp2: fn(f32) -> f32) -> f32 {
     let kept = &transmitter.single;
     let reading = lx.to_bits() as f32 * (1.0 / 4096.0);
     let log = kept.smoothed(log2(reading), BAND_OCTAVES.to_num(), 0.0);
@@ -198,9 +169,7 @@ pub fn single_libm(transmitter: &Transmitter, lx: Illuminance) -> f32 {
 /// In f32 by micromath.
 pub fn single_micromath(transmitter: &Transmitter, lx: Illuminance) -> f32 {
     use micromath::F32Ext;
-    single(transmitter, lx, F32Ext::log2, |log| {
-        F32Ext::exp(log * core::f32::consts::LN_2)
-    })
+    single(transmitter, lx, F32Ext::log2, |log| F32Ext::exp(log * core::f32::consts::LN_2))
 }
 
 /// In f64 by libm.
@@ -212,10 +181,7 @@ pub fn double_libm(transmitter: &Transmitter, lx: Illuminance) -> f64 {
 }
 
 /// In fixed point with tables of `ENTRIES` steps an octave, between which is a polynomial of order 1 or 2.
-pub fn by_table<const ENTRIES: usize, const ORDER: usize>(
-    transmitter: &Transmitter,
-    lx: Illuminance,
-) -> U32F32 {
+pub fn by_table<const ENTRIES: usize, const ORDER: usize>(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
     let kept = &transmitter.fixed;
     let log = log2_by_table::<ENTRIES, ORDER>(lx);
     let log = kept.smoothed(log, BAND_OCTAVES, I6F26::ZERO);

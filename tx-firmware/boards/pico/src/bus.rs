@@ -45,22 +45,12 @@ impl ErrorType for Bus {
 }
 
 impl embedded_hal::i2c::I2c for Bus {
-    fn transaction(
-        &mut self,
-        address: u8,
-        operations: &mut [Operation<'_>],
-    ) -> Result<(), BusError> {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), BusError> {
         let address = u16::from(address);
         match operations {
-            [Operation::Write(bytes)] => {
-                in_time(self.0.write_async(address, bytes.iter().copied()))
-            }
+            [Operation::Write(bytes)] => in_time(self.0.write_async(address, bytes.iter().copied())),
             [Operation::Read(buffer)] => in_time(self.0.read_async(address, buffer)),
-            [Operation::Write(bytes), Operation::Read(buffer)] => in_time(self.0.write_read_async(
-                address,
-                bytes.iter().copied(),
-                buffer,
-            )),
+            [Operation::Write(bytes), Operation::Read(buffer)] => in_time(self.0.write_read_async(address, bytes.iter().copied(), buffer)),
             _ => Err(BusError::Unsupported),
         }
     }

@@ -87,9 +87,7 @@ async fn main(_spawner: Spawner) {
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
 
-    let (Ok(mut store), Ok(typical)) =
-        (memory::store(board.FLASH), Calibration::new(leds::TYPICAL))
-    else {
+    let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(leds::TYPICAL)) else {
         panic!("the store's place or the typical calibration is none");
     };
     let Remembered {
@@ -152,11 +150,7 @@ async fn main(_spawner: Spawner) {
 
 /// Dims the panel to the light, and keeps the watchdog quiet while symbols are shown: this is the lowest level, so that all
 /// others work if it gets its turn.
-async fn follow_light(
-    mut sensor: LightSensor,
-    shared: &'static Shared,
-    mut watchdog: Watchdog,
-) -> ! {
+async fn follow_light(mut sensor: LightSensor, shared: &'static Shared, mut watchdog: Watchdog) -> ! {
     let mut ticks = Ticker::every(light_sensor::POLL);
     let mut position = symbols::position();
     let mut seen_at = Instant::now();

@@ -23,10 +23,7 @@ pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 /// [`StoreError::Addresses`] cannot come: the place is 16 whole sectors.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<SteadyFlash>, StoreError> {
     let end = FLASH_BYTES as u32;
-    Store::new(
-        SteadyFlash(Flash::new_blocking(flash)),
-        end - STORE_BYTES..end,
-    )
+    Store::new(SteadyFlash(Flash::new_blocking(flash)), end - STORE_BYTES..end)
 }
 
 impl ErrorType for SteadyFlash {
@@ -34,8 +31,7 @@ impl ErrorType for SteadyFlash {
 }
 
 impl ReadNorFlash for SteadyFlash {
-    const READ_SIZE: usize =
-        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as ReadNorFlash>::READ_SIZE;
+    const READ_SIZE: usize = <Flash<'static, FLASH, Blocking, FLASH_BYTES> as ReadNorFlash>::READ_SIZE;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), flash::Error> {
         self.0.blocking_read(offset, bytes)
@@ -47,10 +43,8 @@ impl ReadNorFlash for SteadyFlash {
 }
 
 impl NorFlash for SteadyFlash {
-    const WRITE_SIZE: usize =
-        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::WRITE_SIZE;
-    const ERASE_SIZE: usize =
-        <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::ERASE_SIZE;
+    const WRITE_SIZE: usize = <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize = <Flash<'static, FLASH, Blocking, FLASH_BYTES> as NorFlash>::ERASE_SIZE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
         prepare();

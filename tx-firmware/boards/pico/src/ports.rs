@@ -23,11 +23,7 @@ use crate::{Irqs, memory::SteadyFlash, shared::Shared};
 
 const IDENTITY: Identity = Identity {
     firmware: env!("CARGO_PKG_VERSION"),
-    board: if cfg!(feature = "rp2350") {
-        "pico2"
-    } else {
-        "pico"
-    },
+    board: if cfg!(feature = "rp2350") { "pico2" } else { "pico" },
 };
 
 /// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
@@ -60,8 +56,7 @@ impl Clerk {
 
     async fn receive(&mut self, byte: u8, desk: &mut Desk) -> Option<&[u8]> {
         let mut store = desk.store.lock().await;
-        self.service
-            .receive(byte, &mut desk.shared, &mut *store, &mut self.answer)
+        self.service.receive(byte, &mut desk.shared, &mut *store, &mut self.answer)
     }
 }
 
@@ -70,12 +65,7 @@ impl Clerk {
 pub async fn serve(uart: BufferedUart, usb: Peri<'static, USB>, desk: Desk) {
     let (transmit, receive) = uart.split();
     let (mut device, port) = usb_port(UsbDriver::new(usb, Irqs));
-    join3(
-        serve_uart(receive, transmit, desk),
-        serve_usb(port, desk),
-        device.run(),
-    )
-    .await;
+    join3(serve_uart(receive, transmit, desk), serve_usb(port, desk), device.run()).await;
 }
 
 async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, mut desk: Desk) {
@@ -112,10 +102,7 @@ async fn serve_usb(mut port: Port, mut desk: Desk) {
 }
 
 /// The last packet is a short one, if need be an empty one: it tells the host that nothing follows.
-async fn write_packets(
-    port: &mut Port,
-    bytes: &[u8],
-) -> Result<(), embassy_usb::driver::EndpointError> {
+async fn write_packets(port: &mut Port, bytes: &[u8]) -> Result<(), embassy_usb::driver::EndpointError> {
     for packet in bytes.chunks(PACKET) {
         port.write_packet(packet).await?;
     }

@@ -16,8 +16,8 @@ use link::{
     symbol_rate::SymbolRate,
 };
 use tx_firmware::{
-    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix,
-    schedule::Repeats, service::Device, transmitter::Transmitter,
+    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix, schedule::Repeats, service::Device,
+    transmitter::Transmitter,
 };
 
 use crate::{
@@ -52,12 +52,7 @@ static SHARED: OnceLock<Shared> = OnceLock::new();
 
 impl Shared {
     /// Puts the transmitter where all can reach it.
-    pub fn install(
-        panel: Panel,
-        calibration: Calibration,
-        table: L2aTable,
-        rate: SymbolRate,
-    ) -> &'static Self {
+    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable, rate: SymbolRate) -> &'static Self {
         SHARED.get_or_init(|| {
             let mut transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
             transmitter.set_symbol_rate(rate);
@@ -72,8 +67,7 @@ impl Shared {
 
     /// A turn, with interrupts off.
     pub fn with<R>(&self, work: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
-        self.0
-            .lock(|transmitter| work(&mut transmitter.borrow_mut()))
+        self.0.lock(|transmitter| work(&mut transmitter.borrow_mut()))
     }
 
     /// Makes the panels ready that are shown next, when one was shifted.
@@ -119,10 +113,7 @@ impl Device for &'static Shared {
 
     fn set_calibration(&mut self, calibration: Calibration) {
         self.with(|transmitter| {
-            transmitter
-                .matrix_mut()
-                .dimmer
-                .set_calibration(&calibration);
+            transmitter.matrix_mut().dimmer.set_calibration(&calibration);
             transmitter.set_calibration(calibration);
         });
     }

@@ -117,10 +117,7 @@ impl Symbols {
     /// Panels to be made ready before the flash stops the processor.
     pub fn lead_before_stop(&self) -> usize {
         // The faster of the two may still be the one that counts.
-        lead_before_stop(
-            self.wanted
-                .map_or(self.rate, |wanted| wanted.max(self.rate)),
-        )
+        lead_before_stop(self.wanted.map_or(self.rate, |wanted| wanted.max(self.rate)))
     }
 
     /// Puts a panel behind those that wait.
@@ -186,9 +183,7 @@ fn connect_channels() {
 
     let shift = pac::DMA.ch(SHIFT);
     shift.read_addr().write_value(RING.0.as_ptr() as u32);
-    shift
-        .write_addr()
-        .write_value(pac::SPI0.dr().as_ptr() as u32);
+    shift.write_addr().write_value(pac::SPI0.dr().as_ptr() as u32);
     shift.al2_trans_count().write_value(TRANSFER.count);
     let mut control = CtrlTrig(0);
     control.set_en(true);
@@ -201,12 +196,8 @@ fn connect_channels() {
     shift.al1_ctrl().write_value(control.0);
 
     let trigger = pac::DMA.ch(TRIGGER);
-    trigger
-        .read_addr()
-        .write_value(SHIFT_STARTER.as_ptr() as u32);
-    trigger
-        .write_addr()
-        .write_value(pac::DMA.multi_chan_trigger().as_ptr() as u32);
+    trigger.read_addr().write_value(SHIFT_STARTER.as_ptr() as u32);
+    trigger.write_addr().write_value(pac::DMA.multi_chan_trigger().as_ptr() as u32);
     trigger.al2_trans_count().write_value(1);
     let mut control = CtrlTrig(0);
     control.set_en(true);

@@ -10,10 +10,7 @@ use super::ask;
 use crate::device::Client;
 
 /// What the panel was last read as; nothing while none is seen.
-pub fn asked_reading<P: Read + Write>(
-    client: &mut Client<P>,
-    port: &str,
-) -> anyhow::Result<Option<Reading>> {
+pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<Reading>> {
     ask(client, port, &Request::Reading, |answer| match answer {
         Told::Reading(reading) => Some(reading),
         _ => None,
@@ -48,10 +45,6 @@ pub fn reading_in_short(reading: &Reading) -> String {
         reading.frame,
         reading.bits,
         reading.confidence,
-        if reading.is_mixed {
-            ", two symbols"
-        } else {
-            ""
-        },
+        if reading.is_mixed { ", two symbols" } else { "" },
     )
 }

@@ -3,9 +3,7 @@
 use super::*;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{
-    Application, Camera, Clock, Fault, Machine, Port as Wire, Reading, Settings, Trouble,
-};
+use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Port as Wire, Reading, Settings, Trouble};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -92,9 +90,7 @@ impl Write for Line {
         self.board.input.extend(bytes);
         self.board.now_us += 75_000;
         self.frames += 1;
-        let pixels: Vec<u8> = (0..162 * 122)
-            .map(|i| (i % 162) as u8 + self.frames)
-            .collect();
+        let pixels: Vec<u8> = (0..162 * 122).map(|i| (i % 162) as u8 + self.frames).collect();
         let now_us = self.board.now_us;
         self.application.frame(&pixels, now_us, &mut self.board);
         Ok(bytes.len())
@@ -132,10 +128,7 @@ fn a_receiver_is_known_by_its_board_and_is_no_transmitter() {
 fn status_and_message_are_told() {
     let mut client = client();
     let status = asked_status(&mut client, "p").unwrap();
-    assert_eq!(
-        (status.is_following, status.stack_bytes, status.was_reset),
-        (false, 77, true)
-    );
+    assert_eq!((status.is_following, status.stack_bytes, status.was_reset), (false, 77, true));
     assert_eq!(as_json(&status)["symbol_rate_hz"], 9.0);
     assert!(short(&status).contains("searching"));
     assert_eq!(as_json(&status)["state"], "searching");
@@ -150,10 +143,7 @@ fn status_and_message_are_told() {
     };
     assert!(short(&ill).contains("following") && short(&ill).contains("fault: the camera's"));
     let values = as_json(&ill);
-    assert_eq!(
-        (&values["state"], &values["fault_since_s"]),
-        (&json!("following"), &json!(1.5))
-    );
+    assert_eq!((&values["state"], &values["fault_since_s"]), (&json!("following"), &json!(1.5)));
     assert!(values["fault"].as_str().unwrap().contains("cut short"));
     let message = asked_message(&mut client, "p").unwrap();
     assert_eq!(message_as_json(&message), Value::Null);
@@ -163,19 +153,10 @@ fn status_and_message_are_told() {
 #[test]
 fn a_picture_comes_whole_and_of_one_frame() {
     let picture = fetch(&mut client(), "p").unwrap();
-    assert_eq!(
-        (picture.size, picture.step, picture.origin),
-        ([81, 61], 2, [0, 0])
-    );
+    assert_eq!((picture.size, picture.step, picture.origin), ([81, 61], 2, [0, 0]));
     let first = picture.grey[0];
     let even = |i: usize| first.wrapping_add(2 * (i % 81) as u8);
-    assert!(
-        picture
-            .grey
-            .iter()
-            .enumerate()
-            .all(|(i, &grey)| grey == even(i))
-    );
+    assert!(picture.grey.iter().enumerate().all(|(i, &grey)| grey == even(i)));
 }
 
 /// No panel is seen here; another one is told with what it takes to go on from it.
@@ -210,9 +191,7 @@ fn readings_are_told() {
 fn refusals_are_told() {
     let mut client = client();
     let request = Request::SetSymbolRate { millihertz: 50_000 };
-    let refused = ask(&mut client, "p", &request, |answer| {
-        (answer == Told::Done).then_some(())
-    });
+    let refused = ask(&mut client, "p", &request, |answer| (answer == Told::Done).then_some(()));
     assert!(format!("{:#}", refused.unwrap_err()).contains("at most 13231"));
 }
 
@@ -226,8 +205,7 @@ fn text_is_shown_as_it_is_and_other_bytes_are_escaped() {
 #[test]
 fn a_rate_is_told_set_and_refused() {
     let mut client = client();
-    let mut rate =
-        |wanted| set_rate(&mut client, "p", wanted).map_err(|error| format!("{error:#}"));
+    let mut rate = |wanted| set_rate(&mut client, "p", wanted).map_err(|error| format!("{error:#}"));
     assert_eq!(rate(None), Ok(9.0));
     assert_eq!(rate(Some(7.5)), Ok(7.5));
     assert_eq!(rate(None), Ok(7.5));

@@ -21,17 +21,8 @@ const POLL: Duration = Duration::from_millis(250);
 const NAP: Duration = Duration::from_millis(50);
 
 /// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
-pub fn watch(
-    client: &mut Connection,
-    arguments: &Watch,
-    shared: &Shared,
-) -> anyhow::Result<Answer> {
-    let Watch {
-        port,
-        count,
-        readings,
-        ..
-    } = arguments;
+pub fn watch(client: &mut Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
+    let Watch { port, count, readings, .. } = arguments;
     check(client, port)?;
     let (stop, name) = (stop(), port.name());
     let mut status = asked_status(client, &name)?;
@@ -46,9 +37,7 @@ pub fn watch(
         } else {
             line(&short(&status))?;
             let reading = reading.iter().flatten();
-            reading
-                .map(reading_in_short)
-                .try_for_each(|told| line(&told))?;
+            reading.map(reading_in_short).try_for_each(|told| line(&told))?;
             item.iter().try_for_each(tell)?;
         }
         told += 1;
@@ -83,23 +72,13 @@ fn pause(stop: &Stop, due: Instant) -> bool {
 fn tell(item: &Item) -> anyhow::Result<()> {
     let Item { message, missed } = item;
     if *missed > 0 {
-        line(&format!(
-            "{missed} messages came before the next one, too fast to be told"
-        ))?;
+        line(&format!("{missed} messages came before the next one, too fast to be told"))?;
     }
-    line(&format!(
-        "message {}: {}",
-        message.count,
-        text(&message.bytes)
-    ))
+    line(&format!("message {}: {}", message.count, text(&message.bytes)))
 }
 
 /// The reading is told at each interval where it was asked for, as none while no panel is seen.
-fn tell_json(
-    status: &Status,
-    item: Option<&Item>,
-    reading: Option<&Option<Reading>>,
-) -> anyhow::Result<()> {
+fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<Reading>>) -> anyhow::Result<()> {
     let mut values = as_json(status);
     if let Some(reading) = reading {
         values["reading"] = reading_as_json(reading.as_ref());
@@ -135,12 +114,7 @@ impl News {
     }
 
     /// The message that has not been told, if there is one.
-    pub fn fetch<P: Read + Write>(
-        &mut self,
-        client: &mut Client<P>,
-        port: &str,
-        status: &Status,
-    ) -> anyhow::Result<Option<Item>> {
+    pub fn fetch<P: Read + Write>(&mut self, client: &mut Client<P>, port: &str, status: &Status) -> anyhow::Result<Option<Item>> {
         if status.uptime_ms < self.uptime_ms {
             // It has started anew, and counts from 1.
             self.count = 0;

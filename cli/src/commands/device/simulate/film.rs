@@ -36,8 +36,7 @@ pub enum Reel {
 impl Reel {
     /// A folder without frames.
     pub fn folder(path: &Path) -> anyhow::Result<Self> {
-        std::fs::create_dir_all(path)
-            .with_context(|| format!("cannot make the folder {}", path.display()))?;
+        std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
         outputs::check_recording(path)?;
         Ok(Self::Folder {
             path: path.into(),
@@ -92,10 +91,7 @@ impl Camera {
         let rate = (camera.scene.camera.frame_rate_hz * 1000.0).round();
         if let Reel::Film(film) = &mut camera.reel {
             let (width, height) = (sensor.width, sensor.height);
-            writeln!(
-                film,
-                "YUV4MPEG2 W{width} H{height} F{rate}:1000 Ip A1:1 Cmono"
-            )?;
+            writeln!(film, "YUV4MPEG2 W{width} H{height} F{rate}:1000 Ip A1:1 Cmono")?;
         }
         Ok(camera)
     }
@@ -126,8 +122,7 @@ impl Camera {
                 break;
             };
             if let Some(scene) = moved(&self.scene, self.frame) {
-                self.look_at(&scene)
-                    .with_context(|| format!("frame {}", self.frame))?;
+                self.look_at(&scene).with_context(|| format!("frame {}", self.frame))?;
             }
             let in_view = &self.symbols;
             let middle = in_view[moment.middle_symbol(0.0)];
@@ -137,8 +132,7 @@ impl Camera {
                 .collect();
             shown[0].symbols = std::array::from_fn(|ahead| in_view[ahead].panel);
             shown[0].light = self.renderer.lit(0, middle.light * self.full_cd_m2);
-            self.renderer
-                .frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
+            self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
             self.keep()?;
             self.frame += 1;
         }

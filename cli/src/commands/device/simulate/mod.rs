@@ -170,11 +170,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
                 camera.see(symbol, most)?;
             }
         }
-        if views
-            .camera
-            .as_ref()
-            .is_some_and(|camera| camera.frames() >= most)
-        {
+        if views.camera.as_ref().is_some_and(|camera| camera.frames() >= most) {
             break;
         }
     }

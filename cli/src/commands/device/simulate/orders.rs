@@ -64,11 +64,7 @@ impl std::str::FromStr for Order {
 pub fn illuminance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(lux) if LIGHT_LX.contains(&lux) => Ok(lux),
-        _ => Err(format!(
-            "{text:?} is no light: give {} to {} lx",
-            LIGHT_LX.start(),
-            LIGHT_LX.end()
-        )),
+        _ => Err(format!("{text:?} is no light: give {} to {} lx", LIGHT_LX.start(), LIGHT_LX.end())),
     }
 }
 

@@ -48,11 +48,7 @@ impl Terminal {
     }
 
     /// What has come, after some patience nothing.
-    pub fn read<'a>(
-        &mut self,
-        patience: Duration,
-        bytes: &'a mut [u8],
-    ) -> anyhow::Result<&'a [u8]> {
+    pub fn read<'a>(&mut self, patience: Duration, bytes: &'a mut [u8]) -> anyhow::Result<&'a [u8]> {
         let patience = Timespec::try_from(patience)?;
         let mut waited = [PollFd::new(&self.board, PollFlags::IN)];
         match poll(&mut waited, Some(&patience)) {
@@ -65,11 +61,7 @@ impl Terminal {
                 ioctl_tiocnxcl(&self.computer)?;
                 Ok(&bytes[..length])
             }
-            Err(error)
-                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) =>
-            {
-                Ok(&[])
-            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(&[]),
             Err(error) => Err(error).context("the pseudo-terminal failed"),
         }
     }
@@ -93,21 +85,17 @@ impl Link {
     /// When something else is there.
     pub fn new(path: &Path, to: &str) -> anyhow::Result<Self> {
         if path.is_symlink() && !path.exists() {
-            std::fs::remove_file(path)
-                .with_context(|| format!("cannot replace the link {}", path.display()))?;
+            std::fs::remove_file(path).with_context(|| format!("cannot replace the link {}", path.display()))?;
         }
         match std::os::unix::fs::symlink(to, path) {
             Ok(()) => Ok(Self {
                 path: path.into(),
                 to: to.into(),
             }),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(
-                "{} is there already: remove it, or give the link another name",
-                path.display()
-            ),
-            Err(error) => {
-                Err(error).with_context(|| format!("cannot make the link {}", path.display()))
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+                bail!("{} is there already: remove it, or give the link another name", path.display())
             }
+            Err(error) => Err(error).with_context(|| format!("cannot make the link {}", path.display())),
         }
     }
 }

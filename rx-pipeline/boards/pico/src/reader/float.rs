@@ -2,9 +2,7 @@
 
 use rx_pipeline::{
     detect::Detector,
-    receiver::{
-        BlinkSearch, NoSearch, Proof, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings,
-    },
+    receiver::{BlinkSearch, NoSearch, Proof, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings},
     standalone::PanelReceiver,
 };
 use static_cell::{ConstStaticCell, StaticCell};
@@ -19,8 +17,7 @@ pub type Reader = PanelReceiver<PIXELS, &'static mut ReceiverMemory<PIXELS>, &'s
 /// It, made in its place: handed on, its 40 kB would pass through the stack. Once.
 #[inline(never)]
 pub fn take() -> Option<&'static mut Reader> {
-    static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> =
-        ConstStaticCell::new(ReceiverMemory::new());
+    static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());
     static CHANGE: ConstStaticCell<[u8; ROOM]> = ConstStaticCell::new([0; ROOM]);
     static READER: StaticCell<Result<Reader, ReceiverError>> = StaticCell::new();
     let (memory, change) = (MEMORY.take(), CHANGE.take());

@@ -108,11 +108,7 @@ fn block() -> Corners {
 
 /// Half of a sign's lamps are brighter than the others.
 fn sign(lamp: usize) -> f64 {
-    if (lamp % 8 < 4) == (lamp / 8 < 4) {
-        180.0
-    } else {
-        110.0
-    }
+    if (lamp % 8 < 4) == (lamp / 8 < 4) { 180.0 } else { 110.0 }
 }
 
 #[test]
@@ -125,31 +121,22 @@ fn lamps_that_all_switch_together_are_not_followed() {
 
 #[test]
 fn a_few_lamps_that_blink_are_not_followed() {
-    assert_rejected(
-        "a sign that is switched on, five lamps of which blink",
-        |scene, number| {
-            let (is_lit, random) = (number > 3, scene.random());
-            let blinking = 0x0100_0040_0010_0802u64;
-            scene.lamps(&block(), |lamp| match lamp {
-                _ if !is_lit => 0.0,
-                _ if (blinking & random) >> lamp & 1 == 1 => 0.0,
-                _ => sign(lamp),
-            });
-        },
-    );
+    assert_rejected("a sign that is switched on, five lamps of which blink", |scene, number| {
+        let (is_lit, random) = (number > 3, scene.random());
+        let blinking = 0x0100_0040_0010_0802u64;
+        scene.lamps(&block(), |lamp| match lamp {
+            _ if !is_lit => 0.0,
+            _ if (blinking & random) >> lamp & 1 == 1 => 0.0,
+            _ => sign(lamp),
+        });
+    });
 }
 
 /// A window in whose lamps' places an edge is mirrored, which goes to and fro.
 #[test]
 fn an_edge_that_moves_over_lamps_is_not_followed() {
     assert_rejected("an edge over lamps", |scene, number| {
-        scene.lamps(&block(), |lamp| {
-            if lamp as u64 % 8 == number % 8 {
-                170.0
-            } else {
-                0.0
-            }
-        });
+        scene.lamps(&block(), |lamp| if lamp as u64 % 8 == number % 8 { 170.0 } else { 0.0 });
     });
 }
 
@@ -175,10 +162,7 @@ fn a_panel_beside_a_sign_is_followed() {
         let symbol = number * 68 / 100;
         let bits = (symbol + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let bits = (bits ^ bits >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        scene.lamps(
-            &panel,
-            |lamp| if bits >> lamp & 1 == 1 { 150.0 } else { 0.0 },
-        );
+        scene.lamps(&panel, |lamp| if bits >> lamp & 1 == 1 { 150.0 } else { 0.0 });
     });
     assert!(outcome.followed > 150, "{outcome:?}");
     let [x, y] = outcome.last.unwrap().centre_px();

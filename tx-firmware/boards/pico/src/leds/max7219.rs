@@ -59,10 +59,7 @@ impl Lines {
         pac::SPI0.cr1().modify(|w| w.set_sse(false));
         pac::SPI0.cr0().modify(|w| w.set_dss(15));
         pac::SPI0.cr1().modify(|w| w.set_sse(true));
-        pac::IO_BANK0
-            .gpio(LOAD)
-            .ctrl()
-            .modify(|w| w.set_funcsel(SPI_FUNCTION));
+        pac::IO_BANK0.gpio(LOAD).ctrl().modify(|w| w.set_funcsel(SPI_FUNCTION));
         shift_dark();
         Shifter {
             _clock: Pwm::new_free(slice, clock),
@@ -120,8 +117,7 @@ fn shift_dark() {
     let spi = pac::SPI0;
     for [register, value] in controls(None) {
         while !spi.sr().read().tnf() {}
-        spi.dr()
-            .write(|w| w.set_data(u16::from_be_bytes([register, value])));
+        spi.dr().write(|w| w.set_data(u16::from_be_bytes([register, value])));
     }
     while spi.sr().read().bsy() {}
 }

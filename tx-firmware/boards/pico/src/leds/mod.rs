@@ -37,11 +37,7 @@ pub struct Lines {
 /// What shifts bytes out.
 type Shift = Spi<'static, SPI0, Blocking>;
 
-fn shift(
-    spi: Peri<'static, SPI0>,
-    clock: Peri<'static, PIN_18>,
-    data: Peri<'static, PIN_19>,
-) -> Shift {
+fn shift(spi: Peri<'static, SPI0>, clock: Peri<'static, PIN_18>, data: Peri<'static, PIN_19>) -> Shift {
     let mut bus = spi::Config::default();
     bus.frequency = SHIFT_CLOCK_HZ;
     Spi::new_blocking_txonly(spi, clock, data, bus)

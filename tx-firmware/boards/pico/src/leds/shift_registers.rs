@@ -24,11 +24,7 @@ use crate::symbols::Symbols;
 const SLICE: usize = 2;
 
 /// Which bit lights an LED.
-const LIT_BY: LitBy = if cfg!(feature = "lit-by-0") {
-    LitBy::Zero
-} else {
-    LitBy::One
-};
+const LIT_BY: LitBy = if cfg!(feature = "lit-by-0") { LitBy::Zero } else { LitBy::One };
 
 /// Eight registers of eight bits.
 pub const TRANSFER: Transfer = Transfer {

@@ -35,12 +35,8 @@ impl Sensor {
             SensorRange::Operating => USUAL_TIME,
             SensorRange::CrossCheck => SHORT_TIME,
         };
-        self.driver
-            .set_measurement_time_register(self.time)
-            .map_err(|_| Lost)?;
-        self.driver
-            .start_continuous_measurement(Resolution::High)
-            .map_err(|_| Lost)?;
+        self.driver.set_measurement_time_register(self.time).map_err(|_| Lost)?;
+        self.driver.start_continuous_measurement(Resolution::High).map_err(|_| Lost)?;
         self.ready_at = Instant::now() + MEASUREMENT;
         Ok(())
     }
@@ -50,12 +46,8 @@ impl Sensor {
             return Ok(None);
         }
         self.ready_at = Instant::now() + MEASUREMENT;
-        let lux = self
-            .driver
-            .get_current_measurement(Resolution::High)
-            .map_err(|_| Lost)?;
-        let word =
-            (lux * COUNTS_PER_LUX * f32::from(self.time) / f32::from(USUAL_TIME) + 0.5) as u16;
+        let lux = self.driver.get_current_measurement(Resolution::High).map_err(|_| Lost)?;
+        let word = (lux * COUNTS_PER_LUX * f32::from(self.time) / f32::from(USUAL_TIME) + 0.5) as u16;
         Ok(Some(if word == u16::MAX {
             LightSample::Saturated
         } else {

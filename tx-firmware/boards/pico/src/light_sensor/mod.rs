@@ -49,10 +49,7 @@ impl LightSensor {
 
     /// What the sensor has to say, if it has: the range it was measured in, and the reading. It is then set to
     /// `wanted`, and starts over if it did not answer.
-    pub fn poll(
-        &mut self,
-        wanted: impl FnOnce() -> SensorRange,
-    ) -> Option<(SensorRange, LightSample)> {
+    pub fn poll(&mut self, wanted: impl FnOnce() -> SensorRange) -> Option<(SensorRange, LightSample)> {
         let Some((range, since)) = self.measuring else {
             return self.measure(wanted());
         };
@@ -63,11 +60,7 @@ impl LightSensor {
             }
             Ok(None) if since.elapsed() < PATIENCE => {
                 let wanted = wanted();
-                if wanted == range {
-                    None
-                } else {
-                    self.measure(wanted)
-                }
+                if wanted == range { None } else { self.measure(wanted) }
             }
             Ok(None) | Err(Lost) => {
                 self.measuring = None;

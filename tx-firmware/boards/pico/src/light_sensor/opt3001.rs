@@ -4,9 +4,7 @@
 //! next: there it is the one below, which living light overflows.
 
 use fixed::types::I32F32;
-use opt300x::{
-    IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic::Opt3001, mode::Continuous,
-};
+use opt300x::{IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic::Opt3001, mode::Continuous};
 use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
@@ -48,9 +46,7 @@ impl Sensor {
         };
         self.range = range;
         let driver = self.driver()?;
-        driver
-            .set_integration_time(IntegrationTime::Ms100)
-            .map_err(|_| Lost)?;
+        driver.set_integration_time(IntegrationTime::Ms100).map_err(|_| Lost)?;
         driver.set_lux_range(range).map_err(|_| Lost)
     }
 
@@ -79,10 +75,7 @@ impl Sensor {
                 return Ok(Some(if too_bright {
                     LightSample::Saturated
                 } else {
-                    LightSample::Light {
-                        lux: usual_lux,
-                        word,
-                    }
+                    LightSample::Light { lux: usual_lux, word }
                 }));
             }
             LuxRange::Manual(_) => {}
@@ -107,11 +100,7 @@ impl Sensor {
 }
 
 fn neighbour(range: u8) -> u8 {
-    if range < LAST_RANGE {
-        range + 1
-    } else {
-        LAST_RANGE - 1
-    }
+    if range < LAST_RANGE { range + 1 } else { LAST_RANGE - 1 }
 }
 
 /// OPT3001 datasheet, Eq. (3): 0.01 lx · 2^exponent · mantissa.

@@ -60,8 +60,7 @@ impl Scripted {
             other => panic!("{other:?}"),
         };
         let mut wire = [0; wire_length(ANSWER_MAX)];
-        self.output
-            .extend(encode(Kind::Answer, sequence, &answer, &mut wire).unwrap());
+        self.output.extend(encode(Kind::Answer, sequence, &answer, &mut wire).unwrap());
     }
 }
 
@@ -132,15 +131,7 @@ fn each_message_is_told_once_as_it_comes() {
         (15, &["fog", "fog", "ice"]),
         (16, &["fog", "fog", "ice"]),
     ];
-    let expected = [
-        None,
-        new("fog", 0),
-        None,
-        None,
-        new("fog", 0),
-        new("ice", 0),
-        None,
-    ];
+    let expected = [None, new("fog", 0), None, None, new("fog", 0), new("ice", 0), None];
     assert_eq!(told(moments, None), expected);
 }
 
