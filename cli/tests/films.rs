@@ -1,5 +1,5 @@
-//! `vocc receive` on films, which ffmpeg decodes: here it is a script, so that it can be absent, fail and hang. `tests/films.rs` has the
-//! real one.
+//! `vocc receive` on films, which ffmpeg decodes: here it is a script, so that it can be absent, fail and hang. `tests/suites/films.rs`
+//! has the real one.
 #![cfg(target_os = "linux")]
 
 mod common;

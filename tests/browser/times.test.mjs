@@ -1,4 +1,4 @@
-// How fast the page is, beside the program: only where it is asked for (tests/page --times).
+// How fast the page is, beside the program: only where it is asked for (tests/tools/page --times).
 
 import test from "node:test";
 import { execFileSync } from "node:child_process";

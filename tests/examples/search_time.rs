@@ -1,4 +1,4 @@
-//! Draws full-HD frames into a folder and times the cold search in each: `tests/beside-apriltag` holds another detector against it.
+//! Draws full-HD frames into a folder and times the cold search in each: `tests/tools/beside-apriltag` holds another detector against it.
 //!
 //! `cargo run --release -p vocc-tests --example search_time -- FOLDER`
 

@@ -1,4 +1,4 @@
-//! The emulator of the RP2040 in `tests/emulator`, which takes Node.
+//! The emulator of the RP2040 in `tests/boards/emulator`, which takes Node.
 
 use std::process::Command;
 
@@ -11,7 +11,7 @@ use crate::trials::Unready;
 /// `Absent` where there is no Node; why the emulator cannot be fetched.
 pub fn provide() -> Result<(), Unready> {
     output(Command::new("node").arg("--version"))?;
-    let folder = root().join("tests/emulator");
+    let folder = root().join("tests/boards/emulator");
     if folder.join("node_modules/rp2040js").is_dir() {
         return Ok(());
     }

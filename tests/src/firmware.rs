@@ -17,7 +17,7 @@ use crate::trials::Unready;
 pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
-            .arg("tests/cargo-embedded")
+            .arg("tests/tools/cargo-embedded")
             .args([target, "--manifest-path"])
             .arg(format!("{board}/Cargo.toml"))
             .args(arguments),

@@ -95,7 +95,7 @@ impl Truth {
 /// # Panics
 /// When a frame is missing or damaged: then no test of it can pass.
 pub fn reference_frames(folder: &str) -> Vec<ReferenceFrame> {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("frames").join(folder);
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/frames").join(folder);
     let entries = fs::read_dir(&directory).unwrap_or_else(|error| panic!("{}: {error}", directory.display()));
     let mut truths: Vec<PathBuf> = entries
         .map(|entry| entry.expect("a readable folder").path())

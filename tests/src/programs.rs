@@ -47,7 +47,7 @@ fn beside_the_tests() -> Result<PathBuf, Unready> {
 /// # Errors
 /// That it is absent, and how it can be installed.
 pub fn provide(program: &str) -> Result<(), Unready> {
-    output(Command::new("bash").args(["tests/provide", program])).map(drop)
+    output(Command::new("bash").args(["tests/tools/provide", program])).map(drop)
 }
 
 /// Runs a command in the repository's root and returns what it prints.

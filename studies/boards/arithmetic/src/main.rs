@@ -1,6 +1,6 @@
 //! Runs the transmitter's control path in different arithmetic, over all the light there is.
 //!
-//! It says nothing and does nothing else: `tests/emulator/arithmetic.mjs` runs it on an emulated Cortex-M0+ and counts the cycles of
+//! It says nothing and does nothing else: `tests/boards/emulator/arithmetic.mjs` runs it on an emulated Cortex-M0+ and counts the cycles of
 //! each path from entry to return.
 #![no_std]
 #![no_main]

@@ -111,7 +111,7 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError
              libm or micromath, in f64, and in fixed point with logarithm and power of 2 from tables of 8 to 512 entries an octave, \
              linear or quadratic between them. The error is the greatest over {READINGS} readings from {} to {} lx \
              after {BEFORE_LX} lx. The cycles are the mean over 136 readings on an emulated RP2040 (Cortex-M0+: no floating-point unit, \
-             no 64-bit product), counted by `tests/count-cycles`; they are exact and the same on every machine.",
+             no 64-bit product), counted by `tests/tools/count-cycles`; they are exact and the same on every machine.",
             LIGHT_LX[0], LIGHT_LX[1]
         ),
         reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. \

@@ -1,0 +1,80 @@
+//! What it takes on the board: memory and instructions.
+
+use std::path::Path;
+
+use rx_pipeline::profile::STAGES;
+use vocc_tests::firmware::{Size, median, say, size};
+
+use crate::board::instructions;
+
+/// What `docs/embedded-receiver.md` states, rounded up: of flash, with the `core` that rustup brings, and with one built anew.
+const FLASH_MAX: u32 = 320 * 1024;
+const FLASH_MAX_CORE_ANEW: u32 = 300 * 1024;
+const RAM_MAX: u32 = 380_000;
+pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
+pub const STACK_MAX: u32 = 140 * 1024;
+
+/// What a film cost the board, and how far it was from this computer.
+#[derive(Default)]
+pub struct Costs {
+    frames: Vec<u64>,
+    stages: Vec<Vec<u64>>,
+    pub stack_bytes: u32,
+    /// The greatest difference of a soft value, in steps.
+    pub soft_apart: i32,
+    pub corners_apart_px: f32,
+}
+
+impl Costs {
+    /// Adds a frame.
+    pub fn add(&mut self, ticks: u32, stage_ticks: &[u32]) {
+        self.frames.push(instructions(ticks));
+        let stages = stage_ticks.iter().map(|&ticks| instructions(ticks));
+        self.stages.push(stages.collect());
+    }
+
+    /// Tells all that was measured.
+    pub fn tell(&self, what: &str) {
+        say(&format!(
+            "{what}: {} instructions a frame, {} at most, {} in the first; stack {} bytes; soft values {} steps and corners {:.4} px apart",
+            median(&self.frames),
+            greatest(&self.frames),
+            self.frames.first().copied().unwrap_or_default(),
+            self.stack_bytes,
+            self.soft_apart,
+            self.corners_apart_px,
+        ));
+        for (index, stage) in STAGES.into_iter().enumerate() {
+            let column: Vec<u64> = self.stages.iter().map(|frame| frame[index]).collect();
+            if greatest(&column) > 0 {
+                say(&format!(
+                    "{what}: {stage:?} {} instructions a frame, {} at most",
+                    median(&column),
+                    greatest(&column)
+                ));
+            }
+        }
+    }
+
+    /// Half of the frames took no more instructions than the first number, none more than the second; and so deep was the stack.
+    pub fn assert_within(&self, [half, most]: [u64; 2], stack_bytes: u32) {
+        assert!(median(&self.frames) <= half, "{:?}", self.frames);
+        assert!(greatest(&self.frames) <= most, "{:?}", self.frames);
+        assert!(self.stack_bytes <= stack_bytes, "{}", self.stack_bytes);
+    }
+}
+
+fn greatest(values: &[u64]) -> u64 {
+    values.iter().copied().max().unwrap_or_default()
+}
+
+/// Flash and static RAM are within their bounds.
+pub fn it_is_small(image: &Path) {
+    let elf = std::fs::read(image).expect("the image is built");
+    let Size { flash, ram } = size(&elf);
+    // `tests/tools/cargo-embedded` puts what Debian's compiler makes into a folder of that name.
+    let core_is_anew = image.iter().any(|folder| folder == "debian");
+    let flash_max = if core_is_anew { FLASH_MAX_CORE_ANEW } else { FLASH_MAX };
+    say(&format!("flash {flash} bytes of {flash_max}, static RAM {ram} bytes of {RAM_MAX}"));
+    assert!(flash <= flash_max && ram <= RAM_MAX);
+}

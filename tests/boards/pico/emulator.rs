@@ -1,0 +1,179 @@
+//! A transmitter's image on an emulated board: power, light, and what its pins do.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use vocc_tests::programs::root;
+
+use crate::image::Programs;
+
+pub use vocc_tests::driven_panel::CLOCK_HZ;
+
+/// Longer than any command takes on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(240);
+
+/// What the emulator reports.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Event {
+    /// Simulated time since power-up, ns.
+    pub ns: u64,
+    /// The LEDs at an edge of the latch: 16 hexadecimal digits.
+    pub panel: Option<String>,
+    /// The dimming's pulse, cycles.
+    pub lit_cycles: Option<u32>,
+    /// The dimming's period, cycles.
+    pub period_cycles: Option<u32>,
+    /// Whether the LEDs' low current was switched on.
+    pub low_current: Option<bool>,
+    /// A register of a MAX7219 that has changed.
+    pub register: Option<usize>,
+    /// What it holds now.
+    pub value: Option<u8>,
+    /// Why the board was reset.
+    pub reset: Option<String>,
+    /// The answer to a run: the time it ended.
+    pub ran: Option<u64>,
+    /// For how long the output-enable line lit the LEDs in a run.
+    pub lit_nanos: f64,
+    /// Cycles by function or interrupt.
+    pub cycles: Option<Value>,
+    listening: Option<String>,
+    real_time: Option<bool>,
+    error: Option<String>,
+}
+
+/// How a light sensor fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    None,
+    Missing,
+    Stuck,
+    Silent,
+    Hanging,
+}
+
+/// A board under power.
+pub struct Emulator {
+    process: Child,
+    commands: ChildStdin,
+    events: Receiver<Event>,
+    socket: PathBuf,
+}
+
+impl Emulator {
+    /// Powers a board up whose flash lies in `folder`; a new one is flashed first.
+    pub fn power_up(programs: &Programs, folder: &Path, options: &[&str]) -> Self {
+        Self::power_up_with(&programs.image, folder, options)
+    }
+
+    /// Powers the desk kit up: a board without a light sensor, and a module with a MAX7219.
+    pub fn power_up_kit(programs: &Programs, folder: &Path) -> Self {
+        Self::power_up_with(&programs.kit, folder, &["--max7219"])
+    }
+
+    fn power_up_with(image: &Path, folder: &Path, options: &[&str]) -> Self {
+        let socket = folder.join("uart0");
+        let mut process = Command::new("node")
+            .arg(root().join("tests/boards/emulator/emulator.mjs"))
+            .args([image, &folder.join("flash.bin"), &socket])
+            .args(options)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node runs");
+        let commands = process.stdin.take().expect("standard input is a pipe");
+        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut emulator = Self {
+            process,
+            commands,
+            events,
+            socket,
+        };
+        emulator.until(|event| event.listening.is_some());
+        emulator
+    }
+
+    /// The Unix socket that is UART 0.
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// Lets so much simulated time pass, and returns what happened in it; the last event says that it is over.
+    pub fn run_ms(&mut self, milliseconds: u32) -> Vec<Event> {
+        self.command(&json!({ "run_ms": milliseconds }));
+        self.until(|event| event.ran.is_some())
+    }
+
+    /// Lets time pass as it does on the wall, or stops that; returns what happened before.
+    pub fn real_time(&mut self, on: bool) -> Vec<Event> {
+        self.command(&json!({ "real_time": on }));
+        self.until(|event| event.real_time == Some(on))
+    }
+
+    /// Lights the sensor.
+    pub fn light(&mut self, lux: f64, fault: Fault) {
+        let fault = format!("{fault:?}").to_lowercase();
+        self.command(&json!({ "lux": lux, "fault": fault }));
+    }
+
+    /// Cuts the power half-way through a flash operation, after so many more.
+    pub fn cut_power_after(&mut self, operations: u32) {
+        self.command(&json!({ "cut_after": operations }));
+    }
+
+    /// Stops the processor, and nothing else.
+    pub fn hang(&mut self) {
+        self.command(&json!({ "hang": true }));
+    }
+
+    /// Lets the processor go on in the function with this name.
+    pub fn enter(&mut self, function: &str) {
+        self.command(&json!({ "enter": function }));
+    }
+
+    /// Whether the power is gone.
+    pub fn is_off(&mut self) -> bool {
+        matches!(self.process.try_wait(), Ok(Some(_)))
+    }
+
+    fn command(&mut self, command: &Value) {
+        writeln!(self.commands, "{command}").expect("the emulator runs");
+    }
+
+    fn until(&mut self, last: impl Fn(&Event) -> bool) -> Vec<Event> {
+        let mut events = vec![];
+        loop {
+            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
+            assert_eq!(event.error, None, "at {} ns", event.ns);
+            let done = last(&event);
+            events.push(event);
+            if done {
+                return events;
+            }
+        }
+    }
+}
+
+/// Cuts the power.
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}

@@ -1,0 +1,89 @@
+//! The Raspberry Pi Pico's own image, run in an emulator: what is tested is what is flashed.
+//!
+//! The emulator is in `tests/boards/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is absent and
+//! cannot be had, these tests are skipped.
+
+mod closed_loop;
+mod desk_kit;
+mod emulator;
+mod image;
+mod light;
+mod measure;
+mod panel;
+mod power_cut;
+mod rate;
+mod restart;
+mod serial;
+mod vocc;
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use libtest_mimic::Arguments;
+use vocc_tests::{terminal, trials};
+
+use crate::image::Programs;
+
+type Test = fn(&Programs, &Path);
+
+const TESTS: &[(&str, Test)] = &[
+    ("boots_and_says_how_it_is", serial::boots_and_says_how_it_is),
+    ("a_table_outlives_a_power_cut", serial::a_table_outlives_a_power_cut),
+    (
+        "a_power_cut_in_an_update_leaves_one_table_whole",
+        serial::a_power_cut_in_an_update_leaves_one_table_whole,
+    ),
+    (
+        "a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart",
+        rate::a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart,
+    ),
+    (
+        "a_power_cut_in_a_change_leaves_one_rate",
+        rate::a_power_cut_in_a_change_leaves_one_rate,
+    ),
+    (
+        "the_luminance_follows_the_light_up_and_down",
+        light::the_luminance_follows_the_light_up_and_down,
+    ),
+    (
+        "a_failed_sensor_leads_to_a_safe_luminance",
+        light::a_failed_sensor_leads_to_a_safe_luminance,
+    ),
+    ("saturating_light_is_daylight", light::saturating_light_is_daylight),
+    (
+        "a_message_sent_to_the_board_is_received_by_a_camera",
+        closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
+    ),
+    ("a_program_that_hangs_is_restarted", restart::a_program_that_hangs_is_restarted),
+    ("a_panic_is_dark_and_restarts", restart::a_panic_is_dark_and_restarts),
+    (
+        "the_desk_kit_is_read_by_a_camera_on_the_desk",
+        desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
+    ),
+    (
+        "the_desk_kit_is_dark_when_it_cannot_go_on",
+        desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
+    ),
+    ("it_is_small", measure::it_is_small),
+    (
+        "the_latch_keeps_time_under_serial_load",
+        measure::the_latch_keeps_time_under_serial_load,
+    ),
+    (
+        "the_duty_follows_a_step_of_the_light",
+        measure::the_duty_follows_a_step_of_the_light,
+    ),
+];
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let tests = TESTS.iter().copied();
+    let in_a_folder = tests.map(|(name, test)| {
+        let run = move |programs: &Programs| {
+            let folder = tempfile::tempdir().expect("a folder");
+            test(programs, folder.path());
+        };
+        (name, run)
+    });
+    trials::run(&arguments, "the Pico's image", in_a_folder, Programs::provide)
+}

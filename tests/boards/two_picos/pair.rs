@@ -1,0 +1,243 @@
+//! A transmitter and a receiver on emulated boards, and light between.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use vocc_tests::programs::root;
+
+use crate::image::Programs;
+
+/// Longer than any command takes on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(300);
+/// The steps in which something is waited for, ms.
+const STEP_MS: u32 = 500;
+
+/// What the emulator reports.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct Event {
+    /// Simulated time since the transmitter's power-up, ns.
+    pub ns: u64,
+    /// Whose it is: `transmitter` or `receiver`.
+    pub board: String,
+    /// The LEDs that the transmitter shows from now on: 16 hexadecimal digits.
+    pub panel: Option<String>,
+    /// A line of text that the receiver sent.
+    pub text: Option<String>,
+    /// A line that came over USB.
+    pub usb: Option<String>,
+    /// Whether the receiver's lamp is lit from now on.
+    pub lamp: Option<bool>,
+    /// A frame begins: its number.
+    pub frame: Option<u64>,
+    /// How long each of its lines is exposed.
+    pub exposure_ms: f64,
+    /// The camera's gain.
+    pub gain: f64,
+    /// That the receiver may be too slow for the camera's pixels.
+    pub late: Option<String>,
+    /// Where the processor met what it could not do.
+    pub fault_at: Option<u32>,
+    /// Why a board was reset.
+    pub reset: Option<String>,
+    /// The answer to a run: the time it ended.
+    pub ran: Option<u64>,
+    /// Cycles by function or interrupt.
+    pub cycles: Option<HashMap<String, Tally>>,
+    listening: Option<String>,
+    real_time: Option<bool>,
+    error: Option<String>,
+}
+
+impl Event {
+    /// Whether it is a line of text that begins so.
+    pub fn says(&self, beginning: &str) -> bool {
+        let text = self.text.as_deref();
+        text.is_some_and(|text| text.starts_with(beginning))
+    }
+
+    /// How much the camera makes of light: exposure times gain.
+    pub fn sensitivity(&self) -> f64 {
+        self.exposure_ms * self.gain
+    }
+}
+
+/// Cycles that a function took.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub struct Tally {
+    /// How often it ran.
+    pub count: u64,
+    /// Cycles each, on average.
+    pub mean: u64,
+    /// The most.
+    pub most: u64,
+}
+
+/// Both boards: the transmitter under power, the receiver not yet.
+pub struct Pair {
+    process: Child,
+    commands: ChildStdin,
+    events: Receiver<Event>,
+    folder: PathBuf,
+    /// Everything that happened, in the order of time.
+    pub record: Vec<Event>,
+}
+
+impl Pair {
+    /// Boards whose flash chips lie in `folder`, in the scene of the camera with these changes; new ones are flashed first.
+    pub fn new(programs: &Programs, folder: &Path, scene: &[&str], options: &[&str]) -> Self {
+        let mut process = Command::new("node")
+            .arg(root().join("tests/boards/emulator/two_picos.mjs"))
+            .args(options)
+            .args([&programs.transmitter, &programs.receiver, &folder.to_owned()])
+            .arg("--")
+            .arg(&programs.eye)
+            .arg("hm01b0")
+            .args(scene)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node runs");
+        let commands = process.stdin.take().expect("standard input is a pipe");
+        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut pair = Self {
+            process,
+            commands,
+            events,
+            folder: folder.to_owned(),
+            record: vec![],
+        };
+        for _ in ["transmitter", "receiver", "receiver_usb"] {
+            pair.until(|event| event.listening.is_some());
+        }
+        pair
+    }
+
+    /// The Unix socket that is UART 0 of a board, or `receiver_usb`, the receiver's port over USB.
+    pub fn socket(&self, port: &str) -> PathBuf {
+        self.folder.join(port)
+    }
+
+    /// Lets so much simulated time pass; what happened in it.
+    pub fn run_ms(&mut self, milliseconds: u32) -> &[Event] {
+        let from = self.record.len();
+        self.tell(&json!({ "run_ms": milliseconds }));
+        self.until(|event| event.ran.is_some());
+        &self.record[from..]
+    }
+
+    /// Lets time pass as it does on the wall, or stops that.
+    pub fn real_time(&mut self, on: bool) {
+        self.tell(&json!({ "real_time": on }));
+        self.until(|event| event.real_time == Some(on));
+    }
+
+    /// Gives a command: `tests/boards/emulator/two_picos.mjs` has their list.
+    pub fn tell(&mut self, command: &Value) {
+        writeln!(self.commands, "{command}").expect("the emulator runs");
+    }
+
+    /// Lets time pass until the receiver sends a line that begins so; the event.
+    ///
+    /// # Panics
+    /// When it does not in so much simulated time.
+    pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
+        for _ in 0..at_most_s * 1000 / STEP_MS {
+            let happened = self.run_ms(STEP_MS);
+            if let Some(event) = happened.iter().find(|event| event.says(beginning)) {
+                return event.clone();
+            }
+        }
+        panic!("no line {beginning:?} within {at_most_s} s; {}", self.said());
+    }
+
+    /// The same where the line may have come already, since an event, by its number in the record.
+    ///
+    /// # Panics
+    /// When it has not, and does not.
+    pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
+        let already = self.record[from..].iter().find(|event| event.says(beginning));
+        match already.cloned() {
+            Some(event) => event,
+            None => self.wait_for(beginning, at_most_s),
+        }
+    }
+
+    /// Why the receiver was reset since an event, by its number in the record.
+    pub fn resets_since(&self, from: usize) -> Vec<&str> {
+        let happened = self.record[from..].iter();
+        happened.filter_map(|event| event.reset.as_deref()).collect()
+    }
+
+    /// The receiver's last lines.
+    pub fn said(&self) -> String {
+        let lines = self.record.iter().filter_map(|event| event.text.as_deref());
+        let lines: Vec<&str> = lines.collect();
+        let last = lines.len().saturating_sub(20);
+        format!("it said: {:#?}", &lines[last..])
+    }
+
+    /// Gives the receiver power.
+    pub fn turn_on(&mut self) {
+        self.tell(&json!({ "receiver": "on" }));
+    }
+
+    /// The cycles that a function took until the end of the last run.
+    pub fn tally(&self, function: &str) -> Tally {
+        let counted = self.record.iter().rev().find_map(|event| event.cycles.as_ref());
+        let tally = counted.and_then(|counted| counted.get(function));
+        tally.copied().unwrap_or_default()
+    }
+
+    /// Forgets the cycles so far.
+    pub fn count_anew(&mut self) {
+        self.tell(&json!({ "count_anew": true }));
+    }
+
+    /// Simulated time, ns, as far as it has been told.
+    pub fn now_ns(&self) -> u64 {
+        let told = self.record.last();
+        told.map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)))
+    }
+
+    /// The frames that began from an event on, by its number in the record.
+    pub fn frames_since(&self, from: usize) -> impl DoubleEndedIterator<Item = &Event> {
+        self.record[from..].iter().filter(|event| event.frame.is_some())
+    }
+
+    fn until(&mut self, last: impl Fn(&Event) -> bool) {
+        loop {
+            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
+            assert_eq!(event.error, None, "at {} ns of {}", event.ns, event.board);
+            let done = last(&event);
+            self.record.push(event);
+            if done {
+                return;
+            }
+        }
+    }
+}
+
+/// Cuts the power.
+impl Drop for Pair {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
