@@ -285,7 +285,7 @@ pub fn combine(one: &mut SoftPanel, other: &SoftPanel) {
 mod tests {
     use super::*;
     use crate::scramble::split_mix64;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// The readings of a block's panels with `errors` of all its LEDs, spread by `seed`, read wrongly.
     fn read_with_errors(block: Block, info: &[u8], errors: usize, seed: u64) -> Vec<SoftPanel> {
@@ -298,7 +298,7 @@ mod tests {
         panels
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn one_error_in_a_hundred_is_corrected(code in 0_u8..5, length in 1_usize..=128, info: [u8; 32], seed: u64) {
             let block = Block::new(Code::from_value(code).unwrap(), length);

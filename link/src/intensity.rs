@@ -136,7 +136,7 @@ impl IntensityLimit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     #[test]
     fn what_is_no_limit_is_refused() {
@@ -154,7 +154,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_panel_of_its_luminance_has_at_most_its_intensity(
             most_mcd in IntensityLimit::MOST_MCD, diameter_um in IntensityLimit::LED_DIAMETER_UM,

@@ -413,7 +413,7 @@ fn checked_axis<T: fixed::traits::Fixed + Into<Illuminance>, const MOST: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// An ascending axis of `count` entries within a range, from numbers in 0 to 1.
     fn axis(steps: &[f32], least: f32, most: f32) -> std::vec::Vec<f32> {
@@ -449,7 +449,7 @@ mod tests {
         (any::<u16>(), 0_u32..16).prop_map(|(bits, shift)| Interval::from_bits(bits >> shift))
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn log2_is_within_its_bound(value in any_illuminance()) {
             prop_assume!(value != 0);

@@ -34,7 +34,7 @@ pub fn bytes(panels: impl IntoIterator<Item = PanelFrame>) -> impl Iterator<Item
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     #[test]
     fn byte_r_is_row_r_and_its_bit_c_is_column_c() {
@@ -43,7 +43,7 @@ mod tests {
         assert!(panel.is_on(2, 5));
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn bytes_come_back_followed_by_padding(message: [u8; 21], length in 0_usize..=21) {
             let message = &message[..length];

@@ -126,7 +126,7 @@ impl fmt::Display for Outside {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::string::ToString;
 
     #[test]
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(error, Ok("9".into()));
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_symbol_holds_a_whole_exposure_of_its_camera(frames_hz in 11.0..400.0_f64, share in 0.0..1.0_f64) {
             let exposure_s = share / frames_hz;

@@ -9,7 +9,7 @@ use link::geometry::Geometry;
 use link::l2a_table::Interval;
 use link::panel::{PanelFrame, SoftPanel};
 use link::scramble;
-use proptest::prelude::*;
+use properties::prelude::*;
 
 const CLEAN: i8 = 12;
 
@@ -97,8 +97,8 @@ impl Listener {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+properties! {
+    #![cases(96)]
 
     #[test]
     fn any_message_comes_back_under_any_code(value in 0_u8..5, message in any_message(), fresh: bool) {

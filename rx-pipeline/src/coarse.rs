@@ -265,7 +265,7 @@ fn widened(spots: &LatticeModel, lattice: Lattice, sigma: f32, scale: f32) -> La
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// Grey levels of which each pixel of the frame has its own.
     fn frame_of(width: usize, height: usize, grey: impl Fn(usize, usize) -> u8) -> std::vec::Vec<u8> {
@@ -326,7 +326,7 @@ mod tests {
         sum.map(|sum| sum / total)
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_spot_is_where_it_was_and_as_wide_as_said(side in 2usize..12, dx in -3.0f32..3.0, dy in -3.0f32..3.0, shift in 0i32..9) {
             let sigma_px = 3.0 * side as f32 / 2.0;

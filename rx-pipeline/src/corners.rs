@@ -233,7 +233,7 @@ fn inverse([[a, b, c], [d, e, f], [g, h, i]]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     #[test]
     fn what_is_no_panel_is_refused() {
@@ -252,7 +252,7 @@ mod tests {
         assert_eq!(Corners::new(wedge), Err(CornersError::TooOblique));
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn corners_go_where_they_were_said_to_be(jitter in prop::array::uniform8(-4.0f32..4.0)) {
             let square = [[10.0, 10.0], [52.0, 10.0], [52.0, 52.0], [10.0, 52.0]];

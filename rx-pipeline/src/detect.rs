@@ -159,7 +159,7 @@ pub fn check_white(features: &Features) -> Result<(), DetectError> {
 pub(crate) mod tests {
     use super::*;
     use link::panel::LEDS;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// Features of a panel of `bits`, each On cell `contrast` times one standard deviation of noise above an Off one.
     pub(crate) fn features_of(bits: u64, contrast: f32, noise: &[[f32; 2]; LEDS]) -> Features {
@@ -218,7 +218,7 @@ pub(crate) mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn clear_panels_are_read(bits in 1u64..u64::MAX, noise in noise()) {
             for detector in UNTRAINED {

@@ -246,7 +246,7 @@ fn add_radial_gradient(above: &[u8], here: &[u8], below: &[u8], rho_x: &[f32], r
 mod tests {
     use super::*;
     use crate::corners::Corners;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const WIDTH: usize = 48;
     type Pixels = [u8; WIDTH * WIDTH];
@@ -328,7 +328,7 @@ mod tests {
         prop::collection::vec(level, WIDTH * WIDTH).prop_map(|levels| levels.try_into().unwrap())
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn features_follow_their_definitions(
             pixels in pixels(), x in 9.0f32..11.0, y in 9.0f32..11.0, pitch in 2.0f32..4.2, slant in 0.0f32..2.0,

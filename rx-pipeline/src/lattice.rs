@@ -104,9 +104,9 @@ impl Lattice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn a_lattice_through_corners_is_their_homography(jitter in prop::array::uniform8(-6.0f32..6.0)) {
             let square = [[10.0, 10.0], [66.0, 10.0], [66.0, 66.0], [10.0, 66.0]];

@@ -373,7 +373,7 @@ fn within((earliest, latest): (f64, f64), (least, most): (f64, f64)) -> (f64, f6
 mod tests {
     use super::*;
     use link::panel::PanelFrame;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::vec::Vec;
 
     fn panel(bits: u64) -> SoftPanel {
@@ -700,7 +700,7 @@ mod tests {
         counted.collect()
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn unsteady_frames_are_counted_by_their_times(
             symbols_per_frame in 0.3f64..0.6, start in 0.0f64..1.0, periods in prop::collection::vec(0.4f64..1.6, 200),

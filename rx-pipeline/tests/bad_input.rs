@@ -1,7 +1,7 @@
 //! What no camera should send: the receiver finds nothing in it, panics at none of it, and delivers nothing.
 
 use link::framing::Event;
-use proptest::prelude::*;
+use properties::prelude::*;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
@@ -138,8 +138,8 @@ fn picture() -> impl Strategy<Value = Picture> {
     prop_oneof![noise, blocks]
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+properties! {
+    #![cases(24)]
 
     #[test]
     fn no_frames_of_changing_size_panic_or_deliver(frames in prop::collection::vec(picture(), 1..8)) {

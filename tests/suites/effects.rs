@@ -1,8 +1,8 @@
 //! Effects keep the bounds that they state: over random scenes, each forced on and off.
 
 use link::panel::PanelFrame;
-use proptest::prelude::*;
-use proptest::sample::select;
+use properties::prelude::prop::sample::select;
+use properties::prelude::*;
 use rand::{Rng, SeedableRng};
 use sim::accuracy::Level;
 use sim::effects;
@@ -118,8 +118,8 @@ fn deterministic() -> Vec<&'static str> {
     effects::names().into_iter().filter(|&name| name != "noise").collect()
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(8, 96), failure_persistence: None, ..ProptestConfig::default() })]
+properties! {
+    #![cases(cases(8, 96))]
 
     #[test]
     fn leaving_one_effect_out_changes_no_more_than_its_bound(settings in scenes(), others in any::<bool>(), frame in 0u64..50) {

@@ -1,8 +1,8 @@
 //! The levels `fine` and `fast` keep their declared distance from the reference, over random scenes.
 
 use link::panel::PanelFrame;
-use proptest::prelude::*;
-use proptest::sample::select;
+use properties::prelude::prop::sample::select;
+use properties::prelude::*;
 use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{Renderer, Shown};
@@ -64,8 +64,8 @@ fn shown(renderer: &Renderer, bits: u64, shift_px: [f64; 2]) -> Shown {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(20, 200), failure_persistence: None, ..ProptestConfig::default() })]
+properties! {
+    #![cases(cases(20, 200))]
 
     #[test]
     fn a_level_is_within_its_bound_of_the_reference(
@@ -77,8 +77,8 @@ proptest! {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(6, 60), failure_persistence: None, ..ProptestConfig::default() })]
+properties! {
+    #![cases(cases(6, 60))]
 
     #[test]
     fn a_level_is_within_its_bound_under_a_blur_of_any_shape(

@@ -209,7 +209,7 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const GAIN: U12F20 = U12F20::ONE;
 
@@ -238,7 +238,7 @@ mod tests {
         (0.0102f64.log2()..130_000f64.log2()).prop_map(|octave| Illuminance::from_num(octave.exp2()))
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_step_is_answered_by_the_stated_response(
             from in any_light(), to in any_light(), readings in 1u32..40,
@@ -329,7 +329,7 @@ mod tests {
         I32F32::from_num(mean_lx * (1.0 + swing))
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn the_flicker_of_a_street_lamp_does_not_show(
             lamp_hz in prop::sample::select(&[100.0f64, 120.0][..]), integration_s in 0.09f64..0.11,

@@ -248,7 +248,7 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::string::ToString;
 
     const PANEL: Measured = Measured {
@@ -353,7 +353,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn any_values_are_accepted_or_refused_and_the_floor_is_below_the_top(
             full in any::<u64>(), shortest_pulse_ns in any::<u32>(), pwm_period_ns in any::<u32>(),

@@ -176,7 +176,7 @@ mod tests {
     use fixed::types::{U1F31, U12F20};
     use link::intensity::IntensityLimit;
     use link::l2a_table::Interval;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     prop_compose! {
         fn calibrations()(
@@ -219,7 +219,7 @@ mod tests {
         (wanted, given, given / full)
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn fixed_point_keeps_its_bound(l2a in l2as(), lx in illuminances_lx(), calibration in calibrations()) {
             let dimming = Dimming::new(l2a, lx, &calibration);

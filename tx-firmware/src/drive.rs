@@ -216,7 +216,7 @@ mod tests {
 
     use super::*;
     use crate::calibration::BENCH;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const CLOCK_HZ: u32 = 125_000_000;
 
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!((below.lit, below.period, below.low_current), (2, 6125, false));
     }
 
-    proptest! {
+    properties! {
         /// A panel that gives an L2A of 4 at some bright light, under any light from 50 lx up to it, as far as its floor allows.
         #[test]
         fn ripple_and_step_stay_within_five_percent(

@@ -245,7 +245,7 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::vec::Vec;
 
     const LUX: I32F32 = I32F32::lit("5000");
@@ -468,7 +468,7 @@ mod tests {
         ]
     }
 
-    proptest! {
+    properties! {
         /// The moves of the module's diagram, and no others; and none without its cause.
         #[test]
         fn there_are_no_other_transitions(events in prop::collection::vec((0u64..1500, readings()), 1..200)) {

@@ -186,7 +186,7 @@ mod tests {
 
     use super::*;
     use embedded_hal::spi::{self as hal_spi, ErrorKind, Operation};
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::{vec, vec::Vec};
 
     /// A chip: registers that the bus writes, until it fails.
@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(vec![EXPOSURE_MIN_MS, u32::from(STEPS)], [40, 16]);
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn every_led_is_where_it_belongs(bits in any::<u64>()) {
             let mut panel = panel();

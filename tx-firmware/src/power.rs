@@ -35,7 +35,7 @@ fn exp2_of_fraction(x: U2F30) -> U2F30 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn relative_error(y: I6F26) -> f64 {
         let exact = y.to_num::<f64>().exp2();
@@ -43,7 +43,7 @@ mod tests {
         ((exp2(y).to_num::<f64>() - exact).abs() - step) / exact
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn it_keeps_its_bound(bits in any::<i32>()) {
             let y = I6F26::from_bits(bits);

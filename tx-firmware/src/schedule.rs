@@ -122,7 +122,7 @@ mod tests {
         framing::{Deframer, Event},
         panel::SoftPanel,
     };
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::{boxed::Box, vec, vec::Vec};
 
     const CODE: Code = Code::Tc256;
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(delivered(&panels), [b"same", b"same", b"same"]);
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_message_that_breaks_into_another_is_received_within_its_first_repeat(
             old in prop::collection::vec(any::<u8>(), 1..100), shown in 0u32..60,

@@ -177,7 +177,7 @@ mod tests {
         pwm::{Mock as Pwm, Transaction as PwmEvent},
         spi::{Mock as Spi, Transaction as SpiEvent},
     };
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::{io, vec, vec::Vec};
 
     const PWM_MAX: u16 = 2500;
@@ -260,7 +260,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn every_led_reaches_its_register_and_output(bits in any::<u64>()) {
             let panel = PanelFrame::from_bits(bits);

@@ -293,7 +293,7 @@ mod tests {
         l2a_table::Interval,
         panel::SoftPanel,
     };
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::{boxed::Box, vec::Vec};
 
     const MEASURED: Measured = Measured {
@@ -550,7 +550,7 @@ mod tests {
         (0u64..3000, sample)
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn whatever_the_sensor_says_the_panel_keeps_to_its_l2a_or_the_night_limit(
             events in prop::collection::vec(events(), 1..80),

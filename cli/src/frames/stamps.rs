@@ -188,7 +188,7 @@ fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn ordered(csv: &str, names: &[&str]) -> anyhow::Result<Frames> {
         let folder = tempfile::tempdir()?;
@@ -250,7 +250,7 @@ mod tests {
         assert!(Stamps::in_folder(tempfile::tempdir().unwrap().path()).unwrap().is_none());
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn numbers_rise_and_lateness_is_what_is_left(
             steps in prop::collection::vec((1u64..4, -0.3f64..0.3), 2..100), period in 0.005f64..0.2, from in -1e6f64..1e6,

@@ -193,7 +193,7 @@ impl Announcement {
 mod tests {
     use super::*;
     use crate::l2a_table::Interval;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// A header's bytes with other `fields` in bits 0 to 55 and the CRC-8 that belongs to them.
     fn with_fields(fields: u64) -> [u8; HEADER_BYTES] {
@@ -202,7 +202,7 @@ mod tests {
         bytes
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_header_comes_back(code in 0_u8..5, length in 1_u16..=1024, segment: u8, fresh: bool, crc: u32) {
             let code = Code::from_value(code).unwrap();
@@ -234,7 +234,7 @@ mod tests {
         assert_eq!(Announcement::from_bytes(with_fields(0x39 | 1 << 30)), Err(HeaderError::Beacon));
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_size_comes_back(diameter_um in Geometry::LED_DIAMETER_UM, interval: u16) {
             let geometry = Geometry::new(diameter_um, Interval::from_bits(interval)).expect("a size");

@@ -193,7 +193,7 @@ fn polarity_mask(number: u32) -> u64 {
 mod tests {
     use super::*;
     use crate::l2a_table::Interval;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn framer(code: u8, message: &[u8]) -> Framer {
         Framer::new(message, Code::from_value(code).unwrap(), false).unwrap()
@@ -209,7 +209,7 @@ mod tests {
         panels.chunk_by(|a, b| a.led(led) == b.led(led)).map(<[_]>::len).max().unwrap_or(0)
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn each_led_is_on_in_exactly_half_of_two_repeats_and_never_runs_longer_than_one(
             code in 0_u8..5, message in prop::collection::vec(any::<u8>(), 1..=1024), skipped in 0_u32..3,
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn what_tells_the_size_lights_leds_half_of_the_time_and_leaves_the_message_as_it_is(
             message in prop::collection::vec(any::<u8>(), 1..=64), diameter_um in Geometry::LED_DIAMETER_UM, interval: u16,

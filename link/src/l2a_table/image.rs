@@ -120,7 +120,7 @@ fn numbers_of<T, const SIZE: usize, const MOST: usize>(bytes: &[u8], number: imp
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// The largest table there can be.
     fn largest() -> L2aTable {
@@ -159,7 +159,7 @@ mod tests {
         );
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn bytes_are_refused_or_are_the_image_of_the_table_they_give(
             place in 0..IMAGE_MAX, byte: u8, rows in 0_u8..20, columns in 0_u8..12,

@@ -279,7 +279,7 @@ mod tests {
     use super::*;
     use crate::serial::{Hello, Measured, Refusal, SCHEMA, TablePart};
     use fixed::types::{U1F31, U12F20, U32F32};
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::vec::Vec;
 
     const GREATEST: Measured = Measured {
@@ -379,7 +379,7 @@ mod tests {
         assert_eq!(outcome, Some(true));
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_frame_is_found_behind_any_garbage(garbage in prop::collection::vec(any::<u8>(), 0..1500), offset: u16) {
             let mut bytes = garbage;

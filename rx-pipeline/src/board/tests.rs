@@ -4,7 +4,7 @@ use super::*;
 use crate::receiver::ReceiverMemory;
 use crate::synthetic::Scene;
 use link::serial::{FrameReader, Kind, encode, wire_length};
-use proptest::prelude::*;
+use properties::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -201,8 +201,8 @@ fn the_longest_messages_fit_their_frames() {
     understood(&wire[..length], |answer| assert_eq!(*answer, Answer::Report(report)));
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+properties! {
+    #![cases(24)]
 
     #[test]
     fn no_region_panics_and_no_garbage_silences(

@@ -1,7 +1,7 @@
 //! Cells by the homography, pixel by pixel, and poses that have none.
 
 use super::*;
-use proptest::prelude::*;
+use properties::prelude::*;
 
 fn square(x: f32, y: f32, pitch: f32) -> Corners {
     let far = 7.0 * pitch;
@@ -78,7 +78,7 @@ fn a_panel_seen_edge_on_has_empty_cells() {
     assert!(matches!(CellMap::<2000>::new(&flat, 100, 100), Err(CellsError::EmptyCell { .. })));
 }
 
-proptest! {
+properties! {
     #[test]
     fn the_map_agrees_with_the_homography(jitter in prop::array::uniform8(-6.0f32..6.0)) {
         let square = [[20.0, 20.0], [62.0, 20.0], [62.0, 62.0], [20.0, 62.0]];

@@ -254,7 +254,7 @@ mod tests {
     use super::*;
     use crate::detect::Detector;
     use crate::detect::tests::{features_of, noise};
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const BITS: u64 = 0x9a3c_5e71_0f96_c3a5;
 
@@ -269,7 +269,7 @@ mod tests {
         assert!(Fisher::new([1.0, f32::NAN, 0.0], 0.0, FisherScaling::None).is_err());
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn what_was_learnt_on_one_panel_reads_another(noises in prop::array::uniform2(noise()), bits: u64) {
             prop_assume!((24..40).contains(&bits.count_ones()));

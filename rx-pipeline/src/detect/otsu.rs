@@ -25,7 +25,7 @@ pub(super) fn split(grey: &[f32; LEDS]) -> Result<PanelFrame, DetectError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn variance_between(grey: &[f32; LEDS], on: PanelFrame) -> f64 {
         let mean = |want: bool| {
@@ -36,7 +36,7 @@ mod tests {
         share * (1.0 - share) * (mean(true) - mean(false)) * (mean(true) - mean(false))
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn no_other_threshold_separates_better(grey in prop::collection::vec(0.0f32..255.0, LEDS)) {
             let grey = <[f32; LEDS]>::try_from(grey).unwrap();

@@ -138,7 +138,7 @@ fn sum_of(sums: &Sums, flips: u64, led: usize) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use std::boxed::Box;
 
     /// LEDs whose flips may pay.
@@ -169,7 +169,7 @@ mod tests {
             .sum()
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn the_cheapest_way_of_all_is_found(
             mixing in prop::array::uniform10(prop::array::uniform10(-3.0f32..3.0)), slope in prop::array::uniform10(-10.0f32..10.0),

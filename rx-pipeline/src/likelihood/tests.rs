@@ -2,7 +2,7 @@ use super::*;
 use crate::synthetic::Scene;
 use link::camera::Camera;
 use link::panel::PanelFrame;
-use proptest::prelude::*;
+use properties::prelude::*;
 use std::boxed::Box;
 
 fn detector() -> Box<MaximumLikelihood<16384>> {
@@ -351,8 +351,8 @@ fn what_is_no_panel_or_outside_frame_or_memory_is_refused() {
     ));
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+properties! {
+    #![cases(64)]
 
     #[test]
     fn noise_makes_soft_values_smaller(bits: u64) {

@@ -76,9 +76,9 @@ fn place(line: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn the_table_keeps_its_bound(t in -9.0f64..9.0) {
             let mut table = Gauss::EMPTY;

@@ -166,9 +166,9 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn a_pixel_s_ray_falls_on_it(
             direction in prop::array::uniform2(-0.5f64..0.5),

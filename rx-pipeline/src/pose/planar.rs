@@ -306,7 +306,7 @@ pub(super) fn rotation_by(vector: &Vector3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn views() -> impl Strategy<Value = View> {
         let centre = prop::array::uniform2(-0.4f64..0.4);
@@ -321,7 +321,7 @@ mod tests {
         })
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn its_own_image_gives_a_view_back(view in views()) {
             let seen = view.image();

@@ -112,9 +112,9 @@ impl PlaneImage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn corners_are_seen_where_they_are(jitter in prop::array::uniform8(-6.0f32..6.0)) {
             let square = [[10.0, 10.0], [66.0, 10.0], [66.0, 66.0], [10.0, 66.0]];

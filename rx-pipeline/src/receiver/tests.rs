@@ -12,7 +12,7 @@ use link::camera::Camera;
 use link::fec::Code;
 use link::framing::Framer;
 use link::panel::PanelFrame;
-use proptest::prelude::*;
+use properties::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -326,8 +326,8 @@ fn what_gives_unsure_bits_is_looked_for_again() {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+properties! {
+    #![cases(24)]
 
     #[test]
     fn no_frame_panics(

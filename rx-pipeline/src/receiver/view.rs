@@ -202,7 +202,7 @@ fn part(lattice: &Lattice, room: f32, side: usize, (width, height): (usize, usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const CAPACITY: usize = 96 * 96;
 
@@ -223,7 +223,7 @@ mod tests {
         assert!(changes <= 2 * sides[199], "{changes}");
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_panel_of_any_size_is_seen_in_as_many_pixels_as_there_are(
             pitch in 1.5f32..400.0, roll in -0.4f32..0.4, at in prop::array::uniform2(-500.0f32..4500.0), capacity in 2000usize..20_000,

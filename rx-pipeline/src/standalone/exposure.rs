@@ -146,7 +146,7 @@ pub fn of_sensitivity(sensitivity: u32, mode: Mode) -> Exposure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// What a linear sensor shows of light that it would give `full` grey levels a line.
     fn grey(light: f64, exposure: Exposure) -> u8 {
@@ -166,7 +166,7 @@ mod tests {
         (exposure, levels)
     }
 
-    proptest! {
+    properties! {
         /// Wherever the sensor can do it, LEDs end up below white and well above black, from any exposure, and stay.
         #[test]
         fn leds_come_below_white(log_light in -3.5..3.0f64, start in 2u32..2128, ratio in 0.0..1.0f64) {

@@ -35,7 +35,7 @@ fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// Corners are kept as 32-bit numbers: a panel of 14 px across is known to a millionth of that, and a bit of it is lost on the way.
     const ROUNDING: f64 = 2e-4;
@@ -58,7 +58,7 @@ mod tests {
         Corners::new(corners.map(|(u, v)| corner(u, v))).ok()
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn turned_panels_anywhere_in_view_are_as_far_away_as_they_are(
             depth in 20.0..100.0f64,

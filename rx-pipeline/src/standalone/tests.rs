@@ -10,7 +10,7 @@ use link::fec::Code;
 use link::framing::Framer;
 use link::geometry::Geometry;
 use link::serial::{FrameReader, Kind, encode, wire_length};
-use proptest::prelude::*;
+use properties::prelude::*;
 use std::boxed::Box;
 use std::collections::VecDeque;
 use std::string::String;
@@ -558,7 +558,7 @@ fn a_million_requests_are_survived() {
     assert!(application.desk.bad_frames > 400_000);
 }
 
-proptest! {
+properties! {
     /// Whatever arrives as a message is printed without a zero, a line's end within or an escape.
     #[test]
     fn messages_are_printed_as_one_line(message: Vec<u8>) {

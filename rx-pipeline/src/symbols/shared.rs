@@ -31,7 +31,7 @@ fn part(panel: &SoftPanel, leds: u64) -> SoftPanel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn panel(bits: u64) -> SoftPanel {
         SoftPanel::certain(PanelFrame::from_bits(bits), 10)
@@ -60,7 +60,7 @@ mod tests {
         assert!((1.0 / 3.8e5..1.0 / 3.4e5).contains(&mistaken), "{mistaken}");
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn both_tell_what_the_one_leaves(one: u64, rest: u64) {
             prop_assume!(can_be_told(one) && (rest & !one).count_ones() >= 18);

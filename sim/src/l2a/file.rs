@@ -276,7 +276,7 @@ fn number(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     const PLAIN: &str = "illuminance_lx = [50, 5000]\ninterval = [1, 2]\nl2a = [[2, 3], [1.8, 2.9]]\n";
 
@@ -320,7 +320,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn no_text_panics(text in "[a-z0-9_= \\[\\],.\n-]{0,80}") {
             if let Ok(file) = RatioFile::from_toml(&format!("{PLAIN}{text}")) {

@@ -128,7 +128,7 @@ impl fmt::Display for Practice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     #[test]
     fn the_limits_are_those_of_the_standard() {
@@ -161,10 +161,10 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn a_light_keeps_to_a_practice_from_its_lowest_rate_on_and_not_below(
-            light in proptest::collection::vec(0.0..1.0_f64, 2..20), practice in proptest::sample::select(&Practice::ALL[..]),
+            light in prop::collection::vec(0.0..1.0_f64, 2..20), practice in prop::sample::select(&Practice::ALL[..]),
         ) {
             let spectrum = Spectrum::of(&light);
             let lowest_hz = practice.lowest_rate_hz(&spectrum);

@@ -145,7 +145,7 @@ fn amplitudes_percent(light: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -189,10 +189,10 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn brighter_or_begun_elsewhere_the_light_flickers_as_much(
-            light in proptest::collection::vec(0.0..1.0_f64, 1..40), begin in 0usize..40, times in 0.1..1e6_f64,
+            light in prop::collection::vec(0.0..1.0_f64, 1..40), begin in 0usize..40, times in 0.1..1e6_f64,
         ) {
             let mut other: Vec<f64> = light.iter().map(|light| times * light).collect();
             other.rotate_left(begin % light.len());

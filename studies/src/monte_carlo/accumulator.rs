@@ -254,7 +254,7 @@ impl TryFrom<Vec<Node>> for Accumulator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     /// A result that sums differently in every order.
     fn result(chunk: u64) -> Evaluation {
@@ -301,7 +301,7 @@ mod tests {
         );
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn any_order_and_any_shards_give_the_same_bits(order in Just((0..40u64).collect::<Vec<_>>()).prop_shuffle(), cut in 0usize..40) {
             let whole = sum(0..40);

@@ -92,9 +92,9 @@ fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn a_parabola_is_found_again(top in 0.2f64..4.0, height in -5.0f64..5.0, curvature in -50.0f64..-0.01, step in 0.01f64..0.5, count in 3u32..12) {
             let y = |x: f64| height + curvature * (x - top).powi(2);

@@ -77,9 +77,9 @@ fn fisher([x, y]: [f64; 2], xx: f64, xy: f64, yy: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn fishers_criterion_ignores_scales(values in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 8..40), scale in 0.01..100.0f64) {
             let of = |scale: f64| {

@@ -161,7 +161,7 @@ impl Moments {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
     use sim::random::{Purpose, stream};
 
     #[test]
@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn merged_parts_are_the_whole(values in prop::collection::vec((-1e3..1e3f64, -1.0..1.0f64), 2..60), cut in 0usize..60) {
             let cut = cut.min(values.len());

@@ -136,7 +136,7 @@ impl FromStr for Shard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
     fn cells() -> impl Strategy<Value = Vec<Expected>> {
         let cell = (0u64..2000, 0.01..100.0f64);
@@ -144,7 +144,7 @@ mod tests {
         prop::collection::vec(cell.prop_map(expected), 1..12)
     }
 
-    proptest! {
+    properties! {
         #[test]
         fn each_chunk_is_worked_on_once(cells in cells(), chunks in 1u64..2000, count in 1u64..40) {
             let mut next = vec![0; cells.len()];

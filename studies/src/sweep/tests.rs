@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use proptest::prelude::*;
+use properties::prelude::*;
 
 use super::*;
 use crate::monte_carlo::Standing;
@@ -48,8 +48,8 @@ fn merged(parts: impl IntoIterator<Item = Results>) -> Result<Results, ResultsEr
     merged.finish()
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(6))]
+properties! {
+    #![cases(6)]
     #[test]
     fn shards_in_any_order_are_one_run_byte_for_byte(
         stop in prop_oneof![Just(None), (1u64..9000).prop_map(Some)],

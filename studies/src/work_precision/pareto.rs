@@ -27,9 +27,9 @@ pub fn mark_front(points: &mut [Point]) {
 mod tests {
     use super::*;
     use crate::work_precision::quartiles::Quartiles;
-    use proptest::prelude::*;
+    use properties::prelude::*;
 
-    proptest! {
+    properties! {
         #[test]
         fn each_point_is_on_the_front_or_beaten_by_one_that_is(values in prop::collection::vec((0u8..20, 0u8..20), 1..30)) {
             let mut points: Vec<Point> = values.iter().map(|&(error, cost)| Point {

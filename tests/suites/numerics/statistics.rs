@@ -1,7 +1,7 @@
 //! Means, variances and covariances of one value at a time.
 
 use link::panel::PanelFrame;
-use proptest::prelude::*;
+use properties::prelude::*;
 use rx_pipeline::detect::{Fisher, FisherFeatures, FisherScaling, FisherTraining};
 use studies::statistics::Moments;
 use vocc_tests::naive;
@@ -158,7 +158,7 @@ fn shards_of_one_and_of_a_million_merge_to_the_whole() {
     assert_eq!(untouched, many);
 }
 
-proptest! {
+properties! {
     /// Bound: what is left of n additions' rounding, about the first value.
     #[test]
     fn the_order_of_values_hardly_matters(order in Just((0..1000usize).collect::<Vec<_>>()).prop_shuffle()) {

@@ -6,7 +6,7 @@ use super::*;
 use crate::cells::CellMap;
 use crate::detect::Detector;
 use crate::features::Features;
-use proptest::prelude::*;
+use properties::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -65,7 +65,7 @@ fn feature(frame: &Frame<'_>, corners: &Corners, led: usize) -> f64 {
     (2.0 * light(column, row) + around) / 6.0 - between / 4.0
 }
 
-proptest! {
+properties! {
     /// The bound that is stated, over poses, light and noise.
     #[test]
     fn features_are_those_of_real_numbers(
