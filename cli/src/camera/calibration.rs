@@ -3,9 +3,13 @@
 //! Beside keys of our own, a calibration of OpenCV is read as it is: what its `calibration` sample writes (`%YAML:1.0`,
 //! `!!opencv-matrix`, `distortion_coefficients`), and what ROS's `camera_calibration` makes of it (`image_width`, `camera_name`).
 
+mod yaml;
+
 use anyhow::{Context, bail, ensure};
 use rx_pipeline::pose::Lens;
 use serde::{Deserialize, Serialize};
+
+use yaml::Yaml;
 
 /// What is told of a lens; what is missing of it is said when it is needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -130,25 +134,24 @@ impl Calibration {
             Some((first, rest)) if first.starts_with("%YAML:") => rest,
             _ => text,
         };
-        let file: OpenCv = serde_saphyr::from_str(text).context("OpenCV's calibration cannot be read")?;
+        let file = OpenCv::read(text).context("OpenCV's calibration cannot be read")?;
         if let Some(model) = &file.distortion_model {
             ensure!(
                 matches!(model.as_str(), "plumb_bob" | "rational_polynomial"),
                 "the distortion model {model:?} is none that is read: give plumb_bob or rational_polynomial"
             );
         }
-        let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix.data[..] else {
-            bail!("camera_matrix has {} numbers instead of 3 × 3", file.camera_matrix.data.len());
+        let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix[..] else {
+            bail!("camera_matrix has {} numbers instead of 3 × 3", file.camera_matrix.len());
         };
         ensure!(
             skew == 0.0 && [below, g, h] == [0.0; 3] && one == 1.0,
             "camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]: give the one that OpenCV's calibrateCamera returns"
         );
-        let distortion = file.distortion_coefficients.map(|matrix| matrix.data).unwrap_or_default();
         let calibration = Self {
             focal_px: Some([fx, fy]),
             principal_px: Some([cx, cy]),
-            distortion: coefficients(&distortion)?,
+            distortion: coefficients(&file.distortion_coefficients)?,
             size: file.image_width.zip(file.image_height).map(|(width, height)| [width, height]),
         };
         calibration.checked().map(Some)
@@ -156,18 +159,34 @@ impl Calibration {
 }
 
 /// The keys of OpenCV's file that are needed; it has others.
-#[derive(Deserialize)]
 struct OpenCv {
     image_width: Option<usize>,
     image_height: Option<usize>,
-    camera_matrix: Matrix,
+    camera_matrix: Vec<f64>,
     distortion_model: Option<String>,
-    distortion_coefficients: Option<Matrix>,
+    distortion_coefficients: Vec<f64>,
 }
 
-#[derive(Deserialize)]
-struct Matrix {
-    data: Vec<f64>,
+impl OpenCv {
+    fn read(text: &str) -> anyhow::Result<Self> {
+        let file = Yaml::read(text)?;
+        let size = |key| file.get(key)?.map(Yaml::count).transpose().context(key);
+        let model = file.get("distortion_model")?.map(Yaml::text).transpose();
+        let numbers = |key| {
+            let Some(matrix) = file.get(key)? else {
+                return Ok(None);
+            };
+            let data = matrix.get("data").and_then(|data| data.context("it has no data")?.numbers());
+            data.map(Some).context(key)
+        };
+        Ok(Self {
+            image_width: size("image_width")?,
+            image_height: size("image_height")?,
+            camera_matrix: numbers("camera_matrix")?.context("camera_matrix is missing")?,
+            distortion_model: model.context("distortion_model")?,
+            distortion_coefficients: numbers("distortion_coefficients")?.unwrap_or_default(),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -203,6 +222,15 @@ mod tests {
             ("0., 0., 1. ]", "0., 1., 1. ]", "not [fx 0 cx"),
             ("-2e-4, 0. ]", "0., 0., 0. ]", "6 distortion coefficients"),
             ("rows: 3", "rows: [", "cannot be read"),
+            ("data: [ 3.6", "data: [ wide, 3.6", "camera_matrix: \"wide\" is no number"),
+            ("   data: [ 3.6", "   date: [ 3.6", "camera_matrix: it has no data"),
+            ("camera_matrix:", "camera_matrix_0:", "camera_matrix is missing"),
+            (
+                "image_width: 1920",
+                "image_width: -1920",
+                "image_width: \"-1920\" is no whole number",
+            ),
+            ("flags: 0", "image_height: 1080", "image_height is told twice"),
         ] {
             let error = Calibration::of_opencv(&OPENCV.replace(from, to)).unwrap_err();
             assert!(format!("{error:#}").contains(wrong), "{error:#}");
