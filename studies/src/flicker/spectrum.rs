@@ -1,8 +1,6 @@
 //! The spectrum of a light that is switched symbol by symbol.
 
-use std::f64::consts::PI;
-
-use realfft::RealFftPlanner;
+use std::f64::consts::{PI, TAU};
 
 /// The most cycles a symbol that are looked at. A line beyond them has at most 2/(8·π), 8 %, of the mean light: symbols are held, and light is
 /// never below 0.
@@ -112,26 +110,64 @@ impl Spectrum {
     }
 }
 
+/// What [`transform`] errs by at most, as a part of the sum of all absolute values.
+#[cfg(test)]
+const TRANSFORM_ERROR: f64 = 1e-14;
+
+/// The discrete Fourier transform of `values`: real and imaginary parts.
+fn transform(values: &[f64]) -> Vec<[f64; 2]> {
+    let length = values.len();
+    let root = |k: usize| {
+        let (sin, cos) = (-TAU * k as f64 / length as f64).sin_cos();
+        [cos, sin]
+    };
+    let roots: Vec<[f64; 2]> = (0..length).map(root).collect();
+    decimated(values, 1, &roots)
+}
+
+/// The transform of every `stride`-th of `values`, which divides their number: of as many parts as its least factor, joined (Cooley & Tukey
+/// 1965).
+fn decimated(values: &[f64], stride: usize, roots: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let length = roots.len() / stride;
+    let Some(factor) = (2..=length).find(|factor| length.is_multiple_of(*factor)) else {
+        return values.first().map(|&value| [value, 0.0]).into_iter().collect();
+    };
+    let parts: Vec<_> = (0..factor)
+        .map(|part| decimated(&values[part * stride..], factor * stride, roots))
+        .collect();
+    let bin = |k: usize| {
+        // The root of part · k comes round again.
+        let (at, mut root) = (k % (length / factor), 0);
+        parts.iter().fold([0.0; 2], |[re, im], bins| {
+            let [[x, y], [cos, sin]] = [bins[at], roots[root * stride]];
+            root += k;
+            if root >= length {
+                root -= length;
+            }
+            [re + x * cos - y * sin, im + x * sin + y * cos]
+        })
+    };
+    (0..length).map(bin).collect()
+}
+
 /// The amplitudes of 1, 2, 3 … cycles a period, in % of the mean light, somewhat beyond [`HIGHEST_CYCLES`].
 fn amplitudes_percent(light: &[f64]) -> Vec<f64> {
     let period = light.len();
     if period == 0 {
         return Vec::new();
     }
-    let transform = RealFftPlanner::new().plan_fft_forward(period);
-    let (mut input, mut bins) = (light.to_vec(), transform.make_output_vec());
-    // The vectors are of the lengths that it made them.
-    if transform.process(&mut input, &mut bins).is_err() || bins[0].re <= 0.0 {
+    let bins = transform(light);
+    let mean = bins[0][0];
+    if mean <= 0.0 {
         return Vec::new();
     }
-    let mean = bins[0].re;
     let lines = (HIGHEST_CYCLES * TO_BAND_END * period as f64).ceil() as usize;
     let amplitude = |line: usize| {
         // The transform repeats after a period, and is the mirror image of itself.
         let bin = line % period;
         let bin = bin.min(period - bin);
         let angle = PI * line as f64 / period as f64;
-        200.0 * bins[bin].norm() / mean * (angle.sin() / angle).abs()
+        200.0 * bins[bin][0].hypot(bins[bin][1]) / mean * (angle.sin() / angle).abs()
     };
     // Whole multiples of the symbol rate change nothing in a symbol that is held.
     (1..=lines)
@@ -186,6 +222,23 @@ mod tests {
             let theory = 100.0 * (2.0 * 2.0 * sinc * sinc * octave * cycles).sqrt();
             let found = line.expect("a line").percent;
             assert!((found / theory - 1.0).abs() < 0.1, "{cycles}: {found} against {theory}");
+        }
+    }
+
+    #[test]
+    fn the_transform_is_that_of_its_definition() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        for length in [1, 2, 3, 4, 6, 7, 30, 64, 97, 180, 1001, 1024] {
+            let values: Vec<f64> = (0..length).map(|_| f64::from(random.next_u32() % 65)).collect();
+            let total: f64 = values.iter().sum();
+            let bins = transform(&values);
+            assert_eq!(bins.len(), length);
+            for (k, &[re, im]) in bins.iter().enumerate() {
+                let angle = |n: usize| TAU * (n * k % length) as f64 / length as f64;
+                let by = |of: fn(f64) -> f64| -> f64 { values.iter().enumerate().map(|(n, value)| value * of(angle(n))).sum() };
+                let error = (re - by(f64::cos)).hypot(im + by(f64::sin));
+                assert!(error <= TRANSFORM_ERROR * total, "{length}: bin {k} by {}", error / total);
+            }
         }
     }
 
