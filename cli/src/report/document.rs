@@ -1,15 +1,11 @@
 //! A document, written as Markdown beside its pictures, and as one HTML file that holds them.
 
-use std::collections::HashMap;
-
-use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
-
-/// A document. Texts are Markdown.
+/// A document. Texts are Markdown, as far as it goes on one line: `code` and **what matters**.
 pub struct Document {
     title: String,
     markdown: String,
-    /// Drawings by the names of their files.
-    pictures: HashMap<String, String>,
+    /// The same as HTML, with its pictures.
+    body: String,
 }
 
 const STYLE: &str = "\
@@ -30,44 +26,55 @@ impl Document {
         Self {
             title: title.into(),
             markdown: format!("# {title}\n"),
-            pictures: HashMap::new(),
+            body: element("h1", title) + "\n",
         }
     }
 
     /// Adds a heading.
     pub fn heading(&mut self, text: &str) {
-        self.add(&format!("## {text}\n"));
+        self.add(&format!("## {text}\n"), &element("h2", text));
     }
 
     /// Adds a paragraph.
     pub fn text(&mut self, text: &str) {
-        self.add(&format!("{text}\n"));
+        self.add(&format!("{text}\n"), &element("p", text));
     }
 
     /// Adds a list.
     pub fn list(&mut self, items: impl IntoIterator<Item = String>) {
-        let items = items.into_iter().map(|item| format!("- {item}\n"));
-        self.add(&items.collect::<String>());
+        let items: Vec<String> = items.into_iter().collect();
+        let markdown: String = items.iter().map(|item| format!("- {item}\n")).collect();
+        let html: String = items.iter().map(|item| element("li", item) + "\n").collect();
+        self.add(&markdown, &format!("<ul>\n{html}</ul>"));
     }
 
     /// Adds a table.
     pub fn table<H: AsRef<str>>(&mut self, head: &[H], rows: impl IntoIterator<Item = Vec<String>>) {
-        let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         let head: Vec<String> = head.iter().map(|cell| cell.as_ref().into()).collect();
+        let rows: Vec<Vec<String>> = rows.into_iter().collect();
+        let row = |cells: &Vec<String>| format!("| {} |\n", cells.join(" | "));
         let line = "|---".repeat(head.len()) + "|\n";
-        let rows: String = rows.into_iter().map(|cells| row(&cells)).collect();
-        self.add(&(row(&head) + &line + &rows));
+        let markdown: String = [row(&head), line].into_iter().chain(rows.iter().map(row)).collect();
+        let cells = |tag: &str, cells: &[String]| cells.iter().map(|cell| element(tag, cell)).collect::<String>();
+        let body: String = rows.iter().map(|row| format!("<tr>{}</tr>\n", cells("td", row))).collect();
+        let head = cells("th", &head);
+        self.add(
+            &markdown,
+            &format!("<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"),
+        );
     }
 
     /// Adds a picture, which is in files of that name, and what stands under it.
     pub fn picture(&mut self, name: &str, caption: &str, svg: &str) {
-        self.add(&format!("![{name}]({name}.png)\n\n{}: {caption}\n", titled(name)));
-        self.pictures.insert(format!("{name}.png"), svg.into());
+        self.add(&format!("![{name}]({name}.png)\n"), &format!("<p>{svg}</p>"));
+        self.text(&format!("{}: {caption}", titled(name)));
     }
 
-    fn add(&mut self, block: &str) {
+    fn add(&mut self, markdown: &str, html: &str) {
         self.markdown.push('\n');
-        self.markdown.push_str(block);
+        self.markdown.push_str(markdown);
+        self.body.push_str(html);
+        self.body.push('\n');
     }
 
     /// As Markdown; pictures are the PNG files beside it.
@@ -77,36 +84,48 @@ impl Document {
 
     /// As one HTML file.
     pub fn html(&self) -> String {
-        let mut body = String::new();
-        let mut is_drawn = false;
-        let events = Parser::new_ext(&self.markdown, Options::ENABLE_TABLES);
-        let events = events.filter_map(|event| match event {
-            Event::Start(Tag::Image { ref dest_url, .. }) => {
-                let svg = self.pictures.get(dest_url.as_ref());
-                is_drawn = svg.is_some();
-                Some(svg.map_or(event.clone(), |svg| Event::InlineHtml(svg.clone().into())))
-            }
-            // What a picture that is drawn would be called without it.
-            Event::End(TagEnd::Image) if is_drawn => {
-                is_drawn = false;
-                None
-            }
-            event => (!is_drawn).then_some(event),
-        });
-        push_html(&mut body, events);
+        let mut body = self.body.clone();
         for word in ["yes", "no", "open"] {
             for (cell, end) in [("<td>", " "), ("<td><strong>", "</strong>")] {
                 let coloured = cell.replace("<td>", &format!("<td class=\"{word}\">"));
                 body = body.replace(&format!("{cell}{word}{end}"), &format!("{coloured}{word}{end}"));
             }
         }
-        let title = self.title.replace('&', "&amp;").replace('<', "&lt;");
+        let title = escaped(&self.title);
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
              <style>\n{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n"
         )
     }
+}
+
+/// A text in an element of HTML.
+fn element(tag: &str, text: &str) -> String {
+    format!("<{tag}>{}</{tag}>", inline(text))
+}
+
+/// A text's HTML. Every other part between marks is code, or matters.
+fn inline(text: &str) -> String {
+    let (mut html, mut is_strong) = (String::new(), false);
+    for (part, text) in text.trim().split('`').enumerate() {
+        if part % 2 == 1 {
+            html += &format!("<code>{}</code>", escaped(text));
+            continue;
+        }
+        for (part, text) in text.split("**").enumerate() {
+            if part > 0 {
+                html += if is_strong { "</strong>" } else { "<strong>" };
+                is_strong = !is_strong;
+            }
+            html += &escaped(text);
+        }
+    }
+    html
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// `figure-22-detectors` as "Figure 22 detectors", without the folder.
@@ -150,5 +169,28 @@ mod tests {
         assert!(text.contains("<svg></svg>") && !text.contains("<img"), "{text}");
         assert!(text.contains("<td class=\"yes\"><strong>yes"), "{text}");
         assert!(text.contains("<td class=\"no\">no 2") && text.contains("<td>not<"), "{text}");
+    }
+
+    #[test]
+    fn html_says_what_markdown_says() {
+        use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
+        let mut document = Document::new("A > \"B\" & C");
+        document.heading("2 < 3");
+        document.text("**Why `x` is** first: \"a\", b_c, x*y & 3 > 2 (`<svg> & co`).");
+        document.list(["**one**: 1".into(), "two".into()]);
+        document.table(
+            &["a", "b & c"],
+            [vec!["**no** ".into(), String::new()], vec!["open `1 < 2`".into(), "±2".into()]],
+        );
+        document.picture("a/figure-08", "a row", "<svg>1 &amp; 2</svg>");
+        let events = Parser::new_ext(document.markdown(), Options::ENABLE_TABLES).filter_map(|event| match event {
+            Event::Start(Tag::Image { .. }) => Some(Event::InlineHtml("<svg>1 &amp; 2</svg>".into())),
+            Event::Text(name) if &*name == "a/figure-08" => None,
+            Event::End(TagEnd::Image) => None,
+            event => Some(event),
+        });
+        let mut html = String::new();
+        push_html(&mut html, events);
+        assert_eq!(document.body, html);
     }
 }
