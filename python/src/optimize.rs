@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Criterion, RANGE, Search};
-use studies::table::{Cell, Entry, News, Rule, Survey, SurveyError, TableFile};
+use studies::table::{Cell, CriterionSurvey, Entry, News, Rule, TableFile};
 
 use crate::errors::{check, refused};
 use crate::evaluate::single_precision;
@@ -154,7 +154,7 @@ pub fn optimize<'py>(
     let criterion: Criterion = check(criterion.parse())?;
     let detector: DetectorChoice = check(detector.parse())?;
     let rule = rule_of(rule)?;
-    let usual = Survey::new(Search::default());
+    let usual = CriterionSurvey::new(Search::default());
     let search = Search {
         criterion,
         range: range.map_or(RANGE, |(low, high)| [low, high]),
@@ -166,7 +166,7 @@ pub fn optimize<'py>(
         level: single_precision(level)?,
         ..Search::default()
     };
-    let mut survey = Survey {
+    let mut survey = CriterionSurvey {
         search,
         rule,
         illuminance_lx: illuminances.unwrap_or(vec![scene.ambient.illuminance_lx]),
@@ -177,24 +177,16 @@ pub fn optimize<'py>(
     check(survey.check(&scene))?;
     let file = Work::on(threads)?.run(py, progress, |mut ears| {
         survey.search.stop = ears.stop;
-        let mut file = TableFile::of(&survey, &scene);
-        let places: Vec<[f64; 2]> = file.ratios.places().collect();
         let mut done = 0;
-        for [illuminance_lx, interval] in places {
-            let known = &mut std::iter::empty();
-            let tell = |news: News| {
-                if let News::Piece(piece) = news {
-                    done += piece.frames();
-                    ears.done(done);
-                }
-            };
-            let (entry, cells) = survey.entry_from(&scene, illuminance_lx, interval, known, tell)?;
-            file.add(rule, entry, cells);
-        }
-        Ok::<_, SurveyError>(file)
+        TableFile::searched(&survey, &scene, |news| {
+            if let News::Piece { work, .. } = news {
+                done += work;
+                ears.done(done);
+            }
+        })
     })?;
-    let optima = file.cells.iter().map(|cell| Py::new(py, Optimum::of(cell)));
-    let entries = file.entries.iter();
+    let optima = file.search.details.iter().map(|cell| Py::new(py, Optimum::of(cell)));
+    let entries = file.search.entries.iter();
     let entries = entries.map(|entry| Py::new(py, TableEntry::of(entry)));
     Ok(Optimization {
         optima: optima.collect::<PyResult<_>>()?,

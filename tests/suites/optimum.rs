@@ -7,7 +7,7 @@ use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Optimum, Search, optimum};
 use studies::reach::ReachSearch;
-use studies::table::{LeastRegret, ReachSurvey, TableFile};
+use studies::table::{LeastRegret, ReachSurvey, Survey, TableFile};
 
 /// Intervals of the matrix.
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -115,7 +115,7 @@ fn shipped_file() -> TableFile {
 
 /// The tables that the shipped one is made from, with their names.
 fn scenes() -> Vec<(String, TableFile)> {
-    let names = shipped_file().regret.expect("a table of least regret").tables;
+    let names = shipped_file().regret.record.expect("a table of least regret").tables;
     let named = names.into_iter().map(|name| (name.clone(), table(&name)));
     named.collect()
 }
@@ -127,7 +127,7 @@ fn the_shipped_table_is_what_its_file_says_and_that_what_the_scenes_say() {
     let made = TableFile::of_least_regret(&scenes()).expect("a table");
     assert_eq!(made.to_toml().expect("a text"), file.to_toml().expect("a text"));
     assert_eq!(
-        file.regret_entries.len(),
+        file.regret.entries.len(),
         file.ratios.illuminance_lx.len() * file.ratios.interval.len()
     );
 }
@@ -136,12 +136,12 @@ fn the_shipped_table_is_what_its_file_says_and_that_what_the_scenes_say() {
 fn the_shipped_table_knows_what_it_says() {
     let file = shipped_file();
     assert_eq!(file.unknown().count(), 0);
-    for entry in &file.regret_entries {
+    for entry in &file.regret.entries {
         let [low, high] = entry.l2a_95;
         assert!(high - low < 0.3 * entry.l2a || entry.is_flat, "{entry:?}");
     }
     for (name, scene) in scenes() {
-        for entry in &scene.reach_entries {
+        for entry in &scene.reach.entries {
             assert_eq!(entry.lost_at_m, None, "{name}: {entry:?}");
         }
     }
@@ -149,7 +149,7 @@ fn the_shipped_table_knows_what_it_says() {
 
 /// The search that a table came from.
 fn survey_of(file: &TableFile) -> ReachSurvey {
-    let record = file.reach.clone().expect("a search");
+    let record = file.reach.record.clone().expect("a search");
     ReachSurvey {
         search: ReachSearch {
             raw_error_rate: record.raw_error_rate,
@@ -174,22 +174,22 @@ fn survey_of(file: &TableFile) -> ReachSurvey {
 #[test]
 fn three_entries_of_the_shipped_table_come_out_again() {
     let shipped = shipped_file();
-    for (illuminance_lx, interval) in [(50.0, 0.5), (300.0, 1.0), (16_000.0, 2.0)] {
+    for place in [[50.0, 0.5], [300.0, 1.0], [16_000.0, 2.0]] {
         let again = scenes().into_iter().map(|(_, file)| {
             let survey = survey_of(&file);
             if survey.search.detector != DetectorChoice::KMeans {
                 return file;
             }
             let scene = file.scene.expect("a scene");
-            let mut again = TableFile::of_reach(&survey, &scene);
-            let found = survey.entry(&scene, illuminance_lx, interval, &[], |_| {});
-            let (entry, points) = found.expect("a reach");
-            again.add_reach(entry, points);
+            let mut again = TableFile::of(&survey, &scene);
+            let found = survey.find(&scene, place, Vec::new(), |_| {});
+            let (entry, points) = found.expect("a reach").expect("to the end");
+            again.add(entry, points);
             again
         });
         let again: Vec<TableFile> = again.collect();
-        let found = LeastRegret::over(&again, illuminance_lx, interval).expect("a ratio");
-        let shipped = shipped.regret_entry(illuminance_lx, interval).expect("an entry");
+        let found = LeastRegret::over(&again, place).expect("a ratio");
+        let shipped = shipped.regret.entry(place).expect("an entry");
         let [low, high] = shipped.l2a_95;
         assert!((low..=high).contains(&found.l2a), "{found:?}, shipped: {shipped:?}");
     }
@@ -198,16 +198,16 @@ fn three_entries_of_the_shipped_table_come_out_again() {
 /// With a quarter of the frames the best detector reaches as far at dusk.
 #[test]
 fn what_the_best_detector_reaches_comes_out_again() {
-    let (illuminance_lx, interval) = (300.0, 1.0);
+    let place = [300.0, 1.0];
     let by_ml = |file: &TableFile| survey_of(file).search.detector == DetectorChoice::MaximumLikelihood;
     let scenes = scenes().into_iter().map(|(_, file)| file);
     let file = scenes.into_iter().find(by_ml).expect("one by ml");
     let mut survey = survey_of(&file);
     survey.search.frames /= 4;
     let scene = file.scene.as_ref().expect("a scene");
-    let found = survey.entry(scene, illuminance_lx, interval, &[], |_| {});
-    let (found, _) = found.expect("a reach");
-    let before = file.reach_entry(illuminance_lx, interval);
+    let found = survey.find(scene, place, Vec::new(), |_| {});
+    let (found, _) = found.expect("a reach").expect("to the end");
+    let before = file.reach.entry(place);
     let [low, high] = before.expect("an entry").best_reach_m_95;
     let [found_low, found_high] = found.best_reach_m_95;
     // A file keeps five digits, and where the LEDs' distance in the image ends it the reach is known to more.

@@ -6,7 +6,6 @@ pub mod claims;
 pub mod document;
 pub mod figure;
 pub mod optimum;
-pub mod reach;
 pub mod sweep;
 pub mod table;
 pub mod work_precision;

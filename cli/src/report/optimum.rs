@@ -3,61 +3,83 @@
 use std::path::Path;
 
 use studies::optimum::{FIRST_ROUND, GRID};
-use studies::table::{Cell, Entry, News, Rule, Survey, TableFile};
+use studies::reach::RATIOS;
+use studies::table::{AtPlace, Cell, CriterionSurvey, Entry, Findings, InFile, News, Outcome, ReachEntry, ReachPoint, ReachSurvey, Survey};
 
+use super::table;
 use crate::numbers::two_decimals;
 use crate::output::{is_read, json, line, tell};
 use crate::progress::Progress;
 
 /// Ratios of a finer grid that get all frames.
 const FINE: u64 = 5;
+/// Ratios of one entry by reach that are tried besides [`RATIOS`], about.
+const BETWEEN: u64 = 6;
 
-/// Progress on standard error, results on standard output while somebody reads them.
-pub struct Report {
-    progress: Progress,
-    rule: Rule,
-    as_json: bool,
-    is_read: bool,
-    cells: u64,
-    cells_done: u64,
-    frames_done: u64,
+/// A survey as it is told of.
+pub trait Presentation: Survey<Entry: InFile> {
+    /// What its work is counted in.
+    const UNIT: &str;
+
+    /// Settings of each place.
+    fn settings(&self) -> u64;
+
+    /// The work of one of these, at most or about.
+    fn work(&self) -> u64;
+
+    /// Prints what comes before all entries.
+    fn print_head(&self) -> anyhow::Result<()>;
+
+    /// Prints an entry.
+    fn print(&self, entry: &Self::Entry, details: &[<Self::Entry as Outcome>::Detail]) -> anyhow::Result<()>;
 }
 
-impl Report {
-    /// For a survey of which so many entries are missing; those that are there are printed first.
-    pub fn new(survey: &Survey, begun: &TableFile, missing: usize, as_json: bool) -> anyhow::Result<Self> {
-        let cells = (missing * survey.cells_of_entry()) as u64;
-        let frames = survey.search.frames;
-        let at_most = cells * (GRID as u64 * frames.min(FIRST_ROUND) + FINE * frames);
+/// Progress on standard error, results on standard output while somebody reads them.
+pub struct Report<'a, S> {
+    survey: &'a S,
+    progress: Progress,
+    as_json: bool,
+    is_read: bool,
+    settings: u64,
+    settings_done: u64,
+    work_done: u64,
+}
+
+impl<'a, S: Presentation> Report<'a, S> {
+    /// For a survey of which so many places are missing; what was found at others is printed first.
+    pub fn new(survey: &'a S, begun: &Findings<S::Entry>, missing: usize, as_json: bool) -> anyhow::Result<Self> {
+        let settings = missing as u64 * survey.settings();
         let mut report = Self {
-            progress: Progress::new(at_most, "frames"),
-            rule: survey.rule,
+            survey,
+            progress: Progress::new(settings * survey.work(), S::UNIT),
             as_json,
             is_read: true,
-            cells,
-            cells_done: 0,
-            frames_done: 0,
+            settings,
+            settings_done: 0,
+            work_done: 0,
         };
+        if !as_json {
+            survey.print_head()?;
+        }
         for entry in &begun.entries {
-            let of_entry = |cell: &&Cell| (cell.illuminance_lx, cell.interval) == (entry.illuminance_lx, entry.interval);
-            let cells: Vec<Cell> = begun.cells.iter().filter(of_entry).copied().collect();
-            report.entry(entry, &cells)?;
+            let details: Vec<_> = begun.details_at(entry.place()).cloned().collect();
+            report.entry(entry, &details)?;
         }
         Ok(report)
     }
 
-    /// Shows progress. The settings to come are expected to take as long as those done.
-    pub fn heard(&mut self, news: News) {
+    /// Shows progress. The settings to come are expected to take as much work as those done.
+    pub fn progress(&mut self, news: &News<S::Piece>) {
         match news {
-            News::Piece(piece) => self.frames_done += piece.frames(),
-            News::Cell(_) => {
-                self.cells_done += 1;
-                let each = self.frames_done / self.cells_done;
-                let left = self.cells.saturating_sub(self.cells_done);
-                self.progress.expect(self.frames_done + left * each);
+            News::Piece { work, .. } => self.work_done += work,
+            News::Setting => {
+                self.settings_done += 1;
+                let each = self.work_done / self.settings_done;
+                let left = self.settings.saturating_sub(self.settings_done);
+                self.progress.expect(self.work_done + left * each);
             }
         }
-        self.progress.done(self.frames_done);
+        self.progress.done(self.work_done);
     }
 
     /// Whether somebody reads the results.
@@ -65,20 +87,37 @@ impl Report {
         self.is_read
     }
 
-    /// Prints what was found for one illuminance and interval.
-    pub fn entry(&mut self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
+    /// Prints what was found at a place.
+    pub fn entry(&mut self, entry: &S::Entry, details: &[<S::Entry as Outcome>::Detail]) -> anyhow::Result<()> {
         if self.is_read {
-            self.is_read = is_read(self.print(entry, cells))?;
+            let print = || match self.as_json {
+                true => details.iter().try_for_each(json).and_then(|()| json(entry)),
+                false => self.survey.print(entry, details),
+            };
+            self.is_read = is_read(self.progress.aside(print))?;
         }
+        Ok(())
+    }
+}
+
+impl Presentation for CriterionSurvey {
+    const UNIT: &str = "frames";
+
+    fn settings(&self) -> u64 {
+        self.settings_of_place() as u64
+    }
+
+    fn work(&self) -> u64 {
+        let frames = self.search.frames;
+        GRID as u64 * frames.min(FIRST_ROUND) + FINE * frames
+    }
+
+    fn print_head(&self) -> anyhow::Result<()> {
         Ok(())
     }
 
     fn print(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
         let l2a = entry.l2a(self.rule);
-        if self.as_json {
-            cells.iter().try_for_each(json)?;
-            return json(entry);
-        }
         line("illuminance  interval  distance   yaw     L2A   95 %               B2W      BER   table costs")?;
         for cell in cells {
             let border = if cell.at_border { "≥" } else { " " };
@@ -109,6 +148,34 @@ impl Report {
             entry.least_ber_not_worse[0],
             entry.least_ber_not_worse[1],
         ))
+    }
+}
+
+impl Presentation for ReachSurvey {
+    const UNIT: &str = "ratios";
+
+    fn settings(&self) -> u64 {
+        1
+    }
+
+    fn work(&self) -> u64 {
+        RATIOS as u64 + BETWEEN
+    }
+
+    fn print_head(&self) -> anyhow::Result<()> {
+        let rate = 100.0 * self.search.raw_error_rate;
+        let asked = self.demand;
+        line(&format!(
+            "{} bytes within {} s, {} of 100 times: {rate:.1} % of the bits may be wrong",
+            asked.message_bytes,
+            asked.within_s,
+            100.0 * asked.probability
+        ))?;
+        line(table::REACH_HEAD)
+    }
+
+    fn print(&self, entry: &ReachEntry, _: &[ReachPoint]) -> anyhow::Result<()> {
+        line(&table::reach_line(entry))
     }
 }
 

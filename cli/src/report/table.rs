@@ -98,10 +98,10 @@ pub fn draw(file: &TableFile) -> anyhow::Result<Drawing> {
     let ends = [lights.first(), lights.last()];
     let mut ends: Vec<f64> = ends.into_iter().flatten().copied().collect();
     ends.dedup();
-    if !file.reach_points.is_empty() {
+    if !file.reach.details.is_empty() {
         charts.extend(ends.iter().map(|&light| reach_over_ratio(file, light)));
     }
-    if !file.regret_points.is_empty() {
+    if !file.regret.details.is_empty() {
         charts.extend(ends.iter().map(|&light| loss_over_ratio(file, light)));
     }
     let columns = charts.len();
@@ -118,7 +118,7 @@ pub fn over_light(file: &TableFile) -> Chart {
             Some(Point {
                 x: light,
                 y: ratio,
-                y_range: file.l2a_95(light, interval),
+                y_range: file.l2a_95([light, interval]),
                 ..Point::default()
             })
         });
@@ -127,7 +127,7 @@ pub fn over_light(file: &TableFile) -> Chart {
     let all = file.ratios.l2a.iter().flatten().copied();
     let bands = lights.iter().flat_map(|&light| {
         let intervals = file.ratios.interval.iter();
-        intervals.filter_map(move |&interval| file.l2a_95(light, interval))
+        intervals.filter_map(move |&interval| file.l2a_95([light, interval]))
     });
     let highest = all.chain(bands.map(|[_, high]| high)).filter(|ratio| ratio.is_finite());
     Chart {
@@ -141,7 +141,7 @@ pub fn over_light(file: &TableFile) -> Chart {
 /// The reach over the ratio in one light.
 fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     let of_column = |_, interval: f64| {
-        let points = file.points(light, interval).map(|point| Point {
+        let points = file.reach.details_at([light, interval]).map(|point| Point {
             x: point.l2a,
             y: point.reach_m,
             y_range: Some(point.reach_m_95),
@@ -149,11 +149,11 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
         });
         points.collect()
     };
-    let ratios = file.reach_points.iter().map(|point| point.l2a);
+    let ratios = file.reach.details.iter().map(|point| point.l2a);
     Chart {
         title: format!("Reach at {light} lx"),
         x: Axis::around_logarithms("L2A (1/sr)", ratios),
-        y: Axis::from_zero("reach (m)", file.reach_points.iter().map(|point| point.reach_m)),
+        y: Axis::from_zero("reach (m)", file.reach.details.iter().map(|point| point.reach_m)),
         series: by_interval(&file.ratios.interval, of_column),
     }
 }
@@ -161,16 +161,14 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
 /// What each ratio loses at most in one light.
 fn loss_over_ratio(file: &TableFile, light: f64) -> Chart {
     let of_column = |_, interval: f64| {
-        let here = file.regret_points.iter();
-        let here = here.filter(|point| (point.illuminance_lx, point.interval) == (light, interval));
-        let points = here.map(|point| Point {
+        let points = file.regret.details_at([light, interval]).map(|point| Point {
             x: point.l2a,
             y: 100.0 * point.most_lost,
             ..Point::default()
         });
         points.collect()
     };
-    let points = || file.regret_points.iter();
+    let points = || file.regret.details.iter();
     Chart {
         title: format!("Lost in the worst scene at {light} lx"),
         x: Axis::around_logarithms("L2A (1/sr)", points().map(|point| point.l2a)),

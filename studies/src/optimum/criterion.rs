@@ -23,7 +23,7 @@ pub enum Criterion {
 }
 
 /// The names of the criteria.
-pub const CRITERIA: [(&str, Criterion); 3] = [("b2w", Criterion::B2w), ("fisher", Criterion::Fisher), ("ber", Criterion::Ber)];
+const CRITERIA: [(&str, Criterion); 3] = [("b2w", Criterion::B2w), ("fisher", Criterion::Fisher), ("ber", Criterion::Ber)];
 
 impl Criterion {
     /// What is searched for its maximum: the logarithm of the ratio, or the log-odds of a right bit. None where the ratio is

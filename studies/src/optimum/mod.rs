@@ -19,15 +19,16 @@ mod peak;
 mod samples;
 mod search;
 
-pub use criterion::{CRITERIA, Criterion};
+pub use criterion::Criterion;
 pub use limits::SearchError;
 pub(crate) use limits::check_limits;
 pub(crate) use parabola::Parabola;
 pub(crate) use peak::percentiles;
-pub use peak::{Peak, Window};
-pub use samples::{FIRST_ROUND, Piece, Sample, Samples};
-pub(crate) use samples::{PIECE, RESAMPLES, at_ratio, of_resamples, rounds};
-pub use search::{optimum, optimum_from};
+pub(crate) use peak::{Peak, Window};
+pub use samples::{FIRST_ROUND, Sample, Samples};
+pub(crate) use samples::{PIECE, Piece, RESAMPLES, at_ratio, of_resamples, rounds};
+pub use search::optimum;
+pub(crate) use search::optimum_from;
 
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{EvaluateError, Evaluation, Settings};
@@ -177,7 +178,7 @@ impl Optimum {
 /// The ratio of the least mean bit error rate over several scenes, each with its own optimum: their wide grids pooled.
 ///
 /// None where they have fewer than three ratios in common.
-pub fn least_mean_ber(optima: &[&Optimum], search: &Search) -> Option<Peak> {
+pub(crate) fn least_mean_ber(optima: &[&Optimum], search: &Search) -> Option<Peak> {
     let grids: Vec<&Samples> = optima.iter().map(|optimum| &optimum.grid).collect();
     let pooled = Samples::pooled(&grids);
     Peak::of(&pooled, Criterion::Ber, Window::NearHighest, search.range, search.seed)

@@ -126,7 +126,7 @@ impl Sample {
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<'a> {
     /// What came out, batch by batch; of long ones part by part.
-    pub batches: &'a [Evaluation],
+    pub batches: &'a Vec<Evaluation>,
     /// Whether an earlier run has finished it.
     pub is_known: bool,
 }

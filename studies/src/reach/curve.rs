@@ -60,7 +60,7 @@ impl Verdict {
 
 /// A verdict, and the 95 % interval of each of its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judged {
+pub struct Judgement {
     /// By all frames.
     pub verdict: Verdict,
     /// Of the best ratio.
@@ -117,14 +117,14 @@ impl Curve {
     }
 
     /// What it says; none of fewer than three points.
-    pub fn judged(&self, choice: Choice) -> Option<Judged> {
+    pub fn judged(&self, choice: Choice) -> Option<Judgement> {
         let verdict = self.verdict(&self.reach, choice)?;
         let as_well: Vec<Verdict> = self.resampled.iter().filter_map(|reach| self.verdict(reach, choice)).collect();
         let interval = |of: fn(&Verdict) -> f64| {
             let mut values: Vec<f64> = as_well.iter().map(of).collect();
             percentiles(&mut values, 0.025).unwrap_or([of(&verdict); 2])
         };
-        Some(Judged {
+        Some(Judgement {
             verdict,
             best_95: interval(|verdict| verdict.best),
             reach_m_95: interval(|verdict| verdict.reach_m),

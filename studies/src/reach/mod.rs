@@ -39,7 +39,7 @@ mod demand;
 mod tests;
 
 pub use crossing::Crossing;
-pub use curve::{Choice, Curve, FLAT, Judged, NOTHING, Verdict};
+pub use curve::{Choice, Curve, FLAT, Judgement, NOTHING, Verdict};
 pub use demand::{Demand, DemandError};
 
 use crossing::{Guess, Probe};
@@ -149,7 +149,7 @@ pub enum ReachError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
     /// The best ratio, the one to take, and how sure they are.
-    pub judged: Judged,
+    pub judged: Judgement,
     /// Whether the best ratio is an end of the range: the true one may lie beyond.
     pub at_border: bool,
     /// The nearest distance before the reach at which too many bits are wrong at the ratio taken, m, if there is one.
@@ -172,7 +172,7 @@ pub fn reach(scene: &Scene, search: &ReachSearch) -> Result<Reach, ReachError> {
 ///
 /// # Errors
 /// As [`reach`].
-pub fn reach_from(
+pub(crate) fn reach_from(
     scene: &Scene,
     search: &ReachSearch,
     known: &[Crossing],
@@ -233,7 +233,7 @@ impl Work<'_> {
     }
 
     /// What so many rounds say.
-    fn after(&mut self, rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<Judged, ReachError> {
+    fn after(&mut self, rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<Judgement, ReachError> {
         // The first group has neighbours for all others on both sides.
         for first in WIDE_ORDER {
             let group: Vec<usize> = (2 * first..=LAST).step_by(2 * WIDE_ORDER.len()).collect();
@@ -317,7 +317,7 @@ impl Work<'_> {
         Curve::of(&crossings, self.search.raw_error_rate, self.search.seed)
     }
 
-    fn judged(&self, rounds: usize) -> Result<Judged, ReachError> {
+    fn judged(&self, rounds: usize) -> Result<Judgement, ReachError> {
         let [low, high] = self.search.range;
         let curve = self.curve(rounds);
         let ratios = curve.points().count();

@@ -60,7 +60,7 @@ fn misread(rate: f64, random: &mut impl Rng) -> u32 {
     (0..64).filter(|_| uniform(random) < rate).count() as u32
 }
 
-fn judged(seed: u64, choice: Choice) -> Judged {
+fn judged(seed: u64, choice: Choice) -> Judgement {
     let crossings = crossings(seed);
     let crossings: Vec<&Crossing> = crossings.iter().collect();
     Curve::of(&crossings, RATE, seed).judged(choice).expect("a curve")

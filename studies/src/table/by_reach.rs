@@ -1,15 +1,14 @@
 //! The best ratio by reach at many lights and intervals.
 
-use link::l2a_table::TableError;
 use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
-use sim::scene::{RangeError, Scene};
+use sim::scene::Scene;
 
-use super::axes::check_axes;
 use super::condition::with_panel;
+use super::findings::{Outcome, at_place, short, short_pair};
 use super::intensity::{Bounds, Light, panel_cd};
-use super::outcome::{short, short_pair};
-use crate::reach::{Choice, Crossing, Demand, DemandError, Reach, ReachError, ReachSearch, reach_from};
+use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
+use crate::reach::{Choice, Crossing, Demand, Reach, ReachSearch, reach_from};
 
 /// The lights and intervals that a search by reach is done at: every combination.
 ///
@@ -17,7 +16,7 @@ use crate::reach::{Choice, Crossing, Demand, DemandError, Reach, ReachError, Rea
 /// use sim::scene::Scene;
 /// use studies::reach::{Demand, ReachSearch};
 /// use studies::detectors::DetectorChoice;
-/// use studies::table::{Bounds, ReachSurvey};
+/// use studies::table::{Bounds, ReachSurvey, Survey};
 /// let search = ReachSearch { frames: 64, detector: DetectorChoice::KMeans, ..ReachSearch::default() };
 /// let survey = ReachSurvey {
 ///     search,
@@ -28,7 +27,8 @@ use crate::reach::{Choice, Crossing, Demand, DemandError, Reach, ReachError, Rea
 /// };
 /// let scene = Scene::load("night", &[])?;
 /// survey.check(&scene)?;
-/// let (entry, points) = survey.entry(&scene, 50.0, 0.5, &[], |_| {})?;
+/// let found = survey.find(&scene, [50.0, 0.5], Vec::new(), |_| {})?;
+/// let (entry, points) = found.ok_or("ended early")?;
 /// assert!(entry.loses_nothing[0] <= entry.l2a && entry.l2a <= entry.loses_nothing[1]);
 /// assert!(points.iter().all(|point| point.reach_m <= 1.01 * entry.best_reach_m));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,61 +45,6 @@ pub struct ReachSurvey {
     pub illuminance_lx: Vec<f64>,
     /// Normalised LED intervals.
     pub interval: Vec<f64>,
-}
-
-/// Why a survey by reach cannot be done.
-#[derive(Debug, thiserror::Error)]
-pub enum ReachSurveyError {
-    /// A value is not allowed.
-    #[error(transparent)]
-    Range(#[from] RangeError),
-    /// The illuminances and intervals are no axes of a table.
-    #[error(transparent)]
-    Axes(#[from] TableError),
-    /// The demand cannot be met.
-    #[error(transparent)]
-    Demand(#[from] DemandError),
-    /// No ratio keeps the bounds.
-    #[error(
-        "at {illuminance_lx} lx and interval {interval} no ratio from {low} to {high} gives {wanted}: they give a mean of {least_cd:.3} to \
-         {most_cd:.3} cd; set other bounds, another --range, or leave this light out"
-    )]
-    Bounds {
-        /// Ambient illuminance, lx.
-        illuminance_lx: f64,
-        /// Normalised LED interval.
-        interval: f64,
-        /// The lowest ratio.
-        low: f64,
-        /// The highest ratio.
-        high: f64,
-        /// What is asked for, in words.
-        wanted: String,
-        /// The mean intensity at the lowest ratio, cd.
-        least_cd: f64,
-        /// The mean intensity at the highest ratio, cd.
-        most_cd: f64,
-    },
-    /// The reach at one setting cannot be found.
-    #[error("at {illuminance_lx} lx and interval {interval}: {source}")]
-    Reach {
-        /// Ambient illuminance, lx.
-        illuminance_lx: f64,
-        /// Normalised LED interval.
-        interval: f64,
-        /// Why not.
-        source: ReachError,
-    },
-}
-
-impl ReachSurveyError {
-    /// Whether the caller ended the work.
-    pub fn is_interruption(&self) -> bool {
-        let Self::Reach { source, .. } = self else {
-            return false;
-        };
-        matches!(source, ReachError::Interrupted)
-    }
 }
 
 /// What was found for one illuminance and interval.
@@ -203,24 +148,30 @@ pub struct ReachRecord {
     pub level: Level,
 }
 
-impl ReachRecord {
-    /// The record of a survey.
-    pub fn of(survey: &ReachSurvey) -> Self {
-        let search = &survey.search;
-        Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            demand: survey.demand,
-            raw_error_rate: search.raw_error_rate,
-            bounds: survey.bounds,
-            choice: search.choice,
-            seed: search.seed,
-            frames: search.frames,
-            tolerance: search.tolerance,
-            range: search.range,
-            random_reflectance: search.random_reflectance,
-            detector: search.detector.into(),
-            level: search.level,
-        }
+at_place!(ReachEntry, ReachPoint);
+
+impl Outcome for ReachEntry {
+    type Record = ReachRecord;
+    type Detail = ReachPoint;
+    const KEYS: [[&str; 2]; 2] = [
+        ["reach_entries", "What the reach says of each"],
+        ["reach_points", "The reach at each ratio"],
+    ];
+
+    fn carried(&self, _: &ReachRecord) -> f64 {
+        self.l2a
+    }
+
+    fn carried_95(&self, _: &ReachRecord) -> [f64; 2] {
+        self.l2a_95
+    }
+
+    fn undecided(&self, _: &ReachRecord) -> [f64; 2] {
+        self.loses_nothing
+    }
+
+    fn range(record: &ReachRecord) -> [f64; 2] {
+        record.range
     }
 }
 
@@ -229,7 +180,7 @@ impl ReachSurvey {
     ///
     /// # Errors
     /// Names the first value that is not.
-    pub fn check(&self, scene: &Scene) -> Result<(), ReachSurveyError> {
+    pub fn check(&self, scene: &Scene) -> Result<(), SurveyError> {
         check_axes(&self.illuminance_lx, &self.interval)?;
         for &illuminance_lx in &self.illuminance_lx {
             for &interval in &self.interval {
@@ -241,14 +192,14 @@ impl ReachSurvey {
     }
 
     /// The ratios within the bounds.
-    fn range(&self, scene: &Scene, illuminance_lx: f64, interval: f64) -> Result<[f64; 2], ReachSurveyError> {
+    fn range(&self, scene: &Scene, illuminance_lx: f64, interval: f64) -> Result<[f64; 2], SurveyError> {
         let [low, high] = self.search.range;
         let Some(panel) = scene.panels.first() else {
             return Ok([low, high]);
         };
         let within = self.bounds.ratios([low, high], panel, illuminance_lx);
         let [least_cd, most_cd] = [low, high].map(|l2a| panel_cd(panel, illuminance_lx, l2a));
-        within.ok_or_else(|| ReachSurveyError::Bounds {
+        within.ok_or_else(|| SurveyError::Bounds {
             illuminance_lx,
             interval,
             low,
@@ -258,30 +209,62 @@ impl ReachSurvey {
             most_cd,
         })
     }
+}
 
-    /// The best ratio of one illuminance and interval, and the reach over the ratio; gone on from the crossings that an earlier run told
-    /// of.
-    ///
-    /// # Errors
-    /// When a setting cannot be searched, or [`ReachSearch::stop`] ended the work.
-    pub fn entry(
+impl Survey for ReachSurvey {
+    type Entry = ReachEntry;
+    type Piece = Crossing;
+
+    fn axes(&self) -> [&[f64]; 2] {
+        [&self.illuminance_lx, &self.interval]
+    }
+
+    fn record(&self) -> ReachRecord {
+        let search = &self.search;
+        ReachRecord {
+            version: env!("CARGO_PKG_VERSION").into(),
+            demand: self.demand,
+            raw_error_rate: search.raw_error_rate,
+            bounds: self.bounds,
+            choice: search.choice,
+            seed: search.seed,
+            frames: search.frames,
+            tolerance: search.tolerance,
+            range: search.range,
+            random_reflectance: search.random_reflectance,
+            detector: search.detector.into(),
+            level: search.level,
+        }
+    }
+
+    fn find(
         &self,
         scene: &Scene,
-        illuminance_lx: f64,
-        interval: f64,
-        known: &[Crossing],
-        tell: impl FnMut(&Crossing) + Send,
-    ) -> Result<(ReachEntry, Vec<ReachPoint>), ReachSurveyError> {
+        [illuminance_lx, interval]: [f64; 2],
+        known: Vec<Crossing>,
+        mut tell: impl FnMut(News<Crossing>) + Send,
+    ) -> Result<Option<EntryAndDetails<ReachEntry>>, SurveyError> {
         let search = ReachSearch {
             range: self.range(scene, illuminance_lx, interval)?,
             ..self.search
         };
         let scene = with_panel(scene, illuminance_lx, interval);
-        let found = reach_from(&scene, &search, known, tell).map_err(|source| ReachSurveyError::Reach {
+        let told = |piece: &Crossing| {
+            tell(News::Piece {
+                piece,
+                work: 1,
+                is_known: false,
+            });
+        };
+        let found = reach_from(&scene, &search, &known, told).map_err(|source| SurveyError::Reach {
             illuminance_lx,
             interval,
             source,
-        })?;
+        });
+        let Some(found) = unless_ended(found)? else {
+            return Ok(None);
+        };
+        tell(News::Setting);
         let points = found.curve.points().map(|(l2a, reach_m, reach_m_95)| ReachPoint {
             illuminance_lx,
             interval,
@@ -289,7 +272,8 @@ impl ReachSurvey {
             reach_m,
             reach_m_95,
         });
-        Ok((entry(&scene, interval, &found), points.collect()))
+        let points = points.collect();
+        Ok(Some((entry(&scene, interval, &found), points)))
     }
 }
 

@@ -4,7 +4,6 @@
 //! (`entries`) and of each setting (`cells`). One made by reach has `reach`, `reach_entries` and, for each ratio tried, `reach_points`
 //! instead; one of least regret over several of these `regret`, `regret_entries` and `regret_points`.
 
-use std::cmp::Ordering;
 use std::path::Path;
 
 use link::l2a_table::L2aTable;
@@ -13,11 +12,11 @@ use serde::{Deserialize, Serialize};
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
 
-use super::by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey};
-use super::least_regret::{RegretEntry, RegretPoint, RegretRecord};
-use super::outcome::{Cell, Entry, Rule};
-use super::regret::{Regret, SAME};
-use super::survey::{SearchRecord, Survey};
+use super::by_criterion::{Cell, Entry, SearchRecord};
+use super::by_reach::{ReachEntry, ReachPoint, ReachRecord};
+use super::findings::{Findings, Outcome, Unknown};
+use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
+use super::survey::{News, Survey, SurveyError};
 use crate::reach::Curve;
 
 /// A table as it is in a file.
@@ -25,57 +24,39 @@ use crate::reach::Curve;
 pub struct TableFile {
     /// The ratios, and their axes.
     pub ratios: RatioFile,
-    /// Where they come from, if by a search.
-    pub search: Option<SearchRecord>,
     /// The scene searched.
     pub scene: Option<Scene>,
-    /// What was found for each illuminance and interval.
-    pub entries: Vec<Entry>,
-    /// What was found at each setting.
-    pub cells: Vec<Cell>,
-    /// Where they come from, if by a search by reach.
-    pub reach: Option<ReachRecord>,
-    /// What that found for each illuminance and interval.
-    pub reach_entries: Vec<ReachEntry>,
-    /// The reach at each ratio that it tried.
-    pub reach_points: Vec<ReachPoint>,
+    /// Where the ratios come from, if from a search by variances or bit errors.
+    pub search: Findings<Entry>,
+    /// Where they come from, if from a search by reach.
+    pub reach: Findings<ReachEntry>,
     /// Where they come from, if they are those of least regret.
-    pub regret: Option<RegretRecord>,
-    /// What that is for each illuminance and interval.
-    pub regret_entries: Vec<RegretEntry>,
-    /// What other ratios lose.
-    pub regret_points: Vec<RegretPoint>,
+    pub regret: Findings<RegretEntry>,
 }
 
-/// A search that says nothing of a ratio.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is \
-     all it looked among: make this entry with `vocc optimize --criterion reach`, farther away, or with more frames"
-)]
-pub struct Unknown {
-    /// Ambient illuminance, lx.
-    pub illuminance_lx: f64,
-    /// Normalised LED interval.
-    pub interval: f64,
-    /// The lowest ratio.
-    pub low: f64,
-    /// The highest ratio.
-    pub high: f64,
+/// An outcome that a table's file has room for.
+pub trait InFile: Outcome {
+    /// What a file has of it.
+    fn of(file: &TableFile) -> &Findings<Self>;
+
+    /// The same, to be changed.
+    fn of_mut(file: &mut TableFile) -> &mut Findings<Self>;
 }
 
-impl Unknown {
-    /// That of a ratio whose interval is the range it was looked for in, if it is.
-    fn of(illuminance_lx: f64, interval: f64, l2a_95: [f64; 2], [low, high]: [f64; 2]) -> Option<Self> {
-        let is_all = l2a_95[0] <= low * (1.0 + SAME) && l2a_95[1] >= high * (1.0 - SAME);
-        is_all.then_some(Self {
-            illuminance_lx,
-            interval,
-            low,
-            high,
-        })
-    }
+macro_rules! in_file {
+    ($($entry:ty: $field:ident),+) => {
+        $(impl InFile for $entry {
+            fn of(file: &TableFile) -> &Findings<Self> {
+                &file.$field
+            }
+
+            fn of_mut(file: &mut TableFile) -> &mut Findings<Self> {
+                &mut file.$field
+            }
+        })+
+    };
 }
+in_file!(Entry: search, ReachEntry: reach, RegretEntry: regret);
 
 /// Why parts of a table are none of one.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -119,160 +100,99 @@ impl TableFile {
     pub fn plain(ratios: RatioFile) -> Self {
         Self {
             ratios,
-            search: None,
             scene: None,
-            entries: Vec::new(),
-            cells: Vec::new(),
-            reach: None,
-            reach_entries: Vec::new(),
-            reach_points: Vec::new(),
-            regret: None,
-            regret_entries: Vec::new(),
-            regret_points: Vec::new(),
+            search: Findings::default(),
+            reach: Findings::default(),
+            regret: Findings::default(),
         }
+    }
+
+    /// The file of a survey of which nothing is done yet.
+    pub fn of<S: Survey<Entry: InFile>>(survey: &S, scene: &Scene) -> Self {
+        let [illuminance_lx, interval] = survey.axes().map(<[f64]>::to_vec);
+        let mut file = Self::plain(RatioFile::empty(illuminance_lx, interval));
+        file.scene = Some(scene.clone());
+        S::Entry::of_mut(&mut file).record = Some(survey.record());
+        file
+    }
+
+    /// The file of a survey; where that is ended early, with what was found before.
+    ///
+    /// # Errors
+    /// When a place cannot be searched.
+    pub fn searched<S: Survey<Entry: InFile>>(
+        survey: &S,
+        scene: &Scene,
+        mut tell: impl FnMut(News<S::Piece>) + Send,
+    ) -> Result<Self, SurveyError> {
+        let mut file = Self::of(survey, scene);
+        for place in file.ratios.places().collect::<Vec<_>>() {
+            let Some((entry, details)) = survey.find(scene, place, Vec::new(), &mut tell)? else {
+                break;
+            };
+            file.add(entry, details);
+        }
+        Ok(file)
     }
 
     /// Whether a search has made it, or begun to.
     pub fn is_searched(&self) -> bool {
-        let is_found = !self.entries.is_empty() || !self.reach_entries.is_empty();
-        self.search.is_some() || self.reach.is_some() || is_found
-    }
-
-    /// The file of a survey of which nothing is done yet.
-    pub fn of(survey: &Survey, scene: &Scene) -> Self {
-        let ratios = RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone());
-        Self {
-            search: Some(SearchRecord::of(survey)),
-            scene: Some(scene.clone()),
-            ..Self::plain(ratios)
-        }
-    }
-
-    /// The same of a survey by reach.
-    pub fn of_reach(survey: &ReachSurvey, scene: &Scene) -> Self {
-        let ratios = RatioFile::empty(survey.illuminance_lx.clone(), survey.interval.clone());
-        Self {
-            reach: Some(ReachRecord::of(survey)),
-            scene: Some(scene.clone()),
-            ..Self::plain(ratios)
-        }
+        let is_found = !self.search.entries.is_empty() || !self.reach.entries.is_empty();
+        self.search.record.is_some() || self.reach.record.is_some() || is_found
     }
 
     /// Whether both are of the same survey of the same scene, finished or not.
     pub fn is_of_same_survey(&self, other: &Self) -> bool {
-        (&self.search, &self.reach, &self.scene) == (&other.search, &other.reach, &other.scene)
+        (&self.search.record, &self.reach.record, &self.scene) == (&other.search.record, &other.reach.record, &other.scene)
             && (&self.ratios.illuminance_lx, &self.ratios.interval) == (&other.ratios.illuminance_lx, &other.ratios.interval)
     }
 
-    /// The entry of an illuminance and an interval, if it is there.
-    pub fn entry(&self, illuminance_lx: f64, interval: f64) -> Option<&Entry> {
-        self.entries
-            .iter()
-            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
-    }
-
-    /// The entry of an illuminance and an interval by reach, if it is there.
-    pub fn reach_entry(&self, illuminance_lx: f64, interval: f64) -> Option<&ReachEntry> {
-        self.reach_entries
-            .iter()
-            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
-    }
-
-    /// The entry of an illuminance and an interval by least regret, if it is there.
-    pub fn regret_entry(&self, illuminance_lx: f64, interval: f64) -> Option<&RegretEntry> {
-        self.regret_entries
-            .iter()
-            .find(|entry| entry.illuminance_lx == illuminance_lx && entry.interval == interval)
-    }
-
-    /// The reach at each ratio that was tried at an illuminance and an interval.
-    pub fn points(&self, illuminance_lx: f64, interval: f64) -> impl Iterator<Item = &ReachPoint> {
-        self.reach_points
-            .iter()
-            .filter(move |point| (point.illuminance_lx, point.interval) == (illuminance_lx, interval))
-    }
-
-    /// The reach over the ratio at an illuminance and an interval, where it is known.
-    pub fn curve(&self, illuminance_lx: f64, interval: f64) -> Option<Curve> {
-        let points = || self.points(illuminance_lx, interval);
+    /// The reach over the ratio at a place, where it is known.
+    pub fn curve(&self, place: [f64; 2]) -> Option<Curve> {
+        let points = || self.reach.details_at(place);
         let curve = Curve::through(points().map(|point| (point.l2a, point.reach_m)));
         (points().count() > 1).then_some(curve)
     }
 
-    /// What is lost by other ratios than the best at an illuminance and an interval, where that is known.
-    pub fn regret(&self, illuminance_lx: f64, interval: f64) -> Option<Regret> {
+    /// What is lost by other ratios than the best at a place, where that is known.
+    pub fn regret_at(&self, place: [f64; 2]) -> Option<Regret> {
         Some(Regret {
-            curve: self.curve(illuminance_lx, interval)?,
-            range: self.reach.as_ref()?.range,
-            best_m: self.reach_entry(illuminance_lx, interval)?.best_reach_m,
+            curve: self.curve(place)?,
+            range: self.reach.record.as_ref()?.range,
+            best_m: self.reach.entry(place)?.best_reach_m,
         })
     }
 
     /// The same as it might have come out as well.
-    pub(super) fn resampled_regret(&self, illuminance_lx: f64, interval: f64, random: &mut impl Rng) -> Option<Regret> {
-        let points = self.points(illuminance_lx, interval);
-        Regret::resampled(points, self.reach.as_ref()?.range, random)
+    pub(super) fn resampled_regret(&self, place: [f64; 2], random: &mut impl Rng) -> Option<Regret> {
+        let points = self.reach.details_at(place);
+        Regret::resampled(points, self.reach.record.as_ref()?.range, random)
     }
 
-    /// The 95 % interval of the ratio of an illuminance and an interval, where it is known.
-    pub fn l2a_95(&self, illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
-        let by_search = || {
-            let rule = self.search.as_ref()?.rule;
-            Some(self.entry(illuminance_lx, interval)?.l2a_95(rule))
-        };
-        let by_reach = self.reach_entry(illuminance_lx, interval);
-        let by_regret = self.regret_entry(illuminance_lx, interval);
+    /// The 95 % interval of the ratio of a place, where it is known.
+    pub fn l2a_95(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        let by_reach = self.reach.carried_95(place);
         by_reach
-            .map(|entry| entry.l2a_95)
-            .or(by_regret.map(|entry| entry.l2a_95))
-            .or_else(by_search)
+            .or_else(|| self.regret.carried_95(place))
+            .or_else(|| self.search.carried_95(place))
     }
 
     /// The entries of which the search says nothing.
     pub fn unknown(&self) -> impl Iterator<Item = Unknown> {
-        let by_search = self.search.iter().flat_map(|search| {
-            self.entries.iter().filter_map(|entry| {
-                let l2a_95 = entry.l2a_95(search.rule);
-                Unknown::of(entry.illuminance_lx, entry.interval, l2a_95, search.range)
-            })
-        });
-        let by_reach = self.reach.iter().flat_map(|reach| {
-            self.reach_entries.iter().filter_map(|entry| {
-                let all = entry.loses_nothing;
-                Unknown::of(entry.illuminance_lx, entry.interval, all, reach.range)
-            })
-        });
-        let by_regret = self.regret.iter().flat_map(|regret| {
-            self.regret_entries.iter().filter_map(|entry| {
-                let all = entry.no_worse;
-                Unknown::of(entry.illuminance_lx, entry.interval, all, regret.range)
-            })
-        });
-        by_search.chain(by_reach).chain(by_regret)
+        let by_search = self.search.unknown();
+        by_search.chain(self.reach.unknown()).chain(self.regret.unknown())
     }
 
-    /// Adds what was found for one illuminance and interval. A ratio of which the search says nothing stays missing.
-    pub fn add(&mut self, rule: Rule, entry: Entry, cells: Vec<Cell>) {
-        self.entries.push(entry);
-        self.cells.extend(cells);
-        self.put(entry.illuminance_lx, entry.interval, entry.l2a(rule));
-        self.sort();
-    }
-
-    /// The same by reach.
-    pub fn add_reach(&mut self, entry: ReachEntry, points: Vec<ReachPoint>) {
-        self.reach_entries.push(entry);
-        self.reach_points.extend(points);
-        self.put(entry.illuminance_lx, entry.interval, entry.l2a);
-        self.sort();
-    }
-
-    /// The same by least regret.
-    pub(super) fn add_regret(&mut self, entry: RegretEntry, points: Vec<RegretPoint>) {
-        let (illuminance_lx, interval, l2a) = (entry.illuminance_lx, entry.interval, entry.l2a);
-        self.regret_entries.push(entry);
-        self.regret_points.extend(points);
-        self.put(illuminance_lx, interval, l2a);
+    /// Adds what was found at a place. A ratio of which the search says nothing stays missing.
+    pub fn add<E: InFile>(&mut self, entry: E, details: Vec<E::Detail>) {
+        let place = entry.place();
+        let findings = E::of_mut(self);
+        let carried = findings.record.as_ref().map(|record| entry.carried(record));
+        findings.extend([entry], details);
+        let is_it = |unknown: Unknown| [unknown.illuminance_lx, unknown.interval] == place;
+        if let Some(l2a) = carried.filter(|_| !self.unknown().any(is_it)) {
+            self.put(place, l2a);
+        }
     }
 
     /// Adds the entries of another part of the same survey.
@@ -287,23 +207,20 @@ impl TableFile {
         if let Some([illuminance_lx, interval]) = self.ratios.places().find(is_in) {
             return Err(PartError::Doubled { illuminance_lx, interval });
         }
-        self.entries.extend(part.entries);
-        self.cells.extend(part.cells);
-        self.reach_entries.extend(part.reach_entries);
-        self.reach_points.extend(part.reach_points);
+        self.search.extend(part.search.entries, part.search.details);
+        self.reach.extend(part.reach.entries, part.reach.details);
         let own = self.ratios.l2a.iter_mut().flatten();
         for (own, found) in own.zip(part.ratios.l2a.iter().flatten()) {
             if own.is_nan() {
                 *own = *found;
             }
         }
-        self.sort();
         Ok(())
     }
 
-    /// Whether something was found at an illuminance and an interval.
-    fn is_found(&self, [illuminance_lx, interval]: [f64; 2]) -> bool {
-        self.entry(illuminance_lx, interval).is_some() || self.reach_entry(illuminance_lx, interval).is_some()
+    /// Whether something was found at a place.
+    fn is_found(&self, place: [f64; 2]) -> bool {
+        self.search.entry(place).is_some() || self.reach.entry(place).is_some()
     }
 
     /// The places at which nothing was found yet.
@@ -311,20 +228,7 @@ impl TableFile {
         self.ratios.places().filter(|place| !self.is_found(*place))
     }
 
-    /// Puts all findings in the order of the axes, whatever was finished first.
-    fn sort(&mut self) {
-        in_order(&mut self.entries, |entry| [entry.illuminance_lx, entry.interval]);
-        in_order(&mut self.cells, |cell| [cell.illuminance_lx, cell.interval]);
-        in_order(&mut self.reach_entries, |entry| [entry.illuminance_lx, entry.interval]);
-        in_order(&mut self.reach_points, |point| [point.illuminance_lx, point.interval]);
-    }
-
-    /// Puts a ratio in its place, where something is known of it.
-    fn put(&mut self, illuminance_lx: f64, interval: f64, l2a: f64) {
-        let is_it = |unknown: Unknown| (unknown.illuminance_lx, unknown.interval) == (illuminance_lx, interval);
-        if self.unknown().any(is_it) {
-            return;
-        }
+    fn put(&mut self, [illuminance_lx, interval]: [f64; 2], l2a: f64) {
         let ratios = &mut self.ratios;
         let row = ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx);
         let column = ratios.interval.iter().position(|&i| i == interval);
@@ -364,16 +268,22 @@ impl TableFile {
         let origin: Origin = toml::from_str(text).map_err(Box::new)?;
         Ok(Self {
             ratios,
-            search: origin.search,
             scene: origin.scene,
-            entries: origin.entries,
-            cells: origin.cells,
-            reach: origin.reach,
-            reach_entries: origin.reach_entries,
-            reach_points: origin.reach_points,
-            regret: origin.regret,
-            regret_entries: origin.regret_entries,
-            regret_points: origin.regret_points,
+            search: Findings {
+                record: origin.search,
+                entries: origin.entries,
+                details: origin.cells,
+            },
+            reach: Findings {
+                record: origin.reach,
+                entries: origin.reach_entries,
+                details: origin.reach_points,
+            },
+            regret: Findings {
+                record: origin.regret,
+                entries: origin.regret_entries,
+                details: origin.regret_points,
+            },
         })
     }
 
@@ -382,17 +292,8 @@ impl TableFile {
     /// # Errors
     /// When TOML has no word for something in it.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        let mut text = self.ratios.to_toml();
-        text += &lines("entries", "What the distances together say of each", &self.entries)?;
-        text += &lines("cells", "What was found at each setting", &self.cells)?;
-        text += &lines("reach_entries", "What the reach says of each", &self.reach_entries)?;
-        text += &lines("reach_points", "The reach at each ratio", &self.reach_points)?;
-        text += &lines("regret_entries", "What the scenes together say of each", &self.regret_entries)?;
-        text += &lines(
-            "regret_points",
-            "What each ratio loses of the best one's reach, where most is lost",
-            &self.regret_points,
-        )?;
+        let findings = [self.search.lines()?, self.reach.lines()?, self.regret.lines()?];
+        let text = self.ratios.to_toml() + &findings.concat();
         #[derive(Serialize)]
         struct Origin<'a> {
             #[serde(skip_serializing_if = "Option::is_none")]
@@ -405,43 +306,25 @@ impl TableFile {
             scene: &'a Option<Scene>,
         }
         let origin = Origin {
-            search: &self.search,
-            reach: &self.reach,
-            regret: &self.regret,
+            search: &self.search.record,
+            reach: &self.reach.record,
+            regret: &self.regret.record,
             scene: &self.scene,
         };
         Ok(format!("{text}\n{}", toml::to_string(&origin)?))
     }
 }
 
-/// Sorts findings by their places.
-fn in_order<Finding>(findings: &mut [Finding], place: impl Fn(&Finding) -> [f64; 2]) {
-    findings.sort_by(|a, b| place(a).partial_cmp(&place(b)).unwrap_or(Ordering::Equal));
-}
-
-/// A list of tables, one a line; nothing of an empty one.
-fn lines(key: &str, comment: &str, values: &[impl Serialize]) -> Result<String, toml::ser::Error> {
-    if values.is_empty() {
-        return Ok(String::new());
-    }
-    let mut text = format!("\n# {comment}.\n{key} = [\n");
-    for value in values {
-        let mut line = String::new();
-        value.serialize(toml::ser::ValueSerializer::new(&mut line))?;
-        text += &format!("  {line},\n");
-    }
-    Ok(text + "]\n")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::optimum::Search;
+    use crate::table::CriterionSurvey;
 
     #[test]
     fn what_was_written_is_read_back() {
         let scene = Scene::load("night", &[]).unwrap();
-        let mut survey = Survey::new(Search::default());
+        let mut survey = CriterionSurvey::new(Search::default());
         survey.illuminance_lx = vec![50.0, 100.0];
         let mut file = TableFile::of(&survey, &scene);
         let entry = Entry {
@@ -472,15 +355,15 @@ mod tests {
             frames: 1 << 40,
             table_loss: 1.01,
         };
-        file.add(Rule::Mean, entry, vec![cell; 5]);
+        file.add(entry, vec![cell; 5]);
         let text = file.to_toml().unwrap();
         let back = TableFile::from_toml(&text).unwrap_or_else(|fault| panic!("{fault}\n{text}"));
         assert!(back.is_of_same_survey(&file));
-        let [found] = back.entries[..] else { panic!("one entry") };
+        let [found] = back.search.entries[..] else { panic!("one entry") };
         assert_eq!((found.mean_l2a, found.least_ber), (2.3457, 1.2346e-7), "five digits");
-        assert_eq!(back.cells, file.cells);
+        assert_eq!(back.search.details, file.search.details);
         assert_eq!(back.ratios.l2a[1][2], 2.346);
-        assert_eq!(back.entry(100.0, 1.5), Some(&found));
+        assert_eq!(back.search.entry([100.0, 1.5]), Some(&found));
         assert_eq!(back.to_toml().unwrap(), text);
         let missing = back.ratios.table().unwrap_err().to_string();
         assert!(missing.contains("50 lx and interval 0.5"), "{missing}");

@@ -1,22 +1,21 @@
 //! The table to carry where nobody knows which of several scenes it will be.
 
 use crate::parallel::prelude::*;
-use serde::{Deserialize, Serialize};
 use sim::l2a::file::RatioFile;
 use sim::random::{Purpose, stream};
 
 use super::condition::with_panel;
 use super::file::TableFile;
 use super::intensity::Light;
-use super::outcome::{short, short_list, short_pair};
-use super::regret::Regret;
+use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
+use super::survey::EntryAndDetails;
 use crate::optimum::{RESAMPLES, percentiles};
 use crate::reach::{FLAT, NOTHING};
 
 /// Ratios that are tried, at equal factors: 0.75 % apart in the paper's range.
 const TRIED: usize = 401;
-/// Every so many of them is kept in a file.
-const KEPT: usize = 20;
+/// Every so many of them is in a file.
+const IN_FILE: usize = 20;
 
 /// A ratio, and the most that it costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,22 +47,19 @@ impl LeastRegret {
     /// };
     /// let made = |setting: &str| -> Result<TableFile, Box<dyn std::error::Error>> {
     ///     let scene = Scene::load("night", &[setting.into()])?;
-    ///     let mut file = TableFile::of_reach(&survey, &scene);
-    ///     let (entry, points) = survey.entry(&scene, 5000.0, 0.5, &[], |_| {})?;
-    ///     file.add_reach(entry, points);
-    ///     Ok(file)
+    ///     Ok(TableFile::searched(&survey, &scene, |_| {})?)
     /// };
     /// // A camera whose exposure nobody knows to a stop.
     /// let scenes = [made("camera.exposure_bias_ev=0")?, made("camera.exposure_bias_ev=1")?];
-    /// let robust = LeastRegret::over(&scenes, 5000.0, 0.5).ok_or("an entry is missing")?;
-    /// let usual = scenes[0].reach_entries[0].l2a;
+    /// let robust = LeastRegret::over(&scenes, [5000.0, 0.5]).ok_or("an entry is missing")?;
+    /// let usual = scenes[0].reach.entries[0].l2a;
     /// assert!(robust.l2a < usual);
-    /// assert!(robust.most_lost < scenes[1].regret(5000.0, 0.5).and_then(|regret| regret.loss(usual)).ok_or("not looked at")?);
+    /// assert!(robust.most_lost < scenes[1].regret_at([5000.0, 0.5]).and_then(|regret| regret.loss(usual)).ok_or("not looked at")?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn over(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<Self> {
+    pub fn over(scenes: &[TableFile], place: [f64; 2]) -> Option<Self> {
         let regrets = scenes.iter();
-        let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
+        let regrets = regrets.map(|scene| scene.regret_at(place));
         Self::of(&regrets.collect::<Option<Vec<_>>>()?)
     }
 
@@ -85,11 +81,11 @@ impl LeastRegret {
 
     /// The 95 % interval of its ratio, from what the reach at each ratio is known to. Errors of neighbours are taken for independent, which
     /// common random numbers make smaller: the interval is rather too wide.
-    fn l2a_95(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<[f64; 2]> {
+    fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
         let as_well = (0..RESAMPLES).into_par_iter().filter_map(|number| {
             let random = &mut stream(0, number, Purpose::Resampling);
             let regrets = scenes.iter();
-            let regrets = regrets.map(|scene| scene.resampled_regret(illuminance_lx, interval, random));
+            let regrets = regrets.map(|scene| scene.resampled_regret(place, random));
             Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
         });
         percentiles(&mut as_well.collect::<Vec<_>>(), 0.025)
@@ -113,70 +109,6 @@ fn most_lost(regrets: &[Regret], l2a: f64) -> Option<f64> {
 fn common(ranges: impl Iterator<Item = [f64; 2]>) -> Option<[f64; 2]> {
     let range = ranges.reduce(|one, other| [one[0].max(other[0]), one[1].min(other[1])]);
     range.filter(|[low, high]| low < high)
-}
-
-/// The tables that a table of least regret came from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RegretRecord {
-    /// The program's version.
-    pub version: String,
-    /// Their files, as they were named.
-    pub tables: Vec<String>,
-    /// The ratios that all of them looked among.
-    pub range: [f64; 2],
-}
-
-/// What was found for one illuminance and interval.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RegretEntry {
-    /// Ambient illuminance, lx.
-    pub illuminance_lx: f64,
-    /// Normalised LED interval.
-    pub interval: f64,
-    /// The ratio that the transmitter carries.
-    #[serde(serialize_with = "short")]
-    pub l2a: f64,
-    /// Its 95 % interval.
-    #[serde(serialize_with = "short_pair")]
-    pub l2a_95: [f64; 2],
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
-    #[serde(serialize_with = "short")]
-    pub most_lost: f64,
-    /// The ratios about it that lose no more than 1 % more than any must.
-    #[serde(serialize_with = "short_pair")]
-    pub no_worse: [f64; 2],
-    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
-    pub is_flat: bool,
-    /// Its reach in the scene of each table, m.
-    #[serde(serialize_with = "short_list")]
-    pub reach_m: Vec<f64>,
-    /// The panel's mean luminous intensity straight ahead, cd.
-    #[serde(serialize_with = "short")]
-    pub mean_cd: f64,
-    /// That of all LEDs On, cd.
-    #[serde(serialize_with = "short")]
-    pub peak_cd: f64,
-    /// The luminance of an On LED, cd/m².
-    #[serde(serialize_with = "short")]
-    pub luminance_cd_m2: f64,
-}
-
-/// What one ratio loses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RegretPoint {
-    /// Ambient illuminance, lx.
-    pub illuminance_lx: f64,
-    /// Normalised LED interval.
-    pub interval: f64,
-    /// The ratio.
-    #[serde(serialize_with = "short")]
-    pub l2a: f64,
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
-    #[serde(serialize_with = "short")]
-    pub most_lost: f64,
 }
 
 /// Why no table of least regret can be made.
@@ -208,25 +140,26 @@ impl TableFile {
         let first = scenes.first().ok_or(RegretError::NoTable)?;
         let axes = &first.ratios;
         let mut made = Self::plain(RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone()));
-        let records = scenes.iter().filter_map(|scene| scene.reach.as_ref());
-        made.regret = Some(RegretRecord {
+        let records = scenes.iter().filter_map(|scene| scene.reach.record.as_ref());
+        made.regret.record = Some(RegretRecord {
             version: env!("CARGO_PKG_VERSION").into(),
             tables: names,
             range: common(records.map(|record| record.range)).ok_or(RegretError::NoTable)?,
         });
-        for [illuminance_lx, interval] in first.ratios.places() {
-            let (entry, points) =
-                least_at(&scenes, illuminance_lx, interval).ok_or(RegretError::NothingCommon { illuminance_lx, interval })?;
-            made.add_regret(entry, points);
+        for place @ [illuminance_lx, interval] in first.ratios.places() {
+            let nothing = RegretError::NothingCommon { illuminance_lx, interval };
+            let (entry, points) = least_at(&scenes, place).ok_or(nothing)?;
+            made.add(entry, points);
         }
         Ok(made)
     }
 }
 
 /// The entry of an illuminance and an interval, and what other ratios lose there.
-fn least_at(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<(RegretEntry, Vec<RegretPoint>)> {
+fn least_at(scenes: &[TableFile], place: [f64; 2]) -> Option<EntryAndDetails<RegretEntry>> {
+    let [illuminance_lx, interval] = place;
     let regrets = scenes.iter();
-    let regrets = regrets.map(|scene| scene.regret(illuminance_lx, interval));
+    let regrets = regrets.map(|scene| scene.regret_at(place));
     let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
     let LeastRegret { l2a, most_lost, no_worse } = LeastRegret::of(&regrets)?;
     let reach = regrets.iter().map(|regret| regret.reach_m(l2a));
@@ -237,7 +170,7 @@ fn least_at(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<
         illuminance_lx,
         interval,
         l2a,
-        l2a_95: LeastRegret::l2a_95(scenes, illuminance_lx, interval)?,
+        l2a_95: LeastRegret::l2a_95(scenes, place)?,
         most_lost,
         no_worse,
         is_flat: no_worse[1] >= FLAT * no_worse[0],
@@ -246,7 +179,7 @@ fn least_at(scenes: &[TableFile], illuminance_lx: f64, interval: f64) -> Option<
         peak_cd: light.peak_cd,
         luminance_cd_m2: light.luminance_cd_m2,
     };
-    let points = tried(&regrets)?.into_iter().step_by(KEPT);
+    let points = tried(&regrets)?.into_iter().step_by(IN_FILE);
     let point = |(l2a, most_lost)| RegretPoint {
         illuminance_lx,
         interval,

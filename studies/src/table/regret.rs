@@ -1,13 +1,13 @@
 //! What ratios lose that are not the best.
 
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 use sim::random::normal;
 
 use super::by_reach::ReachPoint;
+use super::findings::{Outcome, SAME, at_place, short, short_list, short_pair};
 use crate::reach::{Choice, Curve};
 
-/// Ratios that differ by no more than this share are the same: files have five digits.
-pub(super) const SAME: f64 = 1e-4;
 /// Half a 95 % interval is so many standard deviations.
 const HALF_OF_95: f64 = 1.96;
 
@@ -44,5 +44,96 @@ impl Regret {
     /// The share of the best ratio's reach that another one loses, where it was looked at; below 0 by chance.
     pub fn loss(&self, l2a: f64) -> Option<f64> {
         Some(1.0 - self.reach_m(l2a)? / self.best_m)
+    }
+}
+
+/// The tables that a table of least regret came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretRecord {
+    /// The program's version.
+    pub version: String,
+    /// Their files, as they were named.
+    pub tables: Vec<String>,
+    /// The ratios that all of them looked among.
+    pub range: [f64; 2],
+}
+
+/// What was found for one illuminance and interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretEntry {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio that the transmitter carries.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// Its 95 % interval.
+    #[serde(serialize_with = "short_pair")]
+    pub l2a_95: [f64; 2],
+    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    #[serde(serialize_with = "short")]
+    pub most_lost: f64,
+    /// The ratios about it that lose no more than 1 % more than any must.
+    #[serde(serialize_with = "short_pair")]
+    pub no_worse: [f64; 2],
+    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
+    pub is_flat: bool,
+    /// Its reach in the scene of each table, m.
+    #[serde(serialize_with = "short_list")]
+    pub reach_m: Vec<f64>,
+    /// The panel's mean luminous intensity straight ahead, cd.
+    #[serde(serialize_with = "short")]
+    pub mean_cd: f64,
+    /// That of all LEDs On, cd.
+    #[serde(serialize_with = "short")]
+    pub peak_cd: f64,
+    /// The luminance of an On LED, cd/m².
+    #[serde(serialize_with = "short")]
+    pub luminance_cd_m2: f64,
+}
+
+/// What one ratio loses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegretPoint {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The ratio.
+    #[serde(serialize_with = "short")]
+    pub l2a: f64,
+    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    #[serde(serialize_with = "short")]
+    pub most_lost: f64,
+}
+
+at_place!(RegretEntry, RegretPoint);
+
+impl Outcome for RegretEntry {
+    type Record = RegretRecord;
+    type Detail = RegretPoint;
+    const KEYS: [[&str; 2]; 2] = [
+        ["regret_entries", "What the scenes together say of each"],
+        ["regret_points", "What each ratio loses of the best one's reach, where most is lost"],
+    ];
+
+    fn carried(&self, _: &RegretRecord) -> f64 {
+        self.l2a
+    }
+
+    fn carried_95(&self, _: &RegretRecord) -> [f64; 2] {
+        self.l2a_95
+    }
+
+    fn undecided(&self, _: &RegretRecord) -> [f64; 2] {
+        self.no_worse
+    }
+
+    fn range(record: &RegretRecord) -> [f64; 2] {
+        record.range
     }
 }

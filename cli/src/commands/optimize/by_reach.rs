@@ -3,17 +3,14 @@
 use anyhow::ensure;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::reach::{Choice, Crossing, Demand, ReachSearch};
-use studies::table::{Bounds, ReachEntry, ReachPoint, ReachSurvey, TableFile};
+use studies::reach::{Choice, Demand, ReachSearch};
+use studies::table::{Bounds, ReachSurvey};
 
 use super::Arguments;
-use super::entries::{Finder, find_all};
-use super::rounds::Rounds;
+use super::places::search;
 use crate::options::Shared;
 use crate::output::Answer;
-use crate::plot::Drawing;
 use crate::report;
-use crate::report::reach::Report;
 use crate::stop::stop;
 
 /// The most frames at one ratio and distance, as they are and of a first look.
@@ -124,59 +121,8 @@ impl Arguments {
     }
 }
 
-/// A search, and what is told of it.
-struct ByReach<'a> {
-    survey: &'a ReachSurvey,
-    scene: &'a Scene,
-    report: Report,
-}
-
-impl Finder for ByReach<'_> {
-    type Piece = Crossing;
-    type Entry = (ReachEntry, Vec<ReachPoint>);
-
-    fn is_in(file: &TableFile, [illuminance_lx, interval]: [f64; 2]) -> bool {
-        file.reach_entry(illuminance_lx, interval).is_some()
-    }
-
-    fn is_read(&self) -> bool {
-        self.report.is_read()
-    }
-
-    fn find(
-        &mut self,
-        illuminance_lx: f64,
-        interval: f64,
-        known: Vec<Crossing>,
-        rounds: &mut Rounds,
-    ) -> anyhow::Result<Option<Self::Entry>> {
-        let (survey, scene, report) = (self.survey, self.scene, &mut self.report);
-        let found = survey.entry(scene, illuminance_lx, interval, &known, |crossing| {
-            rounds.add(crossing);
-            report.heard();
-        });
-        match found {
-            Err(error) if error.is_interruption() => Ok(None),
-            found => Ok(Some(found?)),
-        }
-    }
-
-    fn add(&mut self, (entry, points): Self::Entry, file: &mut TableFile) -> anyhow::Result<()> {
-        let told = self.report.entry(&entry, &points);
-        file.add_reach(entry, points);
-        told
-    }
-
-    fn draw(&self, file: &TableFile) -> anyhow::Result<Drawing> {
-        report::table::draw(file)
-    }
-}
-
 /// Searches, prints and writes.
 pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
-    let survey = &arguments.by_reach(shared, scene)?;
-    find_all(arguments, TableFile::of_reach(survey, scene), |begun, missing| {
-        let report = Report::new(survey, begun, missing, shared.json)?;
-        Ok(ByReach { survey, scene, report })
-    })
+    let survey = arguments.by_reach(shared, scene)?;
+    search(arguments, &survey, scene, shared.json, report::table::draw)
 }

@@ -1,6 +1,6 @@
 //! The plot beside a table.
 
-use studies::table::{Entry, Survey, TableFile};
+use studies::table::{CriterionSurvey, Entry, TableFile};
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, RGBColor, Series, colours};
 use crate::report::table;
@@ -9,7 +9,7 @@ use crate::report::table;
 const SIZE_PX: (i32, i32) = (500, 460);
 
 /// The best ratios of the settings on the left, those that the table could hold on the right.
-pub fn draw(file: &TableFile, survey: &Survey) -> anyhow::Result<Drawing> {
+pub fn draw(file: &TableFile, survey: &CriterionSurvey) -> anyhow::Result<Drawing> {
     let right = if survey.illuminance_lx.len() > 1 {
         table::over_light(file)
     } else {
@@ -19,9 +19,9 @@ pub fn draw(file: &TableFile, survey: &Survey) -> anyhow::Result<Drawing> {
 }
 
 /// The best ratio over the distance, in the table's first light and first yaw.
-fn over_distance(file: &TableFile, survey: &Survey) -> Chart {
+fn over_distance(file: &TableFile, survey: &CriterionSurvey) -> Chart {
     let of_interval = |interval: f64| {
-        let cells = file.cells.iter().filter(move |cell| {
+        let cells = file.search.details.iter().filter(move |cell| {
             let first = (survey.illuminance_lx[0], survey.yaw_deg[0]);
             cell.interval == interval && (cell.illuminance_lx, cell.yaw_deg) == first
         });
@@ -37,10 +37,13 @@ fn over_distance(file: &TableFile, survey: &Survey) -> Chart {
 }
 
 /// The two rules over the interval.
-fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
+fn over_interval(file: &TableFile, survey: &CriterionSurvey) -> Chart {
     let mean = |entry: &Entry| point(entry.interval, entry.mean_l2a, entry.range_l2a);
     let least = |entry: &Entry| point(entry.interval, entry.least_ber_l2a, entry.least_ber_l2a_95);
-    let [means, least] = [file.entries.iter().map(mean).collect(), file.entries.iter().map(least).collect()];
+    let [means, least] = [
+        file.search.entries.iter().map(mean).collect(),
+        file.search.entries.iter().map(least).collect(),
+    ];
     let names = ["mean and range", "least mean BER, 95 %"];
     let rules = names.into_iter().zip([means, least]).zip(colours(&names));
     Chart {
@@ -52,7 +55,7 @@ fn over_interval(file: &TableFile, survey: &Survey) -> Chart {
 }
 
 /// From 0 to somewhat above all ratios that were looked among.
-fn ratios(survey: &Survey) -> Axis {
+fn ratios(survey: &CriterionSurvey) -> Axis {
     Axis::from_zero("best L2A (1/sr)", survey.search.range.into_iter())
 }
 

@@ -3,7 +3,7 @@
 mod by_criterion;
 mod by_reach;
 mod chart;
-mod entries;
+mod places;
 mod rounds;
 
 use std::path::PathBuf;
@@ -148,7 +148,7 @@ impl Arguments {
         results::check(path, "toml", &["svg", "png"], read)
     }
 
-    /// The table to go on from: an empty one, or what an earlier run has left. It is kept at once: what cannot be written should not be
+    /// The table to go on from: an empty one, or what an earlier run has left. It is written at once: what cannot be written should not be
     /// searched first.
     fn begun(&self, empty: TableFile) -> anyhow::Result<TableFile> {
         let Some(path) = &self.out else {
@@ -171,11 +171,11 @@ impl Arguments {
         } else {
             empty
         };
-        self.keep(&begun)?;
+        self.write(&begun)?;
         Ok(begun)
     }
 
-    fn keep(&self, file: &TableFile) -> anyhow::Result<()> {
+    fn write(&self, file: &TableFile) -> anyhow::Result<()> {
         let Some(path) = &self.out else { return Ok(()) };
         files::write(path, as_toml(file)?)
     }

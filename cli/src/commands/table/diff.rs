@@ -58,8 +58,8 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
 
 impl Difference {
     fn at(tables: &[L2aTable; 2], known: &[&TableFile], illuminance_lx: f64, interval: f64) -> Self {
-        let [old_l2a, new_l2a] = tables.each_ref().map(|table| super::carried(table, illuminance_lx, interval));
-        let curve = known.iter().find_map(|file| file.curve(illuminance_lx, interval));
+        let [old_l2a, new_l2a] = tables.each_ref().map(|table| super::carried(table, [illuminance_lx, interval]));
+        let curve = known.iter().find_map(|file| file.curve([illuminance_lx, interval]));
         let reach = |l2a| curve.as_ref().and_then(|curve| curve.reach_m(l2a));
         Self {
             illuminance_lx,

@@ -68,7 +68,7 @@ enum Action {
 
 /// A table as a transmitter carries it: its ratios rounded to 1/8192.
 #[derive(Serialize)]
-struct Carried {
+struct CarriedTable {
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
     l2a: Vec<Vec<f64>>,
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             if let Some(unknown) = file.unknown().next() {
                 return Err(unknown).with_context(|| path.display().to_string());
             }
-            let carried = Carried::of(&table);
+            let carried = CarriedTable::of(&table);
             match shared.json {
                 true => json(&carried)?,
                 false => line(&format!(
@@ -121,10 +121,10 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
     let (carried, file) = match file {
         Some(path) => {
             let (file, table) = TableFile::read_with_table(path)?;
-            (Carried::of(&table), file)
+            (CarriedTable::of(&table), file)
         }
         None => {
-            let carried = Carried::of(&L2aTable::shipped());
+            let carried = CarriedTable::of(&L2aTable::shipped());
             let file = TableFile::plain(carried.ratios());
             (carried, file)
         }
@@ -134,16 +134,10 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
     } else {
         carried.print()?;
         report::table::sketch(&file).iter().try_for_each(|sketch| line(sketch))?;
-        if !file.reach_entries.is_empty() {
-            line(report::table::REACH_HEAD)?;
-        }
-        let mut entries = file.reach_entries.iter().map(report::table::reach_line);
-        entries.try_for_each(|entry| line(&entry))?;
-        if !file.regret_entries.is_empty() {
-            line(report::table::REGRET_HEAD)?;
-        }
-        let mut entries = file.regret_entries.iter().map(report::table::regret_line);
-        entries.try_for_each(|entry| line(&entry))?;
+        let reach = file.reach.entries.iter().map(report::table::reach_line);
+        print_under(report::table::REACH_HEAD, reach)?;
+        let regret = file.regret.entries.iter().map(report::table::regret_line);
+        print_under(report::table::REGRET_HEAD, regret)?;
     }
     match plot {
         Some(stem) => plot::save(stem, &report::table::draw(&file)?),
@@ -151,7 +145,16 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
     }
 }
 
-impl Carried {
+/// Prints lines, if there are any, under a head.
+fn print_under(head: &str, lines: impl Iterator<Item = String>) -> anyhow::Result<()> {
+    let mut lines = lines.peekable();
+    if lines.peek().is_some() {
+        line(head)?;
+    }
+    lines.try_for_each(|entry| line(&entry))
+}
+
+impl CarriedTable {
     /// The same as a file has it.
     fn ratios(&self) -> RatioFile {
         RatioFile {
@@ -182,7 +185,7 @@ impl Carried {
 }
 
 /// The ratio that a transmitter looks up.
-fn carried(table: &L2aTable, illuminance_lx: f64, interval: f64) -> f64 {
+fn carried(table: &L2aTable, [illuminance_lx, interval]: [f64; 2]) -> f64 {
     let light = Illuminance::saturating_from_num(illuminance_lx);
     table.l2a(light, Interval::saturating_from_num(interval)).to_num()
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::ensure;
 use link::l2a_table::L2aTable;
 use serde::Serialize;
-use studies::table::{ReachEntry, TableFile};
+use studies::table::{AtPlace, ReachEntry, TableFile};
 
 use crate::commands::optimize::{as_toml, verdict};
 use crate::output::{Answer, json, line};
@@ -69,11 +69,11 @@ impl Regret {
                 let columns = self.times.iter().map(|times| format!("{:>9}", format!("x{times}")));
                 line(&format!("illuminance  interval     L2A    best{}", columns.collect::<String>()))?;
             }
-            for entry in &scene.reach_entries {
+            for entry in &scene.reach.entries {
                 let losses = self.losses(&table, scene, entry);
                 match as_json {
                     true => losses.iter().try_for_each(json)?,
-                    false => line(&row(entry, carried(&table, entry), &losses))?,
+                    false => line(&row(entry, super::carried(&table, entry.place()), &losses))?,
                 }
             }
         }
@@ -94,8 +94,8 @@ impl Regret {
     /// What the table's ratio times each factor loses of an entry.
     fn losses(&self, table: &L2aTable, scene: &TableFile, entry: &ReachEntry) -> Vec<Loss> {
         let (illuminance_lx, interval) = (entry.illuminance_lx, entry.interval);
-        let regret = scene.regret(illuminance_lx, interval);
-        let carried = carried(table, entry);
+        let regret = scene.regret_at([illuminance_lx, interval]);
+        let carried = super::carried(table, entry.place());
         let loss = |&times: &f64| Loss {
             illuminance_lx,
             interval,
@@ -112,7 +112,7 @@ impl Regret {
 pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     let scene = TableFile::read(path)?;
     ensure!(
-        !scene.reach_entries.is_empty(),
+        !scene.reach.entries.is_empty(),
         "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
         path.display()
     );
@@ -122,17 +122,12 @@ pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
 /// Prints the ratios that lose least in the scene where they lose most.
 fn print(robust: &TableFile, as_json: bool) -> anyhow::Result<()> {
     if as_json {
-        return robust.regret_entries.iter().try_for_each(json);
+        return robust.regret.entries.iter().try_for_each(json);
     }
     line("least lost in the scene where most is:")?;
     line(report::table::REGRET_HEAD)?;
-    let mut entries = robust.regret_entries.iter();
+    let mut entries = robust.regret.entries.iter();
     entries.try_for_each(|entry| line(&report::table::regret_line(entry)))
-}
-
-/// The ratio that a transmitter looks up at an entry's light and interval.
-fn carried(table: &L2aTable, entry: &ReachEntry) -> f64 {
-    super::carried(table, entry.illuminance_lx, entry.interval)
 }
 
 /// An entry as people read it: what is lost of the best ratio's reach.

@@ -1,0 +1,67 @@
+//! Place by place through a table: what was found is skipped, what is found is written at once.
+
+use sim::scene::Scene;
+use studies::sweep::Shard;
+use studies::table::{InFile, News, TableFile};
+
+use super::rounds::{About, Rounds};
+use super::{Arguments, as_toml, verdict};
+use crate::output::Answer;
+use crate::plot::{self, Drawing};
+use crate::report::optimum::{Presentation, Report, interrupted};
+use crate::results;
+
+/// Searches what is missing of a shard's places, prints it, and writes the table and its plot.
+pub fn search<S: Presentation>(
+    arguments: &Arguments,
+    survey: &S,
+    scene: &Scene,
+    as_json: bool,
+    draw: impl FnOnce(&TableFile) -> anyhow::Result<Drawing>,
+) -> anyhow::Result<Answer> {
+    let empty = TableFile::of(survey, scene);
+    let settings = as_toml(&empty)?;
+    let mut file = arguments.begun(empty)?;
+    let own = arguments.shard.unwrap_or(Shard::WHOLE);
+    let of_shard = file.ratios.places().zip((0..own.count()).cycle());
+    let missing: Vec<[f64; 2]> = of_shard
+        .filter(|&(place, shard)| shard == own.index() && S::Entry::of(&file).entry(place).is_none())
+        .map(|(place, _)| place)
+        .collect();
+    let mut report = Report::new(survey, S::Entry::of(&file), missing.len(), as_json)?;
+    let out = arguments.out.as_deref();
+    for place @ [illuminance_lx, interval] in missing {
+        // What is written may be read later.
+        if out.is_none() && !report.is_read() {
+            return Ok(Answer::Yes);
+        }
+        let about = About {
+            table: &settings,
+            illuminance_lx,
+            interval,
+        };
+        let (mut rounds, known) = Rounds::begin(out, &about)?;
+        let found = survey.find(scene, place, known, |news| {
+            if let News::Piece {
+                piece, is_known: false, ..
+            } = news
+            {
+                rounds.add(piece);
+            }
+            report.progress(&news);
+        })?;
+        let Some((entry, details)) = found else {
+            interrupted(out);
+            return Ok(Answer::No);
+        };
+        let printed = report.entry(&entry, &details);
+        file.add(entry, details);
+        arguments.write(&file)?;
+        rounds.finish()?;
+        printed?;
+    }
+    if let Some(path) = out {
+        plot::save(&results::stem(path, "toml"), &draw(&file)?)?;
+    }
+    Ok(verdict(&file))
+}

@@ -1,0 +1,183 @@
+//! What a criterion finds for a table: an entry for each illuminance and interval, the details it came from, and the settings.
+
+use std::cmp::Ordering;
+use std::fmt::Debug;
+
+use serde::{Serialize, Serializer};
+
+/// Ratios that differ by no more than this share are the same: files have five digits.
+pub(super) const SAME: f64 = 1e-4;
+
+/// What belongs to a place of a table.
+pub trait AtPlace: Clone + Debug + PartialEq + Serialize {
+    /// Ambient illuminance, lx, and normalised LED interval.
+    fn place(&self) -> [f64; 2];
+}
+
+/// The place of what has its illuminance and interval as fields.
+macro_rules! at_place {
+    ($($kind:ty),+) => {
+        $(impl $crate::table::AtPlace for $kind {
+            fn place(&self) -> [f64; 2] {
+                [self.illuminance_lx, self.interval]
+            }
+        })+
+    };
+}
+pub(super) use at_place;
+
+/// What a criterion says of one place.
+pub trait Outcome: AtPlace {
+    /// The settings of the search.
+    type Record: Clone + Debug + PartialEq;
+    /// What it was found from, several of a place.
+    type Detail: AtPlace;
+    /// In a table's file: the keys of the outcomes and of the details, each with the comment above it.
+    const KEYS: [[&str; 2]; 2];
+
+    /// The ratio that a transmitter carries.
+    fn carried(&self, record: &Self::Record) -> f64;
+
+    /// Its 95 % interval.
+    fn carried_95(&self, record: &Self::Record) -> [f64; 2];
+
+    /// The lowest and the highest of the ratios between which the search does not decide.
+    fn undecided(&self, record: &Self::Record) -> [f64; 2];
+
+    /// The ratios looked among.
+    fn range(record: &Self::Record) -> [f64; 2];
+}
+
+/// All that a criterion has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Findings<E: Outcome> {
+    /// The settings of the search, if there was one.
+    pub record: Option<E::Record>,
+    /// What was found for each illuminance and interval.
+    pub entries: Vec<E>,
+    /// What that was found from.
+    pub details: Vec<E::Detail>,
+}
+
+impl<E: Outcome> Default for Findings<E> {
+    fn default() -> Self {
+        Self {
+            record: None,
+            entries: Vec::new(),
+            details: Vec::new(),
+        }
+    }
+}
+
+impl<E: Outcome> Findings<E> {
+    /// The entry of a place, if it is there.
+    pub fn entry(&self, place: [f64; 2]) -> Option<&E> {
+        self.entries.iter().find(|entry| entry.place() == place)
+    }
+
+    /// The details of a place.
+    pub fn details_at(&self, place: [f64; 2]) -> impl Iterator<Item = &E::Detail> {
+        self.details.iter().filter(move |detail| detail.place() == place)
+    }
+
+    /// The 95 % interval of the ratio of a place, where it is known.
+    pub(super) fn carried_95(&self, place: [f64; 2]) -> Option<[f64; 2]> {
+        let record = self.record.as_ref()?;
+        Some(self.entry(place)?.carried_95(record))
+    }
+
+    /// The entries of which the search says nothing.
+    pub(super) fn unknown(&self) -> impl Iterator<Item = Unknown> {
+        self.record.iter().flat_map(|record| {
+            let range = E::range(record);
+            let entries = self.entries.iter();
+            entries.filter_map(move |entry| Unknown::of(entry.place(), entry.undecided(record), range))
+        })
+    }
+
+    /// Adds others, and puts all in the order of the axes, whatever was finished first.
+    pub(super) fn extend(&mut self, entries: impl IntoIterator<Item = E>, details: impl IntoIterator<Item = E::Detail>) {
+        self.entries.extend(entries);
+        self.details.extend(details);
+        self.entries.sort_by(in_order);
+        self.details.sort_by(in_order);
+    }
+
+    /// The lines of a table's file.
+    pub(super) fn lines(&self) -> Result<String, toml::ser::Error> {
+        let [entries, details] = E::KEYS;
+        Ok(lines(entries, &self.entries)? + &lines(details, &self.details)?)
+    }
+}
+
+fn in_order<T: AtPlace>(one: &T, other: &T) -> Ordering {
+    one.place().partial_cmp(&other.place()).unwrap_or(Ordering::Equal)
+}
+
+/// A list of tables, one a line; nothing of an empty one.
+fn lines([key, comment]: [&str; 2], values: &[impl Serialize]) -> Result<String, toml::ser::Error> {
+    if values.is_empty() {
+        return Ok(String::new());
+    }
+    let mut text = format!("\n# {comment}.\n{key} = [\n");
+    for value in values {
+        let mut line = String::new();
+        value.serialize(toml::ser::ValueSerializer::new(&mut line))?;
+        text += &format!("  {line},\n");
+    }
+    Ok(text + "]\n")
+}
+
+/// A search that says nothing of a ratio.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is \
+     all it looked among: make this entry with `vocc optimize --criterion reach`, farther away, or with more frames"
+)]
+pub struct Unknown {
+    /// Ambient illuminance, lx.
+    pub illuminance_lx: f64,
+    /// Normalised LED interval.
+    pub interval: f64,
+    /// The lowest ratio.
+    pub low: f64,
+    /// The highest ratio.
+    pub high: f64,
+}
+
+impl Unknown {
+    /// That of a place where the search does not decide between any ratios of its range, if it does not.
+    fn of([illuminance_lx, interval]: [f64; 2], undecided: [f64; 2], [low, high]: [f64; 2]) -> Option<Self> {
+        let is_all = undecided[0] <= low * (1.0 + SAME) && undecided[1] >= high * (1.0 - SAME);
+        is_all.then_some(Self {
+            illuminance_lx,
+            interval,
+            low,
+            high,
+        })
+    }
+}
+
+/// A number as it is written: five digits, which is more than chance leaves of it.
+pub(super) fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    five_digits(*value).serialize(serializer)
+}
+
+/// The same, if there is one.
+pub(super) fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    value.map(five_digits).serialize(serializer)
+}
+
+/// The same of two.
+pub(super) fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
+    values.map(five_digits).serialize(serializer)
+}
+
+/// The same of many.
+pub(super) fn short_list<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.iter().map(|&value| five_digits(value)))
+}
+
+fn five_digits(value: f64) -> f64 {
+    format!("{value:.4e}").parse().unwrap_or(value)
+}
