@@ -7,7 +7,7 @@
 //! - [`report`]: what is told of results, on disk and while work goes on;
 //! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
 //! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
-//! - [`results`] keeps what long runs have finished, [`checksum`] tells whether it was changed since;
+//! - [`results`] and [`checkpoint`] keep what long runs have finished, [`checksum`] tells whether it was changed since;
 //! - [`files`] are written whole or not at all, where [`outputs`] lets them;
 //! - [`device`] talks to transmitters.
 
@@ -15,12 +15,12 @@
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod camera;
+mod checkpoint;
 mod checksum;
 mod commands;
 mod device;
 mod files;
 mod frames;
-mod kept;
 mod numbers;
 mod options;
 mod output;

@@ -4,19 +4,16 @@ use std::cell::Cell;
 use std::ffi::OsStr;
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::SystemTime;
 
 use anyhow::{Context, ensure};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use sim::input;
 use studies::sweep::{News, Results, Run};
 
+use crate::checkpoint::NowAndThen;
 use crate::files;
-use crate::output;
 use crate::outputs;
-
-/// Between two times that a run keeps what it has finished.
-const KEEP_EVERY: Duration = Duration::from_secs(10);
 
 /// A file as `--out` names it, whose own extension is `own`: none that is taken for the table or the plot beside it.
 pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
@@ -142,8 +139,6 @@ pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
 /// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever
 /// ends it. Returns whether all is done.
 ///
-/// Trouble in keeping does not end the work: there may be room again before its end.
-///
 /// # Errors
 /// When the work cannot be done, or the results not be kept at last.
 pub fn advance(
@@ -152,15 +147,10 @@ pub fn advance(
     keep: impl Fn(&Results) -> anyhow::Result<()>,
     mut tell: impl FnMut(&News) -> anyhow::Result<bool>,
 ) -> anyhow::Result<bool> {
-    let mut kept = Instant::now();
+    let mut now_and_then = NowAndThen::begin();
     let mut trouble = None;
     let done = run.advance(results, |news| {
-        if kept.elapsed() > KEEP_EVERY {
-            if let Err(error) = keep(news.results) {
-                output::tell(format_args!("vocc: {error:#}; going on"));
-            }
-            kept = Instant::now();
-        }
+        now_and_then.write(|| keep(news.results));
         tell(news).unwrap_or_else(|error| {
             trouble = Some(error);
             false

@@ -7,7 +7,7 @@ use super::figure::Figure;
 use crate::numbers::{number, with_interval};
 
 /// The claims under one reading, and the name of that reading.
-pub struct Judged {
+pub struct ReadingClaims {
     /// The reading's name.
     pub name: &'static str,
     /// The claims whose data are there.
@@ -15,7 +15,7 @@ pub struct Judged {
 }
 
 /// The report of a run.
-pub fn report(study: &Study, command: &str, claims: &[Claim], readings: &[Judged], figures: &[Figure]) -> Document {
+pub fn report(study: &Study, command: &str, claims: &[Claim], readings: &[ReadingClaims], figures: &[Figure]) -> Document {
     let mut document = Document::new("The figures of Do & Yoo 2020, computed again");
     document.text(&format!(
         "Do & Yoo, \"The Necessity of LED to Ambient Light Ratio Optimization for Vehicular Optical Camera Communication\", Sensors \
@@ -39,7 +39,7 @@ pub fn report(study: &Study, command: &str, claims: &[Claim], readings: &[Judged
 }
 
 /// The claims under other readings of the paper.
-fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Judged]) {
+fn other_readings(document: &mut Document, claims: &[Claim], readings: &[ReadingClaims]) {
     document.heading("The same under other readings");
     document.text(
         "Where the paper contradicts itself or is silent, each reading is a few scene keys. \"yes\": the claim holds; \"no\": it fails; \
@@ -86,7 +86,7 @@ pub fn verdict(holds: Option<bool>) -> &'static str {
     }
 }
 
-fn claims_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) {
+fn claims_table(document: &mut Document, claims: &[Claim], readings: &[ReadingClaims]) {
     let head = ["figure", "claim", "quantity", "measured (95 %)", "holds", "otherwise under"];
     let row = |claim: &Claim| {
         vec![
@@ -102,7 +102,7 @@ fn claims_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) 
 }
 
 /// The readings that turn a claim.
-fn otherwise_under(claim: &Claim, readings: &[Judged]) -> String {
+fn otherwise_under(claim: &Claim, readings: &[ReadingClaims]) -> String {
     let turned: Vec<String> = readings
         .iter()
         .filter_map(|judged| {
@@ -114,7 +114,7 @@ fn otherwise_under(claim: &Claim, readings: &[Judged]) -> String {
     turned.join(", ")
 }
 
-fn readings_table(document: &mut Document, claims: &[Claim], readings: &[Judged]) {
+fn readings_table(document: &mut Document, claims: &[Claim], readings: &[ReadingClaims]) {
     let mut head = vec!["claim", "as above"];
     head.extend(readings.iter().map(|judged| judged.name));
     let cell = |claim: &Claim| format!("{} {}", verdict(claim.holds), number(claim.measured));

@@ -8,7 +8,7 @@ use crate::numbers::{digits, time, with_interval};
 use crate::plot::short;
 
 /// How a run was made.
-pub struct Made<'a> {
+pub struct Provenance<'a> {
     /// The command's options.
     pub options: &'a str,
     pub scale: &'a Scale,
@@ -18,7 +18,7 @@ pub struct Made<'a> {
 }
 
 /// The page of what was measured.
-pub fn page(parts: &[Part], made: &Made, figures: &[Figure]) -> Document {
+pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
     document.text(
         "Wherever this project can do a thing more or less exactly, here is what exactness costs: error against time for every way \
@@ -27,7 +27,7 @@ pub fn page(parts: &[Part], made: &Made, figures: &[Figure]) -> Document {
          that the error does not exceed, and a ring marks what is done unless told otherwise. Below each plot stands why.",
     );
     document.text(&format!(
-        "Made by `cargo run --release -- accuracy{}`, on: {}.",
+        "Provenance by `cargo run --release -- accuracy{}`, on: {}.",
         made.options, made.machine
     ));
     document.text(&format!(

@@ -7,8 +7,8 @@
 use crate::parallel::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::findings::Pieces;
 use super::operating_point::OperatingPoint;
+use super::pieces::Pieces;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
 use crate::statistics::FrameErrors;
 use sim::scene::Scene;

@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::batches::{Batches, Sums};
+use super::batches::Batches;
 use super::errors::Dimming;
 use super::operating_point::OperatingPoint;
 use super::optima::BestRatio;
-use crate::monte_carlo::Evaluation;
 use crate::statistics::FrameErrors;
 
 /// One piece of work.
@@ -57,18 +56,6 @@ pub enum Finding {
     Optimum(BestRatio),
     /// Of [`Task::Errors`].
     Errors(Box<FrameErrors>),
-}
-
-/// What is finished of a task that is in work.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pieces {
-    /// Of [`Task::Point`].
-    pub(super) batches: Vec<Sums>,
-    /// Of [`Task::Optimum`]: pieces of rounds in their order.
-    pub(super) rounds: Vec<Vec<Evaluation>>,
-    /// Of [`Task::Errors`]: whole rounds.
-    pub(super) errors: FrameErrors,
 }
 
 /// What has been found so far.

@@ -16,6 +16,34 @@ pub struct OperatingPoint {
 }
 
 impl OperatingPoint {
+    /// What the figures keep of interval, distance and ratio while they vary one of them.
+    pub const REFERENCE: Self = Self {
+        interval: 1.0,
+        distance_m: 50.0,
+        l2a: 1.0,
+    };
+
+    /// Of another ratio than [`OperatingPoint::REFERENCE`].
+    pub fn at_l2a(l2a: f64) -> Self {
+        Self { l2a, ..Self::REFERENCE }
+    }
+
+    /// Of another interval.
+    pub fn at_interval(interval: f64) -> Self {
+        Self {
+            interval,
+            ..Self::REFERENCE
+        }
+    }
+
+    /// At another distance.
+    pub fn at_distance(distance_m: f64) -> Self {
+        Self {
+            distance_m,
+            ..Self::REFERENCE
+        }
+    }
+
     /// `scene` with its first panel at this setting.
     pub fn scene(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::findings::Pieces;
 use super::operating_point::OperatingPoint;
+use super::pieces::Pieces;
 use crate::optimum::{OptimumError, Search, optimum_from};
 use crate::statistics::Estimate;
 use sim::scene::Scene;

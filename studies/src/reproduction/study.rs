@@ -4,9 +4,10 @@
 use super::axes::{Axes, Extent, PAPERS_DETECTOR};
 use super::batches::Batches;
 use super::errors::{self, Dimming};
-use super::findings::{Finding, Findings, Pieces, Task};
+use super::findings::{Finding, Findings, Task};
 use super::operating_point::OperatingPoint;
 use super::optima;
+use super::pieces::Pieces;
 use crate::detectors::DetectorChoice;
 use crate::interpolation::interpolated;
 use crate::monte_carlo::{EvaluateError, Settings};
@@ -15,12 +16,6 @@ use crate::statistics::FrameErrors;
 use crate::stop::Stop;
 use sim::scene::Scene;
 
-/// The interval at which L2A and distance are varied.
-pub const INTERVAL: f64 = 1.0;
-/// The distance at which L2A and interval are varied.
-pub const DISTANCE_M: f64 = 50.0;
-/// The ratio at which interval and distance are varied.
-pub const L2A: f64 = 1.0;
 /// Bit errors at which a count ends: by then the interval of the rate is a few percent wide.
 pub const ERRORS_ENOUGH: u64 = 20_000;
 /// By how many fewer frames a point of figure 22 has with a detector that is not the paper's.
@@ -89,32 +84,19 @@ impl Study {
 
     /// The settings of figure 14.
     pub fn over_l2a(&self) -> Vec<OperatingPoint> {
-        let at = |&l2a: &f64| OperatingPoint {
-            interval: INTERVAL,
-            distance_m: DISTANCE_M,
-            l2a,
-        };
-        self.axes.l2a.iter().map(at).collect()
+        self.axes.l2a.iter().map(|&l2a| OperatingPoint::at_l2a(l2a)).collect()
     }
 
     /// The settings of figure 17.
     pub fn over_interval(&self) -> Vec<OperatingPoint> {
-        let at = |&interval: &f64| OperatingPoint {
-            interval,
-            distance_m: DISTANCE_M,
-            l2a: L2A,
-        };
-        self.axes.interval.iter().map(at).collect()
+        let intervals = self.axes.interval.iter();
+        intervals.map(|&interval| OperatingPoint::at_interval(interval)).collect()
     }
 
     /// The settings of figure 20.
     pub fn over_distance(&self) -> Vec<OperatingPoint> {
-        let at = |&distance_m: &f64| OperatingPoint {
-            interval: INTERVAL,
-            distance_m,
-            l2a: L2A,
-        };
-        self.axes.distance_m.iter().map(at).collect()
+        let distances_m = self.axes.distance_m.iter();
+        distances_m.map(|&distance_m| OperatingPoint::at_distance(distance_m)).collect()
     }
 
     /// All tasks, in an order in which each has what it needs; none twice.
@@ -262,11 +244,7 @@ mod tests {
         };
         let (interval, distance_m) = (0.5, 70.0);
         let tasks = [
-            Task::Point(OperatingPoint {
-                interval: INTERVAL,
-                distance_m: DISTANCE_M,
-                l2a: L2A,
-            }),
+            Task::Point(OperatingPoint::REFERENCE),
             Task::Optimum { interval, distance_m },
             Task::Errors {
                 distance_m,

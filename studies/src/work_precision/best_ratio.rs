@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
-use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;
@@ -37,7 +37,7 @@ const GRID_M: [f64; 2] = [20.0, 180.0];
 
 /// What one run says, and how long it took.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Found {
+struct Estimate {
     l2a: f64,
     reach_m: f64,
     ns: f64,
@@ -62,7 +62,7 @@ impl Way {
         }
     }
 
-    fn find(&self, scene: &Scene, seed: u64) -> Result<Found, PrecisionError> {
+    fn find(&self, scene: &Scene, seed: u64) -> Result<Estimate, PrecisionError> {
         match *self {
             Self::Search(frames) => by_search(scene, frames, seed),
             Self::Grid(ratios, distances, frames) => by_grid(scene, ratios, distances, frames, seed),
@@ -71,7 +71,7 @@ impl Way {
 }
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let scene = Scene::load("night", &SETTINGS.map(String::from))?;
     let most = scale.of(DEFAULT_FRAMES as usize, 128) as u64;
     let fewer = FRAMES.into_iter().filter(|&frames| frames < most);
@@ -81,7 +81,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
     let ways: Vec<Way> = fewer.chain([most]).map(Way::Search).chain(grids).collect();
     let truth = steps.take("reference", |_| by_search(&scene, REFERENCE * most, scale.seed))?;
     // By turns: all ways with one seed, then all with the next.
-    let mut turns: Vec<Vec<Found>> = Vec::new();
+    let mut turns: Vec<Vec<Estimate>> = Vec::new();
     for number in 1..=scale.of(REPEATS, 1) as u64 {
         let found = |way: &Way| way.find(&scene, 1000 * scale.seed + number);
         turns.push(steps.take(format!("turn {number}"), |_| ways.iter().map(found).collect())?);
@@ -91,9 +91,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         diagram("best L2A", &default, &ways, &turns, |found| found.l2a / truth.l2a),
         diagram("its reach", &default, &ways, &turns, |found| found.reach_m / truth.reach_m),
     ];
-    Ok(Part {
-        name: "best-ratio".into(),
-        title: "The best ratio by reach".into(),
+    Ok(Measurement {
         method: format!(
             "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is \
              the root mean square of the deviation from the reference, of searches of {} seeds, and the time of one on one core. *search*: \
@@ -109,13 +107,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         reference: format!(
             "A search of another seed with {REFERENCE} times as many frames as the longest that is compared: √{REFERENCE} times as exact."
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
 
 /// Runs on one thread, and tells how long it took.
-fn timed<E: Send>(run: impl FnOnce() -> Result<[f64; 2], E> + Send) -> Result<Found, PrecisionError>
+fn timed<E: Send>(run: impl FnOnce() -> Result<[f64; 2], E> + Send) -> Result<Estimate, PrecisionError>
 where
     PrecisionError: From<E>,
 {
@@ -124,10 +121,10 @@ where
         run().map(|found| (found, start.elapsed().as_secs_f64() * 1e9))
     };
     let ([l2a, reach_m], ns) = on_one_thread(timed)??;
-    Ok(Found { l2a, reach_m, ns })
+    Ok(Estimate { l2a, reach_m, ns })
 }
 
-fn by_search(scene: &Scene, frames: u64, seed: u64) -> Result<Found, PrecisionError> {
+fn by_search(scene: &Scene, frames: u64, seed: u64) -> Result<Estimate, PrecisionError> {
     let search = ReachSearch {
         frames,
         seed,
@@ -142,7 +139,7 @@ fn by_search(scene: &Scene, frames: u64, seed: u64) -> Result<Found, PrecisionEr
     })
 }
 
-fn by_grid(scene: &Scene, ratios: usize, distances: usize, frames: u64, seed: u64) -> Result<Found, PrecisionError> {
+fn by_grid(scene: &Scene, ratios: usize, distances: usize, frames: u64, seed: u64) -> Result<Estimate, PrecisionError> {
     let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
     let most_wrong = ReachSearch::default().raw_error_rate;
     let is_read = |l2a, distance_m| -> Result<bool, PrecisionError> {
@@ -180,31 +177,20 @@ fn points([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
 }
 
 /// The deviation of each way's runs from 1, and their time over the default's, turn by turn.
-fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Found>], over_truth: impl Fn(&Found) -> f64) -> Diagram {
+fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Estimate>], over_truth: impl Fn(&Estimate) -> f64) -> Diagram {
     let yardstick = ways.iter().position(|way| way.point().variant == default).unwrap_or(0);
     let point = |(number, way): (usize, &Way)| {
         let runs = turns.iter().map(|turn| turn[number]);
         let squares = runs.clone().map(|run| (over_truth(&run) - 1.0).powi(2));
-        let is_default = number == yardstick;
         Point {
             error: (squares.sum::<f64>() / turns.len() as f64).sqrt(),
             cost: Quartiles::of(runs.map(|run| run.ns)),
             ratio: Quartiles::of(turns.iter().map(|turn| turn[number].ns / turn[yardstick].ns)),
-            is_default,
-            is_baseline: is_default,
-            ..way.point()
+            ..way.point().as_default(number == yardstick)
         }
     };
-    let mut points: Vec<Point> = ways.iter().enumerate().map(point).collect();
-    pareto::mark_front(&mut points);
-    Diagram {
-        title: title.into(),
-        error: "root mean square, over the reference".into(),
-        error_unit: String::new(),
-        cost: "one entry of a table".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    }
+    let points = ways.iter().enumerate().map(point).collect();
+    Diagram::of(title, ["root mean square, over the reference", ""], "one entry of a table", points)
 }
 
 /// The default, and why.

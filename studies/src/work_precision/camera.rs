@@ -5,15 +5,14 @@ use serde::{Deserialize, Serialize};
 use sim::road::calibrated_camera_of;
 use sim::scene::{Scene, SceneError};
 
+use super::Measurement;
 use super::detectors::scene_at;
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{range, variant};
 use super::panels::{Panels, Reader};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::time_by_turns;
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{Evaluator, Settings};
 use crate::statistics::ratio_95;
@@ -92,9 +91,9 @@ const LEARNT: &str = "learnt";
 const TOLD: &str = "told";
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let (mut diagrams, mut genies) = (Vec::new(), Vec::new());
-    let mut wrong = Wrong::default();
+    let mut wrong = WrongBits::default();
     for case in &CASES {
         let (diagram, wrong_here) = steps.take(case.name, |_| diagram(case, scale))?;
         diagrams.push(diagram);
@@ -105,9 +104,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         }
     }
     let frames = scale.of(FRAMES, 16);
-    Ok(Part {
-        name: "camera".into(),
-        title: "Learning the camera".into(),
+    Ok(Measurement {
         method: format!(
             "{frames} frames of one panel by each of {} cameras, in so little light that bits are wrong; random bits and sub-pixel phases, \
              corners known. *told*: the best detector, told the curve, the black level and the blur. *learnt*: told nothing, it begins \
@@ -124,7 +121,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             range(genies),
             scale.of(GENIE_FRAMES, 10)
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -159,14 +155,14 @@ fn after(name: &str, frames: usize) -> String {
     format!("{name}, {frames} frame{s}")
 }
 
-/// Wrong bits of each frame by those who have learnt enough.
+/// WrongBits bits of each frame by those who have learnt enough.
 #[derive(Default, Serialize, Deserialize)]
-struct Wrong {
+struct WrongBits {
     learnt: Vec<u64>,
     told: Vec<u64>,
 }
 
-impl Wrong {
+impl WrongBits {
     /// Those of one over those of the other, with the interval.
     fn ratio(&self) -> String {
         let [learnt, told] = [&self.learnt, &self.told].map(|wrong| wrong.iter().sum::<u64>());
@@ -175,12 +171,12 @@ impl Wrong {
     }
 }
 
-fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, Wrong), PrecisionError> {
+fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, WrongBits), PrecisionError> {
     let scene = case.scene()?;
     let frames = MOST_LEARNT_FROM + scale.of(FRAMES, 16);
     let panels = Panels::of(&scene, settings(frames, DetectorChoice::KMeans, scale))?;
     let mut candidates = Vec::new();
-    let mut wrong_bits = Wrong::default();
+    let mut wrong_bits = WrongBits::default();
     for (name, camera, wrong_of_all) in [
         (TOLD, calibrated_camera_of(&scene), &mut wrong_bits.told),
         (LEARNT, Camera::default(), &mut wrong_bits.learnt),
@@ -198,22 +194,10 @@ fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, Wrong), PrecisionErro
             candidates.push(candidate);
         }
     }
-    let mut points: Vec<Point> = time_by_turns(candidates, scale.turns);
-    pareto::mark_front(&mut points);
-    let diagram = Diagram {
-        title: title(case),
-        error: "bit error rate".into(),
-        error_unit: String::new(),
-        cost: "one panel".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    };
-    Ok((diagram, wrong_bits))
-}
-
-fn title(case: &Case) -> String {
     let (distance_m, interval, illuminance_lx, _) = case.place;
-    format!("{}; {distance_m} m, interval {interval}, {illuminance_lx} lx", case.name)
+    let title = format!("{}; {distance_m} m, interval {interval}, {illuminance_lx} lx", case.name);
+    let diagram = Diagram::timed(title, ["bit error rate", ""], "one panel", candidates, scale);
+    Ok((diagram, wrong_bits))
 }
 
 /// The genie's bit error rate.

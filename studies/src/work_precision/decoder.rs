@@ -8,13 +8,13 @@ use link::fec::{MAX_ITERATIONS, SUREST};
 use link::panel::LLR_STEP;
 use rand::Rng;
 
-use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::{Candidate, time_by_turns};
+use super::timing::Candidate;
 use crate::statistics::wilson_95;
 use sim::random::{Purpose, normal, stream};
 
@@ -41,14 +41,12 @@ const CODES: [(LDPCCode, &str); 5] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let mut diagrams = vec![steps.take("formats", |steps| formats(scale, steps))?];
     for (noise, wrong) in NOISES {
         diagrams.push(steps.take(wrong, |steps| codes(noise, wrong, scale, steps))?);
     }
-    Ok(Part {
-        name: "decoder".into(),
-        title: "Correcting errors".into(),
+    Ok(Measurement {
         method: format!(
             "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost \
              if any of its blocks is not found, or \
@@ -61,7 +59,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         bars are 95 % intervals \
             (Wilson 1927), an arrow means that no message was lost: there stands half of one."
             .into(),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -102,22 +99,21 @@ fn worth_of_iterations(formats: &Diagram) -> String {
 
 /// One code in all number formats.
 fn formats(scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> {
-    let sent = Sent::new(COMPARED, COMPARED_NOISE, scale);
+    let sent = Transmission::new(COMPARED, COMPARED_NOISE, scale);
     let mut candidates = sent.curve("i8", steps, || sent.decoder::<i8>())?;
     if let Some(default) = candidates.last_mut() {
-        default.point.is_default = true;
-        default.point.is_baseline = true;
+        (default.point.is_default, default.point.is_baseline) = (true, true);
     }
     candidates.extend(sent.curve("f32", steps, || sent.decoder::<f32>())?);
     candidates.extend(sent.curve("f64", steps, || sent.decoder::<f64>())?);
     candidates.extend(sent.curve("bit flipping", steps, || sent.flipper())?);
     let title = "TC512 in four number formats, 9 % of bits wrong";
-    Ok(diagram(title.into(), candidates, scale))
+    Ok(diagram(title, candidates, scale))
 }
 
 /// All codes in 8 bits.
 fn codes(noise: f64, wrong: &str, scale: &Scale, steps: &mut Steps) -> Result<Diagram, PrecisionError> {
-    let sent = CODES.map(|(code, name)| (Sent::new(code, noise, scale), name));
+    let sent = CODES.map(|(code, name)| (Transmission::new(code, noise, scale), name));
     let mut candidates = Vec::new();
     for (sent, name) in &sent {
         let mut curve = sent.curve(name, steps, || sent.decoder::<i8>())?;
@@ -128,24 +124,16 @@ fn codes(noise: f64, wrong: &str, scale: &Scale, steps: &mut Steps) -> Result<Di
         candidates.extend(curve);
     }
     let title = format!("all codes in 8 bits, {wrong} of bits wrong");
-    Ok(diagram(title, candidates, scale))
+    Ok(diagram(&title, candidates, scale))
 }
 
-fn diagram(title: String, candidates: Vec<Candidate>, scale: &Scale) -> Diagram {
-    let mut points = time_by_turns(candidates, scale.turns);
-    pareto::mark_front(&mut points);
-    Diagram {
-        title,
-        error: "share of messages lost".into(),
-        error_unit: String::new(),
-        cost: format!("one message of {MESSAGE} bytes"),
-        cost_unit: CostUnit::Ns,
-        points,
-    }
+fn diagram(title: &str, candidates: Vec<Candidate>, scale: &Scale) -> Diagram {
+    let cost = format!("one message of {MESSAGE} bytes");
+    Diagram::timed(title, ["share of messages lost", ""], cost, candidates, scale)
 }
 
 /// Messages as they arrive.
-struct Sent {
+struct Transmission {
     code: LDPCCode,
     noise: f64,
     blocks: Vec<Block>,
@@ -160,7 +148,7 @@ struct Block {
     hard: Vec<u8>,
 }
 
-impl Sent {
+impl Transmission {
     fn new(code: LDPCCode, noise: f64, scale: &Scale) -> Self {
         let blocks = scale.of(MESSAGES, 20) * (MESSAGE * 8 / code.k());
         let block = |number: usize| {
@@ -196,19 +184,17 @@ impl Sent {
         let needed: Vec<Option<usize>> = steps.take(step, |_| Ok(messages.map(&mut needed).collect()))?;
         let candidate = |limit: usize| {
             let in_time = |needed: &&Option<usize>| needed.is_some_and(|needed| needed <= limit);
-            let lost = needed.len() - needed.iter().filter(in_time).count();
-            let point = lost_of(lost, needed.len(), &format!("{name}, {limit}")).on(name);
+            let lost = (needed.len() - needed.iter().filter(in_time).count()) as f64;
+            let count = needed.len() as f64;
+            let point = Point::share(format!("{name}, {limit}"), lost, count, || wilson_95(lost, count)).on(name);
             let mut decode = decoder();
             let blocks = self.timed();
-            Candidate {
-                point,
-                work: Box::new(move || {
-                    for block in blocks {
-                        black_box(decode(block, limit));
-                    }
-                }),
-                units: blocks.len() as f64 / self.blocks_a_message() as f64,
-            }
+            let messages = blocks.len() as f64 / self.blocks_a_message() as f64;
+            Candidate::new(point, messages, move || {
+                for block in blocks {
+                    black_box(decode(block, limit));
+                }
+            })
         };
         Ok(ITERATIONS.map(candidate).into())
     }
@@ -240,17 +226,6 @@ impl Sent {
 
 /// Decodes a block in at most so many iterations: how many it took, or none.
 type Decode<'a> = Box<dyn FnMut(&Block, usize) -> Option<usize> + 'a>;
-
-/// The share of messages lost.
-fn lost_of(lost: usize, messages: usize, name: &str) -> Point {
-    let (lost, count) = (lost as f64, messages as f64);
-    let at_most = lost == 0.0;
-    Point {
-        error_95: (!at_most).then(|| wilson_95(lost, count)),
-        at_most,
-        ..Point::new(name, lost.max(NONE) / count)
-    }
-}
 
 impl Block {
     fn new(code: LDPCCode, noise: f64, random: &mut impl Rng) -> Self {
@@ -313,7 +288,7 @@ mod tests {
     #[test]
     fn more_iterations_lose_less_and_eight_bits_nothing() {
         let scale = Scale { share: 0.1, ..Scale::TINY };
-        let sent = Sent::new(COMPARED, COMPARED_NOISE, &scale);
+        let sent = Transmission::new(COMPARED, COMPARED_NOISE, &scale);
         let lost = |curve: Vec<Candidate>| -> Vec<Point> { curve.into_iter().map(|candidate| candidate.point).collect() };
         let steps = &mut Steps::unkept();
         let eight_bits = lost(sent.curve("i8", steps, || sent.decoder::<i8>()).unwrap());
@@ -328,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_limit_is_that_of_the_decoder() {
-        let sent = Sent::new(COMPARED, COMPARED_NOISE, &Scale::TINY);
+        let sent = Transmission::new(COMPARED, COMPARED_NOISE, &Scale::TINY);
         let mut decode = sent.decoder::<i8>();
         for block in &sent.blocks {
             if let Some(needed) = decode(block, MAX_ITERATIONS) {

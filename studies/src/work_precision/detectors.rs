@@ -2,8 +2,9 @@
 
 use rx_pipeline::detect::Method;
 
+use super::Measurement;
 use super::counts;
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::diagram::{CostUnit, Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
 use super::panels::{Panels, Reader};
@@ -11,7 +12,6 @@ use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::time_by_turns;
 use crate::detectors::{DETECTORS, DetectorChoice};
 use crate::monte_carlo::{Evaluator, Settings};
 use sim::road::camera_of;
@@ -39,7 +39,7 @@ const SOFT: &str = ", soft";
 const INSTRUCTIONS: &str = include_str!("data/cortex-m7.csv");
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let mut diagrams = Vec::new();
     let mut floors = Vec::new();
     for place in PLACES {
@@ -54,9 +54,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         .map(|(place, timed)| counted(timed, &instructions, place))
         .collect();
     diagrams.extend(on_the_board);
-    Ok(Part {
-        name: "detectors".into(),
-        title: "Telling On from Off".into(),
+    Ok(Measurement {
         method: format!(
             "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read \
              wrongly, and how long a panel takes from grey levels and \
@@ -76,7 +74,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -177,10 +174,10 @@ fn diagram(place: (f64, f64, f64, f64), scale: &Scale) -> Result<(Diagram, Strin
         };
         match method {
             Method::Features(detector) => {
-                let mut bits = candidate(name, Reader::bits(detector));
+                let mut bits = candidate(name, Reader::features(detector, false));
                 bits.point.is_baseline = name == BASELINE;
                 let soft_name = format!("{name}{SOFT}");
-                let mut soft = candidate(&soft_name, Reader::soft(detector));
+                let mut soft = candidate(&soft_name, Reader::features(detector, true));
                 for candidate in [&mut bits, &mut soft] {
                     candidate.point.curve = name.into();
                 }
@@ -192,25 +189,16 @@ fn diagram(place: (f64, f64, f64, f64), scale: &Scale) -> Result<(Diagram, Strin
             }
         }
     }
-    let points = time_by_turns(candidates, scale.turns).into_iter().map(|mut point| {
-        point.is_default = point.variant == DEFAULT;
-        point
-    });
-    let mut points: Vec<Point> = points.collect();
-    pareto::mark_front(&mut points);
+    for candidate in &mut candidates {
+        candidate.point.is_default = candidate.point.variant == DEFAULT;
+    }
     let genie_frames = scale.of(GENIE_FRAMES, 10) as u64;
     let genie = Evaluator::new(&scene, settings(DetectorChoice::Genie, genie_frames, scale))?;
     let errors = genie.run(|_| true)?.errors;
     let [low, high] = errors.frame_error_rate().1.map(|end| rounded(100.0 * end));
     let floor = format!("{} ({low} to {high} %)", errors.wrong_frames());
-    let diagram = Diagram {
-        title: format!("{distance_m} m, interval {interval}, {illuminance_lx} lx, L2A {l2a}"),
-        error: "bit error rate".into(),
-        error_unit: String::new(),
-        cost: "one panel".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    };
+    let title = format!("{distance_m} m, interval {interval}, {illuminance_lx} lx, L2A {l2a}");
+    let diagram = Diagram::timed(title, ["bit error rate", ""], "one panel", candidates, scale);
     Ok((diagram, floor))
 }
 
@@ -263,9 +251,9 @@ mod tests {
         let panels = Panels::of(&scene, settings(DetectorChoice::KMeans, 30, &Scale::TINY)).unwrap();
         let of = |mut reader| panels.errors(&mut reader, 0..).iter().sum::<u32>();
         let ml = of(Reader::pixels(camera_of(&scene), Experience::NONE));
-        let [kmeans, otsu] = [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::bits(detector)));
+        let [kmeans, otsu] = [Detector::KMeans, Detector::Otsu].map(|detector| of(Reader::features(detector, false)));
         assert!(2 * ml < kmeans && kmeans < otsu, "{ml} {kmeans} {otsu}");
-        assert_eq!(of(Reader::soft(Detector::KMeans)), kmeans);
+        assert_eq!(of(Reader::features(Detector::KMeans, true)), kmeans);
     }
 
     #[test]

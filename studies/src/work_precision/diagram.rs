@@ -2,10 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::pareto::mark_front;
 use super::quartiles::Quartiles;
+use super::scale::Scale;
+use super::timing::{Candidate, time_by_turns};
 
 /// What stands for none where a share is shown on a logarithmic axis: half of one.
-pub(super) const NONE: f64 = 0.5;
+const NONE: f64 = 0.5;
 
 /// A question and what was measured to answer it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +42,32 @@ pub struct Diagram {
     pub cost_unit: CostUnit,
     /// The variants.
     pub points: Vec<Point>,
+}
+
+impl Diagram {
+    /// Errors, in their unit, against the time of `cost`, of variants that are timed by turns.
+    pub(super) fn timed(
+        title: impl Into<String>,
+        error: [&str; 2],
+        cost: impl Into<String>,
+        variants: Vec<Candidate>,
+        scale: &Scale,
+    ) -> Self {
+        Self::of(title, error, cost, time_by_turns(variants, scale.turns))
+    }
+
+    /// Errors, in their unit, against the time of `cost`, where both are known.
+    pub(super) fn of(title: impl Into<String>, [error, error_unit]: [&str; 2], cost: impl Into<String>, mut points: Vec<Point>) -> Self {
+        mark_front(&mut points);
+        Self {
+            title: title.into(),
+            error: error.into(),
+            error_unit: error_unit.into(),
+            cost: cost.into(),
+            cost_unit: CostUnit::Ns,
+            points,
+        }
+    }
 }
 
 /// What costs are counted in.
@@ -101,9 +130,28 @@ impl Point {
         }
     }
 
+    /// One whose error is a share of `count`, with its 95 % interval; where nothing was wrong, a bound.
+    pub(super) fn share(variant: impl Into<String>, wrong: f64, count: f64, interval_95: impl FnOnce() -> [f64; 2]) -> Self {
+        let at_most = wrong == 0.0;
+        Self {
+            error_95: (!at_most).then(interval_95),
+            at_most,
+            ..Self::new(variant, wrong.max(NONE) / count)
+        }
+    }
+
     /// On a curve.
-    pub fn on(self, curve: &str) -> Self {
+    pub(super) fn on(self, curve: &str) -> Self {
         let curve = curve.into();
         Self { curve, ..self }
+    }
+
+    /// The default, which the others' costs are divided by, or one of the others.
+    pub(super) fn as_default(self, is_default: bool) -> Self {
+        Self {
+            is_default,
+            is_baseline: is_default,
+            ..self
+        }
     }
 }

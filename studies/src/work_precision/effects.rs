@@ -3,13 +3,13 @@
 use link::panel::PanelFrame;
 use rand::Rng;
 
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::{Candidate, time_by_turns};
+use super::timing::Candidate;
 use sim::accuracy::Level;
 use sim::effects;
 use sim::random::{Purpose, stream, uniform};
@@ -40,12 +40,10 @@ const FRAMES: usize = 12;
 const NOTHING_GREY: f64 = 1e-4;
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let diagrams = PRESETS.map(|preset| steps.take(preset, |_| diagram(preset, scale)));
     let diagrams: Vec<Diagram> = diagrams.into_iter().collect::<Result<_, _>>()?;
-    Ok(Part {
-        name: "effects".into(),
-        title: "Leaving effects out".into(),
+    Ok(Measurement {
         method: format!(
             "A scene's `effects.tolerance_grey` t: every effect states a bound on what leaving it out could change in any pixel, and one \
              whose bound is at most t is left out. \
@@ -61,7 +59,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             "All effects on, level `reference`, compared at level `reference`: what is left is what was left out. Where nothing was, or \
              less than {NOTHING_GREY} grey levels, an arrow stands."
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -128,24 +125,19 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
         let error = drive.error(tolerance)?;
         let point = Point {
             at_most: error < NOTHING_GREY,
-            is_baseline: tolerance == DEFAULT,
-            is_default: tolerance == DEFAULT,
             note: match left_out.as_slice() {
                 [] => "nothing left out".into(),
                 names => format!("left out: {}", names.join(" ")),
             },
-            ..Point::new(name(tolerance), error.max(NOTHING_GREY)).on("true error")
+            ..Point::new(name(tolerance), error.max(NOTHING_GREY)).as_default(tolerance == DEFAULT)
         };
         bounds.push(bound_grey(&renderer));
-        candidates.push(Candidate {
-            point,
-            work: drive.work(renderer),
-            units: 1.0,
-        });
+        candidates.push(Candidate::new(point.on("true error"), 1.0, drive.work(renderer)));
     }
-    let mut points = time_by_turns(candidates, scale.turns);
-    pareto::mark_front(&mut points);
-    let promised: Vec<Point> = points
+    let error = ["greatest change of a pixel", "grey levels"];
+    let mut diagram = Diagram::timed(preset, error, "one frame", candidates, scale);
+    let promised: Vec<Point> = diagram
+        .points
         .iter()
         .zip(bounds)
         .map(|(point, bound)| Point {
@@ -153,21 +145,12 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
             curve: "declared bound".into(),
             error: bound.max(NOTHING_GREY),
             at_most: bound < NOTHING_GREY,
-            is_default: false,
-            is_baseline: false,
             on_front: false,
-            ..point.clone()
+            ..point.clone().as_default(false)
         })
         .collect();
-    points.extend(promised);
-    Ok(Diagram {
-        title: preset.into(),
-        error: "greatest change of a pixel".into(),
-        error_unit: "grey levels".into(),
-        cost: "one frame".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    })
+    diagram.points.extend(promised);
+    Ok(diagram)
 }
 
 /// The sum of the bounds of what is left out, without the noise.
@@ -251,16 +234,16 @@ impl Drive {
     }
 
     /// Draws and reads out one frame after another.
-    fn work(&self, renderer: Renderer) -> Box<dyn FnMut() + '_> {
+    fn work(&self, renderer: Renderer) -> impl FnMut() {
         let mut canvas = Canvas::<f32>::new(self.region);
         let mut grey = vec![0; self.region.width * self.region.height];
         let mut frames = (0..).zip(&self.frames).cycle();
-        Box::new(move || {
+        move || {
             if let Some((number, &shown)) = frames.next() {
                 renderer.draw(&renderer.moment(number), &[shown], &mut canvas);
                 renderer.read_out(1, number, &canvas, &mut grey);
             }
-        })
+        }
     }
 }
 

@@ -8,10 +8,10 @@ use link::camera::{Camera, CameraError};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 
-use super::diagram::{CostUnit, Diagram, NONE, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{percent, rounded, variant};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
@@ -35,7 +35,7 @@ const PHOTOGRAPHS: [&[u8]; 5] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let photographs: Vec<GrayImage> = PHOTOGRAPHS
         .iter()
         .map(|png| Ok(image::load_from_memory(png)?.into_luma8()))
@@ -52,9 +52,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         candidates.push(candidate);
         corners.push(off);
     }
-    let mut missed = time_by_turns(candidates, scale.turns);
+    let missed = time_by_turns(candidates, scale.turns);
     let off = missed.iter().zip(corners);
-    let mut off: Vec<Point> = off
+    let off = off
         .filter_map(|(point, error)| {
             Some(Point {
                 error: error?,
@@ -64,23 +64,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             })
         })
         .collect();
-    pareto::mark_front(&mut missed);
-    pareto::mark_front(&mut off);
-    let diagram = |title: &str, error: &str, unit: &str, points| Diagram {
-        title: title.into(),
-        error: error.into(),
-        error_unit: unit.into(),
-        cost: "one search of a frame".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    };
+    let cost = "one search of a frame";
     let diagrams = vec![
-        diagram("panels missed", "miss rate", "", missed),
-        diagram("corners of those found", "median corner error", "px", off),
+        Diagram::of("panels missed", ["miss rate", ""], cost, missed),
+        Diagram::of("corners of those found", ["median corner error", "px"], cost, off),
     ];
-    Ok(Part {
-        name: "locator".into(),
-        title: "Finding the panel".into(),
+    Ok(Measurement {
         method: format!(
             "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
              lx, with noise, two in three before a photograph. A panel \
@@ -93,7 +82,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
                     arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of \
                     the corner that is furthest off."
             .into(),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -161,28 +149,17 @@ impl Search {
         errors.sort_by(f64::total_cmp);
         let count = panels.len() as f64;
         let missed = count - errors.len() as f64;
-        let at_most = missed == 0.0;
-        let curve = if self.share { "share" } else { "full" };
-        let is_default = self.decimation == 1 && self.share;
-        let point = Point {
-            error_95: (!at_most).then(|| wilson_95(missed, count)),
-            at_most,
-            is_default,
-            is_baseline: is_default,
-            ..Point::new(name(self.share, self.decimation), missed.max(NONE) / count).on(curve)
-        };
+        let point = Point::share(name(self.share, self.decimation), missed, count, || wilson_95(missed, count))
+            .on(if self.share { "share" } else { "full" })
+            .as_default(self.decimation == 1 && self.share);
         let timed = &panels[..TIMED.min(panels.len())];
         let earlier: Vec<_> = timed.iter().map(|panel| self.smaller(panel, 0)).collect();
-        let candidate = Candidate {
-            point,
-            work: Box::new(move || {
-                for (panel, earlier) in timed.iter().zip(&earlier) {
-                    let now = self.smaller(panel, 1);
-                    black_box(self.search(panel, &[&now, earlier]));
-                }
-            }),
-            units: timed.len() as f64,
-        };
+        let candidate = Candidate::new(point, timed.len() as f64, move || {
+            for (panel, earlier) in timed.iter().zip(&earlier) {
+                let now = self.smaller(panel, 1);
+                black_box(self.search(panel, &[&now, earlier]));
+            }
+        });
         Ok((candidate, errors.get(errors.len() / 2).copied()))
     }
 

@@ -1,15 +1,15 @@
 //! What accuracy costs in time: work-precision diagrams of everything that has more than one way to be done.
 //!
 //! A [`Part`] asks one question. Its [`Diagram`]s hold [`Point`]s: variants with their error against a reference that is
-//! solved far tighter, and their cost. A point on the [front](mark_front) is one that no other beats in both. All of a diagram's
-//! variants are [timed](time_by_turns) by turns in the same run, and as multiples of one of them, its baseline: the numbers hold on
+//! solved far tighter, and their cost. A point on the front is one that no other beats in both. All of a diagram's
+//! variants are timed by turns in the same run, and as multiples of one of them, its baseline: the numbers hold on
 //! other machines too, and a machine that is busy does not choose whom it disturbs. After Rackauckas & Nie 2017, whose
 //! `WorkPrecisionSet` shows differential equation solvers that way.
 //!
 //! ```
 //! use studies::work_precision::{PARTS, Scale, Steps};
 //! let decoder = PARTS.iter().find(|part| part.name == "decoder").expect("a part");
-//! let part = (decoder.measure)(&Scale::TINY, &mut Steps::unkept())?;
+//! let part = decoder.measure(&Scale::TINY, &mut Steps::unkept())?;
 //! assert!(part.diagrams.iter().all(|diagram| diagram.points.iter().any(|point| point.on_front)));
 //! # Ok::<(), studies::work_precision::PrecisionError>(())
 //! ```
@@ -39,74 +39,69 @@ pub use counts::rows as counted_rows;
 pub use detectors::{PLACES, scene_at, scene_in_clear_air};
 pub use diagram::{CostUnit, Diagram, Part, Point};
 pub use error::PrecisionError;
-pub use pareto::mark_front;
 pub use quartiles::Quartiles;
 pub use scale::Scale;
 pub use steps::{Finished, Steps};
-pub use timing::{Candidate, time_by_turns};
 
 /// A part that can be measured.
 pub struct Measurable {
     /// Its name, a word.
     pub name: &'static str,
-    /// Measures it.
-    pub measure: fn(&Scale, &mut Steps) -> Result<Part, PrecisionError>,
+    title: &'static str,
+    measure: fn(&Scale, &mut Steps) -> Result<Measurement, PrecisionError>,
     /// What is done unless told otherwise, and what the points say of that: worked out from them, so that text and numbers cannot part.
-    pub why: fn(&[Diagram]) -> String,
+    why: fn(&[Diagram]) -> String,
+}
+
+/// What a part has measured, and how.
+struct Measurement {
+    method: String,
+    reference: String,
+    diagrams: Vec<Diagram>,
+}
+
+impl Measurable {
+    /// Measures it.
+    ///
+    /// # Errors
+    /// When a variant cannot be measured.
+    pub fn measure(&self, scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+        let measured = (self.measure)(scale, steps)?;
+        Ok(Part {
+            name: self.name.into(),
+            title: self.title.into(),
+            method: measured.method,
+            reference: measured.reference,
+            default: (self.why)(&measured.diagrams),
+            diagrams: measured.diagrams,
+        })
+    }
+}
+
+/// A part of the module of that name.
+macro_rules! part {
+    ($name:literal, $title:literal, $module:ident) => {
+        Measurable {
+            name: $name,
+            title: $title,
+            measure: $module::measure,
+            why: $module::why,
+        }
+    };
 }
 
 /// All parts.
 pub const PARTS: [Measurable; 10] = [
-    Measurable {
-        name: "renderer",
-        measure: renderer::measure,
-        why: renderer::why,
-    },
-    Measurable {
-        name: "effects",
-        measure: effects::measure,
-        why: effects::why,
-    },
-    Measurable {
-        name: "monte-carlo",
-        measure: monte_carlo::measure,
-        why: monte_carlo::why,
-    },
-    Measurable {
-        name: "best-ratio",
-        measure: best_ratio::measure,
-        why: best_ratio::why,
-    },
-    Measurable {
-        name: "detectors",
-        measure: detectors::measure,
-        why: detectors::why,
-    },
-    Measurable {
-        name: "camera",
-        measure: camera::measure,
-        why: camera::why,
-    },
-    Measurable {
-        name: "locator",
-        measure: locator::measure,
-        why: locator::why,
-    },
-    Measurable {
-        name: "pose",
-        measure: pose::measure,
-        why: pose::why,
-    },
-    Measurable {
-        name: "transmitter",
-        measure: transmitter::measure,
-        why: transmitter::why,
-    },
-    Measurable {
-        name: "decoder",
-        measure: decoder::measure,
-        why: decoder::why,
-    },
+    part!("renderer", "Rendering a panel", renderer),
+    part!("effects", "Leaving effects out", effects),
+    part!("monte-carlo", "Monte Carlo", monte_carlo),
+    part!("best-ratio", "The best ratio by reach", best_ratio),
+    part!("detectors", "Telling On from Off", detectors),
+    part!("camera", "Learning the camera", camera),
+    part!("locator", "Finding the panel", locator),
+    part!("pose", "Where the panel is", pose),
+    part!("transmitter", "Working out the luminance", transmitter),
+    part!("decoder", "Correcting errors", decoder),
 ];
 
 #[cfg(test)]

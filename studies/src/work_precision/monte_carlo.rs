@@ -2,10 +2,10 @@
 
 use rand::Rng;
 
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, variant};
-use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;
@@ -42,7 +42,7 @@ const WRONG: [&str; 4] = [
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let paper = Scene::load("paper", &[])?;
     let wrong = WRONG.map(String::from).into_iter().chain(["effects.noise=on".into()]);
     let wrong = Scene::load("paper", &wrong.collect::<Vec<_>>())?;
@@ -60,9 +60,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         steps.take("best", |_| study.best())?,
         steps.take("errors", |_| study.errors())?,
     ];
-    Ok(Part {
-        name: "monte-carlo".into(),
-        title: "Monte Carlo".into(),
+    Ok(Measurement {
         method: format!(
             "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. Shown is half \
              the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
@@ -78,7 +76,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             "A run of other random numbers with {REFERENCE} times as many frames as the longest that is compared, hence √{REFERENCE} \
              times as narrow as that and 20 times as narrow as those that are held against it."
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -93,15 +90,11 @@ fn time_of_frame(scene: &Scene, scale: &Scale) -> Result<Quartiles, PrecisionErr
     let mut workspace = evaluator.workspace();
     evaluator.evaluate(0..1, &mut workspace)?;
     let mut frame = 0;
-    let candidate = Candidate {
-        point: Point::new("one frame", 0.0),
-        work: Box::new(move || {
-            frame += 1;
-            // Its first frame could be measured, so can the others.
-            let _ = std::hint::black_box(evaluator.evaluate(frame..frame + 1, &mut workspace));
-        }),
-        units: 1.0,
-    };
+    let candidate = Candidate::new(Point::new("one frame", 0.0), 1.0, move || {
+        frame += 1;
+        // Its first frame could be measured, so can the others.
+        let _ = std::hint::black_box(evaluator.evaluate(frame..frame + 1, &mut workspace));
+    });
     let timed = time_by_turns(vec![candidate], scale.turns);
     Ok(timed[0].cost)
 }
@@ -189,12 +182,8 @@ impl Study {
             let estimate = Batches::measure(&self.paper, frames, seed, Stop::NEVER)?.estimate(b2w);
             Ok((estimate.value, estimate.value - estimate.low))
         })?;
-        Ok(diagram(
-            "B2W at L2A 2",
-            "half width of the interval, over B2W",
-            "",
-            relative(points, truth),
-        ))
+        let error = ["half width of the interval, over B2W", ""];
+        Ok(diagram("B2W at L2A 2", error, relative(points, truth)))
     }
 
     fn pair(&self) -> Result<Diagram, PrecisionError> {
@@ -207,14 +196,7 @@ impl Study {
             Ok((estimate.value, estimate.value - estimate.low))
         };
         let (truth, _): (f64, f64) = estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
-        self.both(
-            "B2W at L2A 1.6 over that at 2",
-            "half width of the interval",
-            "",
-            2,
-            truth,
-            estimate,
-        )
+        self.both("B2W at L2A 1.6 over that at 2", "", 2, truth, estimate)
     }
 
     fn best(&self) -> Result<Diagram, PrecisionError> {
@@ -229,14 +211,13 @@ impl Study {
             Ok(peak.map_or((f64::NAN, f64::NAN), |peak| (peak.l2a, (peak.l2a_95[1] - peak.l2a_95[0]) / 2.0)))
         };
         let (truth, _) = estimate(self.reference_frames(), self.scale.seed, Numbers::Common)?;
-        self.both("best L2A", "half width of the interval", "1/sr", GRID.len(), truth, estimate)
+        self.both("best L2A", "1/sr", GRID.len(), truth, estimate)
     }
 
     /// With common random numbers and with independent ones.
     fn both(
         &self,
         title: &str,
-        error: &str,
         error_unit: &str,
         settings: usize,
         truth: f64,
@@ -247,7 +228,7 @@ impl Study {
             let estimate = |frames, seed| estimate(frames, seed, numbers);
             points.extend(self.curve(name, settings, self.frame_ns[0], truth, estimate)?);
         }
-        Ok(diagram(title, error, error_unit, points))
+        Ok(diagram(title, ["half width of the interval", error_unit], points))
     }
 
     fn errors(&self) -> Result<Diagram, PrecisionError> {
@@ -268,12 +249,8 @@ impl Study {
         })?);
         points.retain(|point| point.curve != "as if independent, true error");
         let title = format!("bit error rate of {truth:.3}");
-        Ok(diagram(
-            &title,
-            "half width of the interval, over the rate",
-            "",
-            relative(points, truth),
-        ))
+        let error = ["half width of the interval, over the rate", ""];
+        Ok(diagram(&title, error, relative(points, truth)))
     }
 }
 
@@ -337,29 +314,21 @@ fn b2w(sums: &Sums) -> f64 {
 }
 
 /// Costs over that of the first curve's longest run, which is the default.
-fn diagram(title: &str, error: &str, error_unit: &str, mut points: Vec<Point>) -> Diagram {
+fn diagram(title: &str, error: [&str; 2], mut points: Vec<Point>) -> Diagram {
     let first = points.first().map(|point| point.curve.clone()).unwrap_or_default();
     let default = points.iter().rposition(|point| point.curve == first).unwrap_or(0);
     let yardstick = points.get(default).map_or(1.0, |point| point.cost.median);
     for (k, point) in points.iter_mut().enumerate() {
-        point.is_default = k == default;
-        point.is_baseline = k == default;
+        (point.is_default, point.is_baseline) = (k == default, k == default);
         point.ratio = Quartiles::exactly(point.cost.median / yardstick);
     }
     // Intervals compete; what they promise to bound does not.
-    let (mut intervals, errors): (Vec<_>, Vec<_>) = points
+    let (intervals, errors): (Vec<_>, Vec<_>) = points
         .into_iter()
         .partition(|point| !point.curve.ends_with("true error") && point.curve != "as if independent");
-    pareto::mark_front(&mut intervals);
-    intervals.extend(errors);
-    Diagram {
-        title: title.into(),
-        error: error.into(),
-        error_unit: error_unit.into(),
-        cost: "all frames".into(),
-        cost_unit: CostUnit::Ns,
-        points: intervals,
-    }
+    let mut diagram = Diagram::of(title, error, "all frames", intervals);
+    diagram.points.extend(errors);
+    diagram
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 
-use super::diagram::{NONE, Point};
+use super::diagram::Point;
 use super::error::PrecisionError;
 use super::timing::Candidate;
 use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
@@ -70,21 +70,12 @@ impl Panels {
         let mut errors = FrameErrors::default();
         wrong.iter().for_each(|&wrong| errors.push(wrong));
         let timed = &self.seen[self.seen.len().saturating_sub(TIMED)..];
-        let at_most = errors.errors() == 0;
-        let point = Point {
-            error_95: (!at_most).then(|| errors.interval_95()),
-            at_most,
-            ..Point::new(name, (errors.errors() as f64).max(NONE) / errors.bits() as f64)
-        };
-        Candidate {
-            point,
-            work: Box::new(move || {
-                for (pixels, corners, _) in timed {
-                    black_box(self.read(&mut reader, pixels, corners));
-                }
-            }),
-            units: timed.len() as f64,
-        }
+        let point = Point::share(name, errors.errors() as f64, errors.bits() as f64, || errors.interval_95());
+        Candidate::new(point, timed.len() as f64, move || {
+            for (pixels, corners, _) in timed {
+                black_box(self.read(&mut reader, pixels, corners));
+            }
+        })
     }
 
     /// The bits; all Off where nothing can be read.
@@ -133,22 +124,9 @@ pub(super) enum Reader {
 }
 
 impl Reader {
-    pub(super) fn bits(detector: Detector) -> Self {
+    pub(super) fn features(detector: Detector, with_soft: bool) -> Self {
         let map = Box::new(CellMap::empty());
-        Self::Features {
-            detector,
-            map,
-            with_soft: false,
-        }
-    }
-
-    pub(super) fn soft(detector: Detector) -> Self {
-        let map = Box::new(CellMap::empty());
-        Self::Features {
-            detector,
-            map,
-            with_soft: true,
-        }
+        Self::Features { detector, map, with_soft }
     }
 
     pub(super) fn pixels(camera: Camera, prior: Experience) -> Self {

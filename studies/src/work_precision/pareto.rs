@@ -5,16 +5,6 @@ use super::diagram::Point;
 /// Marks the points that no other beats: none is at least as good in both and better in one.
 ///
 /// Errors that are bounds count as what they are at most.
-///
-/// ```
-/// use studies::work_precision::{Point, Quartiles, mark_front};
-/// let mut points = [(3.0, 1.0), (1.0, 3.0), (3.0, 3.0)].map(|(error, cost)| Point {
-///     cost: Quartiles::exactly(cost),
-///     ..Point::new("", error)
-/// });
-/// mark_front(&mut points);
-/// assert_eq!(points.map(|point| point.on_front), [true, true, false]);
-/// ```
 pub fn mark_front(points: &mut [Point]) {
     let places: Vec<[f64; 2]> = points.iter().map(|p| [p.error, p.cost.median]).collect();
     let beats = |one: &[f64; 2], other: &[f64; 2]| one[0] <= other[0] && one[1] <= other[1] && (one[0] < other[0] || one[1] < other[1]);
@@ -45,6 +35,16 @@ mod tests {
                 prop_assert_ne!(point.on_front, by_front);
             }
         }
+    }
+
+    #[test]
+    fn only_what_is_beaten_in_both_is_behind_the_front() {
+        let mut points = [(3.0, 1.0), (1.0, 3.0), (3.0, 3.0)].map(|(error, cost)| Point {
+            cost: Quartiles::exactly(cost),
+            ..Point::new("", error)
+        });
+        mark_front(&mut points);
+        assert_eq!(points.map(|point| point.on_front), [true, true, false]);
     }
 
     #[test]

@@ -15,13 +15,13 @@ use sim::renderer::canvas::Canvas;
 use sim::road::camera_of;
 use sim::scene::Scene;
 
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
-use super::timing::{Candidate, time_by_turns};
+use super::timing::Candidate;
 
 type Estimator = PoseEstimator<16384>;
 
@@ -38,14 +38,12 @@ const EXHAUSTIVE: f64 = 1e-3;
 const OFF_PX: f64 = 0.2;
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let mut diagrams = Vec::new();
     for distance_m in DISTANCES_M {
         diagrams.push(diagram(distance_m, scale, steps)?);
     }
-    Ok(Part {
-        name: "pose".into(),
-        title: "Where the panel is".into(),
+    Ok(Measurement {
         method: format!(
             "{} panels by day at each distance, yaw and pitch to 30°, roll to 15°, LEDs 3 % unequal, corners off by up to {OFF_PX} px. Points \
              of a curve are the tolerance: a fit is settled once its last step is less, in standard deviations of the panel's image, {} \
@@ -59,7 +57,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
              pixels' Fisher information, as a share of what noise does to it: 1 is as much as the Cramér–Rao bound. It is the root mean \
              square over the panels and the image's eight numbers."
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -110,32 +107,16 @@ fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram,
             });
             Ok((squares.sum::<f64>() / references.len() as f64 / 8.0).sqrt())
         })?;
-        let is_usual = tolerance == Estimator::TOLERANCE;
         let timed = &panels[..TIMED.min(panels.len())];
-        candidates.push(Candidate {
-            point: Point {
-                is_default: is_usual,
-                is_baseline: is_usual,
-                ..Point::new(name(tolerance), error)
-            },
-            work: Box::new(move || {
-                for panel in timed {
-                    let _ = black_box(panel.seen(|seen| estimator.pose(seen)));
-                }
-            }),
-            units: timed.len() as f64,
-        });
+        let point = Point::new(name(tolerance), error).as_default(tolerance == Estimator::TOLERANCE);
+        candidates.push(Candidate::new(point, timed.len() as f64, move || {
+            for panel in timed {
+                let _ = black_box(panel.seen(|seen| estimator.pose(seen)));
+            }
+        }));
     }
-    let mut points = time_by_turns(candidates, scale.turns);
-    pareto::mark_front(&mut points);
-    Ok(Diagram {
-        title: format!("{distance_m} m"),
-        error: "rms distance from the settled fit".into(),
-        error_unit: "standard deviations".into(),
-        cost: "one pose".into(),
-        cost_unit: CostUnit::Ns,
-        points,
-    })
+    let error = ["rms distance from the settled fit", "standard deviations"];
+    Ok(Diagram::timed(format!("{distance_m} m"), error, "one pose", candidates, scale))
 }
 
 /// A panel's frame.

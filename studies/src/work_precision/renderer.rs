@@ -6,10 +6,10 @@ use glam::DVec2;
 use link::panel::PanelFrame;
 use rand::Rng;
 
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::Measurement;
+use super::diagram::{Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
-use super::pareto;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
@@ -40,7 +40,7 @@ const FINER: [usize; 5] = [1, 2, 4, 8, 16];
 const FINEST: &str = "supersampled 16×";
 
 /// Measures it.
-pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
+pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
     let (mut diagrams, mut reference_times) = (Vec::new(), Vec::new());
     for (distance_m, interval) in SCENES {
         let name = format!("{distance_m} m, interval {interval}");
@@ -51,23 +51,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
         })?;
         reference_times.push(reference_time);
         let diagram = |what: &str, wanted: fn(&&Point) -> bool| {
-            let mut points: Vec<Point> = points.iter().filter(wanted).cloned().collect();
-            pareto::mark_front(&mut points);
-            Diagram {
-                title: format!("{what}: {name} ({side} × {side} px)"),
-                error: "error of a pixel".into(),
-                error_unit: "grey levels".into(),
-                cost: "one frame".into(),
-                cost_unit: CostUnit::Ns,
-                points,
-            }
+            let points = points.iter().filter(wanted).cloned().collect();
+            let title = format!("{what}: {name} ({side} × {side} px)");
+            Diagram::of(title, ["error of a pixel", "grey levels"], "one frame", points)
         };
         diagrams.push(diagram("all ways", |point| !has_a_knob(point)));
         diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
-    Ok(Part {
-        name: "renderer".into(),
-        title: "Rendering a panel".into(),
+    Ok(Measurement {
         method: "From 64 bits to 8-bit grey levels: the panel and 11 px around it, paper's camera, L2A 2, random bits and sub-pixel \
         phases. \
             The dot is the greatest error of a pixel, the tick below it the root mean square, both before the grey level is rounded; \
@@ -86,7 +77,6 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError>
             light: `cargo test -p vocc-tests --test numerics disc_integral` holds it against values of thirty digits.",
             range(reference_times)
         ),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -213,21 +203,15 @@ impl TestScene {
     fn measure(&self, scale: &Scale) -> (Vec<Point>, f64) {
         let variants = self.variants().into_iter().map(|(point, way)| {
             let (greatest, rms) = self.errors(&way);
-            Candidate {
-                point: Point {
-                    error: greatest,
-                    rms: Some(rms),
-                    ..point
-                },
-                work: self.work(way),
-                units: 1.0,
-            }
+            let point = Point {
+                error: greatest,
+                rms: Some(rms),
+                ..point
+            };
+            Candidate::new(point, 1.0, self.work(way))
         });
-        let reference = Candidate {
-            point: Point::new("reference", 0.0),
-            work: self.work(Way::Double(Renderer::of(self.view(), Level::Reference))),
-            units: 1.0,
-        };
+        let reference = Way::Double(Renderer::of(self.view(), Level::Reference));
+        let reference = Candidate::new(Point::new("reference", 0.0), 1.0, self.work(reference));
         let mut points = time_by_turns(variants.chain([reference]).collect(), scale.turns);
         let reference = points.pop().map_or(f64::NAN, |point| point.ratio.median);
         (points, reference)
@@ -243,42 +227,27 @@ impl TestScene {
         let mut variants = vec![
             (Point::new("fine", 0.0), Way::Single(Renderer::of(self.view(), Level::Fine))),
             (
-                Point {
-                    is_baseline: true,
-                    is_default: true,
-                    ..Point::new("fast", 0.0)
-                },
+                Point::new("fast", 0.0).as_default(true),
                 Way::Single(Renderer::of(self.view(), Level::Fast)),
             ),
             (Point::new("straightforward", 0.0), Way::Straightforward),
         ];
-        variants.extend(BOUNDS.map(|bound| {
-            let point = Point::new(format!("bound {bound}"), 0.0).on("bound");
-            (point, single(within(bound)))
-        }));
-        variants.extend(TOLERANCES.map(|quadrature| {
-            let point = Point::new(format!("quadrature {quadrature:e}"), 0.0).on("quadrature");
-            (point, single(Accuracy { quadrature, ..fine }))
-        }));
-        variants.extend(TOLERANCES.map(|truncation| {
-            let point = Point::new(format!("truncation {truncation:e}"), 0.0).on("truncation");
-            (point, single(Accuracy { truncation, ..fine }))
-        }));
-        variants.extend(PHASES.map(|phases| {
-            let point = Point::new(format!("{phases} phases"), 0.0).on("phases");
-            (point, single(Accuracy { phases, ..fine }))
-        }));
+        let on = |curve: &str, name: String, way| (Point::new(name, 0.0).on(curve), way);
+        let turned = |knob: &str, value: f64, accuracy| on(knob, format!("{knob} {value:e}"), single(accuracy));
+        variants.extend(BOUNDS.map(|bound| on("bound", format!("bound {bound}"), single(within(bound)))));
+        variants.extend(TOLERANCES.map(|quadrature| turned("quadrature", quadrature, Accuracy { quadrature, ..fine })));
+        variants.extend(TOLERANCES.map(|truncation| turned("truncation", truncation, Accuracy { truncation, ..fine })));
+        variants.extend(PHASES.map(|phases| on("phases", format!("{phases} phases"), single(Accuracy { phases, ..fine }))));
         variants.extend(EXACT.map(|tolerance| {
-            let accuracy = Accuracy::even(tolerance);
-            let renderer = Renderer::with_accuracy(self.view(), Level::Reference, accuracy);
-            (Point::new(format!("f64 {tolerance:e}"), 0.0).on("f64"), Way::Double(renderer))
+            let renderer = Renderer::with_accuracy(self.view(), Level::Reference, Accuracy::even(tolerance));
+            on("f64", format!("f64 {tolerance:e}"), Way::Double(renderer))
         }));
         variants.extend(FINER.map(|finer| {
             let name = match finer {
                 1 => "point-sampled".into(),
                 _ => format!("supersampled {finer}×"),
             };
-            (Point::new(name, 0.0).on("supersampled"), Way::Supersampled(finer))
+            on("supersampled", name, Way::Supersampled(finer))
         }));
         variants
     }

@@ -73,19 +73,19 @@ mod tests {
         let mut kept = vec![Finished::new()];
         let whole = {
             let steps = Steps::new(Finished::new(), |finished| kept.push(finished.clone()));
-            (decoder.measure)(&Scale::TINY, &mut { steps }).unwrap()
+            decoder.measure(&Scale::TINY, &mut { steps }).unwrap()
         };
         assert!(kept.len() > 10, "{}", kept.len());
         for finished in kept.iter().step_by(5).chain(kept.last()) {
             let mut measured = 0;
             let steps = Steps::new(finished.clone(), |_| measured += 1);
-            let resumed = (decoder.measure)(&Scale::TINY, &mut { steps }).unwrap();
+            let resumed = decoder.measure(&Scale::TINY, &mut { steps }).unwrap();
             assert_eq!(errors(&resumed), errors(&whole));
             assert_eq!(measured, kept.len() - 1 - finished.len());
         }
         // Once all is measured the times are those that were kept, too.
         let all = kept.pop().unwrap();
-        let again = (decoder.measure)(&Scale::TINY, &mut Steps::new(all, |_| ())).unwrap();
+        let again = decoder.measure(&Scale::TINY, &mut Steps::new(all, |_| ())).unwrap();
         assert_eq!(again, whole);
     }
 }

@@ -11,10 +11,17 @@ use super::quartiles::Quartiles;
 pub struct Candidate<'a> {
     /// The variant, its error known.
     pub point: Point,
-    /// The work.
-    pub work: Work<'a>,
+    work: Work<'a>,
     /// How many times the work does what its cost is given of.
-    pub units: f64,
+    units: f64,
+}
+
+impl<'a> Candidate<'a> {
+    /// Work that does `units` times what its cost is given of.
+    pub fn new(point: Point, units: f64, work: impl FnMut() + 'a) -> Self {
+        let work = Box::new(work);
+        Self { point, work, units }
+    }
 }
 
 /// Times all, `turns` times in a row; gives their points back with costs, in ns, and ratios to that of the baseline, or of the
@@ -46,13 +53,9 @@ mod tests {
     use std::hint::black_box;
 
     fn sum_to(end: u64) -> Candidate<'static> {
-        Candidate {
-            point: Point::new(end.to_string(), 0.0),
-            work: Box::new(move || {
-                black_box((0..black_box(end)).fold(0u64, |sum, k| black_box(sum ^ k)));
-            }),
-            units: 1.0,
-        }
+        Candidate::new(Point::new(end.to_string(), 0.0), 1.0, move || {
+            black_box((0..black_box(end)).fold(0u64, |sum, k| black_box(sum ^ k)));
+        })
     }
 
     #[test]

@@ -11,7 +11,7 @@ const BARS: &str = "bars: quartiles of time, 95 % of a sampled error, down to th
 const REFERENCE: &str = "errors are against the reference that the page names";
 
 /// What a curve or a variant that stands alone is called and drawn in.
-type Named = (String, RGBColor);
+type NamedColour = (String, RGBColor);
 
 /// All diagrams of a part.
 pub fn figure(part: &Part) -> anyhow::Result<Drawing> {
@@ -86,7 +86,7 @@ fn entry(name: &str, colour: RGBColor, is_curve: bool) -> Entry {
 }
 
 /// Curves, and variants that stand alone, in the order in which they appear, with their colours.
-fn named(part: &Part) -> Vec<Named> {
+fn named(part: &Part) -> Vec<NamedColour> {
     let mut names: Vec<String> = Vec::new();
     for point in points(part) {
         if !names.iter().any(|name| name == called(point)) {
@@ -163,7 +163,7 @@ fn words(diagrams: &[Diagram]) -> Vec<Entry> {
     [REFERENCE].into_iter().chain(said).map(Entry::of_words).collect()
 }
 
-fn chart(diagram: &Diagram, named: &[Named]) -> Chart {
+fn chart(diagram: &Diagram, named: &[NamedColour]) -> Chart {
     let costs = diagram.points.iter().map(|point| point.ratio.median);
     let errors = diagram.points.iter();
     let errors = errors.flat_map(|point| {

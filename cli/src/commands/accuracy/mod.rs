@@ -1,7 +1,7 @@
 //! `vocc accuracy`: what accuracy costs in time, as work-precision diagrams.
 
+mod checkpoint;
 mod diagram;
-mod kept;
 #[cfg(test)]
 mod tests;
 
@@ -12,17 +12,16 @@ use serde::Serialize;
 use studies::stop::Stop;
 use studies::work_precision::{CostUnit, Diagram, Measurable, PARTS, Part, Point, Scale, Steps};
 
+use crate::checkpoint::{Resumable as _, hold_folder};
 use crate::files;
-use crate::kept::Kept as _;
 use crate::options::Shared;
 use crate::output::{self, Answer, line};
-use crate::outputs;
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
-use crate::report::work_precision::{Made, page};
+use crate::report::work_precision::{Provenance, page};
 use crate::stop::{interrupted, stop};
-use kept::{Kept, Run};
+use checkpoint::{Checkpoint, Run};
 
 /// Arguments of `vocc accuracy`.
 #[derive(clap::Args)]
@@ -44,8 +43,8 @@ pub struct Arguments {
 
 /// The folder of plots and numbers beside the page.
 const FOLDER: &str = "accuracy";
-/// The file that keeps what is finished.
-const KEPT: &str = "points.json";
+/// The file of what is finished.
+const CHECKPOINT: &str = "points.json";
 
 fn part_name(name: &str) -> Result<String, String> {
     let names = PARTS.iter().map(|part| part.name);
@@ -68,21 +67,17 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         ..if arguments.quick { Scale::QUICK } else { Scale::FULL }
     };
     let folder = arguments.out.join(FOLDER);
-    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let _held = outputs::hold(&folder)?;
-    let path = folder.join(KEPT);
-    let page = arguments.out.join("accuracy.md");
-    outputs::check_beside(&path, std::slice::from_ref(&page))?;
-    outputs::check([path.clone(), page], [])?;
-    let mut kept = begin(arguments, Run::new(scale), &path)?;
-    let asked = kept.missing.clone();
+    let path = folder.join(CHECKPOINT);
+    let _held = hold_folder(&path, vec![arguments.out.join("accuracy.md")], [])?;
+    let mut checkpoint = begin(arguments, Run::new(scale), &path)?;
+    let asked = checkpoint.missing.clone();
     let stop = stop();
-    let finished = measure(&mut kept, &path, stop)?;
+    let finished = measure(&mut checkpoint, &path, stop)?;
     // Whoever waits for the end of it has the points, and all else with --resume.
     if finished {
-        write(&kept, arguments, &folder)?;
+        write(&checkpoint, arguments, &folder)?;
     }
-    let measured = kept.parts.iter().filter(|part| asked.contains(&part.name));
+    let measured = checkpoint.parts.iter().filter(|part| asked.contains(&part.name));
     for part in measured {
         print(part, shared.json)?;
     }
@@ -90,33 +85,35 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 /// What need not be measured again.
-fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Kept> {
+fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Checkpoint> {
     let goes_on = arguments.resume || !arguments.parts.is_empty();
     if !goes_on || !path.exists() {
         let wanted = |name: &&str| arguments.parts.is_empty() || arguments.parts.iter().any(|part| part == name);
-        let mut kept = Kept::new(run);
-        kept.missing = PARTS.iter().map(|part| part.name).filter(wanted).map(String::from).collect();
-        return Ok(kept);
+        let mut checkpoint = Checkpoint::new(run);
+        checkpoint.missing = PARTS.iter().map(|part| part.name).filter(wanted).map(String::from).collect();
+        return Ok(checkpoint);
     }
-    let mut kept = Kept::read(path, &run)?;
-    kept.parts.retain(|part| !arguments.parts.contains(&part.name));
+    let mut checkpoint = Checkpoint::read(path, &run)?;
+    checkpoint.parts.retain(|part| !arguments.parts.contains(&part.name));
     if !arguments.resume {
-        kept.begun.retain(|name, _| !arguments.parts.contains(name));
+        checkpoint.begun.retain(|name, _| !arguments.parts.contains(name));
     }
-    kept.missing = if arguments.parts.is_empty() {
+    checkpoint.missing = if arguments.parts.is_empty() {
         let names = PARTS.iter().map(|part| part.name.to_string());
-        names.filter(|name| kept.parts.iter().all(|part| part.name != *name)).collect()
+        names
+            .filter(|name| checkpoint.parts.iter().all(|part| part.name != *name))
+            .collect()
     } else {
         arguments.parts.clone()
     };
-    Ok(kept)
+    Ok(checkpoint)
 }
 
 /// Measures what is missing; false if it was asked to stop.
-fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
-    // What cannot be kept should not be measured first.
-    kept.write(path)?;
-    let missing = std::mem::take(&mut kept.missing);
+fn measure(checkpoint: &mut Checkpoint, path: &Path, stop: Stop) -> anyhow::Result<bool> {
+    // What cannot be written should not be measured first.
+    checkpoint.write(path)?;
+    let missing = std::mem::take(&mut checkpoint.missing);
     let mut progress = Progress::new(missing.len() as u64, "parts");
     for (done, name) in (0..).zip(&missing) {
         if stop.is_asked() {
@@ -126,37 +123,37 @@ fn measure(kept: &mut Kept, path: &Path, stop: Stop) -> anyhow::Result<bool> {
         let Some(part) = PARTS.iter().find(|part| part.name == name) else {
             continue;
         };
-        let measured = measure_part(part, kept, path).with_context(|| format!("the part {name} cannot be measured"))?;
-        kept.begun.remove(name);
-        kept.parts.push(measured);
+        let measured = measure_part(part, checkpoint, path).with_context(|| format!("the part {name} cannot be measured"))?;
+        checkpoint.begun.remove(name);
+        checkpoint.parts.push(measured);
         let place = |part: &Part| PARTS.iter().position(|known| known.name == part.name);
-        kept.parts.sort_by_key(place);
-        kept.write(path)?;
+        checkpoint.parts.sort_by_key(place);
+        checkpoint.write(path)?;
         progress.done(done + 1);
     }
     Ok(true)
 }
 
-/// Measures a part, and keeps each of its steps.
-fn measure_part(part: &Measurable, kept: &mut Kept, path: &Path) -> anyhow::Result<Part> {
-    let (scale, name) = (kept.run.scale, part.name);
-    let finished = kept.begun.get(name).cloned().unwrap_or_default();
+/// Measures a part, and writes each of its steps.
+fn measure_part(part: &Measurable, checkpoint: &mut Checkpoint, path: &Path) -> anyhow::Result<Part> {
+    let (scale, name) = (checkpoint.run.scale, part.name);
+    let finished = checkpoint.begun.get(name).cloned().unwrap_or_default();
     let mut unwritten = Ok(());
     let steps = Steps::new(finished, |finished| {
-        kept.begun.insert(name.into(), finished.clone());
+        checkpoint.begun.insert(name.into(), finished.clone());
         if unwritten.is_ok() {
-            unwritten = kept.write(path);
+            unwritten = checkpoint.write(path);
         }
     });
-    let measured = (part.measure)(&scale, &mut { steps })?;
+    let measured = part.measure(&scale, &mut { steps })?;
     unwritten?;
     Ok(measured)
 }
 
 /// The page, its plots and its numbers.
-fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()> {
+fn write(checkpoint: &Checkpoint, arguments: &Arguments, folder: &Path) -> anyhow::Result<()> {
     let mut figures = Vec::new();
-    for part in &kept.parts {
+    for part in &checkpoint.parts {
         let figure = Figure {
             name: PARTS
                 .iter()
@@ -169,16 +166,16 @@ fn write(kept: &Kept, arguments: &Arguments, folder: &Path) -> anyhow::Result<()
         figure.save(folder)?;
         figures.push(figure);
     }
-    if let Some(drawing) = diagram::summary(&kept.parts)? {
+    if let Some(drawing) = diagram::summary(&checkpoint.parts)? {
         plot::save(&folder.join("summary"), &drawing)?;
     }
-    let made = Made {
-        options: &options(arguments, &kept.run.scale),
-        scale: &kept.run.scale,
-        machine: &kept.run.machine,
+    let made = Provenance {
+        options: &options(arguments, &checkpoint.run.scale),
+        scale: &checkpoint.run.scale,
+        machine: &checkpoint.run.machine,
         folder: FOLDER,
     };
-    let page = page(&kept.parts, &made, &figures);
+    let page = page(&checkpoint.parts, &made, &figures);
     files::write(&arguments.out.join("accuracy.md"), page.markdown())
 }
 
@@ -191,54 +188,42 @@ fn options(arguments: &Arguments, scale: &Scale) -> String {
     }
 }
 
+/// The columns of a part's numbers.
+const COLUMNS: [(&str, fn(&Diagram, &Point) -> String); 20] = [
+    ("diagram", |diagram, _| diagram.title.clone()),
+    ("variant", |_, point| point.variant.clone()),
+    ("curve", |_, point| point.curve.clone()),
+    ("error", |_, point| point.error.to_string()),
+    ("error_unit", |diagram, _| diagram.error_unit.clone()),
+    ("rms", |_, point| point.rms.map_or_else(String::new, |rms| rms.to_string())),
+    ("error_low", |_, point| {
+        point.error_95.map_or(point.error, |[low, _]| low).to_string()
+    }),
+    ("error_high", |_, point| {
+        point.error_95.map_or(point.error, |[_, high]| high).to_string()
+    }),
+    ("at_most", |_, point| point.at_most.to_string()),
+    ("cost", |_, point| point.cost.median.to_string()),
+    ("cost_low", |_, point| point.cost.low.to_string()),
+    ("cost_high", |_, point| point.cost.high.to_string()),
+    ("cost_unit", |diagram, _| unit(diagram.cost_unit).into()),
+    ("ratio", |_, point| point.ratio.median.to_string()),
+    ("ratio_low", |_, point| point.ratio.low.to_string()),
+    ("ratio_high", |_, point| point.ratio.high.to_string()),
+    ("baseline", |_, point| point.is_baseline.to_string()),
+    ("default", |_, point| point.is_default.to_string()),
+    ("on_front", |_, point| point.on_front.to_string()),
+    ("note", |_, point| point.note.clone()),
+];
+
 /// All points of a part.
 fn numbers(part: &Part) -> anyhow::Result<String> {
-    let head = [
-        "diagram",
-        "variant",
-        "curve",
-        "error",
-        "error_unit",
-        "rms",
-        "error_low",
-        "error_high",
-        "at_most",
-        "cost",
-        "cost_low",
-        "cost_high",
-        "cost_unit",
-        "ratio",
-        "ratio_low",
-        "ratio_high",
-        "baseline",
-        "default",
-        "on_front",
-        "note",
-    ];
-    let rows = part.diagrams.iter().flat_map(|diagram| {
-        diagram.points.iter().map(move |point| {
-            let [low, high] = point.error_95.unwrap_or([point.error; 2]);
-            let cost = [point.cost.median, point.cost.low, point.cost.high];
-            let ratio = [point.ratio.median, point.ratio.low, point.ratio.high];
-            let mut row = vec![
-                diagram.title.clone(),
-                point.variant.clone(),
-                point.curve.clone(),
-                point.error.to_string(),
-                diagram.error_unit.clone(),
-            ];
-            row.push(point.rms.map_or_else(String::new, |rms| rms.to_string()));
-            row.extend([low, high].map(|value| value.to_string()));
-            row.push(point.at_most.to_string());
-            row.extend(cost.map(|value| value.to_string()));
-            row.push(unit(diagram.cost_unit).into());
-            row.extend(ratio.map(|value| value.to_string()));
-            row.extend([point.is_baseline, point.is_default, point.on_front].map(|is| is.to_string()));
-            row.push(point.note.clone());
-            row
-        })
-    });
-    csv(&head, rows)
+    let points = part
+        .diagrams
+        .iter()
+        .flat_map(|diagram| diagram.points.iter().map(move |point| (diagram, point)));
+    let rows = points.map(|(diagram, point)| COLUMNS.map(|(_, of)| of(diagram, point)).to_vec());
+    csv(&COLUMNS.map(|(name, _)| name), rows)
 }
 
 fn unit(unit: CostUnit) -> &'static str {

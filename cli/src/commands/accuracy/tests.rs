@@ -6,8 +6,8 @@ use super::*;
 use clap::Parser;
 
 /// Errors of a few frames; times mean nothing.
-fn tiny() -> Kept {
-    Kept::new(Run::new(Scale::TINY))
+fn tiny() -> Checkpoint {
+    Checkpoint::new(Run::new(Scale::TINY))
 }
 
 #[test]
@@ -19,24 +19,24 @@ fn parts_are_measured_kept_drawn_and_not_measured_again() {
         parts: vec!["decoder".into()],
         resume: false,
     };
-    let path = folder.path().join(KEPT);
-    let mut kept = tiny();
-    kept.missing = arguments.parts.clone();
+    let path = folder.path().join(CHECKPOINT);
+    let mut checkpoint = tiny();
+    checkpoint.missing = arguments.parts.clone();
     static ASKED: AtomicBool = AtomicBool::new(true);
-    assert!(!measure(&mut kept.clone(), &path, Stop::at(&ASKED)).expect("nothing to do"));
-    assert!(measure(&mut kept, &path, Stop::NEVER).expect("measured"));
-    write(&kept, &arguments, folder.path()).expect("drawn");
+    assert!(!measure(&mut checkpoint.clone(), &path, Stop::at(&ASKED)).expect("nothing to do"));
+    assert!(measure(&mut checkpoint, &path, Stop::NEVER).expect("measured"));
+    write(&checkpoint, &arguments, folder.path()).expect("drawn");
     let again = Arguments {
         parts: Vec::new(),
         resume: true,
         ..arguments
     };
-    let resumed = begin(&again, Run::new(Scale::TINY), &path).expect("kept");
-    assert_eq!(resumed.parts, kept.parts);
+    let resumed = begin(&again, Run::new(Scale::TINY), &path).expect("written");
+    assert_eq!(resumed.parts, checkpoint.parts);
     assert_eq!(resumed.missing.len(), PARTS.len() - 1);
     assert!(begin(&again, Run::new(Scale::FULL), &path).is_err());
     let page = std::fs::read_to_string(folder.path().join("accuracy.md")).expect("a page");
-    for part in &kept.parts {
+    for part in &checkpoint.parts {
         assert!(page.contains(&format!("![accuracy/{0}](accuracy/{0}.png)", part.name)));
         let image = std::fs::read(folder.path().join(format!("{}.png", part.name))).expect("a plot");
         assert!(image.starts_with(b"\x89PNG"));

@@ -1,32 +1,32 @@
 //! `vocc figures`: the figures of Do & Yoo 2020 and what becomes of their claims.
 
+mod checkpoint;
 mod errors;
-mod kept;
 mod optima;
 mod panels;
 mod scatters;
 #[cfg(test)]
 mod tests;
 mod variances;
+mod variation;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use sim::scene::Scene;
 use studies::reproduction::{Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Pieces, Study, judge};
 
+use crate::checkpoint::{NowAndThen, Resumable as _, hold_folder};
 use crate::files;
-use crate::kept::Kept as _;
 use crate::numbers::{number, with_interval};
 use crate::options::Shared;
 use crate::output::{self, Answer, line};
 use crate::outputs;
 use crate::progress::Progress;
-use crate::report::claims::{self, Judged};
+use crate::report::claims::{self, ReadingClaims};
 use crate::report::figure::Figure;
 use crate::stop::{interrupted, stop};
-use kept::{Kept, Run};
+use checkpoint::{Checkpoint, Run};
+use variation::{DISTANCE, INTERVAL, L2A};
 
 /// Arguments of `vocc figures`.
 #[derive(clap::Args)]
@@ -57,10 +57,8 @@ const FULL_FRAMES: u64 = 100_000;
 const QUICK_FRAMES: u64 = 4000;
 /// By how much the other readings have fewer frames.
 const READING_SHARE: u64 = 10;
-/// Between two times that a run keeps what it has finished.
-const KEEP_EVERY: Duration = Duration::from_secs(10);
-/// The file that keeps what is finished.
-const KEPT: &str = "findings.json";
+/// The file of what is finished.
+const CHECKPOINT: &str = "findings.json";
 
 /// One scene under one reading, and how its findings are filed.
 struct Part {
@@ -76,39 +74,34 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         (Some(frames), _) => frames,
     };
     let parts = parts(arguments, shared, frames)?;
-    std::fs::create_dir_all(&arguments.out).with_context(|| format!("cannot make the folder {}", arguments.out.display()))?;
-    let _held = outputs::hold(&arguments.out)?;
-    let path = arguments.out.join(KEPT);
+    let path = arguments.out.join(CHECKPOINT);
     let reports = ["report.md", "report.html"].map(|name| arguments.out.join(name));
-    outputs::check_beside(&path, &reports)?;
-    outputs::check(
-        reports.into_iter().chain([path.clone()]),
-        outputs::files_of(&arguments.scene, &parts[0].study.scene),
-    )?;
+    let inputs = outputs::files_of(&arguments.scene, &parts[0].study.scene);
+    let _held = hold_folder(&path, reports.into(), inputs)?;
     let run = Run::new(&parts[0].study.scene, frames, arguments.quick, shared.seed);
-    let mut kept = if arguments.resume && path.exists() {
-        Kept::read(&path, &run)?
+    let mut checkpoint = if arguments.resume && path.exists() {
+        Checkpoint::read(&path, &run)?
     } else {
-        Kept::new(run)
+        Checkpoint::new(run)
     };
-    if !compute(&parts, &mut kept, &path)? {
+    if !compute(&parts, &mut checkpoint, &path)? {
         return Ok(interrupted(&path));
     }
     let nothing = Findings::default();
     let of = |part: &Part| {
-        let findings = kept.findings.get(part.name).unwrap_or(&nothing);
+        let findings = checkpoint.findings.get(part.name).unwrap_or(&nothing);
         judge(&part.study, findings)
     };
     let (main, others) = (&parts[0], &parts[1..]);
     let claims = of(main);
-    let readings: Vec<Judged> = others
+    let readings: Vec<ReadingClaims> = others
         .iter()
-        .map(|part| Judged {
+        .map(|part| ReadingClaims {
             name: part.name,
             claims: of(part),
         })
         .collect();
-    let findings = kept.findings.get(main.name).unwrap_or(&nothing);
+    let findings = checkpoint.findings.get(main.name).unwrap_or(&nothing);
     let figures = figures(&main.study, findings)?;
     for figure in &figures {
         figure.save(&arguments.out)?;
@@ -153,64 +146,115 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
 }
 
 /// Does what is not done yet; false if it was asked to stop.
-fn compute(parts: &[Part], kept: &mut Kept, path: &Path) -> anyhow::Result<bool> {
-    // What cannot be kept should not be worked on first.
-    kept.write(path)?;
+fn compute(parts: &[Part], checkpoint: &mut Checkpoint, path: &Path) -> anyhow::Result<bool> {
+    // What cannot be written should not be worked on first.
+    checkpoint.write(path)?;
     let tasks: Vec<_> = parts
         .iter()
         .flat_map(|part| part.study.tasks().into_iter().map(move |task| (part, task)))
         .collect();
     let mut progress = Progress::new(tasks.len() as u64, "tasks");
-    let mut written = Instant::now();
+    let mut now_and_then = NowAndThen::begin();
     for (done, (part, task)) in (1..).zip(tasks) {
-        let known = kept.findings.entry(part.name.into()).or_default().clone();
+        let known = checkpoint.findings.entry(part.name.into()).or_default().clone();
         if known.of(&task).is_some() {
             progress.begin_at(done);
             continue;
         }
-        let mut pieces = kept.take_pieces(part.name, &task);
+        let mut pieces = checkpoint.take_pieces(part.name, &task);
         let tell = |pieces: &Pieces| {
-            if written.elapsed() > KEEP_EVERY {
-                kept.keep_pieces(part.name, &task, pieces);
-                if let Err(error) = kept.write(path) {
-                    output::tell(format_args!("vocc: {error:#}; going on"));
-                }
-                written = Instant::now();
-            }
+            now_and_then.write(|| {
+                checkpoint.keep_pieces(part.name, &task, pieces);
+                checkpoint.write(path)
+            });
         };
         let found = part.study.perform_on(&task, &known, &mut pieces, tell)?;
         let Some(found) = found else {
-            kept.keep_pieces(part.name, &task, &pieces);
-            kept.write(path)?;
+            checkpoint.keep_pieces(part.name, &task, &pieces);
+            checkpoint.write(path)?;
             return Ok(false);
         };
-        kept.take_pieces(part.name, &task);
-        let findings = kept.findings.entry(part.name.into()).or_default();
+        checkpoint.take_pieces(part.name, &task);
+        let findings = checkpoint.findings.entry(part.name.into()).or_default();
         findings.keep(task, found);
         progress.done(done);
     }
-    kept.write(path)?;
+    checkpoint.write(path)?;
     Ok(true)
 }
 
 /// All figures whose data are there.
 fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
+    let panels = |name, caption, variation, values: &[f64]| panels::figure(study, name, caption, variation, values).map(Some);
+    let scatters = |name, caption, variation, values: &[f64]| scatters::figure(study, name, caption, variation, values).map(Some);
+    let axes = &study.axes;
     let figures = [
-        Some(panels::daylight(study)?),
-        Some(panels::over_l2a(study)?),
-        Some(scatters::over_l2a(study)?),
-        variances::over_l2a(study, findings)?,
-        Some(panels::over_interval(study)?),
-        Some(scatters::over_interval(study)?),
-        variances::over_interval(study, findings)?,
-        Some(panels::over_distance(study)?),
-        Some(scatters::over_distance(study)?),
-        variances::over_distance(study, findings)?,
-        optima::figure(study, findings)?,
-        errors::figure(study, findings)?,
-        errors::detectors(study, findings)?,
+        panels::daylight(study).map(Some),
+        panels(
+            "figure-12",
+            "The same bits at L2A 0.2, 1, 2 and 4: interval 1, 50 m.",
+            &L2A,
+            &[0.2, 1.0, 2.0, 4.0],
+        ),
+        scatters(
+            "figure-13",
+            "Features of the LEDs in ten frames at low, mid and high L2A: interval 1, 50 m.",
+            &L2A,
+            &[0.2, 2.0, 4.0],
+        ),
+        variances::figure(
+            findings,
+            (
+                "figure-14",
+                "Variances over L2A (interval 1, 50 m), and the grey levels at the centres of On and Off LEDs.",
+            ),
+            &L2A,
+            (&axes.l2a, &study.over_l2a()),
+            true,
+        ),
+        panels(
+            "figure-15",
+            "The same bits at intervals 0.5, 1, 1.5 and 2, zoomed to the same size: L2A 1, 50 m.",
+            &INTERVAL,
+            &[0.5, 1.0, 1.5, 2.0],
+        ),
+        scatters(
+            "figure-16",
+            "Features of the LEDs in ten frames at four intervals: L2A 1, 50 m.",
+            &INTERVAL,
+            &[0.5, 1.0, 1.5, 2.0],
+        ),
+        variances::figure(
+            findings,
+            ("figure-17", "Variances over the interval (L2A 1, 50 m)."),
+            &INTERVAL,
+            (&axes.interval, &study.over_interval()),
+            false,
+        ),
+        panels(
+            "figure-18",
+            "The same bits at 30, 50 and 70 m, zoomed to the same size: L2A 1, interval 1.",
+            &DISTANCE,
+            &[30.0, 50.0, 70.0],
+        ),
+        scatters(
+            "figure-19",
+            "Features of the LEDs in ten frames at three distances: L2A 1, interval 1.",
+            &DISTANCE,
+            &[30.0, 50.0, 70.0],
+        ),
+        variances::figure(
+            findings,
+            ("figure-20", "Variances over the distance (L2A 1, interval 1)."),
+            &DISTANCE,
+            (&axes.distance_m, &study.over_distance()),
+            false,
+        ),
+        optima::figure(study, findings),
+        errors::figure(study, findings),
+        errors::detectors(study, findings),
     ];
-    Ok(figures.into_iter().flatten().collect())
+    figures.into_iter().filter_map(Result::transpose).collect()
 }
 
 /// The command that makes the same.

@@ -1,6 +1,7 @@
 //! A whole run of few points, interrupted and finished, and what it draws.
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use super::*;
 use studies::reproduction::Axes;
@@ -51,25 +52,25 @@ fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
     let study = &uninterrupted[0].study;
     let run = |seed| Run::new(&study.scene, 1000, true, seed);
     let folder = folder("interrupted");
-    let path = folder.join(KEPT);
-    Kept::new(run(1)).write(&path).expect("a file");
-    assert!(Kept::read(&path, &run(2)).is_err());
+    let path = folder.join(CHECKPOINT);
+    Checkpoint::new(run(1)).write(&path).expect("a file");
+    assert!(Checkpoint::read(&path, &run(2)).is_err());
     let mut interruptions = 0;
     let again = loop {
-        let mut kept = Kept::read(&path, &run(1)).expect("what was kept");
+        let mut checkpoint = Checkpoint::read(&path, &run(1)).expect("what was written");
         // Ever later, so that some task is finished at last.
         let after = Duration::from_millis(1 << interruptions);
-        if compute(&parts(stopped_after(after)), &mut kept, &path).expect("work") {
-            break kept;
+        if compute(&parts(stopped_after(after)), &mut checkpoint, &path).expect("work") {
+            break checkpoint;
         }
         if interruptions == 0 {
-            let claims = kept.findings.get("").map(|findings| judge(study, findings));
+            let claims = checkpoint.findings.get("").map(|findings| judge(study, findings));
             assert_eq!(claims.unwrap_or_default(), [], "no curve is finished");
         }
         interruptions += 1;
     };
     assert!(interruptions > 2, "{interruptions}");
-    let mut whole = Kept::new(run(1));
+    let mut whole = Checkpoint::new(run(1));
     assert!(compute(&uninterrupted, &mut whole, &path).expect("work"));
     assert_eq!(again.findings, whole.findings);
     drawn(study, &whole.findings[""], &folder);

@@ -1,10 +1,9 @@
 //! Section 4.4.2 (a): the effect of the LED interval.
 
-use super::super::batches::Sums;
 use super::super::batches::estimate_of;
 use super::super::findings::Findings;
-use super::super::operating_point::OperatingPoint;
 use super::super::study::Study;
+use super::super::sums::Sums;
 use super::claim::{Claim, Test, Words};
 use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
 
@@ -45,11 +44,8 @@ const B2W_RISES: Words = Words {
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
-    let shown: Vec<OperatingPoint> = study
-        .over_interval()
-        .into_iter()
-        .filter(|setting| SHOWN.contains(&setting.interval))
-        .collect();
+    let mut shown = study.over_interval();
+    shown.retain(|setting| SHOWN.contains(&setting.interval));
     let Some(points) = curve(&shown, findings).filter(|points| points.len() > 1) else {
         return Vec::new();
     };

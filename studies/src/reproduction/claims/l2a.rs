@@ -1,9 +1,9 @@
 //! Section 4.4.1: the effect of L2A.
 
-use super::super::batches::Sums;
 use super::super::batches::estimate_of;
 use super::super::findings::Findings;
 use super::super::study::Study;
+use super::super::sums::Sums;
 use super::claim::{Claim, Test, Words};
 use super::trend::{bvar, curve, least_rise, percent, wvar};
 use crate::interpolation::{interpolated, reaches};

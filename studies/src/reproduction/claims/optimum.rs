@@ -1,8 +1,9 @@
 //! Sections 4.4.1 and 4.4.3: the best L2A.
 
 use super::super::findings::Findings;
+use super::super::operating_point::OperatingPoint;
 use super::super::optima::BestRatio;
-use super::super::study::{DISTANCE_M, INTERVAL, Study};
+use super::super::study::Study;
 use super::claim::{Claim, Test, Words};
 use crate::statistics::Estimate;
 
@@ -34,7 +35,8 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let best = |interval: f64, distance_m: f64| findings.optimum(interval, distance_m);
     let intervals = &study.axes.optimum_interval;
     let distances = &study.axes.optimum_distance_m;
-    let is_two = best(INTERVAL, DISTANCE_M).map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
+    let at = OperatingPoint::REFERENCE;
+    let is_two = best(at.interval, at.distance_m).map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
     let pairs = intervals
         .windows(2)
         .flat_map(|pair| distances.iter().map(move |&distance_m| (pair, distance_m)));

@@ -1,8 +1,9 @@
 //! Quantities along a curve, and their steps.
 
-use super::super::batches::{Batches, Sums, estimate_of};
+use super::super::batches::{Batches, estimate_of};
 use super::super::findings::Findings;
 use super::super::operating_point::OperatingPoint;
+use super::super::sums::Sums;
 use crate::statistics::Estimate;
 
 /// The points of a curve, if all are there.

@@ -8,11 +8,11 @@ use link::l2a_table::{Illuminance, L2aTable};
 use tx_firmware::ambient::{BAND_OCTAVES, Smoothing};
 
 use self::paths::{BEFORE_LX, INTERVAL, REFLECTANCE, Transmitter};
+use super::Measurement;
 use super::counts;
-use super::diagram::{CostUnit, Diagram, Part, Point};
+use super::diagram::{CostUnit, Diagram, Point};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded};
-use super::pareto;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;
@@ -36,75 +36,39 @@ enum Path {
 }
 
 /// Name in the table of cycles, name here, curve, path.
-const PATHS: [(&str, &str, &str, Path); 12] = [
+type NamedPath = (&'static str, &'static str, &'static str, Path);
+
+const fn linear<const ENTRIES: usize>(counted: &'static str, name: &'static str) -> NamedPath {
+    (counted, name, "linear tables", Path::Fixed(paths::by_table::<ENTRIES, 1>))
+}
+
+const fn quadratic<const ENTRIES: usize>(counted: &'static str, name: &'static str) -> NamedPath {
+    (counted, name, "quadratic tables", Path::Fixed(paths::by_table::<ENTRIES, 2>))
+}
+
+const PATHS: [NamedPath; 12] = [
     ("firmware", "firmware, fixed point", "", Path::Fixed(paths::firmware)),
     ("single_libm", "f32, libm", "", Path::Single(paths::single_libm)),
     ("single_micromath", "f32, micromath", "", Path::Single(paths::single_micromath)),
     ("double_libm", "f64, libm", "", Path::Double(paths::double_libm)),
-    (
-        "linear_8",
-        "8 entries, linear",
-        "linear tables",
-        Path::Fixed(paths::by_table::<8, 1>),
-    ),
-    (
-        "linear_32",
-        "32 entries, linear",
-        "linear tables",
-        Path::Fixed(paths::by_table::<32, 1>),
-    ),
-    (
-        "linear_128",
-        "128 entries, linear",
-        "linear tables",
-        Path::Fixed(paths::by_table::<128, 1>),
-    ),
-    (
-        "linear_512",
-        "512 entries, linear",
-        "linear tables",
-        Path::Fixed(paths::by_table::<512, 1>),
-    ),
-    (
-        "quadratic_8",
-        "8 entries, quadratic",
-        "quadratic tables",
-        Path::Fixed(paths::by_table::<8, 2>),
-    ),
-    (
-        "quadratic_32",
-        "32 entries, quadratic",
-        "quadratic tables",
-        Path::Fixed(paths::by_table::<32, 2>),
-    ),
-    (
-        "quadratic_128",
-        "128 entries, quadratic",
-        "quadratic tables",
-        Path::Fixed(paths::by_table::<128, 2>),
-    ),
-    (
-        "quadratic_512",
-        "512 entries, quadratic",
-        "quadratic tables",
-        Path::Fixed(paths::by_table::<512, 2>),
-    ),
+    linear::<8>("linear_8", "8 entries, linear"),
+    linear::<32>("linear_32", "32 entries, linear"),
+    linear::<128>("linear_128", "128 entries, linear"),
+    linear::<512>("linear_512", "512 entries, linear"),
+    quadratic::<8>("quadratic_8", "8 entries, quadratic"),
+    quadratic::<32>("quadratic_32", "32 entries, quadratic"),
+    quadratic::<128>("quadratic_128", "128 entries, quadratic"),
+    quadratic::<512>("quadratic_512", "512 entries, quadratic"),
 ];
 
 /// Measures it.
-pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError> {
-    let points = points(scale);
+pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Measurement, PrecisionError> {
+    let error = ["greatest relative error of the luminance", ""];
     let diagrams = vec![Diagram {
-        title: "Cortex-M0+ of an RP2040".into(),
-        error: "greatest relative error of the luminance".into(),
-        error_unit: String::new(),
-        cost: "one reading".into(),
         cost_unit: CostUnit::Cycles,
-        points,
+        ..Diagram::of("Cortex-M0+ of an RP2040", error, "one reading", points(scale))
     }];
-    Ok(Part {
-        name: "transmitter".into(),
-        title: "Working out the luminance".into(),
+    Ok(Measurement {
         method: format!(
             "From a reading of the light to the luminance of an On LED: logarithm, smoothing, power of 2, bilinear interpolation in the \
              L2A table, product. *firmware* is what is flashed. The others do the same in f32 with \
@@ -117,7 +81,6 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Part, PrecisionError
         reference: "The formulas in f64 with the computer's own logarithm and powers, written another way: E₀^(1−s)·E^s. \
                     Readings within 0.01 octaves of where the filter changes its pace are left out."
             .into(),
-        default: why(&diagrams),
         diagrams,
     })
 }
@@ -150,18 +113,14 @@ fn points(scale: &Scale) -> Vec<Point> {
     let baseline = count(PATHS[0].0).unwrap_or(1.0);
     let counted = PATHS.iter().filter_map(|(name, variant, curve, path)| {
         let cycles = Quartiles::exactly(count(name)?);
-        let is_firmware = *name == PATHS[0].0;
+        let point = Point::new(*variant, error(path, scale)?).on(curve);
         Some(Point {
             cost: cycles,
             ratio: cycles.times(1.0 / baseline),
-            is_baseline: is_firmware,
-            is_default: is_firmware,
-            ..Point::new(*variant, error(path, scale)?).on(curve)
+            ..point.as_default(*name == PATHS[0].0)
         })
     });
-    let mut points: Vec<Point> = counted.collect();
-    pareto::mark_front(&mut points);
-    points
+    counted.collect()
 }
 
 /// The greatest relative error of a path's luminance; none if there is no transmitter.

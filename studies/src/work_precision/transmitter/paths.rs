@@ -23,13 +23,13 @@ pub struct Transmitter {
     ambient: Ambient,
     table: L2aTable,
     calibration: Calibration,
-    fixed: Kept<I6F26>,
-    single: Kept<f32>,
-    double: Kept<f64>,
+    fixed: Logarithms<I6F26>,
+    single: Logarithms<f32>,
+    double: Logarithms<f64>,
 }
 
 /// The logarithms of the table's axes and of the smoothed light, and the filter's shares for darker, brighter and like light.
-struct Kept<T> {
+struct Logarithms<T> {
     illuminances: [T; 16],
     rows: usize,
     intervals: [T; 8],
@@ -58,19 +58,19 @@ impl Transmitter {
         let table = L2aTable::shipped();
         let share = |time_constant_ms: u16| 1.0 - libm::exp(-f64::from(smoothing.sample_period_ms) / f64::from(time_constant_ms));
         let shares = [smoothing.darker_ms, smoothing.brighter_ms, smoothing.still_ms].map(share);
-        let kept = Kept::of(&table, shares);
+        let logarithms = Logarithms::of(&table, shares);
         Some(Self {
             ambient,
             calibration: Calibration::new(measured).ok()?,
-            fixed: kept.converted(I6F26::from_num),
-            single: kept.converted(|value| value as f32),
-            double: kept,
+            fixed: logarithms.converted(I6F26::from_num),
+            single: logarithms.converted(|value| value as f32),
+            double: logarithms,
             table,
         })
     }
 }
 
-impl Kept<f64> {
+impl Logarithms<f64> {
     fn of(table: &L2aTable, shares: [f64; 3]) -> Self {
         let (illuminances, intervals) = (table.illuminances_lx(), table.intervals());
         let log = |value: Option<f64>| libm::log2(value.unwrap_or(1.0));
@@ -86,8 +86,8 @@ impl Kept<f64> {
         }
     }
 
-    fn converted<T>(&self, to: impl Fn(f64) -> T) -> Kept<T> {
-        Kept {
+    fn converted<T>(&self, to: impl Fn(f64) -> T) -> Logarithms<T> {
+        Logarithms {
             illuminances: self.illuminances.map(&to),
             rows: self.rows,
             intervals: self.intervals.map(&to),
@@ -102,7 +102,7 @@ impl Kept<f64> {
 
 impl<
     T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Add<Output = T> + core::ops::Mul<Output = T> + core::ops::Div<Output = T>,
-> Kept<T>
+> Logarithms<T>
 {
     /// The smoothed logarithm after a reading; `band` and `zero` are numbers of the type.
     fn smoothed(&self, log: T, band: T, zero: T) -> T {
@@ -155,10 +155,10 @@ pub fn firmware(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
 
 /// In single precision, by any logarithm and power of 2.
 fn single(transmitter: &Transmitter, lx: Illuminance, log2: fn(f32) -> f32, exp2: fn(f32) -> f32) -> f32 {
-    let kept = &transmitter.single;
+    let logarithms = &transmitter.single;
     let reading = lx.to_bits() as f32 * (1.0 / 4096.0);
-    let log = kept.smoothed(log2(reading), BAND_OCTAVES.to_num(), 0.0);
-    kept.l2a(log, 0.0) * exp2(log) * REFLECTANCE as f32
+    let log = logarithms.smoothed(log2(reading), BAND_OCTAVES.to_num(), 0.0);
+    logarithms.l2a(log, 0.0) * exp2(log) * REFLECTANCE as f32
 }
 
 /// In f32 by libm.
@@ -174,19 +174,19 @@ pub fn single_micromath(transmitter: &Transmitter, lx: Illuminance) -> f32 {
 
 /// In f64 by libm.
 pub fn double_libm(transmitter: &Transmitter, lx: Illuminance) -> f64 {
-    let kept = &transmitter.double;
+    let logarithms = &transmitter.double;
     let reading = f64::from(lx.to_bits()) / 4096.0;
-    let log = kept.smoothed(libm::log2(reading), BAND_OCTAVES.to_num(), 0.0);
-    kept.l2a(log, 0.0) * libm::exp2(log) * REFLECTANCE
+    let log = logarithms.smoothed(libm::log2(reading), BAND_OCTAVES.to_num(), 0.0);
+    logarithms.l2a(log, 0.0) * libm::exp2(log) * REFLECTANCE
 }
 
 /// In fixed point with tables of `ENTRIES` steps an octave, between which is a polynomial of order 1 or 2.
 pub fn by_table<const ENTRIES: usize, const ORDER: usize>(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
-    let kept = &transmitter.fixed;
+    let logarithms = &transmitter.fixed;
     let log = log2_by_table::<ENTRIES, ORDER>(lx);
-    let log = kept.smoothed(log, BAND_OCTAVES, I6F26::ZERO);
+    let log = logarithms.smoothed(log, BAND_OCTAVES, I6F26::ZERO);
     let light = exp2_by_table::<ENTRIES, ORDER>(log);
-    let l2a = kept.l2a(log, I6F26::ZERO).to_bits() as u64;
+    let l2a = logarithms.l2a(log, I6F26::ZERO).to_bits() as u64;
     // 32 bits of the light's fraction and 26 of the ratio's.
     let product = (u128::from(light.to_bits()) * u128::from(l2a)) >> 26;
     const SHARE: u64 = (REFLECTANCE * (1u64 << 32) as f64) as u64;

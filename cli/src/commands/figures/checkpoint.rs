@@ -1,4 +1,4 @@
-//! What is finished, and kept so that an interrupted run can go on.
+//! What is finished, so that an interrupted run can go on.
 
 use std::collections::BTreeMap;
 
@@ -12,19 +12,19 @@ const FORMAT: u32 = 1;
 /// What is finished, and of which run.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Kept {
+pub struct Checkpoint {
     run: Run,
     /// The findings by reading; those of the scene itself under no name.
     pub findings: BTreeMap<String, Findings>,
     /// The task in work.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    begun: Option<Begun>,
+    begun: Option<TaskInWork>,
 }
 
 /// A task in work.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Begun {
+struct TaskInWork {
     reading: String,
     task: Task,
     pieces: Pieces,
@@ -56,7 +56,7 @@ impl Run {
     }
 }
 
-impl Kept {
+impl Checkpoint {
     /// Nothing yet.
     pub fn new(run: Run) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl Kept {
 
     /// Keeps what is finished of a task under a reading.
     pub fn keep_pieces(&mut self, reading: &str, task: &Task, pieces: &Pieces) {
-        self.begun = Some(Begun {
+        self.begun = Some(TaskInWork {
             reading: reading.into(),
             task: task.clone(),
             pieces: pieces.clone(),
@@ -83,7 +83,7 @@ impl Kept {
     }
 }
 
-impl crate::kept::Kept for Kept {
+impl crate::checkpoint::Resumable for Checkpoint {
     type Run = Run;
     const IS: &str = "findings of vocc figures";
     const SAME: &str = "scene, frames, seed and version";

@@ -11,7 +11,7 @@ const FORMAT: u32 = 1;
 /// The measurements of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Kept {
+pub struct Checkpoint {
     /// What they depend on.
     pub run: Run,
     /// The parts that are measured, in their order.
@@ -48,7 +48,7 @@ impl Run {
     }
 }
 
-impl Kept {
+impl Checkpoint {
     /// Nothing yet.
     pub fn new(run: Run) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl Kept {
     }
 }
 
-impl crate::kept::Kept for Kept {
+impl crate::checkpoint::Resumable for Checkpoint {
     type Run = Run;
     const IS: &str = "points of vocc accuracy";
     const SAME: &str = "machine, seed, --quick and version";

@@ -1,0 +1,19 @@
+//! What is finished of a task in work, so that it goes on from there.
+
+use serde::{Deserialize, Serialize};
+
+use super::sums::Sums;
+use crate::monte_carlo::Evaluation;
+use crate::statistics::FrameErrors;
+
+/// What is finished of a task that is in work.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pieces {
+    /// Of [`super::Task::Point`].
+    pub(super) batches: Vec<Sums>,
+    /// Of [`super::Task::Optimum`]: pieces of rounds in their order.
+    pub(super) rounds: Vec<Vec<Evaluation>>,
+    /// Of [`super::Task::Errors`]: whole rounds.
+    pub(super) errors: FrameErrors,
+}
