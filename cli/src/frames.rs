@@ -3,6 +3,7 @@
 //! | part | makes |
 //! |---|---|
 //! | [`files`] | the frames of a folder, and the numbers that their names give them |
+//! | [`names`] | what a file is, and which frame, by its name |
 //! | [`film`] | the frames of a film, by ffmpeg |
 //! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
@@ -14,6 +15,7 @@
 pub mod files;
 pub mod film;
 mod mosaic;
+mod names;
 pub mod picture;
 pub mod stamps;
 

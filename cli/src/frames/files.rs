@@ -5,27 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 
 use super::film;
+use super::names::{has_ending, number};
 use super::stamps::Stamps;
+pub use super::stamps::{FrameFile, Frames};
 
 /// How the names of pictures end.
 const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
-
-/// A frame's file, and when it was taken: in frames of the camera, and by how many frame periods later than that says.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrameFile {
-    pub path: PathBuf,
-    pub number: u64,
-    pub late: f64,
-}
-
-/// Frames in the order in which they were taken.
-pub struct Frames {
-    pub files: Vec<FrameFile>,
-    /// Frames a second, as time stamps tell it.
-    pub rate: Option<f32>,
-    /// Frames that are left out because they are another time the frame before, as time stamps tell it.
-    pub doubled: usize,
-}
 
 /// The frames of folders, in the order of their names, and single files.
 ///
@@ -87,12 +72,6 @@ pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// Whether a name ends in one of these, in letters of any size.
-pub fn has_ending(path: &Path, endings: &[&str]) -> bool {
-    let ending = path.extension().unwrap_or_default();
-    endings.iter().any(|known| ending.eq_ignore_ascii_case(known))
-}
-
 /// The frames' numbers from 0 on.
 fn numbers(paths: &[PathBuf]) -> Vec<u64> {
     let counted = || (0..paths.len() as u64).collect();
@@ -105,13 +84,6 @@ fn numbers(paths: &[PathBuf]) -> Vec<u64> {
         return counted();
     }
     named.iter().map(|number| number - named[0]).collect()
-}
-
-/// The number that a name ends in.
-pub fn number(path: &Path) -> Option<u64> {
-    let stem = path.file_stem()?.to_str()?;
-    let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    stem[stem.len() - digits..].parse().ok()
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, bail, ensure};
 
-use super::files::has_ending;
+use super::names::has_ending;
 use crate::output::tell;
 use crate::stop;
 

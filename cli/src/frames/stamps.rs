@@ -10,7 +10,7 @@ use anyhow::{Context, bail, ensure};
 use csv::{ReaderBuilder, StringRecord, Trim};
 use sim::input;
 
-use super::files::{FrameFile, Frames, number};
+use super::names::number;
 
 /// The name of the file.
 const NAME: &str = "timestamps.csv";
@@ -21,6 +21,23 @@ const SECONDS_MAX: f64 = 1e12;
 
 /// Frames a second that time stamps may tell. Milliseconds taken for seconds are slower.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e5;
+
+/// A frame's file, and when it was taken: in frames of the camera, and by how many frame periods later than that says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameFile {
+    pub path: PathBuf,
+    pub number: u64,
+    pub late: f64,
+}
+
+/// Frames in the order in which they were taken.
+pub struct Frames {
+    pub files: Vec<FrameFile>,
+    /// Frames a second, as time stamps tell it.
+    pub rate: Option<f32>,
+    /// Frames that are left out because they are another time the frame before, as time stamps tell it.
+    pub doubled: usize,
+}
 
 /// The time stamps of a folder's frames.
 pub struct Stamps {
