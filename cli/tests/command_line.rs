@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{command, folder, json, refused, text, vocc};
+use common::{command, folder, json, json_lines, paths, refused, text, vocc};
 
 #[test]
 fn bad_scenes_are_refused() {
@@ -57,9 +57,9 @@ fn bad_scenes_are_refused() {
     refused(&["evaluate", "--detector", "wizard"], &["kmeans-raw"]);
     let scene = folder("scenes").join("broken.toml");
     std::fs::write(&scene, "[pose]\ndistance_m = fifty\n").expect("a file");
-    refused(&["plan", scene.to_str().expect("a name")], &["line 2"]);
+    refused(&["plan", common::name(&scene)], &["line 2"]);
     std::fs::write(&scene, "[pose]\ndistance_ft = 50\n").expect("a file");
-    refused(&["plan", scene.to_str().expect("a name")], &["distance_ft", "line 2"]);
+    refused(&["plan", common::name(&scene)], &["distance_ft", "line 2"]);
 }
 
 /// A camera of 30 frames a second, tried with short messages.
@@ -79,10 +79,7 @@ const ADVICE: [&str; 10] = [
 #[test]
 fn a_camera_is_told_what_to_be_shown() {
     let advised = vocc(&[&ADVICE[..], &["--set=panel.pwm_hz=2050", "--json"]].concat());
-    let lines: Vec<serde_json::Value> = text(&advised.stdout)
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"))
-        .collect();
+    let lines = json_lines(&advised);
     let (last, tried) = lines.split_last().expect("lines");
     let net = |row: &serde_json::Value| row["net_bit_s"].as_f64().expect("a net rate");
     let most = tried.iter().map(net).fold(0.0, f64::max);
@@ -135,7 +132,7 @@ fn flicker_is_told_at_each_symbol_rate() {
 
     let folder = folder("flicker");
     let plot = folder.join("flicker.png");
-    let plot = plot.to_str().expect("a name");
+    let plot = common::name(&plot);
     let told = vocc(&["transmit", "--flicker", "--message", "Ice", "--plot", plot]);
     assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
     for word in ["10 symbols", "flickers", "Manchester", "9 to 300"] {
@@ -160,8 +157,7 @@ fn flicker_that_cannot_be_told_is_refused() {
 
 #[test]
 fn bad_images_are_refused() {
-    let folder = folder("images");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let path = paths("images");
     image::RgbImage::from_pixel(64, 64, image::Rgb([1, 2, 3]))
         .save(path("colour.png"))
         .expect("a file");
@@ -239,7 +235,7 @@ fn bad_images_are_refused() {
 #[test]
 fn what_is_sent_is_received() {
     let frames = folder("frames");
-    let frames = frames.to_str().expect("a name");
+    let frames = common::name(&frames);
     let link = vocc(&["link", "--json", "--message", "Ice on the bridge", "--save", frames]);
     assert_eq!(link.status.code(), Some(0), "{}", text(&link.stderr));
     let link = json(&link);
@@ -260,9 +256,18 @@ fn what_is_sent_is_received() {
 }
 
 #[test]
+fn without_a_command_a_message_is_sent_and_nothing_is_written() {
+    let place = folder("demonstration");
+    let run = command(&[]).current_dir(&place).output().expect("vocc runs");
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    assert!(text(&run.stdout).contains("received"), "{}", text(&run.stdout));
+    assert_eq!(std::fs::read_dir(&place).expect("a folder").count(), 0);
+}
+
+#[test]
 fn raw_frames_come_in_on_standard_input() {
     let folder = folder("raw");
-    let frames = folder.to_str().expect("a name");
+    let frames = common::name(&folder);
     assert_eq!(vocc(&["link", "--message", "hi", "--save", frames]).status.code(), Some(0));
     let mut names: Vec<_> = std::fs::read_dir(&folder)
         .expect("a folder")
@@ -343,7 +348,7 @@ fn renders_are_what_they_are_asked_to_be() {
 fn a_panel_that_is_white_nearly_all_over_is_not_read_at_given_corners() {
     let folder = folder("white");
     let file = folder.join("panel.png");
-    let file = file.to_str().expect("a name");
+    let file = common::name(&file);
     let decoded = |dark_rows: u32| {
         // LEDs 10 px apart, the topmost rows grey.
         let grey = |_, y| image::Luma([if y < 10 + 10 * dark_rows { 90 } else { 255 }]);
@@ -398,7 +403,7 @@ fn every_preset_can_be_printed_and_planned() {
         std::fs::write(&file, &printed.stdout).expect("a file");
         let plan = plan_without_costs(preset);
         assert!(plan.len() >= 14, "{preset}");
-        let of_file = plan_without_costs(file.to_str().expect("a name"));
+        let of_file = plan_without_costs(common::name(&file));
         assert_eq!(plan, of_file, "{preset}");
     }
     refused(&["scene", "noon"], &["night"]);
@@ -407,7 +412,7 @@ fn every_preset_can_be_printed_and_planned() {
 #[test]
 fn a_bad_frame_is_a_lost_frame_and_not_the_end() {
     let folder = folder("lossy");
-    let frames = folder.to_str().expect("a name");
+    let frames = common::name(&folder);
     assert_eq!(
         vocc(&["link", "--message", "hi there, road", "--frames", "30", "--save", frames])
             .status
@@ -430,11 +435,10 @@ fn a_panel_that_drives_out_of_view_ends_the_run_and_loses_nothing() {
     assert!(text(&link.stderr).contains("ended early"));
 }
 
-/// What `vocc evaluate` or `vocc merge` found, without the time it took.
 #[test]
 fn figures_refuse_bad_input() {
     let folder = folder("figures");
-    let out = folder.to_str().expect("a name");
+    let out = common::name(&folder);
     refused(&["figures"], &["--out"]);
     refused(&["figures", "--out", out, "--frames", "10"], &["--frames", "1000"]);
     refused(&["figures", "no-such-scene", "--out", out], &["paper-18mm"]);
@@ -454,7 +458,7 @@ fn figures_refuse_bad_input() {
     );
     let file = folder.join("file");
     std::fs::write(&file, "in the way").expect("a file");
-    refused(&["figures", "--out", file.to_str().expect("a name")], &["folder"]);
+    refused(&["figures", "--out", common::name(&file)], &["folder"]);
     std::fs::write(folder.join("findings.json"), "{}").expect("a file");
     refused(&["figures", "--out", out, "--resume"], &["findings.json", "--resume"]);
 }

@@ -12,7 +12,7 @@ fn wrong_through(blur_px: f64) -> Vec<u32> {
     let size = ["camera.width_px=640", "camera.height_px=480"];
     let read = (0..20).filter_map(|seed| {
         let picture = place.join(format!("{seed}.png"));
-        let (seed, path) = (seed.to_string(), picture.to_str().expect("a plain name"));
+        let (seed, path) = (seed.to_string(), common::name(&picture));
         let render = ["render", "day", "--seed", &seed, "--out", path, "--json"];
         let settings = ["--set", &blur, "--set", size[0], "--set", size[1]];
         let shown = json(&vocc(&[&render[..], &settings[..]].concat()));

@@ -458,7 +458,7 @@ fn pushed(mut hurt: impl FnMut(usize, Vec<u8>) -> Vec<u8> + Send + 'static) -> (
         hurt(answers, answer)
     });
     let table = file("breaks.toml", TABLE);
-    let table = table.to_str().expect("a name");
+    let table = common::name(&table);
     let output = board.vocc(&["table", "push", table, "--timeout", "0.05"]);
     let fake = board.stop();
     let used = fake.transmitter.table();
@@ -499,7 +499,7 @@ fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
             fake.exchange(bytes)
         });
         let table = file("full.toml", TABLE);
-        let push = ["table", "push", table.to_str().expect("a name")];
+        let push = ["table", "push", common::name(&table)];
         ends(&board.vocc(&push), 2, &["flash"]);
         let fake = board.stop();
         assert_eq!(*fake.transmitter.table(), Fake::first_table());

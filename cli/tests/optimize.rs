@@ -3,9 +3,9 @@
 mod common;
 
 use std::path::Path;
-use std::process::{Output, Stdio};
+use std::process::Output;
 
-use common::{command, refused, says, text, vocc};
+use common::{command, json_lines, paths, refused, says, text, vocc};
 
 /// A folder of this test's own, empty.
 fn folder(name: &str) -> std::path::PathBuf {
@@ -27,14 +27,12 @@ const QUICK: [&str; 9] = [
 
 fn lines(output: &Output) -> Vec<serde_json::Value> {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let line = |line: &str| serde_json::from_str(line).expect("JSON");
-    text(&output.stdout).lines().map(line).collect()
+    json_lines(output)
 }
 
 #[test]
 fn a_table_is_made_and_can_be_used() {
-    let folder = folder("made");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let path = paths("optimize/made");
     let table = path("table.toml");
     let found = lines(&vocc(&[&QUICK[..], &[&table]].concat()));
     let cells: Vec<_> = found.iter().filter(|line| line.get("distance_m").is_some()).collect();
@@ -142,7 +140,7 @@ fn senseless_searches_are_refused() {
     refused(&["table", "show", "none.toml"], &["none.toml"]);
     let later = folder("later").join("table.toml");
     std::fs::write(&later, "format = 2\n").expect("a file");
-    let later = later.to_str().expect("a name");
+    let later = common::name(&later);
     refused(&["table", "check", later], &["format = 2", "format 1"]);
     refused(&["optimize", "-o", later, "--resume"], &["format = 2"]);
 }
@@ -150,12 +148,8 @@ fn senseless_searches_are_refused() {
 #[test]
 fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     let table = folder("closed").join("table.toml");
-    let table = table.to_str().expect("a name");
-    let unread = |arguments: &[&str]| {
-        let mut run = command(arguments).stdout(Stdio::piped()).spawn().expect("vocc runs");
-        drop(run.stdout.take());
-        run.wait().expect("vocc ends").code()
-    };
+    let table = common::name(&table);
+    let unread = |arguments: &[&str]| common::unread(&mut command(arguments));
     assert_eq!(unread(&[&QUICK[..], &[table]].concat()), Some(0));
     let shown = vocc(&["table", "show", table, "--json"]);
     let l2a = &lines(&shown)[0]["l2a"];
@@ -185,8 +179,7 @@ const BY_REACH: [&str; 16] = [
 
 #[test]
 fn parts_of_a_table_are_one_table_byte_for_byte() {
-    let folder = folder("parts");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let path = paths("optimize/parts");
     for (name, search) in [("mean", &QUICK[..]), ("reach", &BY_REACH)] {
         let file = |part: &str| path(&format!("{name}-{part}.toml"));
         let [whole, first, second, merged] = ["whole", "0", "1", "merged"].map(file);
@@ -215,8 +208,7 @@ fn parts_of_a_table_are_one_table_byte_for_byte() {
 
 #[test]
 fn what_a_transmitter_does_not_know_has_its_price() {
-    let folder = folder("regret");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let path = paths("optimize/regret");
     let (table, brighter) = (path("table.toml"), path("brighter.toml"));
     lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
     let exposed = ["--set", "camera.exposure_bias_ev=1"];
@@ -293,8 +285,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
 
 #[test]
 fn a_table_by_reach_says_what_it_knows() {
-    let folder = folder("reach");
-    let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
+    let path = paths("optimize/reach");
     let table = path("table.toml");
     let found = lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
     let entries: Vec<_> = found.iter().filter(|line| line.get("best_l2a").is_some()).collect();
@@ -356,7 +347,7 @@ fn light_is_kept_within_bounds() {
 fn a_search_that_says_nothing_makes_no_table() {
     let folder = folder("nothing");
     let table = folder.join("table.toml");
-    let table = table.to_str().expect("a name");
+    let table = common::name(&table);
     let run = vocc(&[
         "optimize",
         "day",
@@ -387,7 +378,7 @@ fn tables_are_compared() {
         let path = folder.join(name);
         let file = format!("illuminance_lx = [50, 5000]\ninterval = [1]\nl2a = [[2.0], [{ratio}]]\n");
         std::fs::write(&path, file).expect("a file");
-        path.to_str().expect("a name").to_string()
+        common::name(&path).to_string()
     };
     let (old, new) = (write("old.toml", 1.5), write("new.toml", 1.8));
     assert_eq!(vocc(&["table", "diff", &old, &old]).status.code(), Some(0));
@@ -395,12 +386,8 @@ fn tables_are_compared() {
     assert_eq!(compared.status.code(), Some(1));
     assert!(text(&compared.stdout).contains("+20.0 %"), "{}", text(&compared.stdout));
     let by_reach = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/optimum/kmeans.toml");
-    let by_reach = by_reach.to_str().expect("a name");
-    let known = vocc(&["table", "diff", &old, by_reach, "--json"]);
-    let known: Vec<serde_json::Value> = text(&known.stdout)
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"))
-        .collect();
+    let by_reach = common::name(&by_reach);
+    let known = json_lines(&vocc(&["table", "diff", &old, by_reach, "--json"]));
     assert!(known.iter().any(|line| line["new_reach_m"].is_number()));
     refused(&["table", "diff", &old, "none.toml"], &["none.toml"]);
 }
@@ -416,7 +403,7 @@ fn the_shipped_table_can_be_shown() {
 fn the_shipped_source_is_what_its_file_gives() {
     let link = Path::new(env!("CARGO_MANIFEST_DIR")).join("../link");
     let file = link.join("shipped_table.toml");
-    let source = vocc(&["table", "show", file.to_str().expect("a name"), "--rust"]);
+    let source = vocc(&["table", "show", common::name(&file), "--rust"]);
     let built = std::fs::read_to_string(link.join("src/shipped_table.rs")).expect("the source");
     assert_eq!(text(&source.stdout), built);
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 
 use common::{folder, refused, says, text, vocc};
 
@@ -88,7 +88,7 @@ fn a_full_device_is_no_place_for_anything() {
     let panels = ["transmit", "--message", "A", "--symbols", "/dev/full"];
     says(&vocc(&panels), 2, &["/dev/full", "No space left"]);
     let frames = place.join("frames");
-    let frames = frames.to_str().expect("a plain path");
+    let frames = common::name(&frames);
     says(&vocc(&["link", "--frames", "3", "--save", frames]), 1, &[]);
     let camera = ["receive", frames, "--save-camera", "/dev/full"];
     says(&vocc(&camera), 2, &["/dev/full", "No space left"]);
@@ -180,21 +180,22 @@ fn nothing_that_is_read_is_overwritten() {
     }
 }
 
-#[test]
-fn two_runs_do_not_share_a_place() {
-    let place = folder("two-runs");
-    let place = place.join("kept.json");
-    let out = place.to_str().expect("a plain path");
-    let first = ["evaluate", "--frames", "1000000000", "--threads", "1", "--out", out];
-    let mut first = common::command(&first)
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("vocc runs");
-    while !place.exists() {
-        assert!(first.try_wait().expect("known").is_none(), "it has ended");
+/// A run that has begun to write a file.
+fn begun(arguments: &[&str], file: &Path) -> Child {
+    let mut run = common::command(arguments);
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("vocc runs");
+    while !file.exists() {
+        assert!(run.try_wait().expect("known").is_none(), "it has ended");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
+    run
+}
+
+#[test]
+fn two_runs_do_not_share_a_place() {
+    let place = folder("two-runs").join("kept.json");
+    let out = common::name(&place);
+    let mut first = begun(&["evaluate", "--frames", "1000000000", "--threads", "1", "--out", out], &place);
     refused(&["evaluate", "--frames", "512", "--out", out], &["exists"]);
     first.kill().expect("it runs");
     first.wait().expect("it ends");
@@ -204,17 +205,8 @@ fn two_runs_do_not_share_a_place() {
 #[test]
 fn two_runs_do_not_share_a_folder() {
     let place = folder("two-figures");
-    let out = place.to_str().expect("a plain path");
-    let arguments = ["figures", "--quick", "--threads", "1", "--out", out];
-    let mut first = common::command(&arguments)
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("vocc runs");
-    while !place.join("findings.json").exists() {
-        assert!(first.try_wait().expect("known").is_none(), "it has ended");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    let arguments = ["figures", "--quick", "--threads", "1", "--out", common::name(&place)];
+    let mut first = begun(&arguments, &place.join("findings.json"));
     refused(&arguments, &["another run is at work"]);
     first.kill().expect("it runs");
     first.wait().expect("it ends");

@@ -47,7 +47,7 @@ fn what_is_seen_is_drawn_and_what_is_lost_is_explained() {
     let file = folder.join("film.gray");
     std::fs::write(&file, stream).expect("a file");
     let drawn = folder.join("seen");
-    let arguments = ["--raw", "320x240", "--profile", "--show", drawn.to_str().expect("a name")];
+    let arguments = ["--raw", "320x240", "--profile", "--show", common::name(&drawn)];
     let output = receive(&file, &arguments);
     let told = text(&output.stderr);
     assert!(told.contains("frame 4: coasting, frame 1 of 12"), "{told}");

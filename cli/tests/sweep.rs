@@ -138,10 +138,7 @@ fn status_says_what_is_there_and_what_is_not() {
     std::fs::write(&third, &whole[..whole.len() / 2]).expect("a shard");
     let status = place.vocc(&["sweep", "--status", "out", "--json"]);
     assert_eq!(status.status.code(), Some(1));
-    let states: Vec<Value> = text(&status.stdout)
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("JSON"))
-        .collect();
+    let states = common::json_lines(&status);
     let states: Vec<&Value> = states.iter().map(|shard| &shard["state"]).collect();
     assert_eq!(states, ["done", "missing", "failed"]);
     place.refused(&["merge", "out"], &["shard-000002", "no whole results"]);
@@ -330,13 +327,7 @@ fn a_reader_who_leaves_ends_no_sweep_that_is_kept() {
     let place = Place::new("closed", &PLAN.replace("[stop]\nerrors = 1000\n", ""));
     let unread = |more: &[&str]| {
         let sweep = ["sweep", "plan.toml", "--threads", "1"];
-        let mut run = place
-            .command(&[&sweep[..], more].concat())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("vocc runs");
-        drop(run.stdout.take());
-        run.wait().expect("vocc ends").code()
+        common::unread(&mut place.command(&[&sweep[..], more].concat()))
     };
     assert_eq!(unread(&["--out", "table"]), Some(0));
     place.ok(&["sweep", "--status", "table"]);

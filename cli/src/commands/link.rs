@@ -49,15 +49,6 @@ pub struct Arguments {
 
 /// The message of a run that is given none.
 const MESSAGE: &str = "Braking hard: queue behind the bend, 200 m ahead";
-/// Where the run without arguments leaves its frame.
-const FRAME_FOLDER: &str = "target/link";
-
-/// Which frames are saved.
-enum Save<'a> {
-    None,
-    First(&'a Path),
-    All(&'a Path),
-}
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -91,19 +82,11 @@ struct FrameCounts {
     straddled: u64,
 }
 
-/// The run without arguments: a short link on the paper's scene, its first frame saved.
+/// The run without arguments: a short link on the paper's scene.
 pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
     let scene = shared.scene("paper")?;
-    let settings = LinkSettings {
-        message: MESSAGE.into(),
-        method: receiving_method(&scene, DetectorChoice::Best, shared.seed, Level::Fine)?,
-        seed: shared.seed,
-        level: Level::Fine,
-        code: None,
-        camera: Camera::default(),
-        true_corners: false,
-    };
-    send(&scene, &settings, None, &Save::First(Path::new(FRAME_FOLDER)), shared)
+    let settings = settings(&scene, MESSAGE.into(), DetectorChoice::Best, Level::Fine, shared)?;
+    send(&scene, &settings, None, None, shared)
 }
 
 /// Sends, films, receives and reports.
@@ -111,33 +94,37 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
     let scene = shared.scene(&arguments.scene)?;
     let settings = LinkSettings {
-        message,
-        method: receiving_method(&scene, arguments.detector, shared.seed, arguments.level)?,
-        seed: shared.seed,
-        level: arguments.level,
-        code: None,
         camera: arguments.camera.told_if_any()?.unwrap_or_default(),
-        true_corners: false,
+        ..settings(&scene, message, arguments.detector, arguments.level, shared)?
     };
-    let save = arguments.save.as_deref().map_or(Save::None, Save::All);
-    send(&scene, &settings, arguments.frames, &save, shared)
+    send(&scene, &settings, arguments.frames, arguments.save.as_deref(), shared)
 }
 
-fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: &Save, shared: &Shared) -> anyhow::Result<Answer> {
+fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Level, shared: &Shared) -> anyhow::Result<LinkSettings> {
+    Ok(LinkSettings {
+        message,
+        method: receiving_method(scene, detector, shared.seed, level)?,
+        seed: shared.seed,
+        level,
+        code: None,
+        camera: Camera::default(),
+        true_corners: false,
+    })
+}
+
+fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
     let mut road = Road::new(scene, settings)?;
     let frames = match frames {
         Some(frames) => frames,
         None => frames_for(scene, &settings.message)?,
     };
-    if let Save::First(folder) | Save::All(folder) = save {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    }
     let _held = match save {
-        Save::All(folder) => {
+        Some(folder) => {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
             outputs::check_recording(folder)?;
             outputs::hold(folder)?
         }
-        _ => None,
+        None => None,
     };
     let stop = stop();
     let mut progress = Progress::new(frames, "frames");
@@ -155,19 +142,17 @@ fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: &Save
             }
             Err(error) => return Err(error.into()),
         };
-        if let (Save::All(folder), _) | (Save::First(folder), 0) = (save, frame) {
+        if let Some(folder) = save.filter(|_| unsaved.is_none()) {
             let path = outputs::frame_in(folder, frame);
-            if unsaved.is_none() {
-                let written = pictures::write_png(&path, report.grey, sensor.width, sensor.height);
-                // Whether the message arrives can still be told.
-                unsaved = written.err();
-                if let Some(error) = &unsaved {
-                    progress.aside(|| {
-                        output::tell(format_args!("vocc: {error:#}; going on without frames"));
-                    });
-                } else {
-                    saved.get_or_insert(path);
-                }
+            let written = pictures::write_png(&path, report.grey, sensor.width, sensor.height);
+            // Whether the message arrives can still be told.
+            unsaved = written.err();
+            if let Some(error) = &unsaved {
+                progress.aside(|| {
+                    output::tell(format_args!("vocc: {error:#}; going on without frames"));
+                });
+            } else {
+                saved.get_or_insert(path);
             }
         }
         if let Err(loss) = &report.read {

@@ -5,7 +5,7 @@ pub mod grey_card;
 pub mod recording;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// The program.
 pub fn command(arguments: &[&str]) -> Command {
@@ -27,6 +27,19 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// The paths of names in a folder of one test's own, empty, as arguments.
+pub fn paths(folder_name: &str) -> impl Fn(&str) -> String {
+    let folder = folder(folder_name);
+    move |file| name(&folder.join(file)).into()
+}
+
+/// How a command ends whose output nobody reads.
+pub fn unread(command: &mut Command) -> Option<i32> {
+    let mut run = command.stdout(Stdio::piped()).spawn().expect("vocc runs");
+    drop(run.stdout.take());
+    run.wait().expect("vocc ends").code()
+}
+
 /// A path as an argument.
 pub fn name(path: &Path) -> &str {
     path.to_str().expect("a plain name")
@@ -39,6 +52,12 @@ pub fn text(bytes: &[u8]) -> String {
 /// One object on standard output.
 pub fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}{}", text(&output.stdout), text(&output.stderr)))
+}
+
+/// An object a line on standard output.
+pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
+    let line = |line: &str| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"));
+    text(&output.stdout).lines().map(line).collect()
 }
 
 /// Asserts an exit status, no panic, and words on standard error.

@@ -14,7 +14,7 @@ use tx_firmware::transmitter::Transmitter;
 
 /// What the transmitter must not forget.
 #[derive(Default)]
-pub struct Kept {
+pub struct FakeMemory {
     pub table: Option<L2aTable>,
     pub symbol_rate: Option<SymbolRate>,
     pub limit: Option<IntensityLimit>,
@@ -22,7 +22,7 @@ pub struct Kept {
     pub fault: Option<StoreError>,
 }
 
-impl Memory for Kept {
+impl Memory for FakeMemory {
     fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
         if let Some(fault) = self.fault {
             return Err(fault);
@@ -55,7 +55,7 @@ impl Memory for Kept {
 /// A transmitter in 2000 lx, with a table of L2A 2 everywhere.
 pub struct Fake {
     pub transmitter: Transmitter<RecordingMatrix>,
-    pub kept: Kept,
+    pub kept: FakeMemory,
     service: Service,
 }
 
@@ -75,7 +75,7 @@ impl Fake {
         let Ok(_) = transmitter.sense(1000, SensorRange::Operating, light);
         Self {
             transmitter,
-            kept: Kept::default(),
+            kept: FakeMemory::default(),
             service: Service::new(Identity {
                 firmware: "1.2.3",
                 board: "fake",
