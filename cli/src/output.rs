@@ -86,7 +86,7 @@ pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String 
 }
 
 #[derive(Serialize)]
-struct Evaluated {
+struct EvaluationReport {
     #[serde(flatten)]
     summary: Summary,
     seconds: Option<f64>,
@@ -99,7 +99,7 @@ struct Evaluated {
 pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
     let sweep = results.sweep();
     let view = monte_carlo::view(&sweep.scene, sweep.random_reflectance)?;
-    let report = Evaluated {
+    let report = EvaluationReport {
         summary: results.summary(0),
         seconds,
         seed: sweep.seed,

@@ -22,14 +22,14 @@ const QUIET: Duration = Duration::from_secs(10);
 pub struct Progress {
     /// Counts, even where it is not shown.
     bar: ProgressBar,
-    begun: Arc<Mutex<Begun>>,
+    begun: Arc<Mutex<Start>>,
     /// Where there is no terminal; both are taken when work ends.
     lines: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 /// When the run began, and the steps of earlier runs.
 #[derive(Clone, Copy)]
-struct Begun {
+struct Start {
     at: Instant,
     steps: u64,
 }
@@ -46,7 +46,7 @@ impl Progress {
     }
 
     fn of(bar: ProgressBar, unit: &'static str) -> Self {
-        let begun = Begun {
+        let begun = Start {
             at: Instant::now(),
             steps: 0,
         };
@@ -70,7 +70,7 @@ impl Progress {
 
     /// Tells that so many steps were done before now: they say nothing of how long others take.
     pub fn begin_at(&mut self, steps: u64) {
-        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Begun { at: Instant::now(), steps };
+        *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Start { at: Instant::now(), steps };
         self.bar.set_position(steps);
         // The bar takes this for work, once it has seen it.
         self.bar.tick();
@@ -105,7 +105,7 @@ impl Drop for Progress {
 }
 
 /// Prints how far work is, until the sender is dropped; nothing where there is no room for another thread.
-fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Begun>>, unit: &'static str) -> Option<(Sender<()>, JoinHandle<()>)> {
+fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Start>>, unit: &'static str) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (end, ended) = channel();
     let lines = std::thread::Builder::new().spawn(move || {
         while ended.recv_timeout(QUIET) == Err(RecvTimeoutError::Timeout) {

@@ -52,7 +52,7 @@ struct Report<'a> {
 }
 
 /// What an image shows: the panel and its pose.
-struct Shown {
+struct PanelReading {
     corners: Corners,
     detection: Detection,
     pose: Measured,
@@ -116,7 +116,7 @@ impl Decoder {
         path: &Path,
         given: Option<Corners>,
         surveyor: &mut Surveyor,
-    ) -> anyhow::Result<Result<Shown, String>> {
+    ) -> anyhow::Result<Result<PanelReading, String>> {
         let image = pictures.read(path)?;
         let (width, height) = (image.width() as usize, image.height() as usize);
         let camera = self.told.of_pixels(pictures.deep_white() > 0);
@@ -128,7 +128,7 @@ impl Decoder {
         })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
         let lens = surveyor.lens(&frame);
-        Ok(read.map(|(corners, detection)| Shown {
+        Ok(read.map(|(corners, detection)| PanelReading {
             pose: surveyor.meter.pose(&Sight {
                 frame: &frame,
                 reading: &Reading { corners, detection },
@@ -141,7 +141,7 @@ impl Decoder {
     }
 }
 
-fn report(path: &Path, read: Result<Shown, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
+fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
     let shown = match read {
         Ok(shown) => shown,
         Err(why) if shared.json => {
@@ -158,7 +158,7 @@ fn report(path: &Path, read: Result<Shown, String>, with_pose: bool, shared: &Sh
         }
         Err(why) => return line(&format!("{}: no panel: {why}", path.display())),
     };
-    let Shown { corners, detection, pose } = shown;
+    let PanelReading { corners, detection, pose } = shown;
     if shared.json {
         return output::json(&Report {
             file: path,

@@ -22,10 +22,10 @@
 //! [`HIGHEST_CYCLES`] is left out, and so is the dimming of 20 kHz and more, which no practice limits.
 //!
 //! ```
-//! use studies::flicker::{Flicker, Practice, Seen, panels};
+//! use studies::flicker::{Flicker, Practice, Visibility, panels};
 //! let flicker = Flicker::of(&panels(Some(b"Ice"))?);
 //! // 90 symbols a second: people see single LEDs flicker, and the low-risk practice is not met.
-//! assert_eq!(Seen::of(&flicker.worst_led, 90.0), Seen::Flickers);
+//! assert_eq!(Visibility::of(&flicker.worst_led, 90.0), Visibility::Flickers);
 //! assert!(Practice::LowRisk.worst(&flicker.worst_led, 90.0).is_some_and(|worst| worst.times_limit() > 1.0));
 //! // The panel as a whole is far steadier.
 //! assert!(Practice::LowRisk.lowest_rate_hz(&flicker.panel) < Practice::LowRisk.lowest_rate_hz(&flicker.worst_led));
@@ -33,14 +33,14 @@
 //! ```
 
 mod practice;
-mod seen;
 mod spectrum;
 mod symbols;
+mod visibility;
 
-pub use practice::{Practice, Worst};
-pub use seen::Seen;
+pub use practice::{Practice, WorstModulation};
 pub use spectrum::{HIGHEST_CYCLES, Line, Spectrum};
 pub use symbols::{manchester, panels};
+pub use visibility::Visibility;
 
 use link::panel::{LEDS, PanelFrame};
 
@@ -78,7 +78,7 @@ mod tests {
         let halves = [0xffff_ffff_u64, !0xffff_ffff].map(PanelFrame::from_bits);
         let flicker = Flicker::of(&halves);
         assert_eq!(flicker.panel.lines().count(), 0);
-        assert_eq!(Seen::of(&flicker.panel, 9.0), Seen::Steady);
+        assert_eq!(Visibility::of(&flicker.panel, 9.0), Visibility::Steady);
         let first = flicker.worst_led.lines().next().expect("a line");
         assert_eq!((first.cycles, first.percent), (0.5, 100.0));
         assert_eq!(flicker.worst_led, flicker.usual_led);

@@ -37,7 +37,7 @@ pub enum Practice {
 
 /// Where a light is nearest to a limit, or the farthest beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Worst {
+pub struct WorstModulation {
     /// The frequency, Hz.
     pub hz: f64,
     /// The modulation there, %.
@@ -46,7 +46,7 @@ pub struct Worst {
     pub limit_percent: f64,
 }
 
-impl Worst {
+impl WorstModulation {
     /// The modulation over its limit: above 1, the practice is not met.
     pub fn times_limit(&self) -> f64 {
         self.percent / self.limit_percent
@@ -89,11 +89,11 @@ impl Practice {
     }
 
     /// Where a light comes nearest to the limit at a symbol rate in Hz; none where nothing of it is limited.
-    pub fn worst(self, light: &Spectrum, rate_hz: f64) -> Option<Worst> {
+    pub fn worst(self, light: &Spectrum, rate_hz: f64) -> Option<WorstModulation> {
         let lines = light.lines().map(|line| {
             let hz = line.cycles * rate_hz;
             let (percent, limit_percent) = (line.percent, self.limit_percent(hz));
-            Worst {
+            WorstModulation {
                 hz,
                 percent,
                 limit_percent,

@@ -54,7 +54,7 @@ pub struct Search {
 
 /// What came of a symbol rate and a code.
 #[derive(Clone, Copy, Debug)]
-pub struct Tried {
+pub struct TrialOutcome {
     /// Symbols a second.
     pub rate: SymbolRate,
     /// The code.
@@ -71,7 +71,7 @@ pub struct Tried {
     pub errors: FrameErrors,
 }
 
-impl Tried {
+impl TrialOutcome {
     /// Payload a second, messages that did not arrive included, bit/s.
     pub fn net_bit_s(&self) -> f64 {
         self.bits as f64 / self.seconds
@@ -89,7 +89,7 @@ pub struct Advice {
     /// The rate at which every symbol has a whole exposure on every row of the panel, at any phase.
     pub whole_exposures: SymbolRate,
     /// Everything that was tried, in order.
-    pub tried: Vec<Tried>,
+    pub tried: Vec<TrialOutcome>,
     /// Where in `tried` the best is.
     best: usize,
     /// How the dimming meets the exposure, of each panel that is dimmed by pulses or scanned.
@@ -98,7 +98,7 @@ pub struct Advice {
 
 impl Advice {
     /// What brings most through.
-    pub fn best(&self) -> &Tried {
+    pub fn best(&self) -> &TrialOutcome {
         &self.tried[self.best]
     }
 }
@@ -138,7 +138,13 @@ impl Search {
     ///
     /// # Errors
     /// [`SignallingError`]: a camera too slow, a scene or message that cannot be, or the work was asked to stop.
-    pub fn run(&self, scene: &Scene, stop: Stop, done: impl Fn() + Sync, mut tell: impl FnMut(&Tried)) -> Result<Advice, SignallingError> {
+    pub fn run(
+        &self,
+        scene: &Scene,
+        stop: Stop,
+        done: impl Fn() + Sync,
+        mut tell: impl FnMut(&TrialOutcome),
+    ) -> Result<Advice, SignallingError> {
         if self.runs == 0 {
             return Err(SignallingError::NoRuns);
         }
@@ -164,7 +170,14 @@ impl Search {
     }
 
     /// One rate under one code.
-    fn attempt(&self, scene: &Scene, rate: SymbolRate, code: Code, stop: Stop, done: &(impl Fn() + Sync)) -> Result<Tried, TrialError> {
+    fn attempt(
+        &self,
+        scene: &Scene,
+        rate: SymbolRate,
+        code: Code,
+        stop: Stop,
+        done: &(impl Fn() + Sync),
+    ) -> Result<TrialOutcome, TrialError> {
         let runs = (0..self.runs).into_par_iter().map(|run| {
             let trial = Trial {
                 code,
@@ -180,7 +193,7 @@ impl Search {
         });
         // In order, so that the sum of seconds is the same on any number of threads.
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
-        let mut sum = Tried {
+        let mut sum = TrialOutcome {
             rate,
             code,
             runs: self.runs,
@@ -200,7 +213,7 @@ impl Search {
 }
 
 /// Where most gets through; of equals, the first.
-fn best(tried: &[Tried]) -> usize {
+fn best(tried: &[TrialOutcome]) -> usize {
     let net = |at: usize| tried[at].net_bit_s();
     (0..tried.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })
 }

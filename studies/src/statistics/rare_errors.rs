@@ -22,7 +22,7 @@ pub(crate) const RARER: usize = 5;
 /// assert!(1.8e-8 < low && low < 1.82e-8 && 2.2e-8 < high && high < 2.22e-8);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written")]
+#[serde(try_from = "RareErrorsRecord")]
 pub struct RareErrors {
     swarms: u64,
     /// Swarms that reached an error.
@@ -118,7 +118,7 @@ fn least_variance(rate: f64) -> f64 {
 /// As a file has them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct RareErrorsRecord {
     swarms: u64,
     errors: u64,
     sum: f64,
@@ -132,16 +132,16 @@ struct Written {
      errors, these the swarms, these {MOST_SWARMS}; the file is damaged",
     .0.swarms, .0.errors, .0.sum, .0.squares
 )]
-struct Impossible(Written);
+struct Impossible(RareErrorsRecord);
 
 /// The most swarms that a file may speak of.
 const MOST_SWARMS: u64 = MOST_FRAMES / SWARM as u64;
 
-impl TryFrom<Written> for RareErrors {
+impl TryFrom<RareErrorsRecord> for RareErrors {
     type Error = Impossible;
 
-    fn try_from(written: Written) -> Result<Self, Impossible> {
-        let Written {
+    fn try_from(written: RareErrorsRecord) -> Result<Self, Impossible> {
+        let RareErrorsRecord {
             swarms,
             errors,
             sum,

@@ -127,7 +127,7 @@ pub enum PlanError {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct PlanRecord {
     #[serde(default = "paper")]
     scene: Value,
     #[serde(default = "kmeans")]
@@ -175,7 +175,7 @@ impl Sweep {
             name: name.clone(),
             source: Box::new(fault),
         };
-        let written: Written = toml::from_str(text).map_err(parse_error)?;
+        let written: PlanRecord = toml::from_str(text).map_err(parse_error)?;
         let scene = written.scene().map_err(|fault| PlanError::Scene {
             name: name.clone(),
             source: Box::new(fault),
@@ -249,7 +249,7 @@ impl PlanFile {
             let values = values.iter().map(|text| parse_value(text)).collect();
             grid.insert(key.clone(), Value::Array(values));
         }
-        toml::to_string(&Written {
+        toml::to_string(&PlanRecord {
             scene: Value::try_from(&sweep.scene)?,
             detectors: sweep.detectors.clone(),
             frames: Some(sweep.frames),
@@ -268,7 +268,7 @@ impl PlanFile {
     }
 }
 
-impl Written {
+impl PlanRecord {
     fn scene(&self) -> Result<Scene, SceneError> {
         match &self.scene {
             Value::String(name) => Scene::load(name, &[]),

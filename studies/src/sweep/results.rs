@@ -125,7 +125,7 @@ struct Head {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct ResultsRecord {
     format: u32,
     version: String,
     sweep: Sweep,
@@ -137,7 +137,7 @@ struct Written {
     checksum: Option<String>,
 }
 
-impl Written {
+impl ResultsRecord {
     /// That of the text without a checksum.
     fn checksum(&self) -> Result<String, serde_json::Error> {
         Ok(checksum::of(&serde_json::to_vec(self)?))
@@ -172,7 +172,7 @@ impl Results {
     /// When a number has no place in JSON.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         let cells = self.cells.iter().filter(|(_, sums)| !sums.is_empty());
-        let mut written = Written {
+        let mut written = ResultsRecord {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").into(),
             sweep: self.sweep.clone(),
@@ -196,7 +196,7 @@ impl Results {
         if version != env!("CARGO_PKG_VERSION") {
             return Err(ResultsError::Version { found: version });
         }
-        let mut written: Written = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
+        let mut written: ResultsRecord = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
         let found = written.checksum.take();
         let wanted = written.checksum().map_err(ResultsError::Damaged)?;
         written

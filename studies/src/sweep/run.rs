@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::parallel::prelude::*;
 
-use super::shard::Expected;
+use super::shard::ExpectedWork;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
 use crate::monte_carlo::Standing;
 use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Settings, Workspace};
@@ -69,7 +69,7 @@ impl Sweep {
             Some(frames) if frames.len() == costs.len() => frames.to_vec(),
             _ => self.expected_frames()?,
         };
-        let cells = frames.iter().zip(costs).map(|(frames, frame_ns)| Expected {
+        let cells = frames.iter().zip(costs).map(|(frames, frame_ns)| ExpectedWork {
             chunks: frames.div_ceil(CHUNK),
             chunk_cost: frame_ns,
         });

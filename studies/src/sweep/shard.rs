@@ -61,7 +61,7 @@ impl Shard {
 
 /// What is expected of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Expected {
+pub(super) struct ExpectedWork {
     /// Chunks until it has enough.
     pub chunks: u64,
     /// The time of a chunk.
@@ -73,11 +73,11 @@ pub(super) struct Expected {
 pub struct Partition {
     /// Chunks of a cell, at most.
     chunks: u64,
-    cells: Vec<Expected>,
+    cells: Vec<ExpectedWork>,
 }
 
 impl Partition {
-    pub(super) fn new(chunks: u64, cells: Vec<Expected>) -> Self {
+    pub(super) fn new(chunks: u64, cells: Vec<ExpectedWork>) -> Self {
         Self { chunks, cells }
     }
 
@@ -86,7 +86,7 @@ impl Partition {
     /// The chunks of a cell that are not expected to be done cost nothing; they belong to the part that has the cell's end.
     /// Sums are taken in the order of the cells, so that every part sees the same borders.
     pub fn work(&self, shard: Shard) -> Vec<Work> {
-        let cost = |cell: &Expected| cell.chunks.min(self.chunks) as f64 * cell.chunk_cost;
+        let cost = |cell: &ExpectedWork| cell.chunks.min(self.chunks) as f64 * cell.chunk_cost;
         let total: f64 = self.cells.iter().map(cost).sum();
         let border = |part: u64| total * part as f64 / shard.count as f64;
         let (from, to) = (border(shard.index), border(shard.index + 1));
@@ -138,9 +138,9 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    fn cells() -> impl Strategy<Value = Vec<Expected>> {
+    fn cells() -> impl Strategy<Value = Vec<ExpectedWork>> {
         let cell = (0u64..2000, 0.01..100.0f64);
-        let expected = |(chunks, chunk_cost)| Expected { chunks, chunk_cost };
+        let expected = |(chunks, chunk_cost)| ExpectedWork { chunks, chunk_cost };
         prop::collection::vec(cell.prop_map(expected), 1..12)
     }
 

@@ -6,7 +6,7 @@ use anyhow::Context;
 use link::fec::Code;
 use serde::Serialize;
 use sim::scene::Scene;
-use studies::signalling::{Advice, DimmingBeat, Search, SignallingError, TrialError, Tried};
+use studies::signalling::{Advice, DimmingBeat, Search, SignallingError, TrialError, TrialOutcome};
 
 use crate::options::Shared;
 use crate::output::{self, Answer, line};
@@ -88,7 +88,7 @@ impl Options {
             progress.done(*messages);
         };
         let mut printed = if shared.json { Ok(()) } else { line(HEAD) };
-        let tell = |tried: &Tried| {
+        let tell = |tried: &TrialOutcome| {
             if printed.is_ok() {
                 printed = print(tried, shared.json);
             }
@@ -115,7 +115,7 @@ impl Options {
     }
 }
 
-fn row(tried: &Tried) -> Row {
+fn row(tried: &TrialOutcome) -> Row {
     Row {
         symbol_rate_hz: tried.rate.hz(),
         code: tried.code.to_string(),
@@ -127,7 +127,7 @@ fn row(tried: &Tried) -> Row {
     }
 }
 
-fn print(tried: &Tried, json: bool) -> anyhow::Result<()> {
+fn print(tried: &TrialOutcome, json: bool) -> anyhow::Result<()> {
     let row = row(tried);
     if json {
         return output::json(&row);

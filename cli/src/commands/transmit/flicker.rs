@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use link::symbol_rate::SymbolRate;
 use serde::Serialize;
-use studies::flicker::{Flicker, Practice, Seen, Spectrum, manchester, panels};
+use studies::flicker::{Flicker, Practice, Spectrum, Visibility, manchester, panels};
 
 use super::chart;
 use crate::numbers::digits;
@@ -55,7 +55,7 @@ struct Report {
     /// Symbols after which the light comes again.
     period_symbols: usize,
     rates: Vec<Rate>,
-    lowest: Vec<Lowest>,
+    lowest: Vec<LowestRates>,
 }
 
 /// At one symbol rate.
@@ -72,11 +72,11 @@ struct Rate {
 struct Sight {
     seen: String,
     #[serde(flatten)]
-    worst: Option<Limited>,
+    worst: Option<ModulationLimit>,
 }
 
 #[derive(Serialize)]
-struct Limited {
+struct ModulationLimit {
     hz: f64,
     percent: f64,
     limit_percent: f64,
@@ -85,7 +85,7 @@ struct Limited {
 
 /// The symbol rates from which on the practices are met.
 #[derive(Serialize)]
-struct Lowest {
+struct LowestRates {
     light: &'static str,
     low_risk_hz: f64,
     no_effect_hz: f64,
@@ -110,10 +110,10 @@ pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, sha
         period_symbols: panels.len(),
         rates: rates_hz.iter().map(|&hz| Rate::of(&plain, hz)).collect(),
         lowest: vec![
-            Lowest::of("the worst LED", &plain.worst_led),
-            Lowest::of("all LEDs together", &plain.panel),
-            Lowest::of("the worst LED, in Manchester code", &coded.worst_led),
-            Lowest::of("all LEDs together, in Manchester code", &coded.panel),
+            LowestRates::of("the worst LED", &plain.worst_led),
+            LowestRates::of("all LEDs together", &plain.panel),
+            LowestRates::of("the worst LED, in Manchester code", &coded.worst_led),
+            LowestRates::of("all LEDs together, in Manchester code", &coded.panel),
         ],
     };
     if shared.json {
@@ -140,8 +140,8 @@ impl Sight {
     fn of(light: &Spectrum, symbols_hz: f64) -> Self {
         let worst = Practice::LowRisk.worst(light, symbols_hz);
         Self {
-            seen: Seen::of(light, symbols_hz).to_string(),
-            worst: worst.map(|worst| Limited {
+            seen: Visibility::of(light, symbols_hz).to_string(),
+            worst: worst.map(|worst| ModulationLimit {
                 hz: worst.hz,
                 percent: worst.percent,
                 limit_percent: worst.limit_percent,
@@ -161,7 +161,7 @@ impl Sight {
     }
 }
 
-impl Lowest {
+impl LowestRates {
     fn of(light: &'static str, spectrum: &Spectrum) -> Self {
         let [low_risk_hz, no_effect_hz, no_seizures_hz] = Practice::ALL.map(|practice| practice.lowest_rate_hz(spectrum));
         Self {

@@ -15,7 +15,7 @@ const STRONG_PERCENT: f64 = 5.0;
 /// What people see who look at a light with a steady eye. Who moves the eyes sees more: LEDs that go on and off are rows of dots then, at
 /// several times these frequencies (Davis et al., Sci. Rep. 5, 7861, 2015).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum Visibility {
     /// Less than 1 % below 60 Hz and less than 5 % below 90 Hz.
     Steady,
     /// 5 % or more from 60 to 90 Hz, which some people see.
@@ -26,15 +26,15 @@ pub enum Seen {
     Flickers,
 }
 
-impl Seen {
+impl Visibility {
     /// At a symbol rate in Hz.
     ///
     /// ```
-    /// use studies::flicker::{Seen, Spectrum};
+    /// use studies::flicker::{Visibility, Spectrum};
     /// let square = Spectrum::of(&[1.0, 0.0]);
-    /// assert_eq!(Seen::of(&square, 100.0), Seen::Flickers);
-    /// assert_eq!(Seen::of(&square, 150.0), Seen::FlickersForSome);
-    /// assert_eq!(Seen::of(&square, 200.0), Seen::Steady);
+    /// assert_eq!(Visibility::of(&square, 100.0), Visibility::Flickers);
+    /// assert_eq!(Visibility::of(&square, 150.0), Visibility::FlickersForSome);
+    /// assert_eq!(Visibility::of(&square, 200.0), Visibility::Steady);
     /// ```
     pub fn of(light: &Spectrum, rate_hz: f64) -> Self {
         let [some_hz, all_hz] = [FUSION_HZ[1], FUSION_HZ[0]];
@@ -51,7 +51,7 @@ impl Seen {
     }
 }
 
-impl fmt::Display for Seen {
+impl fmt::Display for Visibility {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.pad(match self {
             Self::Steady => "steady",
@@ -71,13 +71,13 @@ mod tests {
         let of = |percent: f64, hz| {
             // The fundamental of a square wave has 4/π of its amplitude.
             let swing = percent / 100.0 * std::f64::consts::PI / 4.0;
-            Seen::of(&Spectrum::of(&[1.0 + swing, 1.0 - swing]), 2.0 * hz)
+            Visibility::of(&Spectrum::of(&[1.0 + swing, 1.0 - swing]), 2.0 * hz)
         };
-        assert_eq!(of(0.9, 10.0), Seen::Steady);
-        assert_eq!(of(1.1, 10.0), Seen::Shimmers);
-        assert_eq!(of(6.0, 10.0), Seen::Flickers);
-        assert_eq!(of(6.0, 70.0), Seen::FlickersForSome);
-        assert_eq!(of(4.0, 70.0), Seen::Steady);
-        assert_eq!(of(100.0, 91.0), Seen::Steady);
+        assert_eq!(of(0.9, 10.0), Visibility::Steady);
+        assert_eq!(of(1.1, 10.0), Visibility::Shimmers);
+        assert_eq!(of(6.0, 10.0), Visibility::Flickers);
+        assert_eq!(of(6.0, 70.0), Visibility::FlickersForSome);
+        assert_eq!(of(4.0, 70.0), Visibility::Steady);
+        assert_eq!(of(100.0, 91.0), Visibility::Steady);
     }
 }
