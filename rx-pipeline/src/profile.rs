@@ -20,9 +20,11 @@ pub enum Stage {
     Follow,
     /// Symbols to messages.
     Decode,
+    /// Where a panel that was read is, in metres: measured beside the receiver.
+    Pose,
 }
 
-/// All stages, in the order of the pipeline.
+/// The receiver's stages, in the order of the pipeline.
 pub const STAGES: [Stage; 7] = [
     Stage::Survey,
     Stage::Search,
@@ -54,11 +56,24 @@ pub trait Profile {
     fn ends(&mut self, stage: Stage);
 
     /// Runs `work` as a stage.
-    fn timed<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
+    fn timed<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T
+    where
+        Self: Sized,
+    {
         self.begins(stage);
         let result = work();
         self.ends(stage);
         result
+    }
+}
+
+impl<P: Profile + ?Sized> Profile for &mut P {
+    fn begins(&mut self, stage: Stage) {
+        (**self).begins(stage);
+    }
+
+    fn ends(&mut self, stage: Stage) {
+        (**self).ends(stage);
     }
 }
 

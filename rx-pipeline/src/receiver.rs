@@ -20,7 +20,7 @@ pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
 pub use integer::{BlinkSearch, BlinkSearchError, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading, IntegerReceiver};
 pub use memory::ReceiverMemory;
-pub use outcome::{Loss, Outcome, Reading};
+pub use outcome::{Loss, LossKind, Outcome, Reading};
 pub use proof::Proof;
 pub use search::{FrameSearch, NoSearch, Search};
 pub use settings::{ReceiverError, ReceiverSettings};
@@ -32,9 +32,11 @@ use crate::cells::CellsError;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::locate::{LocateError, Location, Locator};
-use crate::profile::Profile;
+use crate::profile::{Profile, Stage};
+use crate::symbols::{Decoded, MessageDecoder};
 use heapless::Vec;
-use link::framing::{Deframer, Event};
+use link::framing::Event;
+use link::panel::SoftPanel;
 use memory::PanelMemory;
 use reader::Reader;
 use search::Query;
@@ -94,7 +96,26 @@ pub struct Receiver<const PIXELS: usize, M, S = NoSearch, const PANELS: usize = 
 /// One panel's reception, but for what is in the [`ReceiverMemory`].
 struct Panel {
     reader: Reader,
-    deframer: Deframer,
+    decoder: MessageDecoder,
+}
+
+/// What a frame brought of a panel: its reading goes into the panel's decoder.
+fn outcome<'a>(decoder: &'a mut MessageDecoder, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
+    profile.timed(Stage::Decode, || match reading {
+        Ok(reading) => {
+            let detection = &reading.detection;
+            let Decoded { symbol, event } = decoder.push(number, &detection.soft, detection.mixed.as_ref());
+            Outcome {
+                reading: Ok(reading),
+                symbol,
+                event,
+            }
+        }
+        Err(loss) => Outcome {
+            reading: Err(loss),
+            ..Outcome::NOTHING
+        },
+    })
 }
 
 impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Search<PIXELS>, const PANELS: usize>
@@ -105,13 +126,13 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
     pub fn new(settings: ReceiverSettings, mut memory: M, search: S) -> Result<Self, ReceiverError> {
-        let (locator, reader) = (Locator::new(settings.camera)?, Reader::new(&settings)?);
+        let (clock, locator) = (settings.clock()?, Locator::new(settings.camera)?);
         memory.borrow_mut().prepare(&settings);
         Ok(Self {
             locator,
             panels: core::array::from_fn(|_| Panel {
-                reader: reader.clone(),
-                deframer: Deframer::new(),
+                reader: Reader::new(settings.method),
+                decoder: MessageDecoder::of(clock.clone()),
             }),
             memory,
             search,
@@ -126,11 +147,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     // Not inlined: what it takes of a microcontroller's stack is free again before the next frame comes.
     #[inline(never)]
     pub fn begin(&mut self, settings: &ReceiverSettings) -> Result<(), ReceiverError> {
-        let (locator, reader) = (Locator::new(settings.camera)?, Reader::new(settings)?);
+        let (clock, locator) = (settings.clock()?, Locator::new(settings.camera)?);
         self.locator = locator;
         for panel in &mut self.panels {
-            panel.reader = reader.clone();
-            panel.deframer = Deframer::new();
+            panel.reader = Reader::new(settings.method);
+            panel.decoder.restart(clock.clone());
         }
         self.memory.borrow_mut().prepare(settings);
         self.search.forget();
@@ -155,26 +176,26 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         // The first panel that may not be where it is followed, and what was read there.
         let mut doubtful = None;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
-            let Panel { reader, deframer } = panel;
-            let tools = &mut memory.tools(residuals);
+            let Panel { reader, decoder } = panel;
+            let tools = &mut memory.tools(residuals, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
             // Two tracks on one panel are one too many.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
                 Some(reading) if !twice && reader.is_doubtful() && doubtful.is_none() => {
-                    doubtful = Some((index, reader, deframer, memory, reading));
+                    doubtful = Some((index, reader, decoder, memory, reading));
                 }
                 Some(reading) if !twice => {
                     known.extend(reader.corners());
                     if !reader.is_following() {
                         vacant.get_or_insert(None);
                     }
-                    tell(index, reader.outcome(number, reading, deframer, profile));
+                    tell(index, outcome(decoder, number, reading, profile));
                 }
                 _ => {
                     reader.forget();
-                    vacant.get_or_insert(Some((index, reader, deframer, memory)));
+                    vacant.get_or_insert(Some((index, reader, decoder, memory)));
                 }
             }
         }
@@ -193,24 +214,24 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             residuals,
         };
         let mut found = self.search.find(query, profile);
-        if let Some((index, reader, deframer, memory, mut reading)) = doubtful {
+        if let Some((index, reader, decoder, memory, mut reading)) = doubtful {
             let place = reader.corners();
             let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
             if let Ok(location) = &found
                 && (vacant.is_none() || is_here(location))
             {
-                let tools = &mut memory.tools(residuals);
+                let tools = &mut memory.tools(residuals, decoder.before(number));
                 let again = reader.find_again(number, frame, location, tools, canvas, profile);
                 reading = again.map_or(reading, Ok);
                 found = Err(Loss::NoPlace);
             }
             known.extend(reader.corners());
-            tell(index, reader.outcome(number, reading, deframer, profile));
+            tell(index, outcome(decoder, number, reading, profile));
         }
-        let Some((index, reader, deframer, memory)) = vacant else {
+        let Some((index, reader, decoder, memory)) = vacant else {
             return;
         };
-        let tools = &mut memory.tools(residuals);
+        let tools = &mut memory.tools(residuals, decoder.before(number));
         let reading = found.and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));
         if reader.is_following() && known.len() + 1 == PANELS {
             self.search.forget();
@@ -221,14 +242,14 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             Err(Loss::NoPlace | Loss::Locate(LocateError::NothingStandsOut | LocateError::NoCandidate { .. }))
         );
         if known.is_empty() || !nothing_more {
-            tell(index, reader.outcome(number, reading, deframer, profile));
+            tell(index, outcome(decoder, number, reading, profile));
         }
     }
 
     /// Takes in the symbols that the last frames showed, of which [`Receiver::frame_each`] waits for the end.
     pub fn finish_each(&mut self, mut tell: impl FnMut(usize, Event<'_>)) {
-        for (index, Panel { reader, deframer }) in self.panels.iter_mut().enumerate() {
-            tell(index, reader.finish(deframer));
+        for (index, Panel { decoder, .. }) in self.panels.iter_mut().enumerate() {
+            tell(index, decoder.finish());
         }
     }
 
@@ -257,7 +278,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     #[cfg(feature = "time-stamps")]
     pub fn set_late(&mut self, frames: f64) {
         for panel in &mut self.panels {
-            panel.reader.set_late(frames);
+            panel.decoder.set_late(frames);
         }
     }
 
@@ -339,14 +360,14 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
             ..
         } = self.memory.borrow_mut();
         let [panel] = &mut self.panels;
-        let tools = &mut memory.tools(residuals);
+        let tools = &mut memory.tools(residuals, SoftPanel::ERASED);
         panel.reader.place(corners, size, &self.locator, tools)
     }
 
     /// Takes in the symbol that the last frames showed, of which [`Receiver::frame`] waits for the end.
     pub fn finish(&mut self) -> Event<'_> {
-        let [Panel { reader, deframer }] = &mut self.panels;
-        reader.finish(deframer)
+        let [panel] = &mut self.panels;
+        panel.decoder.finish()
     }
 
     /// What the frames have told of the camera and the LEDs; none before the panel was read, or where the method is not maximum likelihood.

@@ -1,7 +1,7 @@
 //! Readings to symbols: which frames show the same panel, and how many panels went by unseen.
 //!
 //! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if the two correlate:
-//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least [`REPEAT_CORRELATION`]. What that threshold errs:
+//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least [`REPEAT_CORRELATION`]. Error rates at this threshold:
 //!
 //! - Two different symbols of random bits agree in 32 ± 4 LEDs, so ρ = 0 ± 1/8. 52 must agree for ρ ≥ 0.6: one pair in 5 million.
 //! - The same symbol read twice with bit error rate ε correlates with ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: at ε = 2 %
@@ -21,8 +21,11 @@
 //! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
 //! that each reading narrows.
 
+mod decoder;
 mod lateness;
 mod shared;
+
+pub use decoder::{Decoded, MessageDecoder};
 
 use crate::detect::{Mixture, correlation};
 use crate::parameters::symbols::{

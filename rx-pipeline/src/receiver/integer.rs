@@ -20,10 +20,10 @@ use crate::detect::Mixture;
 use crate::frame::Frame;
 use crate::parameters::tracking::PATIENCE_FRAMES;
 use crate::profile::{Profile, Stage};
-use crate::symbols::SymbolClock;
+use crate::symbols::{MessageDecoder, SymbolClock};
 use decision::Decision;
 use following::Outline;
-use link::framing::{Deframer, Event};
+use link::framing::Event;
 use link::panel::SoftPanel;
 use samples::Samples;
 
@@ -62,8 +62,7 @@ pub struct IntegerOutcome<'a> {
 /// panel moves by less than a quarter of its pitch from one frame to the next.
 pub struct IntegerReceiver<B> {
     search: BlinkSearch<B>,
-    clock: SymbolClock,
-    deframer: Deframer,
+    decoder: MessageDecoder,
     track: Option<Track>,
     proof: Proof,
 }
@@ -116,8 +115,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
     pub fn new(symbols_per_frame: f32, room: B) -> Result<Self, ReceiverError> {
         Ok(Self {
             search: BlinkSearch::new(room),
-            clock: SymbolClock::new(symbols_per_frame)?,
-            deframer: Deframer::new(),
+            decoder: MessageDecoder::of(SymbolClock::new(symbols_per_frame)?),
             track: None,
             proof: Proof::new(symbols_per_frame),
         })
@@ -134,8 +132,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
     /// [`ReceiverError`] if it is out of its range; then nothing changes.
     #[inline(never)]
     pub fn begin(&mut self, symbols_per_frame: f32) -> Result<(), ReceiverError> {
-        self.clock = SymbolClock::new(symbols_per_frame)?;
-        self.deframer = Deframer::new();
+        self.decoder.restart(SymbolClock::new(symbols_per_frame)?);
         self.track = None;
         self.proof = Proof::new(symbols_per_frame);
         self.search.forget();
@@ -156,19 +153,13 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             let is_sure = !reading.is_mixed && decision.is_parted();
             self.proof.see(reading.corners, is_sure.then_some(decision.bits));
         }
-        profile.begins(Stage::Decode);
-        let ended = read.and_then(|(reading, decision)| {
-            if reading.is_mixed {
-                self.clock.push_mixed(number, &decision.soft, &Mixture::INSEPARABLE)
-            } else {
-                self.clock.push(number, &decision.soft)
+        let event = profile.timed(Stage::Decode, || match &read {
+            Some((reading, decision)) => {
+                let mixture = reading.is_mixed.then_some(&Mixture::INSEPARABLE);
+                self.decoder.push(number, &decision.soft, mixture).event
             }
-        });
-        let event = match ended {
-            Some(symbol) => self.deframer.push(symbol.index, symbol.first_frame, &symbol.panel),
             None => Event::Nothing,
-        };
-        profile.ends(Stage::Decode);
+        });
         self.proof.judge(number, &event);
         let is_following = self.proof.is_panel();
         let is_missed = |track: &Track| track.missed >= PATIENCE_FRAMES;

@@ -7,6 +7,7 @@ use crate::camera::Learnt;
 use crate::cells::CellMap;
 use crate::detect::Method;
 use crate::spots::Residuals;
+use link::panel::SoftPanel;
 
 /// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in
 /// larger pixels, so that `9216`, 96×96, serves panels of any size.
@@ -44,12 +45,13 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         self.likelihood.tell_line_delay(delay);
     }
 
-    /// What the panel is read with.
-    pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>) -> Tools<'a, PIXELS> {
+    /// What the panel is read with in a frame, `before` which that symbol was shown.
+    pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, before: SoftPanel) -> Tools<'a, PIXELS> {
         Tools {
             map: &mut self.map,
             residuals,
             likelihood: &mut self.likelihood,
+            before,
         }
     }
 }

@@ -52,6 +52,69 @@ pub enum Loss {
     Lost(TrackError),
 }
 
+/// What losses have in common, whatever their numbers are. Of kinds that are as frequent, the last is told first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LossKind {
+    /// The bits could not be told apart.
+    Undetected,
+    /// An outer line of LEDs was not seen.
+    EdgeUnseen,
+    /// The panel that is followed was not seen.
+    Coasting,
+    /// The LEDs are lost in noise.
+    ContrastTooLow,
+    /// The panel that was followed is given up.
+    Lost,
+    /// Nothing that stands out has the size of a panel.
+    NoCandidate,
+    /// No panel is followed, and none is looked for.
+    NoPlace,
+    /// The LEDs show no random pattern.
+    NotRandom,
+    /// The panel is white.
+    Saturated,
+    /// The frame and the cells do not match.
+    NoFeatures,
+    /// What stands out is no grid of LEDs.
+    NoGrid,
+    /// The grid found has no shape of a panel.
+    NoPanel,
+    /// The grid goes on beyond 8×8.
+    GoesOn,
+    /// The panel's cells are not in the frame or the memory.
+    NoCells,
+}
+
+impl Loss {
+    /// What it has in common with losses of other numbers.
+    pub fn kind(&self) -> LossKind {
+        let why = match self {
+            Self::Locate(why) => why,
+            Self::NoPlace => return LossKind::NoPlace,
+            Self::Cells(_) => return LossKind::NoCells,
+            Self::Features(_) => return LossKind::NoFeatures,
+            Self::Detect(_) => return LossKind::Undetected,
+            Self::Coasting { .. } => return LossKind::Coasting,
+            Self::Lost(_) => return LossKind::Lost,
+        };
+        match why {
+            LocateError::NothingStandsOut | LocateError::NoCandidate { .. } => LossKind::NoCandidate,
+            LocateError::ContrastTooLow { .. } => LossKind::ContrastTooLow,
+            LocateError::Saturated { .. } => LossKind::Saturated,
+            LocateError::NotRandom { .. } => LossKind::NotRandom,
+            LocateError::EdgeUnseen { .. } => LossKind::EdgeUnseen,
+            LocateError::GoesOn { .. } => LossKind::GoesOn,
+            LocateError::Corners(_) => LossKind::NoPanel,
+            LocateError::NoLattice
+            | LocateError::GridDoesNotFit { .. }
+            | LocateError::SpotsDoNotFit { .. }
+            | LocateError::Indistinct { .. }
+            | LocateError::TooSmall { .. }
+            | LocateError::ImpossiblePose { .. } => LossKind::NoGrid,
+        }
+    }
+}
+
 /// What one frame brought.
 #[derive(Debug)]
 pub struct Outcome<'a> {

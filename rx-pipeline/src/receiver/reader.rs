@@ -2,8 +2,7 @@
 
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::MaximumLikelihood;
-use super::outcome::{Loss, Outcome, Reading};
-use super::settings::{ReceiverError, ReceiverSettings};
+use super::outcome::{Loss, Reading};
 use super::view::View;
 use crate::cells::{CellMap, CellsError};
 use crate::coarse::Grid;
@@ -19,9 +18,8 @@ use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, 
 use crate::parameters::tracking::TRUST_LEAST;
 use crate::profile::{Profile, Stage};
 use crate::spots::{LatticeModel, Observation, Residuals};
-use crate::symbols::{Symbol, SymbolClock};
 use crate::track::{Gate, Track, TrackError};
-use link::framing::{Deframer, Event};
+use link::panel::SoftPanel;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -40,6 +38,8 @@ pub(crate) struct Tools<'a, const N: usize> {
     pub map: &'a mut CellMap<N>,
     pub residuals: &'a mut Residuals<N>,
     pub likelihood: &'a mut MaximumLikelihood<N>,
+    /// What is known of the symbol that the frame may show the end of.
+    pub before: SoftPanel,
 }
 
 /// A frame, and what it takes to read it.
@@ -54,7 +54,6 @@ struct Input<'a, 'f, 't, const N: usize> {
 #[derive(Clone, Debug)]
 pub(crate) struct Reader {
     method: Method,
-    clock: SymbolClock,
     track: Option<Track>,
     /// What of the frame the track, the cells and the likelihood are in.
     view: View,
@@ -66,25 +65,15 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    pub fn new(settings: &ReceiverSettings) -> Result<Self, ReceiverError> {
-        if settings.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood")) {
-            return Err(ReceiverError::LeftOut);
-        }
-        Ok(Self {
-            method: settings.method,
-            clock: SymbolClock::new(settings.symbols_per_frame)?,
+    pub fn new(method: Method) -> Self {
+        Self {
+            method,
             track: None,
             view: View::whole((0, 0)),
             frame_size: (0, 0),
             cells: None,
             seen: None,
-        })
-    }
-
-    /// The frames from now on were taken so many frame periods later than their numbers say.
-    #[cfg(feature = "time-stamps")]
-    pub fn set_late(&mut self, frames: f64) {
-        self.clock.set_late(frames);
+        }
     }
 
     pub fn is_following(&self) -> bool {
@@ -157,7 +146,7 @@ impl Reader {
                 let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
                 return Ok((track, Reading { corners, ..reading }));
             }
-            let reading = self.read_well(number, &drawn, spots, reading, tools, profile)?;
+            let reading = self.read_well(&drawn, spots, reading, tools, profile)?;
             Ok((track, reading))
         });
         Some(match read {
@@ -360,7 +349,7 @@ impl Reader {
         let spots = track.spots();
         let reading = self
             .read(&drawn, &spots.lattice, tools.map, profile)
-            .and_then(|reading| self.read_well(number, &drawn, spots, reading, tools, profile))
+            .and_then(|reading| self.read_well(&drawn, spots, reading, tools, profile))
             .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
         self.track = Some(track);
         self.in_frame(reading)
@@ -389,9 +378,9 @@ impl Reader {
                 other => other,
             })?;
         if self.reads_well_at_once(track) {
-            let Input { number, frame, tools, .. } = &mut *input;
+            let Input { frame, tools, .. } = &mut *input;
             let spots = LatticeModel { lattice, ..*track.spots() };
-            reading = self.read_well(*number, frame, &spots, reading, tools, profile)?;
+            reading = self.read_well(frame, &spots, reading, tools, profile)?;
         }
         let bits = reading.detection.bits;
         let observation = observation(input.frame, input.locator);
@@ -446,7 +435,6 @@ impl Reader {
     /// Reads a panel whose place is known as well as the method does; `fast` is what served to follow it.
     fn read_well<const N: usize>(
         &self,
-        number: u64,
         frame: &Frame<'_>,
         spots: &LatticeModel,
         fast: Reading,
@@ -457,10 +445,9 @@ impl Reader {
             return Ok(fast);
         }
         let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
-        let before = self.clock.before(number);
         let detection = profile.timed(Stage::Detect, || {
-            let likelihood = &mut *tools.likelihood;
-            likelihood.detect_after(&before, frame, &corners, Some(spots.sigma))
+            let Tools { likelihood, before, .. } = &mut *tools;
+            likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
         })?;
         Ok(Reading { corners, detection })
     }
@@ -494,30 +481,6 @@ impl Reader {
         (self.track, self.seen) = (Some(track), Some(corners));
         Ok(())
     }
-
-    pub fn outcome<'a>(
-        &mut self,
-        number: u64,
-        reading: Result<Reading, Loss>,
-        deframer: &'a mut Deframer,
-        profile: &mut impl Profile,
-    ) -> Outcome<'a> {
-        let read = reading.as_ref().ok();
-        let ended = read.and_then(|Reading { detection, .. }| match &detection.mixed {
-            Some(mixture) => self.clock.push_mixed(number, &detection.soft, mixture),
-            None => self.clock.push(number, &detection.soft),
-        });
-        let symbol = read.and_then(|_| self.clock.current());
-        profile.begins(Stage::Decode);
-        let event = deframe(deframer, ended);
-        profile.ends(Stage::Decode);
-        Outcome { reading, symbol, event }
-    }
-
-    pub fn finish<'a>(&mut self, deframer: &'a mut Deframer) -> Event<'a> {
-        let ended = self.clock.flush();
-        deframe(deframer, ended)
-    }
 }
 
 /// A track corrected by what two symbols show together, as far as that is known: held against one, it would be corrected wrongly.
@@ -541,13 +504,6 @@ fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observatio
         earlier: None,
         metric: locator.metric(),
         within: None,
-    }
-}
-
-fn deframe(deframer: &mut Deframer, ended: Option<Symbol>) -> Event<'_> {
-    match ended {
-        Some(symbol) => deframer.push(symbol.index, symbol.first_frame, &symbol.panel),
-        None => Event::Nothing,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a receiver is told before its first frame.
 
 use crate::detect::Method;
-use crate::symbols::SymbolRateError;
+use crate::symbols::{SymbolClock, SymbolRateError};
 use link::camera::{Camera, CameraError};
 
 /// What a receiver has to know of the link.
@@ -23,6 +23,25 @@ impl Default for ReceiverSettings {
             method: Method::default(),
             symbols_per_frame: 1.0,
         }
+    }
+}
+
+impl ReceiverSettings {
+    /// Checks all of them, without a receiver.
+    ///
+    /// # Errors
+    /// [`ReceiverError`] if one is out of its range.
+    pub fn validate(&self) -> Result<(), ReceiverError> {
+        self.clock().map(|_| ())
+    }
+
+    /// The clock of a panel's symbols, once all settings are checked.
+    pub(super) fn clock(&self) -> Result<SymbolClock, ReceiverError> {
+        self.camera.checked()?;
+        if self.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood")) {
+            return Err(ReceiverError::LeftOut);
+        }
+        Ok(SymbolClock::new(self.symbols_per_frame)?)
     }
 }
 
