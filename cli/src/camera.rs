@@ -28,12 +28,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use link::camera::{Camera, Encoding};
+use reception::colour::Channel;
+use reception::{deep, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
 use sim::input;
-use studies::reception::colour::Channel;
-use studies::reception::{deep, learnt};
 
 use crate::files::write;
 use crate::frames::{Bayer, PixelArguments};
@@ -79,7 +79,7 @@ struct File {
 
 /// What has been told of a camera, checked.
 #[derive(Clone, Copy, Debug)]
-pub struct Told {
+pub struct CameraHints {
     /// The camera, and the usual one where nothing was told.
     pub camera: Camera,
     /// The encoding, if it was told.
@@ -99,10 +99,9 @@ impl CameraArguments {
     }
 
     /// The camera, if anything was told of one, for frames that come from no file.
-    pub fn told_if_any(&self) -> anyhow::Result<Option<Camera>> {
+    pub fn camera_if_any(&self) -> anyhow::Result<Option<Camera>> {
         if self.is_told() {
-            let told = self.told(PixelArguments::default())?;
-            return Ok(Some(told.camera));
+            return Ok(Some(self.hints(PixelArguments::default())?.camera));
         }
         Ok(None)
     }
@@ -113,7 +112,7 @@ impl CameraArguments {
     }
 
     /// Reads the file, if there is one, and checks all values.
-    pub fn told(&self, pixels: PixelArguments) -> anyhow::Result<Told> {
+    pub fn hints(&self, pixels: PixelArguments) -> anyhow::Result<CameraHints> {
         let (file, calibration) = match &self.camera {
             Some(path) => read(path)?,
             None => Default::default(),
@@ -137,7 +136,7 @@ impl CameraArguments {
             bayer: file.bayer,
             depth: file.depth,
         });
-        Ok(Told {
+        Ok(CameraHints {
             camera,
             encoding,
             line_delay: file.line_delay_exposures,
@@ -147,7 +146,7 @@ impl CameraArguments {
     }
 }
 
-impl Told {
+impl CameraHints {
     /// The encoding of the pixels that the receiver gets: deep pictures in proportion to light are encoded for it.
     pub fn of_pixels(&self, deep: bool) -> Camera {
         Camera {
@@ -251,7 +250,7 @@ fn encoding(text: &str) -> Result<Encoding, String> {
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> anyhow::Result<Told> {
+    fn told(text: &str) -> anyhow::Result<CameraHints> {
         let folder = tempfile::tempdir()?;
         let path = folder.path().join("camera.toml");
         std::fs::write(&path, text)?;
@@ -259,11 +258,11 @@ mod tests {
             camera: Some(path),
             ..CameraArguments::default()
         };
-        arguments.told(PixelArguments::default())
+        arguments.hints(PixelArguments::default())
     }
 
     /// What a file of what was learnt says when it is given back.
-    fn saved(told: &Told, camera: Camera, deep: bool) -> Told {
+    fn saved(told: &CameraHints, camera: Camera, deep: bool) -> CameraHints {
         let learnt = Learnt {
             camera,
             blur_deviation_px: 0.01,
@@ -280,7 +279,7 @@ mod tests {
             camera: Some(path),
             ..CameraArguments::default()
         };
-        arguments.told(PixelArguments::default()).unwrap()
+        arguments.hints(PixelArguments::default()).unwrap()
     }
 
     #[test]
@@ -312,7 +311,7 @@ mod tests {
             blur: Some(2.0),
             ..CameraArguments::default()
         };
-        let camera = arguments.told(PixelArguments::default()).unwrap().camera;
+        let camera = arguments.hints(PixelArguments::default()).unwrap().camera;
         assert_eq!((camera.blur_sigma_px, camera.black_grey), (2.0, 4.0));
     }
 

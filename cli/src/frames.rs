@@ -21,7 +21,7 @@ pub mod stamps;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 pub use mosaic::Mosaic as Bayer;
-use studies::reception::colour::Channel;
+use reception::colour::Channel;
 
 /// How the pixels of files are to be taken.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

@@ -1,11 +1,8 @@
 //! Where a panel is, in metres and degrees, for people and for scripts.
 
-use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Known, Lens, PanelSize};
+use reception::whereabouts::{PoseResult, Whereabouts, told_size};
+use rx_pipeline::pose::{Known, PanelSize};
 use serde_json::{Value, json};
-use studies::reception::whereabouts::{Measured, PoseMeter, Whereabouts, told_size};
-
-use crate::camera::Calibration;
 
 /// Options that tell of the panel.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
@@ -20,39 +17,14 @@ pub struct PanelArguments {
 }
 
 impl PanelArguments {
+    /// Whether anything was told of it.
+    pub fn is_told(&self) -> bool {
+        self.interval.or(self.led_diameter).is_some()
+    }
+
     /// The panel's size, if it was told.
-    fn size(&self) -> anyhow::Result<Option<PanelSize>> {
+    pub fn size(&self) -> anyhow::Result<Option<PanelSize>> {
         Ok(told_size(self.led_diameter, self.interval)?)
-    }
-}
-
-/// What poses are measured with.
-pub struct Surveyor {
-    /// Of all panels.
-    pub meter: PoseMeter,
-    /// Whether anything was told for the sake of poses.
-    is_asked: bool,
-    calibration: Calibration,
-}
-
-impl Surveyor {
-    /// By what was told of the panel and of the camera.
-    pub fn new(panel: &PanelArguments, calibration: Calibration) -> anyhow::Result<Self> {
-        Ok(Self {
-            meter: PoseMeter::new(panel.size()?),
-            is_asked: panel.interval.or(panel.led_diameter).is_some() || calibration != Calibration::default(),
-            calibration,
-        })
-    }
-
-    /// Whether somebody who has told of it wants to know it.
-    pub fn is_asked(&self) -> bool {
-        self.is_asked
-    }
-
-    /// The lens before a frame, or why it is not known.
-    pub fn lens(&self, frame: &Frame) -> Result<Lens, String> {
-        self.calibration.lens([frame.width(), frame.height()])
     }
 }
 
@@ -86,7 +58,7 @@ pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
 }
 
 /// A pose for scripts: angles in degrees, standard deviations beside, covariances of metres and radians.
-pub fn as_json(measured: &Measured) -> Value {
+pub fn as_json(measured: &PoseResult) -> Value {
     let pose = match measured {
         Ok(pose) => pose,
         Err(why) => return json!({ "known": false, "why": why }),
@@ -114,7 +86,7 @@ pub fn as_json(measured: &Measured) -> Value {
 }
 
 /// A pose for people.
-pub fn as_text(measured: &Measured) -> String {
+pub fn as_text(measured: &PoseResult) -> String {
     let pose = match measured {
         Ok(pose) => pose,
         Err(why) => return format!("pose unknown: {why}"),

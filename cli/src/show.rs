@@ -5,10 +5,10 @@ use std::path::Path;
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use image::{ExtendedColorType, Rgb, RgbImage};
 use link::panel::{LEDS, SIDE};
+use reception::whereabouts::Whereabouts;
 use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
-use studies::reception::whereabouts::Whereabouts;
 
 use crate::pictures::write_encoded;
 use crate::pose::with_sigma;

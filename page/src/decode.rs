@@ -1,14 +1,14 @@
 //! The bits of single pictures.
 
 use link::camera::{Camera, Encoding};
+use reception::colour::Channel;
+use reception::deep::{self, Compander};
+use reception::still::StillDecoder;
+use reception::{learnt, picture};
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
 use serde_json::{Value, json};
 use sim::input;
-use studies::reception::colour::Channel;
-use studies::reception::deep::{self, Compander};
-use studies::reception::still::StillDecoder;
-use studies::reception::{learnt, picture};
 
 use crate::fault::Fault;
 
@@ -82,14 +82,10 @@ fn told(picture: Picture, out: &mut Vec<u8>) -> Result<Value, Fault> {
         }
         learnt::as_json(&learnt)
     });
-    let (read, why) = match read {
-        Ok((corners, detection)) => (Some((corners, detection)), None),
-        Err(why) => (None, Some(why)),
-    };
-    let corners = read.as_ref().map(|(corners, _)| corners);
-    let detection = read.as_ref().map(|(_, detection)| detection);
+    let corners = read.as_ref().ok().map(|reading| &reading.corners);
+    let detection = read.as_ref().ok().map(|reading| &reading.detection);
     let told = json!({
-        "width": width, "height": height, "found": read.is_some(), "why": why, "camera": camera,
+        "width": width, "height": height, "found": read.is_ok(), "why": read.as_ref().err(), "camera": camera,
         "bits": detection.map(|detection| detection.bits.to_string()), "confidence": detection.map(|detection| detection.confidence),
         "corners_px": corners.map(|corners| corners.points()), "pitch_px": corners.map(|corners| corners.pitch_px()),
     });

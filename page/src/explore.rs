@@ -1,6 +1,7 @@
 //! A scene's frames, one after another, each read as soon as it is drawn.
 
 use link::panel::{LEDS, PanelFrame};
+use reception::still::{LIKELIHOOD_PIXELS, PANEL_PIXELS};
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
@@ -15,7 +16,6 @@ use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{Renderer, Shown};
 use sim::road::camera_of;
 use sim::scene::Scene;
-use studies::reception::still::{LIKELIHOOD_PIXELS, PANEL_PIXELS};
 
 use crate::fault::Fault;
 use crate::told::Settings;

@@ -1,5 +1,9 @@
 //! What can be wrong.
 
+use reception::ReceptionError;
+use reception::picture::PixelKindError;
+use reception::still::StillError;
+use reception::stream::StreamError;
 use rx_pipeline::cells::CellsError;
 use rx_pipeline::corners::CornersError;
 use rx_pipeline::frame::FrameError;
@@ -12,9 +16,6 @@ use sim::view::ViewError;
 use studies::detectors::DetectorError;
 use studies::monte_carlo::EvaluateError;
 use studies::optimum::OptimumError;
-use studies::reception::picture::PixelKindError;
-use studies::reception::still::StillError;
-use studies::reception::stream::StreamError;
 
 /// Why the page gets no answer, as a sentence for whoever sits before it.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +62,9 @@ pub enum Fault {
     /// The receiver cannot be set up.
     #[error(transparent)]
     Receiver(#[from] ReceiverError),
+    /// Frames are of several sizes.
+    #[error(transparent)]
+    Reception(#[from] ReceptionError),
     /// A frame is none.
     #[error(transparent)]
     Frame(#[from] FrameError),

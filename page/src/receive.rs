@@ -2,19 +2,14 @@
 
 use std::io::Read;
 
-use link::camera::{Camera, Encoding};
-use link::framing::Event;
+use link::camera::Encoding;
+use reception::colour::Channel;
+use reception::stream::{SIDE_MAX, Stream};
+use reception::{Message, PanelEvent, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
 use rx_pipeline::camera::Learnt;
-use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::ReceiverSettings;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use studies::reception::colour::Channel;
-use studies::reception::diagnosis::{Diagnosis, Gone};
-use studies::reception::rates::{self, Heard, Rates};
-use studies::reception::stream::{SIDE_MAX, Stream};
-use studies::reception::{Receiving, USUAL_FPS, learnt, receiver};
 
 use crate::decode::brightest;
 use crate::fault::Fault;
@@ -31,16 +26,11 @@ pub enum Format {
     Y4m,
 }
 
-/// A receiver and what it has heard.
+/// A reception, and the messages that have come.
 pub struct Film {
-    receiver: Receiving<1>,
-    rates: Rates,
+    reception: Reception,
     size: (usize, usize),
-    fps: f32,
-    own_hz: f32,
-    diagnosis: Diagnosis,
     messages: Vec<Value>,
-    told: usize,
     read: u64,
     frames: u64,
     next: u64,
@@ -83,21 +73,15 @@ impl Film {
                 allowed: "give one above 0",
             });
         }
-        let own_hz = symbol_rate.unwrap_or_else(|| rates::usual(fps));
-        let settings = ReceiverSettings {
-            camera: Camera::default(),
-            method: Method::default(),
-            symbols_per_frame: own_hz / fps,
+        let settings = ReceptionSettings {
+            fps,
+            symbol_rate_hz: symbol_rate,
+            ..ReceptionSettings::default()
         };
         Ok(Self {
-            receiver: receiver(settings, (width, height))?,
-            rates: Rates::beside(own_hz, fps, symbol_rate.is_some()),
+            reception: Reception::new(settings)?,
             size: (width, height),
-            fps,
-            own_hz,
-            diagnosis: Diagnosis::default(),
             messages: Vec::new(),
-            told: 0,
             read: 0,
             frames: 0,
             next: 0,
@@ -127,62 +111,44 @@ impl Film {
         self.frames += 1;
         let (width, height) = self.size;
         let frame = Frame::new(&self.grey, width, height)?;
-        self.receiver.set_late(late);
-        let outcome = self.receiver.frame(number, &frame);
-        let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
-        let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
-        self.rates
-            .hear(&outcome.event, number, late, detection, |heard| hear(heard, messages, diagnosis));
-        self.diagnosis.take(&outcome.reading);
-        let symbol = self.rates.symbol().or(outcome.symbol);
-        let (panel, why) = match &outcome.reading {
-            Ok(reading) => {
-                self.read += 1;
-                let (corners, detection) = (&reading.corners, &reading.detection);
-                let panel = json!({
-                    "bits": detection.bits.to_string(), "confidence": detection.confidence, "corners_px": corners.points(),
-                    "pitch_px": corners.pitch_px(), "symbol": symbol,
-                });
-                (Some(panel), None)
+        let no_lens = Err(String::new());
+        let reports = self.reception.frame(Stamp { number, late }, &frame, &no_lens, &mut ())?;
+        let before = self.messages.len();
+        let (mut panel, mut why) = (None, None);
+        for report in reports {
+            self.messages.extend(report.events.iter().filter_map(as_json));
+            match &report.reading {
+                Ok(reading) => {
+                    self.read += 1;
+                    let (corners, detection) = (&reading.corners, &reading.detection);
+                    panel = Some(json!({
+                        "bits": detection.bits.to_string(), "confidence": detection.confidence, "corners_px": corners.points(),
+                        "pitch_px": corners.pitch_px(), "symbol": report.symbol,
+                    }));
+                }
+                Err(loss) => why = Some(loss.to_string()),
             }
-            Err(why) => (None, Some(why.to_string())),
-        };
-        let whole = self.messages[self.told..].to_vec();
-        self.told = self.messages.len();
+        }
         Ok(json!({
-            "panel": panel, "why": why, "messages": whole, "rate_hz": self.rate_hz(),
-            "camera": self.receiver.learnt().as_ref().map(learnt::as_json),
+            "panel": panel, "why": why, "messages": self.messages[before..], "rate_hz": self.reception.symbol_rate_hz(),
+            "camera": self.reception.learnt().map(learnt::as_json),
         }))
     }
 
     /// What came of all frames.
     pub fn end(&mut self) -> Result<Value, Fault> {
-        let (messages, diagnosis) = (&mut self.messages, &mut self.diagnosis);
-        let last = self.receiver.finish();
-        self.rates.hear_last(&last, |heard| hear(heard, messages, diagnosis));
-        let camera: Option<Learnt> = self.receiver.learnt();
-        if let Some(learnt) = &camera {
-            self.diagnosis.learn(learnt);
-        }
-        let gone = Gone {
-            symbols_hz: self.rate_hz(),
-            fps: self.fps,
-            changes_hz: self.rates.seen_hz(),
-            has_options: false,
-        };
+        let last = self.reception.finish();
+        self.messages.extend(last.iter().filter_map(|(_, event)| as_json(event)));
+        let camera = self.reception.learnt();
         let advice = match self.messages.is_empty() {
-            true => self.diagnosis.lines(&gone),
+            true => self.reception.advice(false),
             false => Vec::new(),
         };
         Ok(json!({
-            "messages": self.messages, "read": self.read, "frames": self.frames, "advice": advice, "rate_hz": self.rate_hz(),
-            "camera": camera.as_ref().map(learnt::as_json), "camera_text": camera.as_ref().map(learnt::as_text),
-            "camera_toml": camera.as_ref().map(file_of).transpose()?,
+            "messages": self.messages, "read": self.read, "frames": self.frames, "advice": advice,
+            "rate_hz": self.reception.symbol_rate_hz(), "camera": camera.map(learnt::as_json), "camera_text": camera.map(learnt::as_text),
+            "camera_toml": camera.map(file_of).transpose()?,
         }))
-    }
-
-    fn rate_hz(&self) -> f32 {
-        self.rates.found_hz().unwrap_or(self.own_hz)
     }
 
     /// The frame's grey levels.
@@ -243,15 +209,20 @@ fn file_of(learnt: &Learnt) -> Result<String, Fault> {
     Ok(format!("# {}\n{keys}", learnt::as_text(learnt)))
 }
 
-fn hear(heard: Heard<'_>, messages: &mut Vec<Value>, diagnosis: &mut Diagnosis) {
-    match heard {
-        Heard::Event(Event::Delivered(delivery)) => messages.push(json!({
-            "text": String::from_utf8_lossy(delivery.message), "first_frame": delivery.first_stamp,
-            "last_frame": delivery.last_stamp, "corrected_bits": delivery.corrected_bits,
-        })),
-        Heard::Event(Event::Rejected(_)) => diagnosis.reject(),
-        _ => {}
-    }
+/// The message that an event is, if it is one.
+fn as_json(event: &PanelEvent) -> Option<Value> {
+    let PanelEvent::Message(Message {
+        data,
+        first_frame,
+        last_frame,
+        corrected_bits,
+    }) = event
+    else {
+        return None;
+    };
+    Some(json!({
+        "text": String::from_utf8_lossy(data), "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
+    }))
 }
 
 #[cfg(test)]

@@ -9,9 +9,9 @@ use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3,
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt, PyString};
+use reception::colour::Channel;
+use reception::deep::{self, Compander};
 use sim::input::SIDE_MAX;
-use studies::reception::colour::Channel;
-use studies::reception::deep::{self, Compander};
 
 use crate::errors::refused;
 

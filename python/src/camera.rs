@@ -5,10 +5,10 @@ use link::panel::LEDS;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
+use reception::deep;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
 use rx_pipeline::pose::Lens;
-use studies::reception::deep;
 
 use crate::errors::{check, refused};
 use crate::record::{self, record};

@@ -3,20 +3,20 @@
 use link::panel::LLR_STEP;
 use numpy::PyArray2;
 use pyo3::prelude::*;
+use reception::colour::Channel;
+use reception::deep::Compander;
+use reception::still::StillDecoder;
+use reception::whereabouts::{PoseInput, PoseMeter, told_size};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 use studies::detectors::DetectorChoice;
-use studies::reception::colour::Channel;
-use studies::reception::deep::Compander;
-use studies::reception::still::StillDecoder;
-use studies::reception::whereabouts::Sight;
 
 use crate::arrays::{self, Image};
 use crate::camera::{Camera, LearntCamera, camera_of};
 use crate::errors::{check, guarded, refused};
-use crate::pose::{self, Pose, Surveyor};
+use crate::pose::{self, Pose};
 use crate::record::record;
 
 record! {
@@ -111,7 +111,7 @@ pub fn decode(
     let told = camera.map(camera_of).transpose()?;
     let channel: Channel = check(channel.parse())?;
     let mut deep = compander(depth, told.as_ref())?;
-    let mut surveyor = Surveyor::new(interval, led_diameter_m, told)?;
+    let mut meter = PoseMeter::new(check(told_size(led_diameter_m, interval))?);
     let told = told.unwrap_or_default();
     let image = Image::of(image, "image")?;
     let pixels = image.pixels()?;
@@ -124,22 +124,22 @@ pub fn decode(
             let mut still = StillDecoder::new(method);
             let (read, learnt) = check(still.decode(&frame, camera, corners))?;
             let camera = learnt.map_or(camera, |learnt| learnt.camera);
-            let lens = surveyor.lens(&frame);
-            let read = read.map(|(corners, detection)| {
-                let pose = surveyor.meter.pose(&Sight {
+            let lens = told.lens([frame.width(), frame.height()]);
+            let read = read.map(|reading| {
+                let pose = meter.pose(&PoseInput {
                     frame: &frame,
-                    reading: &Reading { corners, detection },
+                    reading: &reading,
                     camera: &camera,
-                    lens: lens.clone(),
+                    lens: &lens,
                 });
-                (corners, detection, pose)
+                (reading, pose)
             });
             Ok((read, learnt))
         })
     })?;
     let learnt = learnt.map(|learnt| Py::new(py, told.learnt(py, &learnt, are_encoded)?));
     let camera = learnt.transpose()?;
-    let (corners, detection, pose) = match read {
+    let (Reading { corners, detection }, pose) = match read {
         Ok(read) => read,
         Err(why) => {
             return Ok(Decoded {

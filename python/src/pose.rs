@@ -2,13 +2,9 @@
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{self, Known, Lens};
-use studies::reception::whereabouts::{PoseMeter, told_size};
+use rx_pipeline::pose::{self, Known};
 
 use crate::arrays;
-use crate::camera::Camera;
-use crate::errors::check;
 use crate::record::record;
 
 record! {
@@ -56,30 +52,6 @@ record! {
         time_to_collision_s: Option<f64>,
         /// Its standard deviation.
         time_to_collision_sigma_s: Option<f64>,
-    }
-}
-
-/// What poses are measured with.
-pub struct Surveyor {
-    /// Of all panels.
-    pub meter: PoseMeter,
-    camera: Option<Camera>,
-}
-
-impl Surveyor {
-    /// By what was told of the panel and of the camera.
-    pub fn new(interval: Option<f64>, led_diameter_m: Option<f64>, camera: Option<Camera>) -> PyResult<Self> {
-        let told = check(told_size(led_diameter_m, interval))?;
-        Ok(Self {
-            meter: PoseMeter::new(told),
-            camera,
-        })
-    }
-
-    /// The lens before a frame, or why it is not known.
-    pub fn lens(&self, frame: &Frame) -> Result<Lens, String> {
-        let told = self.camera.unwrap_or_default();
-        told.lens([frame.width(), frame.height()])
     }
 }
 

@@ -1,24 +1,19 @@
 //! Frames in, one after another; readings, poses and messages out.
 
-use link::camera;
-use link::framing::Event;
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use rx_pipeline::camera::Learnt;
+use reception::colour::Channel;
+use reception::deep::Compander;
+use reception::whereabouts::told_size;
+use reception::{PANELS_MAX, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::Known;
-use rx_pipeline::receiver::{Reading as Read, ReceiverSettings};
-use studies::reception::colour::Channel;
-use studies::reception::deep::Compander;
-use studies::reception::rates::{self, Heard, Rates};
-use studies::reception::whereabouts::{Measured, Sight, Whereabouts};
-use studies::reception::{PANELS_MAX, Receiving, USUAL_FPS, receiver};
+use rx_pipeline::receiver::Reading as PanelReading;
 
 use crate::arrays::{self, Image, Pixels};
 use crate::camera::{Camera, LearntCamera, camera_of};
 use crate::decode::{compander, llr, untrained};
 use crate::errors::{check, guarded, refused};
-use crate::pose::{self, Pose, Surveyor};
+use crate::pose::{self, Pose};
 use crate::record::record;
 
 record! {
@@ -110,21 +105,12 @@ record! {
 /// Ice 0
 #[pyclass(module = "vocc")]
 pub struct Receiver {
+    reception: Reception,
     told: Camera,
-    settings: ReceiverSettings,
-    fps: f32,
-    symbol_rate: Option<f32>,
-    panels: usize,
     channel: Channel,
     deep: Compander,
-    surveyor: Surveyor,
-    /// Made for the size of the first frame.
-    session: Option<Box<dyn Session>>,
-    size: Option<(usize, usize)>,
-    /// Whether the pixels are encoded for it.
-    are_encoded: bool,
-    learnt: Vec<Option<Learnt>>,
-    found_hz: Option<f32>,
+    /// Whether the pixels are encoded for it: what the first frame's are like.
+    are_encoded: Option<bool>,
     next: u64,
     is_closed: bool,
 }
@@ -156,28 +142,22 @@ impl Receiver {
             return Err(refused(format!("panels = {panels}: give 1 to {PANELS_MAX}")));
         }
         let told = camera.map(camera_of).transpose()?;
-        let rate_hz = symbol_rate.unwrap_or_else(|| rates::usual(fps));
-        let settings = ReceiverSettings {
-            camera: told.unwrap_or_default().camera(),
+        let deep = compander(depth, told.as_ref());
+        let told = told.unwrap_or_default();
+        let settings = ReceptionSettings {
+            camera: told.camera(),
+            line_delay: told.line_delay(),
             method: untrained(detector)?,
-            symbols_per_frame: rate_hz / fps,
-        };
-        // Settings are refused before the first frame, not with it.
-        check(receiver::<1>(settings, (0, 0)))?;
-        Ok(Self {
-            deep: compander(depth, told.as_ref())?,
-            surveyor: Surveyor::new(interval, led_diameter_m, told)?,
-            told: told.unwrap_or_default(),
-            settings,
             fps,
-            symbol_rate,
-            panels,
+            symbol_rate_hz: symbol_rate,
+            panel_size: check(told_size(led_diameter_m, interval))?,
+        };
+        Ok(Self {
+            reception: check(Reception::with_panels(settings, panels))?,
+            told,
             channel: check(channel.parse())?,
-            session: None,
-            size: None,
-            are_encoded: false,
-            learnt: Vec::new(),
-            found_hz: None,
+            deep: deep?,
+            are_encoded: None,
             next: 0,
             is_closed: false,
         })
@@ -208,26 +188,26 @@ impl Receiver {
         }
         let image = Image::of(image, "image")?;
         let pixels = image.pixels()?;
-        let taken = guarded(|| py.detach(|| self.take(number, late, pixels)))?;
+        let stamp = Stamp { number, late };
+        let reports = guarded(|| py.detach(|| self.frame(stamp, pixels)))?;
         self.next = number + 1;
-        self.record(py, number, taken)
+        self.received(py, number, reports)
     }
 
     /// Closes the receiver; gives the messages that become whole by the last symbol, whose end it has been waiting for.
     fn finish(&mut self, py: Python<'_>) -> PyResult<Vec<Py<Message>>> {
         self.check_open()?;
         self.is_closed = true;
-        let Some(mut session) = self.session.take() else {
-            return Ok(Vec::new());
-        };
-        let messages = guarded(|| Ok(py.detach(|| session.finish())))?;
-        self.learnt = session.learnt();
-        messages.into_iter().map(|whole| whole.record(py)).collect()
+        let reception = &mut self.reception;
+        let events = guarded(|| Ok(py.detach(|| reception.finish())))?;
+        reception.close();
+        let messages = events.into_iter().map(|(panel, event)| message(py, panel, event).transpose());
+        messages.flatten().collect()
     }
 
     /// Closes the receiver and gives its memory back.
     fn close(&mut self) {
-        self.session = None;
+        self.reception.close();
         self.is_closed = true;
     }
 
@@ -242,14 +222,15 @@ impl Receiver {
     /// What was learnt of the camera by the first panel that was read; None before one was, by maximum likelihood.
     #[getter]
     fn camera(&self, py: Python<'_>) -> PyResult<Option<LearntCamera>> {
-        let learnt = self.learnt.iter().flatten().next();
-        learnt.map(|learnt| self.told.learnt(py, learnt, self.are_encoded)).transpose()
+        let are_encoded = self.are_encoded.unwrap_or_default();
+        let learnt = self.reception.learnt();
+        learnt.map(|learnt| self.told.learnt(py, learnt, are_encoded)).transpose()
     }
 
     /// The symbols a second that are gone by: those told, or those by which messages were read.
     #[getter]
     fn symbol_rate_hz(&self) -> f32 {
-        self.found_hz.unwrap_or(self.settings.symbols_per_frame * self.fps)
+        self.reception.symbol_rate_hz()
     }
 
     /// The number of the next frame.
@@ -273,255 +254,84 @@ impl Receiver {
         }
     }
 
-    fn take(&mut self, number: u64, late: f64, pixels: Pixels<'_>) -> PyResult<Taken> {
-        let size = (pixels.width, pixels.height);
-        let film = self.size.unwrap_or(size);
-        if size != film {
-            return Err(refused(format!(
-                "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
-                size.0, size.1, film.0, film.1
-            )));
-        }
+    fn frame(&mut self, stamp: Stamp, pixels: Pixels<'_>) -> PyResult<Vec<PanelReport>> {
+        let (width, height) = (pixels.width, pixels.height);
+        check(self.reception.check_size((width, height)))?;
         let grey = check(pixels.grey(self.channel, &mut self.deep))?;
-        let frame = check(Frame::new(&grey, pixels.width, pixels.height))?;
-        let session = match &mut self.session {
-            Some(session) => session,
-            None => {
-                self.are_encoded = pixels.are_encoded(self.told.told_encoding());
-                self.settings.camera = self.told.of_pixels(self.are_encoded);
-                let (settings, rates) = (self.settings, (self.fps, self.symbol_rate));
-                let delay = self.told.line_delay();
-                self.session.insert(match self.panels {
-                    1 => Reception::<1>::begin(settings, delay, rates, size)?,
-                    2 => Reception::<2>::begin(settings, delay, rates, size)?,
-                    3 => Reception::<3>::begin(settings, delay, rates, size)?,
-                    _ => Reception::<PANELS_MAX>::begin(settings, delay, rates, size)?,
-                })
-            }
-        };
-        self.size = Some(size);
-        let taken = session.take(number, late, &frame, &mut self.surveyor);
-        self.learnt = session.learnt();
-        self.found_hz = session.found_hz();
-        Ok(taken)
+        let frame = check(Frame::new(&grey, width, height))?;
+        if self.are_encoded.is_none() {
+            let are_encoded = pixels.are_encoded(self.told.told_encoding());
+            self.reception.set_camera(self.told.of_pixels(are_encoded));
+            self.are_encoded = Some(are_encoded);
+        }
+        let lens = self.told.lens([width, height]);
+        check(self.reception.frame(stamp, &frame, &lens, &mut ()))
     }
 
-    fn record(&self, py: Python<'_>, frame: u64, taken: Taken) -> PyResult<Received> {
+    fn received(&self, py: Python<'_>, frame: u64, reports: Vec<PanelReport>) -> PyResult<Received> {
         let mut received = Received {
             frame,
             readings: Vec::new(),
             losses: Vec::new(),
             messages: Vec::new(),
         };
-        for whole in taken.whole {
-            received.messages.push(whole.record(py)?);
-        }
-        for Told { panel, read, symbol } in taken.told {
-            let Shown {
-                read: Read { corners, detection },
-                pose,
-                closing,
-            } = match read {
-                Ok(shown) => *shown,
-                Err(why) => {
-                    let loss = Loss { frame, panel, why };
-                    received.losses.push(Py::new(py, loss)?);
-                    continue;
+        for report in reports {
+            let panel = report.panel;
+            for event in report.events {
+                received.messages.extend(message(py, panel, event)?);
+            }
+            match report.reading {
+                Ok(reading) => {
+                    let reading = self.reading(py, frame, panel, reading, report.symbol)?;
+                    received.readings.push(Py::new(py, reading)?);
                 }
-            };
-            let (pose, no_pose) = match pose {
-                Ok(pose) => {
-                    let pose = pose::as_record(py, &pose, closing);
-                    (Some(Py::new(py, pose)?), None)
+                Err(loss) => {
+                    let why = loss.to_string();
+                    received.losses.push(Py::new(py, Loss { frame, panel, why })?);
                 }
-                Err(why) => (None, Some(why)),
-            };
-            let reading = Reading {
-                frame,
-                panel,
-                bits: arrays::leds(py, detection.bits),
-                llr: llr(py, &detection.soft),
-                confidence: detection.confidence,
-                corners_px: arrays::rows(py, corners.points()),
-                centre_px: corners.centre_px().into(),
-                pitch_px: corners.pitch_px(),
-                symbol,
-                pose,
-                no_pose,
-            };
-            received.readings.push(Py::new(py, reading)?);
+            }
         }
         Ok(received)
     }
-}
 
-/// What a frame has brought, without Python.
-#[derive(Default)]
-struct Taken {
-    told: Vec<Told>,
-    whole: Vec<Whole>,
-}
-
-/// What it has brought of one panel.
-struct Told {
-    panel: usize,
-    read: Result<Box<Shown>, String>,
-    symbol: Option<u32>,
-}
-
-/// A panel that was read.
-struct Shown {
-    read: Read,
-    pose: Measured,
-    /// How fast it comes nearer, and when it is here.
-    closing: [Option<Known>; 2],
-}
-
-/// A message that has become whole.
-struct Whole {
-    panel: usize,
-    data: Vec<u8>,
-    first: u64,
-    last: u64,
-    corrected: u32,
-}
-
-impl Whole {
-    fn of(panel: usize, event: &Event<'_>) -> Option<Self> {
-        let Event::Delivered(delivery) = event else {
-            return None;
+    fn reading(&self, py: Python<'_>, frame: u64, panel: usize, reading: PanelReading, symbol: Option<u32>) -> PyResult<Reading> {
+        let PanelReading { corners, detection } = reading;
+        let whereabouts = self.reception.whereabouts(panel);
+        let (pose, no_pose) = match whereabouts.measured() {
+            Ok(pose) => {
+                let closing = [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()];
+                (Some(Py::new(py, pose::as_record(py, pose, closing))?), None)
+            }
+            Err(why) => (None, Some(why.clone())),
         };
-        Some(Self {
+        Ok(Reading {
+            frame,
             panel,
-            data: delivery.message.to_vec(),
-            first: delivery.first_stamp,
-            last: delivery.last_stamp,
-            corrected: delivery.corrected_bits,
+            bits: arrays::leds(py, detection.bits),
+            llr: llr(py, &detection.soft),
+            confidence: detection.confidence,
+            corners_px: arrays::rows(py, corners.points()),
+            centre_px: corners.centre_px().into(),
+            pitch_px: corners.pitch_px(),
+            symbol,
+            pose,
+            no_pose,
         })
     }
-
-    fn record(self, py: Python<'_>) -> PyResult<Py<Message>> {
-        let message = Message {
-            text: String::from_utf8_lossy(&self.data).into_owned(),
-            data: self.data,
-            panel: self.panel,
-            first_frame: self.first,
-            last_frame: self.last,
-            corrected_bits: self.corrected,
-        };
-        Py::new(py, message)
-    }
 }
 
-/// The receiver at work, of whatever number of panels.
-trait Session: Send + Sync {
-    fn take(&mut self, number: u64, late: f64, frame: &Frame, surveyor: &mut Surveyor) -> Taken;
-    fn finish(&mut self) -> Vec<Whole>;
-    fn learnt(&self) -> Vec<Option<Learnt>>;
-    fn found_hz(&self) -> Option<f32>;
-}
-
-/// The same of so many.
-struct Reception<const PANELS: usize> {
-    receiver: Receiving<PANELS>,
-    /// By the number of the panel, from its first reading on.
-    rates: [Option<Rates>; PANELS],
-    whereabouts: [Whereabouts; PANELS],
-    camera: camera::Camera,
-    own_hz: f32,
-    fps: f32,
-    is_told: bool,
-}
-
-impl<const PANELS: usize> Reception<PANELS> {
-    fn begin(
-        settings: ReceiverSettings,
-        line_delay: Option<f32>,
-        (fps, symbol_rate): (f32, Option<f32>),
-        size: (usize, usize),
-    ) -> PyResult<Box<dyn Session>> {
-        let mut receiver = check(receiver(settings, size))?;
-        if let Some(delay) = line_delay {
-            receiver.tell_line_delay(delay);
-        }
-        Ok(Box::new(Self {
-            receiver,
-            rates: [const { None }; PANELS],
-            whereabouts: [const { Whereabouts::UNKNOWN }; PANELS],
-            camera: settings.camera,
-            own_hz: symbol_rate.unwrap_or_else(|| rates::usual(fps)),
-            fps,
-            is_told: symbol_rate.is_some(),
-        }))
-    }
-}
-
-impl<const PANELS: usize> Session for Reception<PANELS> {
-    fn take(&mut self, number: u64, late: f64, frame: &Frame, surveyor: &mut Surveyor) -> Taken {
-        let mut taken = Taken::default();
-        let learnt = self.receiver.learnt_each();
-        let (fps, own_hz, is_told) = (self.fps, self.own_hz, self.is_told);
-        let (rates, whereabouts) = (&mut self.rates, &mut self.whereabouts);
-        let (camera, lens) = (&self.camera, surveyor.lens(frame));
-        let time_s = (number as f64 + late) / f64::from(fps);
-        self.receiver.set_late(late);
-        self.receiver.frame_each(number, frame, &mut (), |panel, outcome| {
-            let rates = rates[panel].get_or_insert_with(|| Rates::beside(own_hz, fps, is_told));
-            let detection = outcome.reading.as_ref().ok();
-            let detection = detection.map(|reading| &reading.detection);
-            rates.hear(&outcome.event, number, late, detection, |heard| {
-                if let Heard::Event(event) = heard {
-                    taken.whole.extend(Whole::of(panel, event));
-                }
-            });
-            let symbol = rates.symbol().or(outcome.symbol);
-            let whereabouts = &mut whereabouts[panel];
-            if let Some(said) = rates.take_geometry(&outcome.event) {
-                whereabouts.hear(said);
-            }
-            if let Err(why) = &outcome.reading {
-                whereabouts.lose(why);
-            }
-            let read = outcome.reading.map_err(|why| why.to_string()).map(|read| {
-                let camera = learnt[panel].map_or(*camera, |learnt| learnt.camera);
-                let sight = Sight {
-                    frame,
-                    reading: &read,
-                    camera: &camera,
-                    lens: lens.clone(),
-                };
-                whereabouts.measure(&mut surveyor.meter, time_s, &sight);
-                Box::new(Shown {
-                    read,
-                    pose: whereabouts.measured().clone(),
-                    closing: [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()],
-                })
-            });
-            taken.told.push(Told { panel, read, symbol });
-        });
-        taken
-    }
-
-    fn finish(&mut self) -> Vec<Whole> {
-        let mut whole = Vec::new();
-        let rates = &mut self.rates;
-        self.receiver.finish_each(|panel, event| {
-            if let Some(rates) = &mut rates[panel] {
-                rates.hear_last(&event, |heard| {
-                    if let Heard::Event(event) = heard {
-                        whole.extend(Whole::of(panel, event));
-                    }
-                });
-            }
-        });
-        whole
-    }
-
-    fn learnt(&self) -> Vec<Option<Learnt>> {
-        self.receiver.learnt_each().to_vec()
-    }
-
-    fn found_hz(&self) -> Option<f32> {
-        self.rates.iter().flatten().find_map(Rates::found_hz)
-    }
+/// The message that an event is, if it is one.
+fn message(py: Python<'_>, panel: usize, event: PanelEvent) -> PyResult<Option<Py<Message>>> {
+    let PanelEvent::Message(message) = event else {
+        return Ok(None);
+    };
+    let message = Message {
+        text: String::from_utf8_lossy(&message.data).into_owned(),
+        data: message.data,
+        panel,
+        first_frame: message.first_frame,
+        last_frame: message.last_frame,
+        corrected_bits: message.corrected_bits,
+    };
+    Py::new(py, message).map(Some)
 }

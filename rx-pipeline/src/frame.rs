@@ -1,5 +1,8 @@
 //! A camera frame: 8-bit grey pixels somewhere in memory.
 
+/// The most columns or rows that a camera is expected to have: whoever reads frames from files or streams refuses more.
+pub const SIDE_MAX: usize = 8192;
+
 /// A view of 8-bit grey pixels.
 ///
 /// Pixel (0, 0) is the *centre* of the top-left pixel; x grows to the right, y downwards. All positions of this

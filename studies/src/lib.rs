@@ -37,7 +37,6 @@
 //! work_precision                     what accuracy costs in time
 //!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
 //! random_cameras                     what a receiver makes of cameras that it is told nothing of
-//! reception                          what a computer does around the receiver: pixels of any kind, single frames, symbol rates
 //! photometry                         a panel's calibration from pictures beside a grey card
 //! signalling                         the symbol rate and the code that bring most through a camera
 //! flicker                            how much a panel's light goes up and down, and what people see of it
@@ -71,7 +70,6 @@ pub mod photometry;
 pub mod random_cameras;
 pub mod random_scenes;
 pub mod reach;
-pub mod reception;
 pub mod reproduction;
 pub mod signalling;
 pub mod splitting;

@@ -105,6 +105,11 @@ impl Calibration {
         }
     }
 
+    /// Whether anything is known.
+    pub fn is_told(&self) -> bool {
+        *self != Self::default()
+    }
+
     /// The lens before frames of `size`; why not, if it is not known.
     pub fn lens(&self, size: [usize; 2]) -> Result<Lens, String> {
         let Some(focal_px) = self.focal_px else {

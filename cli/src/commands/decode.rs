@@ -2,22 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use reception::still::{StillDecoder, StillError};
+use reception::whereabouts::{PoseInput, PoseMeter, PoseResult};
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::Detection;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 use serde::Serialize;
 use serde_json::Value;
 use studies::detectors::DetectorChoice;
-use studies::reception::still::{StillDecoder, StillError};
-use studies::reception::whereabouts::{Measured, Sight};
 
-use crate::camera::{CameraArguments, Told};
+use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Answer, line};
-use crate::pose::{self, PanelArguments, Surveyor};
+use crate::pose::{self, PanelArguments};
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -51,31 +50,31 @@ struct Report<'a> {
     pose: Option<Value>,
 }
 
-/// What an image shows: the panel and its pose.
+/// A panel in an image.
 struct PanelReading {
-    corners: Corners,
-    detection: Detection,
-    pose: Measured,
+    reading: Reading,
+    pose: PoseResult,
 }
 
 /// Decodes each image; a bad one does not keep the others from being decoded.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    let told = arguments.camera.told(arguments.pixels)?;
-    let mut pictures = PictureReader::new(told.pixels, told.encoding);
+    let hints = arguments.camera.hints(arguments.pixels)?;
+    let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut decoder = Decoder {
         still: StillDecoder::new(options::untrained(arguments.detector)?),
-        told,
+        hints,
+        meter: PoseMeter::new(arguments.panel.size()?),
     };
-    let mut surveyor = Surveyor::new(&arguments.panel, told.calibration)?;
+    let with_pose = arguments.panel.is_told() || hints.calibration.is_told();
     let mut answer = Answer::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decoder.decode(&mut pictures, path, arguments.corners, &mut surveyor) {
+        match decoder.decode(&mut pictures, path, arguments.corners) {
             Ok(read) => {
                 if read.is_err() {
                     answer = Answer::No;
                 }
-                report(path, read, surveyor.is_asked(), shared)?;
+                report(path, read, with_pose, shared)?;
             }
             Err(error) => {
                 bad += 1;
@@ -105,7 +104,8 @@ pub fn corners(text: &str) -> Result<Corners, String> {
 /// What single images are read with.
 struct Decoder {
     still: StillDecoder,
-    told: Told,
+    hints: CameraHints,
+    meter: PoseMeter,
 }
 
 impl Decoder {
@@ -115,11 +115,10 @@ impl Decoder {
         pictures: &mut PictureReader,
         path: &Path,
         given: Option<Corners>,
-        surveyor: &mut Surveyor,
     ) -> anyhow::Result<Result<PanelReading, String>> {
         let image = pictures.read(path)?;
         let (width, height) = (image.width() as usize, image.height() as usize);
-        let camera = self.told.of_pixels(pictures.deep_white() > 0);
+        let camera = self.hints.of_pixels(pictures.deep_white() > 0);
         let frame = Frame::new(image.as_raw(), width, height)?;
         let decoded = self.still.decode(&frame, camera, given);
         let (read, learnt) = decoded.map_err(|error| match error {
@@ -127,23 +126,22 @@ impl Decoder {
             error => error.into(),
         })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
-        let lens = surveyor.lens(&frame);
-        Ok(read.map(|(corners, detection)| PanelReading {
-            pose: surveyor.meter.pose(&Sight {
+        let lens = self.hints.calibration.lens([width, height]);
+        Ok(read.map(|reading| PanelReading {
+            pose: self.meter.pose(&PoseInput {
                 frame: &frame,
-                reading: &Reading { corners, detection },
+                reading: &reading,
                 camera: &camera,
-                lens,
+                lens: &lens,
             }),
-            corners,
-            detection,
+            reading,
         }))
     }
 }
 
 fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
-    let shown = match read {
-        Ok(shown) => shown,
+    let PanelReading { reading, pose } = match read {
+        Ok(panel) => panel,
         Err(why) if shared.json => {
             return output::json(&Report {
                 file: path,
@@ -158,7 +156,7 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
         }
         Err(why) => return line(&format!("{}: no panel: {why}", path.display())),
     };
-    let PanelReading { corners, detection, pose } = shown;
+    let Reading { corners, detection } = reading;
     if shared.json {
         return output::json(&Report {
             file: path,

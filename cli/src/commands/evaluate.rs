@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         random_reflectance: arguments.random_reflectance,
         detector: arguments.detector,
         level: arguments.level,
-        camera: arguments.camera.told_if_any()?,
+        camera: arguments.camera.camera_if_any()?,
         stop: stop(),
     };
     let mut sweep = Sweep::single(shared.scene(&arguments.scene)?, &settings);

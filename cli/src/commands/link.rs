@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
     let scene = shared.scene(&arguments.scene)?;
     let settings = LinkSettings {
-        camera: arguments.camera.told_if_any()?.unwrap_or_default(),
+        camera: arguments.camera.camera_if_any()?.unwrap_or_default(),
         ..settings(&scene, message, arguments.detector, arguments.level, shared)?
     };
     send(&scene, &settings, arguments.frames, arguments.save.as_deref(), shared)

@@ -3,7 +3,7 @@
 use anyhow::ensure;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use studies::reception::colour::Channel;
+use reception::colour::Channel;
 
 /// The colours of 2×2 pixels, the rows from the top (Bayer, US patent 3 971 065): 0 red, 1 green, 2 blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

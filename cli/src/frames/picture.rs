@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
+use reception::deep::Compander;
+use reception::picture;
 use sim::input;
-use studies::reception::deep::Compander;
-use studies::reception::picture;
 
 use super::PixelArguments;
 

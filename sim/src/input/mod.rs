@@ -19,7 +19,7 @@ pub const TABLE_MAX: u64 = 1 << 24;
 /// The largest file of results that are kept, in bytes of text.
 pub const RESULTS_MAX: u64 = 1 << 30;
 /// The most columns or rows of a picture: as many as a camera may have.
-pub const SIDE_MAX: u32 = 8192;
+pub const SIDE_MAX: u32 = rx_pipeline::frame::SIDE_MAX as u32;
 /// The largest picture, in bytes: four channels of 16 bits.
 const PICTURE_MAX: u64 = 8 * (SIDE_MAX as u64).pow(2);
 

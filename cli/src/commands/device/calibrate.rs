@@ -14,7 +14,7 @@ use studies::photometry::{self, Area, Calibrated, Estimate, PictureError, Shot, 
 use tx_firmware::calibration::{BENCH, Calibration};
 
 use super::calibration::filled_in;
-use crate::camera::{CameraArguments, Told};
+use crate::camera::{CameraArguments, CameraHints};
 use crate::commands::decode::corners;
 use crate::files;
 use crate::frames::PixelArguments;
@@ -94,16 +94,16 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         "there is no folder {}: put the pictures into one",
         frames.display()
     );
-    let told = arguments.camera.told(arguments.pixels)?;
+    let hints = arguments.camera.hints(arguments.pixels)?;
     ensure!(
-        told.encoding.is_some(),
+        hints.encoding.is_some(),
         "nobody has said how the camera encodes light, and all depends on it: raw pictures developed in proportion to light are --encoding \
          linear, photographs srgb, films rec709; or give what `vocc receive --save-camera` learnt with --camera"
     );
     let mut series = Series {
         arguments,
-        reader: PictureReader::new(told.pixels, told.encoding),
-        told,
+        reader: PictureReader::new(hints.pixels, hints.encoding),
+        hints,
         first: None,
         views: Vec::new(),
         shots: Default::default(),
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 struct Series<'a> {
     arguments: &'a Arguments,
     reader: PictureReader,
-    told: Told,
+    hints: CameraHints,
     /// The first picture's size, and whether it is deep.
     first: Option<(u32, u32, bool)>,
     /// By the encoding that was told, and by the others that there may be.
@@ -182,7 +182,7 @@ impl Series<'_> {
         let is_deep = self.reader.deep_white() > 0;
         // White that is guessed picture by picture is another one in dark pictures.
         ensure!(
-            !is_deep || self.told.pixels.depth.is_some(),
+            !is_deep || self.hints.pixels.depth.is_some(),
             "{} has more than 8 bits: say with --depth how many white has; programs that develop raw pictures give it 16",
             path.display()
         );
@@ -190,7 +190,7 @@ impl Series<'_> {
         let alike = (width, height, is_deep);
         if self.first.is_none() {
             self.first = Some(alike);
-            self.views = views(self.arguments, &self.told, is_deep);
+            self.views = views(self.arguments, &self.hints, is_deep);
         }
         ensure!(
             self.first == Some(alike),
@@ -203,9 +203,9 @@ impl Series<'_> {
 }
 
 /// By the encoding that was told, and by the others that there may be: raw pictures leave no doubt.
-fn views(arguments: &Arguments, told: &Told, is_deep: bool) -> Vec<View> {
-    let camera = told.of_pixels(is_deep);
-    let is_raw = told.encoding == Some(Encoding::LINEAR);
+fn views(arguments: &Arguments, hints: &CameraHints, is_deep: bool) -> Vec<View> {
+    let camera = hints.of_pixels(is_deep);
+    let is_raw = hints.encoding == Some(Encoding::LINEAR);
     let is_other = |usual: &Encoding| !is_raw && *usual != camera.encoding;
     std::iter::once(camera.encoding)
         .chain(USUAL.into_iter().filter(is_other))

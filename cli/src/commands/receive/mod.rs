@@ -1,21 +1,20 @@
 //! `vocc receive`: messages from a sequence of frames.
 
 mod places;
-mod reception;
 mod report;
+mod session;
 mod stage_times;
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
+use reception::stream::{SIDE_MAX, Stream};
+use reception::{PANELS_MAX, Stamp};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
-use studies::reception::PANELS_MAX;
-use studies::reception::rates::{self, Rates};
-use studies::reception::stream::{SIDE_MAX, Stream};
 
-use crate::camera::{CameraArguments, Told};
+use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film};
@@ -26,7 +25,7 @@ use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
 
-use reception::Reception;
+use session::Session;
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
@@ -87,28 +86,6 @@ fn size(text: &str) -> Result<(usize, usize), String> {
     }
 }
 
-impl Arguments {
-    /// Symbols a second to go by, with a camera of `fps` frames a second.
-    fn rate_hz(&self, fps: f32) -> f32 {
-        self.symbol_rate.unwrap_or_else(|| rates::usual(fps))
-    }
-
-    /// Those to try beside.
-    fn rates(&self, fps: f32) -> Rates {
-        Rates::beside(self.rate_hz(fps), fps, self.symbol_rate.is_some())
-    }
-}
-
-/// Reads all frames and prints the messages; exit status 1 where there was none.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
-    match arguments.panels {
-        1 => receive::<1>(arguments, shared),
-        2 => receive::<2>(arguments, shared),
-        3 => receive::<3>(arguments, shared),
-        _ => receive::<PANELS_MAX>(arguments, shared),
-    }
-}
-
 /// Where frames come from.
 enum Source<'a> {
     Input,
@@ -143,7 +120,8 @@ impl<'a> Source<'a> {
     }
 }
 
-fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+/// Reads all frames and prints the messages; exit status 1 where there was none.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let source = Source::of(&arguments.sources)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
@@ -164,42 +142,42 @@ fn receive<const PANELS: usize>(arguments: &Arguments, shared: &Shared) -> anyho
         [&arguments.save_camera, &arguments.mcap].into_iter().flatten().cloned(),
         read.into_iter().chain(arguments.camera.file()),
     )?;
-    let told = arguments.camera.told(arguments.pixels)?;
-    let reception = Reception::<PANELS>::new(arguments, told, shared, source.frames())?;
-    let channel = told.pixels.channel.unwrap_or_default();
+    let hints = arguments.camera.hints(arguments.pixels)?;
+    let session = Session::new(arguments, hints, shared, source.frames())?;
+    let channel = hints.pixels.channel.unwrap_or_default();
     match source {
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
             let stream = Stream::open(input, arguments.raw, channel)?;
-            receive_stream(reception, stream, || Ok(()))
+            receive_stream(session, stream, || Ok(()))
         }
         Source::Film(path) => {
             let (film, frames) = Film::open(path)?;
             let input = Input::new(frames, stop()).context("cannot read the film")?;
             match Stream::open(input, None, channel) {
-                Ok(stream) => receive_stream(reception, stream, || film.end()),
+                Ok(stream) => receive_stream(session, stream, || film.end()),
                 // Whoever decodes it knows better what is wrong with it.
                 Err(error) => film.end().and(Err(error.into())),
             }
         }
-        Source::Files(frames) => receive_files(reception, &frames, told),
+        Source::Files(frames) => receive_files(session, &frames, hints),
     }
 }
 
 /// Receives a stream to its end, and then looks whether what gave it has `ended` well.
-fn receive_stream<const PANELS: usize>(
-    mut reception: Reception<PANELS>,
+fn receive_stream(
+    mut session: Session,
     mut stream: Stream<impl BufRead>,
     ended: impl FnOnce() -> anyhow::Result<()>,
 ) -> anyhow::Result<Answer> {
     let stop = stop();
     let (width, height) = stream.size();
     if let Some(rate) = stream.rate() {
-        reception.by_default(rate)?;
+        session.set_usual_fps(rate)?;
     }
     let end = loop {
         match stream.next_frame() {
-            Ok(Some(grey)) => reception.take_next(&Frame::new(grey, width, height)?)?,
+            Ok(Some(grey)) => session.next_frame(&Frame::new(grey, width, height)?)?,
             Ok(None) => break Ok(()),
             // Its end was cut off by whoever has asked to stop.
             Err(_) if stop.is_asked() => break Ok(()),
@@ -207,42 +185,46 @@ fn receive_stream<const PANELS: usize>(
         }
     };
     // What came before an error is not lost.
-    let answer = reception.finish()?;
+    let answer = session.finish()?;
     ended().and(end.map_err(Into::into))?;
     Ok(answer)
 }
 
 /// Receives a file after the other.
-fn receive_files<const PANELS: usize>(mut reception: Reception<PANELS>, frames: &Frames, told: Told) -> anyhow::Result<Answer> {
+fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> anyhow::Result<Answer> {
     let stop = stop();
     if let Some(rate) = frames.rate {
-        reception.by_stamps(rate, frames.doubled)?;
+        session.set_stamped_fps(rate, frames.doubled)?;
     }
-    let mut pictures = PictureReader::new(told.pixels, told.encoding);
+    let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut bad = 0;
     for FrameFile { path, number, late } in &frames.files {
         if stop.is_asked() {
-            return reception.finish();
+            return session.finish();
         }
         let image = pictures.read(path).and_then(|image| {
-            reception.check_size((image.width() as usize, image.height() as usize))?;
+            session.check_size((image.width() as usize, image.height() as usize))?;
             Ok(image)
         });
         let image = match image {
             Ok(image) => image,
             Err(error) => {
                 bad += 1;
-                reception.lose(*number, &output::explain(&error));
+                session.skip(*number, &output::explain(&error));
                 continue;
             }
         };
         if pictures.deep_white() > 0 {
-            reception.is_deep();
+            session.expect_deep();
         }
         let (width, height) = (image.width() as usize, image.height() as usize);
-        reception.take(*number, *late, &Frame::new(image.as_raw(), width, height)?)?;
+        let stamp = Stamp {
+            number: *number,
+            late: *late,
+        };
+        session.frame(stamp, &Frame::new(image.as_raw(), width, height)?)?;
     }
-    let answer = reception.finish()?;
+    let answer = session.finish()?;
     ensure!(bad == 0, "{bad} of {} frames could not be used", frames.files.len());
     Ok(answer)
 }

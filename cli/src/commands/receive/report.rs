@@ -1,14 +1,11 @@
 //! What is told of frames: messages and bits on standard output, losses and progress on standard error.
 
 use anyhow::Context;
-use link::framing::{Event, SegmentOutcome};
-use link::geometry::Geometry;
+use reception::whereabouts::Whereabouts;
+use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{Outcome, Reading};
-use studies::reception::diagnosis::{Diagnosis, Gone};
-use studies::reception::learnt;
-use studies::reception::whereabouts::Whereabouts;
+use rx_pipeline::receiver::Reading;
 
 use super::Arguments;
 use super::places::Places;
@@ -27,8 +24,8 @@ pub struct Report<'a> {
     messages: u64,
     /// A frame is told of by its place among all so far.
     places: Places,
-    diagnosis: Diagnosis,
-    whole: Vec<Whole>,
+    /// Messages that have become whole in the frame at hand, with the numbers of their panels.
+    new_messages: Vec<(usize, Message)>,
     progress: Progress,
     /// Where it is kept, too, if that is asked for.
     recording: Option<Recording>,
@@ -38,11 +35,11 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// Of so many panels, and frames, if that is known.
+    /// Of `total` frames, if that is known.
     ///
     /// # Errors
     /// When nothing can be recorded.
-    pub fn new(arguments: &'a Arguments, panels: usize, as_json: bool, with_pose: bool, total: Option<u64>) -> anyhow::Result<Self> {
+    pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
         Ok(Self {
@@ -51,10 +48,9 @@ impl<'a> Report<'a> {
             with_pose,
             messages: 0,
             places: Places::default(),
-            diagnosis: Diagnosis::default(),
-            whole: Vec::new(),
+            new_messages: Vec::new(),
             progress,
-            recording: recording.map(|path| Recording::create(path, panels)).transpose()?,
+            recording: recording.map(|path| Recording::create(path, arguments.panels.into())).transpose()?,
             undrawn: None,
             unrecorded: None,
         })
@@ -84,32 +80,16 @@ impl<'a> Report<'a> {
     }
 
     /// Says why it cannot be used.
-    pub fn lose(&mut self, why: &str) {
+    pub fn skip(&mut self, why: &str) {
         self.say(&format!("frame {}: {why}", self.place()));
         self.done();
     }
 
-    /// Says that the panel shows symbols at another rate than was gone by.
-    pub fn found_rate(&self, rate_hz: f32) {
-        self.say(&format!(
-            "read at {rate_hz} symbols a second; --symbol-rate {rate_hz} reads it best, from the first frame on"
-        ));
-    }
-
-    /// Says what a panel has told of its size.
-    pub fn geometry(&self, panel: usize, geometry: Geometry) {
-        self.say(&format!(
-            "panel {panel} says how large it is: LEDs of {} m, at an interval of {:.3}",
-            geometry.led_diameter_m(),
-            geometry.interval()
-        ));
-    }
-
-    /// Says why there was no message, if there was none: `rates` are those that were gone by, and that of the panel's changes.
+    /// Says why there was no message, if there was none, and what would help.
     ///
     /// # Errors
     /// When a picture could not be drawn, or something not be recorded.
-    pub fn end(mut self, rates: &Gone) -> anyhow::Result<Answer> {
+    pub fn end(mut self, advice: &[String]) -> anyhow::Result<Answer> {
         if let Some(recording) = self.recording.take() {
             let about = recording.about();
             recording.finish().context(about)?;
@@ -122,8 +102,8 @@ impl<'a> Report<'a> {
         }
         let frames = self.places.count();
         self.say(&format!("no message in {frames} frames"));
-        for line in self.diagnosis.lines(rates) {
-            self.say(&line);
+        for line in advice {
+            self.say(line);
         }
         Ok(Answer::No)
     }
@@ -135,7 +115,6 @@ impl<'a> Report<'a> {
 
     /// Says what was learnt of the camera by a panel; where no message could, in JSON too.
     pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
-        self.diagnosis.learn(learnt);
         if self.as_json {
             if self.messages == 0 {
                 output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }))?;
@@ -156,23 +135,19 @@ impl<'a> Report<'a> {
             .aside(|| if self.as_json { output::json(as_json) } else { line(as_text) })
     }
 
-    /// Prints and draws what a frame shows of a panel, with the number of the `symbol`, and says why it shows nothing.
-    pub fn frame(
-        &mut self,
-        panel: usize,
-        frame: &Frame,
-        outcome: &Outcome,
-        symbol: Option<u32>,
-        whereabouts: &Whereabouts,
-    ) -> anyhow::Result<()> {
+    /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
+    pub fn panel(&mut self, report: &PanelReport, frame: &Frame, whereabouts: &Whereabouts) -> anyhow::Result<()> {
+        let panel = report.panel;
+        for event in &report.events {
+            self.event(panel, event);
+        }
         let of_panel = if self.arguments.panels > 1 {
             format!(", panel {panel}")
         } else {
             String::new()
         };
         let number = self.place();
-        self.diagnosis.take(&outcome.reading);
-        let reading = match &outcome.reading {
+        let reading = match &report.reading {
             Ok(reading) => reading,
             Err(loss) => {
                 self.say(&format!("frame {number}{of_panel}: {loss}"));
@@ -189,7 +164,7 @@ impl<'a> Report<'a> {
         }
         self.record(|recording| recording.reading(panel, reading, whereabouts.pose()));
         if self.arguments.bits {
-            self.bits(number, panel, &of_panel, reading, symbol, whereabouts)?;
+            self.bits(number, panel, &of_panel, reading, report.symbol, whereabouts)?;
         }
         Ok(())
     }
@@ -218,58 +193,46 @@ impl<'a> Report<'a> {
         )
     }
 
-    /// Keeps a message for [`Report::deliver`], and says why a part of one was lost.
-    pub fn event(&mut self, event: &Event<'_>, panel: usize) {
+    /// Keeps a message for [`Report::deliver`], and tells the rest of what a panel's symbols brought.
+    pub fn event(&mut self, panel: usize, event: &PanelEvent) {
         match event {
-            Event::Delivered(delivery) => {
+            PanelEvent::Message(message) => {
                 self.messages += 1;
-                self.whole.push(Whole {
-                    panel,
-                    text: String::from_utf8_lossy(delivery.message).into_owned(),
-                    first: self.places.of(delivery.first_stamp),
-                    last: self.places.of(delivery.last_stamp),
-                    corrected: delivery.corrected_bits,
-                });
+                self.new_messages.push((panel, message.clone()));
             }
-            Event::Rejected(why) => {
-                self.diagnosis.reject();
-                self.say(&why.to_string());
-            }
-            Event::UnsupportedVersion(version) => self.say(&format!(
+            PanelEvent::Rejected(why) => self.say(&why.to_string()),
+            PanelEvent::UnsupportedVersion(version) => self.say(&format!(
                 "a transmitter of format version {version} was seen; this receiver reads version {}",
                 link::framing::VERSION
             )),
-            Event::Segment {
-                header,
-                outcome: SegmentOutcome::Failed(why),
-                ..
-            } => self.say(&format!(
-                "segment {} could not be decoded ({why}); waiting for it to be shown again",
-                header.segment
+            PanelEvent::SegmentFailed { segment, why } => self.say(&format!(
+                "segment {segment} could not be decoded ({why}); waiting for it to be shown again"
             )),
-            _ => {}
+            PanelEvent::Geometry(geometry) => self.say(&format!(
+                "panel {panel} says how large it is: LEDs of {} m, at an interval of {:.3}",
+                geometry.led_diameter_m(),
+                geometry.interval()
+            )),
+            PanelEvent::RateFound(rate_hz) => self.say(&format!(
+                "read at {rate_hz} symbols a second; --symbol-rate {rate_hz} reads it best, from the first frame on"
+            )),
         }
     }
 
     /// Prints the messages that have become whole, with what is learnt of each panel's camera, and where the panel is.
-    pub fn deliver(&mut self, learnt: &[Option<Learnt>], whereabouts: &[Whereabouts]) -> anyhow::Result<()> {
-        for message in std::mem::take(&mut self.whole) {
-            let panel = message.panel;
-            let learnt = learnt.get(panel).and_then(Option::as_ref);
-            self.record(|recording| recording.message(panel, &message.text));
-            self.message(&message, learnt, &whereabouts[panel])?;
+    pub fn deliver(&mut self, reception: &Reception) -> anyhow::Result<()> {
+        for (panel, message) in std::mem::take(&mut self.new_messages) {
+            let text = String::from_utf8_lossy(&message.data);
+            self.record(|recording| recording.message(panel, &text));
+            self.message(panel, &text, &message, reception)?;
         }
         Ok(())
     }
 
-    fn message(&self, message: &Whole, learnt: Option<&Learnt>, whereabouts: &Whereabouts) -> anyhow::Result<()> {
-        let Whole {
-            panel,
-            text,
-            first,
-            last,
-            corrected,
-        } = message;
+    fn message(&self, panel: usize, text: &str, message: &Message, reception: &Reception) -> anyhow::Result<()> {
+        let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
+        let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
+        let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
         let of_panel = if self.arguments.panels > 1 {
             format!("panel {panel}: ")
         } else {
@@ -286,13 +249,4 @@ impl<'a> Report<'a> {
             }),
         )
     }
-}
-
-/// A message that has become whole in the frame at hand.
-struct Whole {
-    panel: usize,
-    text: String,
-    first: u64,
-    last: u64,
-    corrected: u32,
 }

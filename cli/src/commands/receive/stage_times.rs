@@ -6,23 +6,15 @@ use rx_pipeline::profile::{Profile, STAGES, Stage};
 
 use crate::output::tell;
 
-/// How long something took in all, how often it was done, and how long at most.
+/// How long a stage took in all, how often it was run, and how long at most.
 #[derive(Clone, Copy, Default)]
-pub struct Spent {
+struct StageTime {
     total: Duration,
     times: u32,
     most: Duration,
 }
 
-impl Spent {
-    /// Does it once more.
-    pub fn on<T>(&mut self, work: impl FnOnce() -> T) -> T {
-        let begun = Instant::now();
-        let result = work();
-        self.add(begun.elapsed());
-        result
-    }
-
+impl StageTime {
     fn add(&mut self, time: Duration) {
         self.total += time;
         self.times += 1;
@@ -39,11 +31,12 @@ impl Spent {
     }
 }
 
-/// What was spent on each stage.
+/// How long each stage took.
 #[derive(Default)]
 pub struct StageTimes {
     begun: Vec<Instant>,
-    spent: [Spent; STAGES.len()],
+    receiver: [StageTime; STAGES.len()],
+    pose: StageTime,
 }
 
 impl Profile for StageTimes {
@@ -52,22 +45,23 @@ impl Profile for StageTimes {
     }
 
     fn ends(&mut self, stage: Stage) {
-        let spent = self.begun.pop().map(|begun| begun.elapsed()).unwrap_or_default();
-        if let Some(index) = STAGES.iter().position(|&other| other == stage) {
-            self.spent[index].add(spent);
+        let time = self.begun.pop().map(|begun| begun.elapsed()).unwrap_or_default();
+        match STAGES.iter().position(|&other| other == stage) {
+            Some(index) => self.receiver[index].add(time),
+            None => self.pose.add(time),
         }
     }
 }
 
 impl StageTimes {
-    /// Prints them, and what was spent on poses, on standard error.
-    pub fn print(&self, poses: &Spent) {
+    /// Prints them on standard error.
+    pub fn print(&self) {
         tell("stage      times  mean (us)  most (us)");
-        for (stage, spent) in STAGES.iter().zip(self.spent) {
-            spent.print(&format!("{stage:?}"));
+        for (stage, time) in STAGES.iter().zip(self.receiver) {
+            time.print(&format!("{stage:?}"));
         }
-        if poses.times > 0 {
-            poses.print("Pose");
+        if self.pose.times > 0 {
+            self.pose.print("Pose");
         }
     }
 }

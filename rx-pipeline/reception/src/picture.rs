@@ -2,8 +2,8 @@
 
 use image::{ColorType, DynamicImage};
 
-use super::colour::Channel;
-use super::deep::Compander;
+use crate::colour::Channel;
+use crate::deep::Compander;
 
 /// The picture has pixels of a kind that no camera's frames have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,7 +18,7 @@ pub struct PixelKindError {
 /// ```
 /// use image::{DynamicImage, RgbImage};
 /// use link::camera::Encoding;
-/// use studies::reception::{colour::Channel, deep::Compander, picture};
+/// use reception::{colour::Channel, deep::Compander, picture};
 ///
 /// let lamp = DynamicImage::ImageRgb8(RgbImage::from_raw(1, 1, vec![250, 20, 10]).unwrap());
 /// let grey = picture::grey(lamp, Channel::Brightest, &mut Compander::new(None, Encoding::LINEAR))?;

@@ -11,13 +11,13 @@ const POSE_PIXELS: usize = 128 * 128;
 /// The scenes' LEDs, m, and their interval: what half a size is checked with.
 const USUAL: (f64, f64) = (0.03, 1.0);
 
-/// A pose, or why there is none.
-pub type Measured = Result<Pose, String>;
+/// A pose, or why it is not known.
+pub type PoseResult = Result<Pose, String>;
 
 /// A panel's size if both numbers were told: the diameter of an LED in metres, and the gap between two over it.
 ///
 /// ```
-/// use studies::reception::whereabouts::told_size;
+/// use reception::whereabouts::told_size;
 /// assert_eq!(told_size(Some(0.03), Some(1.0))?.map(|size| size.pitch_m()), Some(0.06));
 /// assert_eq!(told_size(None, Some(1.0))?, None);
 /// assert!(told_size(None, Some(-1.0)).is_err());
@@ -31,8 +31,8 @@ pub fn told_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<O
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
 }
 
-/// A panel that was read, and what it was seen through.
-pub struct Sight<'a> {
+/// What a pose is measured from: a panel that was read, and what it was seen through.
+pub struct PoseInput<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
     /// Where the panel is in it, and what it shows.
@@ -40,47 +40,45 @@ pub struct Sight<'a> {
     /// The camera.
     pub camera: &'a Camera,
     /// The lens, or why it is not known.
-    pub lens: Result<Lens, String>,
+    pub lens: &'a Result<Lens, String>,
 }
 
 /// What poses are measured with: one serves all panels.
 pub struct PoseMeter {
-    told: Option<PanelSize>,
+    size: Option<PanelSize>,
     /// Made with the first pose: it is large.
     estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
 }
 
 impl PoseMeter {
-    /// Of panels whose size was told, or which have to tell it themselves.
-    pub const fn new(told: Option<PanelSize>) -> Self {
-        Self { told, estimator: None }
+    /// Of panels of a known size, or of panels that have to tell it.
+    pub const fn new(size: Option<PanelSize>) -> Self {
+        Self { size, estimator: None }
     }
 
     /// The pose of a panel in a single frame.
     ///
     /// # Errors
     /// Why it is not known.
-    pub fn pose(&mut self, sight: &Sight) -> Measured {
-        let lens = sight.lens.clone()?;
-        self.fitted(sight, &lens, self.size(None)?)
+    pub fn pose(&mut self, input: &PoseInput) -> PoseResult {
+        let lens = input.lens.as_ref().map_err(String::clone)?;
+        self.fit(input, lens, self.size(None)?)
     }
 
-    /// The size to go by: what was told counts, then what the panel has said.
-    fn size(&self, said: Option<Geometry>) -> Result<PanelSize, String> {
-        if let Some(told) = self.told {
-            return Ok(told);
-        }
-        said.map(PanelSize::from)
+    /// The panel's size: the known one, else what the panel has announced.
+    fn size(&self, announced: Option<Geometry>) -> Result<PanelSize, String> {
+        self.size
+            .or(announced.map(PanelSize::from))
             .ok_or_else(|| "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them".into())
     }
 
-    fn fitted(&mut self, sight: &Sight, lens: &Lens, size: PanelSize) -> Measured {
+    fn fit(&mut self, input: &PoseInput, lens: &Lens, size: PanelSize) -> PoseResult {
         let estimator = self.estimator.get_or_insert_with(|| Box::new(PoseEstimator::new()));
         let pose = estimator.pose(&Seen {
-            frame: sight.frame,
-            corners: &sight.reading.corners,
-            bits: sight.reading.detection.bits,
-            camera: sight.camera,
+            frame: input.frame,
+            corners: &input.reading.corners,
+            bits: input.reading.detection.bits,
+            camera: input.camera,
             lens,
             size,
         });
@@ -90,46 +88,46 @@ impl PoseMeter {
 
 /// Where a followed panel is, and how fast it comes nearer.
 pub struct Whereabouts {
-    pose: Measured,
+    pose: PoseResult,
     closing: Closing,
-    /// What the panel has said of its size.
-    said: Option<Geometry>,
+    /// What the panel has announced of its size.
+    announced: Option<Geometry>,
     axes_px: Option<[[f64; 2]; 4]>,
 }
 
 impl Whereabouts {
     /// Of a panel that has not been read.
-    pub const UNKNOWN: Self = Self {
+    pub(crate) const UNKNOWN: Self = Self {
         pose: Err(String::new()),
         closing: Closing::new(),
-        said: None,
+        announced: None,
         axes_px: None,
     };
 
-    /// Takes in what the panel says of its size; whether that is news.
-    pub fn hear(&mut self, said: Geometry) -> bool {
-        let before = self.said.replace(said);
-        if before.is_some_and(|before| before != said) {
+    /// Takes what the panel announces of its size; whether that is news.
+    pub(crate) fn set_size(&mut self, announced: Geometry) -> bool {
+        let before = self.announced.replace(announced);
+        if before.is_some_and(|before| before != announced) {
             // By another size it is at another place, which is no motion.
             self.closing = Closing::new();
         }
-        before != Some(said)
+        before != Some(announced)
     }
 
     /// Measures it in a frame, taken at a time, in which the panel was read.
-    pub fn measure(&mut self, meter: &mut PoseMeter, time_s: f64, sight: &Sight) {
+    pub(crate) fn measure(&mut self, meter: &mut PoseMeter, time_s: f64, input: &PoseInput) {
         self.axes_px = None;
-        self.pose = sight.lens.clone().and_then(|lens| {
-            let size = meter.size(self.said)?;
-            let pose = meter.fitted(sight, &lens, size)?;
+        self.pose = input.lens.as_ref().map_err(String::clone).and_then(|lens| {
+            let size = meter.size(self.announced)?;
+            let pose = meter.fit(input, lens, size)?;
             self.closing.take(time_s, &pose);
-            self.axes_px = axes_px(&pose, &lens, size);
+            self.axes_px = axes_px(&pose, lens, size);
             Ok(pose)
         });
     }
 
-    /// Takes in why the panel was not read. All is forgotten of one that is followed no more: what is found next may be another.
-    pub fn lose(&mut self, why: &Loss) {
+    /// Takes why the panel was not read. All is forgotten of one that is followed no more: what is found next may be another.
+    pub(crate) fn lose(&mut self, why: &Loss) {
         if matches!(why, Loss::Lost(_)) {
             *self = Self::UNKNOWN;
         }
@@ -138,7 +136,7 @@ impl Whereabouts {
     }
 
     /// The pose, or why it is not known.
-    pub fn measured(&self) -> &Measured {
+    pub fn measured(&self) -> &PoseResult {
         &self.pose
     }
 

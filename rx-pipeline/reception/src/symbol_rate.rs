@@ -1,15 +1,17 @@
 //! The symbol rate, where nobody tells it: the usual ones are tried beside the receiver's own, on the same readings. Whichever makes a
 //! message whole is right, as messages bear checksums.
 
-use link::framing::{Deframer, Delivery, Event};
 use link::geometry::Geometry;
 use link::panel::PanelFrame;
 use link::symbol_rate::SymbolRate;
 use rx_pipeline::detect::Detection;
-use rx_pipeline::symbols::{Symbol, SymbolClock};
+use rx_pipeline::symbols::MessageDecoder;
+
+use crate::Stamp;
+use crate::event::{Message, PanelEvent};
 
 /// What transmitters show that were told nothing, in symbols a second: the boards, and most presets.
-pub const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
+const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
 /// That of the paper, and what slower cameras want.
 const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0];
 /// The share of a camera's frames at which it can follow symbols.
@@ -23,7 +25,7 @@ const AS_SEEN: f32 = 0.15;
 /// Pairs of frames that tell how often the panel changes.
 const PAIRS_MIN: u32 = 20;
 
-/// The rate that is gone by where none is told, with a camera of `fps` frames a second.
+/// The rate that is assumed where none is told, with a camera of `fps` frames a second.
 pub fn usual(fps: f32) -> f32 {
     if TRANSMITTERS_HZ <= fps { TRANSMITTERS_HZ } else { FOLLOWED * fps }
 }
@@ -31,36 +33,21 @@ pub fn usual(fps: f32) -> f32 {
 /// A rate on trial.
 struct Trial {
     rate_hz: f32,
-    clock: SymbolClock,
-    deframer: Box<Deframer>,
+    decoder: Box<MessageDecoder>,
     /// Whether it has made a message whole.
-    has_made: bool,
-    /// What the panel has said of its size.
+    has_message: bool,
+    /// What the panel has announced of its size.
     geometry: Option<Geometry>,
 }
 
-/// A message that one of them has made whole.
-struct Made {
-    message: Vec<u8>,
-    /// All else that is told of it.
-    delivery: Delivery<'static>,
-}
-
-/// What is told of a panel's symbols.
-#[derive(Clone, Copy, Debug)]
-pub enum Heard<'a> {
-    /// What a symbol meant for the message.
-    Event(&'a Event<'a>),
-    /// The panel shows so many symbols a second, which is another rate than was gone by.
-    Rate(f32),
-}
-
 /// The rates tried for one panel.
-pub struct Rates {
+pub struct RateSearch {
     trials: Vec<Trial>,
     found_hz: Option<f32>,
     /// The last message that one of them has made whole.
-    told: Option<Vec<u8>>,
+    message: Option<Message>,
+    /// What the panel has announced of its size by the receiver's own rate.
+    geometry: Option<Geometry>,
     changes: Changes,
     fps: f32,
 }
@@ -69,51 +56,40 @@ impl Trial {
     fn new(rate_hz: f32, fps: f32) -> Option<Self> {
         Some(Self {
             rate_hz,
-            clock: SymbolClock::new(rate_hz / fps).ok()?,
-            deframer: Box::default(),
-            has_made: false,
+            decoder: Box::new(MessageDecoder::new(rate_hz / fps).ok()?),
+            has_message: false,
             geometry: None,
         })
     }
 
-    fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
-        self.clock.set_late(late);
-        let ended = match &detection.mixed {
-            Some(mixture) => self.clock.push_mixed(number, &detection.soft, mixture),
-            None => self.clock.push(number, &detection.soft),
-        };
-        self.deframe(ended?)
+    fn frame(&mut self, stamp: Stamp, detection: &Detection) -> Option<Message> {
+        self.decoder.set_late(stamp.late);
+        let decoded = self.decoder.push(stamp.number, &detection.soft, detection.mixed.as_ref());
+        let event = PanelEvent::of(&decoded.event);
+        self.take(event)
     }
 
-    fn deframe(&mut self, symbol: Symbol) -> Option<Made> {
-        let stamp = symbol.first_frame;
-        let delivery = match self.deframer.push(symbol.index, stamp, &symbol.panel) {
-            Event::Delivered(delivery) => delivery,
-            Event::Geometry(geometry) => {
-                self.geometry = Some(geometry);
-                return None;
+    fn finish(&mut self) -> Option<Message> {
+        let event = PanelEvent::of(&self.decoder.finish());
+        self.take(event)
+    }
+
+    fn take(&mut self, event: Option<PanelEvent>) -> Option<Message> {
+        match event? {
+            PanelEvent::Message(message) => {
+                self.has_message = true;
+                Some(message)
             }
-            _ => return None,
-        };
-        self.has_made = true;
-        Some(Made {
-            message: delivery.message.to_vec(),
-            delivery: Delivery { message: &[], ..delivery },
-        })
+            PanelEvent::Geometry(geometry) => {
+                self.geometry = Some(geometry);
+                None
+            }
+            _ => None,
+        }
     }
 }
 
-impl Made {
-    /// What a receiver of that rate would have said.
-    fn event(&self) -> Event<'_> {
-        Event::Delivered(Delivery {
-            message: &self.message,
-            ..self.delivery
-        })
-    }
-}
-
-impl Rates {
+impl RateSearch {
     /// All usual ones but the receiver's own, where none was told; else none. `fps` is the camera's.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
         let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
@@ -124,7 +100,8 @@ impl Rates {
         Self {
             trials,
             found_hz: None,
-            told: None,
+            message: None,
+            geometry: None,
             changes: Changes::default(),
             fps,
         }
@@ -137,93 +114,75 @@ impl Rates {
 
     /// The number of the symbol that the last reading shows, by the rate that was found.
     pub fn symbol(&self) -> Option<u32> {
-        self.found_hz.and(self.trials.first()?.clock.current())
+        self.found_hz.and(self.trials.first()?.decoder.symbol())
     }
 
-    /// What the panel has said of its size since this was last asked: by the receiver's own rate, of which `event` is the last, or by one of
-    /// the others.
-    pub fn take_geometry(&mut self, event: &Event) -> Option<Geometry> {
+    /// What the panel has announced of its size since this was last asked: by the receiver's own rate, or by one of the others.
+    pub fn take_geometry(&mut self) -> Option<Geometry> {
         let trials = self.trials.iter_mut();
         let by_trial = trials.filter_map(|trial| trial.geometry.take()).last();
-        match event {
-            Event::Geometry(said) => Some(*said),
-            _ => by_trial,
-        }
+        self.geometry.take().or(by_trial)
     }
 
     /// How often the panel changes a second, by the frames so far; none where they are too few.
-    pub fn seen_hz(&self) -> Option<f32> {
+    pub fn changes_hz(&self) -> Option<f32> {
         Some(self.changes.per_frame()? * self.fps)
     }
 
-    /// Tells what became of a panel's symbols in a frame that was taken so many frame periods `late`: by the receiver's own rate, whose
-    /// `event` that is, or by one that makes a message whole of the frame's reading where that one makes none.
-    pub fn hear(&mut self, event: &Event<'_>, number: u64, late: f64, detection: Option<&Detection>, tell: impl FnMut(Heard<'_>)) {
-        let made = |rates: &mut Self| rates.take(number, late, detection?);
-        self.hear_or(event, made, tell);
+    /// What became of a panel's symbols in a frame: by the receiver's `own` rate, or by one that makes a message whole of the frame's
+    /// reading where that one makes none.
+    pub fn frame(&mut self, own: Option<PanelEvent>, stamp: Stamp, detection: Option<&Detection>) -> Vec<PanelEvent> {
+        self.resolve(own, |rates| {
+            let detection = detection?;
+            rates.changes.take(stamp.number, detection);
+            rates.new_message(|trial| trial.frame(stamp, detection))
+        })
     }
 
     /// The same of the symbol that the last frames showed.
-    pub fn hear_last(&mut self, event: &Event<'_>, tell: impl FnMut(Heard<'_>)) {
-        self.hear_or(event, Self::finish, tell);
+    pub fn finish(&mut self, own: Option<PanelEvent>) -> Vec<PanelEvent> {
+        self.resolve(own, |rates| rates.new_message(Trial::finish))
     }
 
-    fn hear_or(&mut self, event: &Event<'_>, made: impl FnOnce(&mut Self) -> Option<Made>, mut tell: impl FnMut(Heard<'_>)) {
+    fn resolve(&mut self, own: Option<PanelEvent>, by_trial: impl FnOnce(&mut Self) -> Option<Message>) -> Vec<PanelEvent> {
         let found_before = self.found_hz;
-        if found_before.is_none() && matches!(event, Event::Delivered(_)) {
+        if found_before.is_none() && matches!(own, Some(PanelEvent::Message(_))) {
             // No more are tried: the receiver's own is right.
             self.trials.clear();
         }
-        if let Some(made) = made(self) {
-            tell(Heard::Event(&made.event()));
-        }
+        let mut events: Vec<PanelEvent> = by_trial(self).map(PanelEvent::Message).into_iter().collect();
         if let (None, Some(rate_hz)) = (found_before, self.found_hz) {
-            tell(Heard::Rate(rate_hz));
+            events.push(PanelEvent::RateFound(rate_hz));
         }
-        if self.found_hz.is_none() && !self.repeats(event) {
-            tell(Heard::Event(event));
+        match own {
+            // What a panel says of its size is told once, whichever rate it is read by.
+            Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
+            Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),
+            _ => {}
         }
+        events
     }
 
-    /// Takes the reading of a frame; gives the message that becomes whole by it.
-    fn take(&mut self, number: u64, late: f64, detection: &Detection) -> Option<Made> {
-        self.changes.take(number, detection);
-        let trials = self.trials.iter_mut();
-        let made = trials.filter_map(|trial| trial.take(number, late, detection));
-        let made = made.collect();
-        self.choose(made)
-    }
-
-    /// The message that becomes whole by the last symbol.
-    fn finish(&mut self) -> Option<Made> {
-        let trials = self.trials.iter_mut();
-        let made = trials.filter_map(|trial| {
-            let symbol = trial.clock.flush()?;
-            trial.deframe(symbol)
-        });
-        let made = made.collect();
-        self.choose(made)
-    }
-
-    /// A message that is new among those that became whole at once.
-    fn choose(&mut self, made: Vec<Made>) -> Option<Made> {
-        let is_new = |made: &Made| self.told.as_ref() != Some(&made.message);
-        let made = made.into_iter().find(is_new);
-        if let Some(made) = &made {
-            self.told = Some(made.message.clone());
+    /// A message that is new among those that become whole at once.
+    fn new_message(&mut self, mut of: impl FnMut(&mut Trial) -> Option<Message>) -> Option<Message> {
+        let messages: Vec<Message> = self.trials.iter_mut().filter_map(&mut of).collect();
+        let is_new = |message: &Message| self.message.as_ref().is_none_or(|last| last.data != message.data);
+        let message = messages.into_iter().find(is_new);
+        if message.is_some() {
+            self.message.clone_from(&message);
         }
         self.settle();
-        made
+        message
     }
 
     /// A rate that has made a message whole, and at which the panel was seen to change about, goes on alone. Others may make a message
     /// whole, too, and sooner, where few frames are lost.
     fn settle(&mut self) {
-        let (None, Some(seen_hz)) = (self.found_hz, self.seen_hz()) else {
+        let (None, Some(changes_hz)) = (self.found_hz, self.changes_hz()) else {
             return;
         };
-        let away = |trial: &&Trial| (trial.rate_hz / seen_hz - 1.0).abs();
-        let able = self.trials.iter().filter(|trial| trial.has_made);
+        let away = |trial: &&Trial| (trial.rate_hz / changes_hz - 1.0).abs();
+        let able = self.trials.iter().filter(|trial| trial.has_message);
         let able = able.filter(|trial| away(trial) < AS_SEEN);
         let nearest = able.min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(&Trial { rate_hz, .. }) = nearest {
@@ -233,11 +192,11 @@ impl Rates {
     }
 
     /// Whether the receiver's own rate now makes whole the message that another has made whole before.
-    fn repeats(&mut self, event: &Event) -> bool {
-        let Event::Delivered(delivery) = event else {
+    fn repeats(&mut self, event: &PanelEvent) -> bool {
+        let PanelEvent::Message(message) = event else {
             return false;
         };
-        self.told.take().is_some_and(|told| told == delivery.message)
+        self.message.take().is_some_and(|before| before.data == message.data)
     }
 }
 
@@ -275,7 +234,7 @@ mod tests {
     fn a_camera_that_is_too_slow_for_transmitters_is_to_follow_what_it_can() {
         assert_eq!([100.0, 90.0, 30.0].map(usual), [90.0, 90.0, 27.0]);
         let rates = |own, fps, told| {
-            let trials = Rates::beside(own, fps, told).trials;
+            let trials = RateSearch::beside(own, fps, told).trials;
             trials.iter().map(|trial| trial.rate_hz).collect::<Vec<_>>()
         };
         assert!(rates(90.0, 100.0, true).is_empty());

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use rx_pipeline::camera::Learnt;
-use rx_pipeline::receiver::{Loss, Reading};
+use rx_pipeline::receiver::{Loss, LossKind, Reading};
+
+use crate::event::PanelEvent;
 
 /// A share of frames that counts as most of them.
 const MOST: f32 = 0.7;
@@ -14,26 +16,24 @@ const APART: f32 = 2.0;
 /// A message of a few words, sent twice over, takes so many symbols about.
 const SHORT: usize = 20;
 
-/// What a message was looked for by.
-pub struct Gone {
+/// The rates of a link, as they are assumed and as they are seen.
+pub struct LinkRates {
     /// Symbols a second.
     pub symbols_hz: f32,
     /// Frames a second.
     pub fps: f32,
     /// How often the panel was seen to change a second, if that is known.
     pub changes_hz: Option<f32>,
-    /// Whether advice may name the command line's options.
-    pub has_options: bool,
 }
 
-impl Gone {
-    /// What may be wrong with them.
-    fn doubt(&self) -> String {
+impl LinkRates {
+    /// What may be wrong with them; `has_options`: whether that may name the command line's options.
+    fn doubt(&self, has_options: bool) -> String {
         let Self { symbols_hz, fps, .. } = self;
         let seen = self.changes_hz.map_or_else(String::new, |changes| {
             format!("; here the panel changes about {changes:.0} times a second")
         });
-        let [symbols, frames] = match self.has_options {
+        let [symbols, frames] = match has_options {
             true => [" (--symbol-rate)", " (--fps)"],
             false => [""; 2],
         };
@@ -48,14 +48,13 @@ pub struct Diagnosis {
     confidence: f32,
     pitch_px: f32,
     rejected: usize,
-    /// How often each reason was given, by its beginning, and how it was said last.
-    losses: BTreeMap<String, (usize, String)>,
-    learnt: Option<Learnt>,
+    /// How often panels were lost in each way, and how last.
+    losses: BTreeMap<LossKind, (usize, Loss)>,
 }
 
 impl Diagnosis {
-    /// Counts what a frame brought.
-    pub fn take(&mut self, reading: &Result<Reading, Loss>) {
+    /// Counts what a frame brought of a panel.
+    pub fn count(&mut self, reading: &Result<Reading, Loss>) {
         match reading {
             Ok(reading) => {
                 self.read += 1;
@@ -63,36 +62,30 @@ impl Diagnosis {
                 self.pitch_px = reading.corners.pitch_px();
             }
             Err(loss) => {
-                let said = loss.to_string();
-                let kind = said.split([':', ',']).next().unwrap_or_default().to_owned();
-                let (count, last) = self.losses.entry(kind).or_default();
+                let (count, last) = self.losses.entry(loss.kind()).or_insert((0, *loss));
                 *count += 1;
-                *last = said;
+                *last = *loss;
             }
         }
     }
 
-    /// Counts a part of a message that could not be decoded.
-    pub fn reject(&mut self) {
-        self.rejected += 1;
+    /// Counts parts of messages that could not be decoded.
+    pub fn count_event(&mut self, event: &PanelEvent) {
+        self.rejected += usize::from(matches!(event, PanelEvent::Rejected(_)));
     }
 
-    /// Takes what was learnt of the camera.
-    pub fn learn(&mut self, learnt: &Learnt) {
-        self.learnt.get_or_insert(*learnt);
-    }
-
-    /// What there is to say, a line each.
-    pub fn lines(&self, rates: &Gone) -> Vec<String> {
+    /// What there is to say, a line each, with what was `learnt` of the camera; `has_options`: whether it may name the command line's
+    /// options.
+    pub fn lines(&self, rates: &LinkRates, learnt: Option<&Learnt>, has_options: bool) -> Vec<String> {
         let lost: usize = self.losses.values().map(|(count, _)| count).sum();
         let frames = lost + self.read;
         let mut lines = Vec::new();
-        if let Some((count, said)) = self.losses.values().max_by_key(|(count, _)| *count) {
-            lines.push(format!("in {count} of {frames} frames: {said}"));
+        if let Some((count, loss)) = self.losses.values().max_by_key(|(count, _)| *count) {
+            lines.push(format!("in {count} of {frames} frames: {loss}"));
         }
         if self.read == 0 {
             if frames > 0 {
-                let look = match rates.has_options {
+                let look = match has_options {
                     true => "; look at a frame, and try it with `vocc decode FRAME --corners …`",
                     false => "",
                 };
@@ -110,12 +103,12 @@ impl Diagnosis {
             self.pitch_px,
             100.0 * confidence
         ));
-        lines.push(self.advice(confidence, frames, rates));
+        let blur = learnt.map(|learnt| learnt.camera.blur_sigma_px);
+        lines.push(self.advice(confidence, frames, blur, &rates.doubt(has_options)));
         lines
     }
 
-    fn advice(&self, confidence: f32, frames: usize, rates: &Gone) -> String {
-        let blur = self.learnt.map(|learnt| learnt.camera.blur_sigma_px);
+    fn advice(&self, confidence: f32, frames: usize, blur: Option<f32>, doubt: &str) -> String {
         match blur {
             _ if (self.read as f32) < MOST * frames as f32 => {
                 "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
@@ -127,14 +120,39 @@ impl Diagnosis {
                 "many bits are unsure: expose longer or brighten the panel where it is noisy, less where it is white".to_owned()
             }
             _ if self.read < SHORT => format!("{} frames hold less than a message: make the film longer", self.read),
-            _ if self.rejected > 0 => format!(
-                "beginnings of messages were seen, but not read to their end: {}. Else make the film longer",
-                rates.doubt()
-            ),
+            _ if self.rejected > 0 => {
+                format!("beginnings of messages were seen, but not read to their end: {doubt}. Else make the film longer")
+            }
             _ => format!(
-                "the bits are sure, but no message begins in them: {}. Else see that the picture is neither mirrored nor upside down",
-                rates.doubt()
+                "the bits are sure, but no message begins in them: {doubt}. Else see that the picture is neither mirrored nor upside down"
             ),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rx_pipeline::locate::LocateError;
+
+    #[test]
+    fn losses_of_a_kind_count_together() {
+        let mut diagnosis = Diagnosis::default();
+        for lit in [3, 5, 7] {
+            diagnosis.count(&Err(LocateError::NotRandom { lit, different: 9 }.into()));
+            diagnosis.count(&Err(LocateError::NothingStandsOut.into()));
+        }
+        diagnosis.count(&Err(LocateError::NotRandom { lit: 8, different: 9 }.into()));
+        let rates = LinkRates {
+            symbols_hz: 90.0,
+            fps: 100.0,
+            changes_hz: None,
+        };
+        let lines = diagnosis.lines(&rates, None, false);
+        assert!(lines[0].starts_with("in 4 of 7 frames: no random pattern: 8 LEDs"), "{lines:?}");
+        assert!(
+            lines[1].starts_with("no panel was found") && !lines[1].contains("vocc"),
+            "{lines:?}"
+        );
     }
 }

@@ -19,7 +19,7 @@ pub const LIKELIHOOD_PIXELS: usize = 128 * 128;
 const SEARCH_PIXELS: usize = 256 * 256;
 
 /// A panel's place and bits, or why they cannot be read.
-pub type Read = Result<(Corners, Detection), String>;
+pub type StillReading = Result<Reading, String>;
 
 /// Why a frame cannot be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -53,7 +53,7 @@ impl StillDecoder {
     ///
     /// # Errors
     /// [`StillError`] where what is given is at fault.
-    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Read, Option<Learnt>), StillError> {
+    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(StillReading, Option<Learnt>), StillError> {
         let Some(corners) = given else {
             return self.search(camera, frame);
         };
@@ -61,12 +61,12 @@ impl StillDecoder {
         self.likelihood.prepare(camera);
         self.map.build(&corners, frame.width(), frame.height())?;
         let detection = self.detect(frame, &corners);
-        let read = detection.map(|detection| (corners, detection));
-        Ok((read, self.likelihood.learnt()))
+        let reading = detection.map(|detection| Reading { corners, detection });
+        Ok((reading, self.likelihood.learnt()))
     }
 
     /// What a receiver makes of a frame that it has seen none before, and what it learns of the camera.
-    fn search(&self, camera: Camera, frame: &Frame) -> Result<(Read, Option<Learnt>), StillError> {
+    fn search(&self, camera: Camera, frame: &Frame) -> Result<(StillReading, Option<Learnt>), StillError> {
         let room = FrameSearch::<Box<SearchMemory>>::bytes(frame.width(), frame.height());
         let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; room]);
         let settings = ReceiverSettings {
@@ -77,10 +77,7 @@ impl StillDecoder {
         let memory = Box::<ReceiverMemory<SEARCH_PIXELS>>::default();
         let mut receiver = Receiver::new(settings, memory, search.thorough())?;
         let reading = receiver.frame(0, frame).reading;
-        let read = reading
-            .map(|Reading { corners, detection }| (corners, detection))
-            .map_err(|why| why.to_string());
-        Ok((read, receiver.learnt()))
+        Ok((reading.map_err(|loss| loss.to_string()), receiver.learnt()))
     }
 
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {

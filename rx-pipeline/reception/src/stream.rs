@@ -5,10 +5,10 @@
 
 use std::io::{BufRead, Read};
 
-use super::colour::{Channel, Standard};
+use crate::colour::{Channel, Standard};
 
 /// The most columns or rows of a frame.
-pub const SIDE_MAX: usize = sim::input::SIDE_MAX as usize;
+pub const SIDE_MAX: usize = rx_pipeline::frame::SIDE_MAX;
 /// What a y4m stream begins with.
 const Y4M: &[u8] = b"YUV4MPEG2";
 /// What each of its frames begins with.
@@ -82,7 +82,7 @@ pub enum StreamError {
 /// A stream of grey frames of one size.
 ///
 /// ```
-/// use studies::reception::{colour::Channel, stream::Stream};
+/// use reception::{colour::Channel, stream::Stream};
 /// let film = b"YUV4MPEG2 W2 H1 F30:1 Cmono\nFRAME\n\x10\x20".as_slice();
 /// let mut stream = Stream::open(film, None, Channel::Brightest)?;
 /// assert_eq!((stream.size(), stream.rate()), ((2, 1), Some(30.0)));

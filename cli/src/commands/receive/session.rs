@@ -1,0 +1,130 @@
+//! The frames of one source, and what is told of them.
+
+use reception::{Reception, ReceptionSettings, Stamp, USUAL_FPS};
+use rx_pipeline::frame::Frame;
+
+use super::Arguments;
+use super::report::Report;
+use super::stage_times::StageTimes;
+use crate::camera::CameraHints;
+use crate::options::{self, Shared};
+use crate::output::Answer;
+
+/// A reception and its report.
+pub struct Session<'a> {
+    reception: Reception,
+    hints: CameraHints,
+    arguments: &'a Arguments,
+    report: Report<'a>,
+    /// The next frame's number, if it follows the last one.
+    next: u64,
+    /// Whether frames have been brought to 8 bits from more.
+    is_deep: bool,
+    times: StageTimes,
+}
+
+impl<'a> Session<'a> {
+    /// For `total` frames, if that is known.
+    pub fn new(arguments: &'a Arguments, hints: CameraHints, shared: &Shared, total: Option<u64>) -> anyhow::Result<Self> {
+        let settings = ReceptionSettings {
+            camera: hints.camera,
+            line_delay: hints.line_delay,
+            method: options::untrained(arguments.detector)?,
+            fps: arguments.fps.unwrap_or(USUAL_FPS),
+            symbol_rate_hz: arguments.symbol_rate,
+            panel_size: arguments.panel.size()?,
+        };
+        let reception = Reception::with_panels(settings, arguments.panels.into())?;
+        let with_pose = arguments.panel.is_told() || hints.calibration.is_told();
+        Ok(Self {
+            reception,
+            hints,
+            arguments,
+            report: Report::new(arguments, shared.json, with_pose, total)?,
+            next: 0,
+            is_deep: false,
+            times: StageTimes::default(),
+        })
+    }
+
+    /// Sets the frames a second that a stream tells, unless others were told.
+    pub fn set_usual_fps(&mut self, fps: f32) -> anyhow::Result<()> {
+        if self.arguments.fps.is_none() {
+            self.reception.set_fps(fps)?;
+        }
+        Ok(())
+    }
+
+    /// Sets the usual rate of frames with time stamps, of which `doubled` were there twice.
+    pub fn set_stamped_fps(&mut self, fps: f32, doubled: usize) -> anyhow::Result<()> {
+        if doubled > 0 {
+            self.report
+                .say(&format!("{doubled} frames have the time of the frame before, and are left out"));
+        }
+        Ok(self.reception.set_fps(fps)?)
+    }
+
+    /// Expects frames that were brought to 8 bits from more.
+    pub fn expect_deep(&mut self) {
+        self.is_deep = true;
+        self.reception.set_camera(self.hints.of_pixels(true));
+    }
+
+    /// Checks that a frame is as large as those before.
+    pub fn check_size(&self, size: (usize, usize)) -> anyhow::Result<()> {
+        Ok(self.reception.check_size(size)?)
+    }
+
+    /// Receives a frame that follows the one before.
+    pub fn next_frame(&mut self, frame: &Frame) -> anyhow::Result<()> {
+        self.frame(Stamp::of(self.next), frame)
+    }
+
+    /// Receives a frame.
+    pub fn frame(&mut self, stamp: Stamp, frame: &Frame) -> anyhow::Result<()> {
+        self.next = stamp.number + 1;
+        self.report.begin(stamp.number);
+        let time_s = self.reception.time_s(stamp);
+        self.report.record(|recording| recording.frame(time_s, frame));
+        let lens = self.hints.calibration.lens([frame.width(), frame.height()]);
+        for panel in self.reception.frame(stamp, frame, &lens, &mut self.times)? {
+            self.report.panel(&panel, frame, self.reception.whereabouts(panel.panel))?;
+        }
+        self.report.deliver(&self.reception)?;
+        self.report.done();
+        Ok(())
+    }
+
+    /// Counts a frame that cannot be used.
+    pub fn skip(&mut self, number: u64, why: &str) {
+        self.next = number + 1;
+        self.report.begin(number);
+        self.report.skip(why);
+    }
+
+    /// Tells what is left, and whether there was a message.
+    pub fn finish(mut self) -> anyhow::Result<Answer> {
+        for (panel, event) in self.reception.finish() {
+            self.report.event(panel, &event);
+        }
+        self.report.deliver(&self.reception)?;
+        for (panel, learnt) in self.reception.learnt_each().iter().enumerate() {
+            if let Some(learnt) = learnt {
+                self.report.learnt(panel, learnt)?;
+            }
+        }
+        if let Some(path) = &self.arguments.save_camera {
+            match self.reception.learnt() {
+                Some(learnt) => self.hints.save(path, learnt, self.is_deep)?,
+                None => self.report.say(&format!(
+                    "no panel was read, so nothing was learnt of the camera: {} is not written",
+                    path.display()
+                )),
+            }
+        }
+        if self.arguments.profile {
+            self.times.print();
+        }
+        self.report.end(&self.reception.advice(true))
+    }
+}

@@ -1,0 +1,66 @@
+//! What is told of a panel beside its readings.
+
+use link::fec::Undecodable;
+use link::framing::{Event, Rejection, SegmentOutcome};
+use link::geometry::Geometry;
+
+/// A whole message, checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Its bytes.
+    pub data: Vec<u8>,
+    /// The number of the first frame that showed a part of it.
+    pub first_frame: u64,
+    /// The number of the last one.
+    pub last_frame: u64,
+    /// Bits that were corrected.
+    pub corrected_bits: u32,
+}
+
+/// What a panel's symbols brought.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PanelEvent {
+    /// A message has become whole.
+    Message(Message),
+    /// Something was seen and not used.
+    Rejected(Rejection),
+    /// A transmitter of a format version that is not read.
+    UnsupportedVersion(u8),
+    /// A segment could not be decoded; it is waited for.
+    SegmentFailed {
+        /// Its number.
+        segment: u8,
+        /// Why.
+        why: Undecodable,
+    },
+    /// The panel says how large it is.
+    Geometry(Geometry),
+    /// The panel shows that many symbols a second, which is not the rate that was assumed.
+    RateFound(f32),
+}
+
+impl PanelEvent {
+    /// What is to be told of an event of the deframer's, if anything.
+    pub(crate) fn of(event: &Event<'_>) -> Option<Self> {
+        Some(match event {
+            Event::Delivered(delivery) => Self::Message(Message {
+                data: delivery.message.to_vec(),
+                first_frame: delivery.first_stamp,
+                last_frame: delivery.last_stamp,
+                corrected_bits: delivery.corrected_bits,
+            }),
+            Event::Rejected(why) => Self::Rejected(*why),
+            Event::UnsupportedVersion(version) => Self::UnsupportedVersion(*version),
+            Event::Geometry(geometry) => Self::Geometry(*geometry),
+            Event::Segment {
+                header,
+                outcome: SegmentOutcome::Failed(why),
+                ..
+            } => Self::SegmentFailed {
+                segment: header.segment,
+                why: *why,
+            },
+            Event::Nothing | Event::Header { .. } | Event::Segment { .. } | Event::Beacon { .. } => return None,
+        })
+    }
+}

@@ -1,0 +1,58 @@
+//! A receiver of any number of panels.
+
+use link::framing::Event;
+use rx_pipeline::camera::Learnt;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::profile::Profile;
+use rx_pipeline::receiver::{FrameSearch, Outcome, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
+
+use crate::Stamp;
+
+/// The most pixels that a panel is read in; larger ones are seen in larger pixels.
+const PANEL_PIXELS: usize = 160 * 160;
+
+/// A receiver on the heap, which looks for panels in whole frames.
+type WholeFrames<const PANELS: usize> =
+    Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS, PANELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>, PANELS>;
+
+/// Makes a receiver for frames of a width and a height.
+pub type MakePanels = fn(ReceiverSettings, (usize, usize)) -> Result<Box<dyn Panels>, ReceiverError>;
+
+/// A receiver of as many panels as it was made for: see [`Receiver`].
+pub trait Panels: Send + Sync {
+    /// Takes a frame.
+    fn frame(&mut self, stamp: Stamp, frame: &Frame<'_>, profile: &mut dyn Profile, report: &mut dyn FnMut(usize, Outcome<'_>));
+    /// Takes the symbols that the last frames showed.
+    fn finish(&mut self, report: &mut dyn FnMut(usize, Event<'_>));
+    /// What was learnt of the camera, by the numbers of the panels.
+    fn learnt(&self) -> Vec<Option<Learnt>>;
+    /// Begins with lines that are each exposed that many exposures later than the one above.
+    fn tell_line_delay(&mut self, exposures: f32);
+}
+
+impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
+    fn frame(&mut self, stamp: Stamp, frame: &Frame<'_>, mut profile: &mut dyn Profile, report: &mut dyn FnMut(usize, Outcome<'_>)) {
+        self.set_late(stamp.late);
+        self.frame_each(stamp.number, frame, &mut profile, report);
+    }
+
+    fn finish(&mut self, report: &mut dyn FnMut(usize, Event<'_>)) {
+        self.finish_each(report);
+    }
+
+    fn learnt(&self) -> Vec<Option<Learnt>> {
+        self.learnt_each().to_vec()
+    }
+
+    fn tell_line_delay(&mut self, exposures: f32) {
+        Self::tell_line_delay(self, exposures);
+    }
+}
+
+/// A receiver that has seen no frame yet.
+pub fn make<const PANELS: usize>(settings: ReceiverSettings, (width, height): (usize, usize)) -> Result<Box<dyn Panels>, ReceiverError> {
+    let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
+    let search = FrameSearch::with_history(Box::default(), vec![0; room]);
+    let receiver: WholeFrames<PANELS> = Receiver::new(settings, Box::default(), search)?;
+    Ok(Box::new(receiver))
+}

@@ -1,0 +1,427 @@
+//! Frames in, one after another; readings, poses and messages out.
+
+use link::camera::Camera;
+use rx_pipeline::camera::Learnt;
+use rx_pipeline::detect::Method;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::pose::{Lens, PanelSize};
+use rx_pipeline::profile::{Profile, Stage};
+use rx_pipeline::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSettings};
+
+use crate::diagnosis::{Diagnosis, LinkRates};
+use crate::event::PanelEvent;
+use crate::panels::{self, MakePanels, Panels};
+use crate::symbol_rate::{self, RateSearch};
+use crate::whereabouts::{PoseInput, PoseMeter, Whereabouts};
+use crate::{PANELS_MAX, USUAL_FPS};
+
+/// What a reception is told before its first frame.
+#[derive(Clone, Copy, Debug)]
+pub struct ReceptionSettings {
+    /// The camera of the 8-bit grey frames.
+    pub camera: Camera,
+    /// By how many exposures each of its lines is later than the one above, if that is known.
+    pub line_delay: Option<f32>,
+    /// How bits are told apart.
+    pub method: Method,
+    /// Frames a second.
+    pub fps: f32,
+    /// Symbols a second, if they are known: else the usual ones are tried.
+    pub symbol_rate_hz: Option<f32>,
+    /// The size of the panels, if it is known: else they have to tell it.
+    pub panel_size: Option<PanelSize>,
+}
+
+impl Default for ReceptionSettings {
+    /// [`USUAL_FPS`], and nothing known.
+    fn default() -> Self {
+        Self {
+            camera: Camera::default(),
+            line_delay: None,
+            method: Method::default(),
+            fps: USUAL_FPS,
+            symbol_rate_hz: None,
+            panel_size: None,
+        }
+    }
+}
+
+impl ReceptionSettings {
+    /// The symbols a second that are assumed from the first frame on.
+    fn symbol_rate_hz(&self) -> f32 {
+        self.symbol_rate_hz.unwrap_or_else(|| symbol_rate::usual(self.fps))
+    }
+
+    fn of_receiver(&self) -> ReceiverSettings {
+        ReceiverSettings {
+            camera: self.camera,
+            method: self.method,
+            symbols_per_frame: self.symbol_rate_hz() / self.fps,
+        }
+    }
+
+    fn rate_search(&self) -> RateSearch {
+        RateSearch::beside(self.symbol_rate_hz(), self.fps, self.symbol_rate_hz.is_some())
+    }
+}
+
+/// When a frame was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    /// Its number: numbers rise, and those that are left out are lost frames.
+    pub number: u64,
+    /// By how many frame periods later than its number says.
+    pub late: f64,
+}
+
+impl Stamp {
+    /// Of a camera that keeps its rate.
+    pub fn of(number: u64) -> Self {
+        Self { number, late: 0.0 }
+    }
+}
+
+/// Why a reception takes no frame.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReceptionError {
+    /// No receiver has these settings.
+    #[error(transparent)]
+    Receiver(#[from] ReceiverError),
+    /// A frame is of another size than those before.
+    #[error(
+        "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
+        size.0, size.1, film.0, film.1
+    )]
+    Size {
+        /// The frame's columns and rows.
+        size: (usize, usize),
+        /// Those of the frames before.
+        film: (usize, usize),
+    },
+}
+
+/// What a frame brought of a panel.
+#[derive(Clone, Debug)]
+pub struct PanelReport {
+    /// The panel's number, from 0.
+    pub panel: usize,
+    /// What its symbols brought.
+    pub events: Vec<PanelEvent>,
+    /// Its place and bits, or why it was not read.
+    pub reading: Result<Reading, Loss>,
+    /// The number of the symbol that the frame shows, where it was read.
+    pub symbol: Option<u32>,
+}
+
+/// Messages, readings and poses from frames that are taken one after another.
+pub struct Reception {
+    settings: ReceptionSettings,
+    make_receiver: MakePanels,
+    /// Made for the size of the first frame.
+    receiver: Option<Box<dyn Panels>>,
+    size: Option<(usize, usize)>,
+    panels: Vec<Panel>,
+    learnt: Vec<Option<Learnt>>,
+    meter: PoseMeter,
+    diagnosis: Diagnosis,
+}
+
+/// What is known of a panel beside the receiver.
+struct Panel {
+    /// From its first reading on.
+    rates: Option<RateSearch>,
+    whereabouts: Whereabouts,
+}
+
+impl Reception {
+    /// A reception of one panel.
+    ///
+    /// # Errors
+    /// When a setting is out of its range.
+    pub fn new(settings: ReceptionSettings) -> Result<Self, ReceiverError> {
+        Self::made_by(panels::make::<1>, 1, settings)
+    }
+
+    /// A reception of several panels, 1 to [`PANELS_MAX`], each with its own message.
+    ///
+    /// # Errors
+    /// When a setting is out of its range.
+    pub fn with_panels(settings: ReceptionSettings, panels: usize) -> Result<Self, ReceiverError> {
+        let make = match panels {
+            0 | 1 => return Self::new(settings),
+            2 => panels::make::<2>,
+            3 => panels::make::<3>,
+            _ => panels::make::<PANELS_MAX>,
+        };
+        Self::made_by(make, panels.min(PANELS_MAX), settings)
+    }
+
+    fn made_by(make_receiver: MakePanels, panels: usize, settings: ReceptionSettings) -> Result<Self, ReceiverError> {
+        // Settings are refused before the first frame, not with it.
+        settings.of_receiver().validate()?;
+        let panel = |_| Panel {
+            rates: None,
+            whereabouts: Whereabouts::UNKNOWN,
+        };
+        Ok(Self {
+            settings,
+            make_receiver,
+            receiver: None,
+            size: None,
+            panels: (0..panels).map(panel).collect(),
+            learnt: vec![None; panels],
+            meter: PoseMeter::new(settings.panel_size),
+            diagnosis: Diagnosis::default(),
+        })
+    }
+
+    /// Sets the camera's frames a second, before the first frame.
+    ///
+    /// # Errors
+    /// When symbols cannot be followed at that rate.
+    pub fn set_fps(&mut self, fps: f32) -> Result<(), ReceiverError> {
+        self.settings.fps = fps;
+        self.settings.of_receiver().validate()
+    }
+
+    /// Sets the camera of the 8-bit grey frames, before the first of them.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.settings.camera = camera;
+    }
+
+    /// Checks that a frame's columns and rows are those of the frames before.
+    ///
+    /// # Errors
+    /// [`ReceptionError::Size`] if they are not.
+    pub fn check_size(&self, size: (usize, usize)) -> Result<(), ReceptionError> {
+        match self.size {
+            Some(film) if film != size => Err(ReceptionError::Size { size, film }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes a frame: what it brought of each panel that was or is followed, and if none is, why none was found. `lens` is what the camera
+    /// looks through, or why that is not known; `profile` takes the time.
+    ///
+    /// # Errors
+    /// [`ReceptionError`] of a frame of another size than those before, and of settings out of their range.
+    pub fn frame(
+        &mut self,
+        stamp: Stamp,
+        frame: &Frame<'_>,
+        lens: &Result<Lens, String>,
+        mut profile: &mut dyn Profile,
+    ) -> Result<Vec<PanelReport>, ReceptionError> {
+        let size = (frame.width(), frame.height());
+        self.check_size(size)?;
+        let time_s = self.time_s(stamp);
+        let receiver = match &mut self.receiver {
+            Some(receiver) => receiver,
+            None => {
+                let mut receiver = (self.make_receiver)(self.settings.of_receiver(), size)?;
+                if let Some(delay) = self.settings.line_delay {
+                    receiver.tell_line_delay(delay);
+                }
+                self.size = Some(size);
+                self.receiver.insert(receiver)
+            }
+        };
+        let (settings, panels, diagnosis) = (&self.settings, &mut self.panels, &mut self.diagnosis);
+        let mut reports = Vec::new();
+        receiver.frame(stamp, frame, profile, &mut |panel, outcome| {
+            diagnosis.count(&outcome.reading);
+            reports.push(panels[panel].report(panel, stamp, &outcome, settings));
+        });
+        for report in &reports {
+            report.events.iter().for_each(|event| diagnosis.count_event(event));
+            let whereabouts = &mut self.panels[report.panel].whereabouts;
+            match &report.reading {
+                Ok(reading) => {
+                    // What was learnt before this frame.
+                    let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.camera);
+                    let input = PoseInput {
+                        frame,
+                        reading,
+                        camera: &camera,
+                        lens,
+                    };
+                    Profile::timed(&mut profile, Stage::Pose, || whereabouts.measure(&mut self.meter, time_s, &input));
+                }
+                Err(loss) => whereabouts.lose(loss),
+            }
+        }
+        self.learnt = receiver.learnt();
+        Ok(reports)
+    }
+
+    /// Takes the symbols that the last frames showed, whose end was waited for: what they brought, with the numbers of the panels.
+    pub fn finish(&mut self) -> Vec<(usize, PanelEvent)> {
+        let Some(receiver) = &mut self.receiver else {
+            return Vec::new();
+        };
+        let mut events = Vec::new();
+        let panels = &mut self.panels;
+        receiver.finish(&mut |panel, event| {
+            if let Some(rates) = &mut panels[panel].rates {
+                let brought = rates.finish(PanelEvent::of(&event));
+                events.extend(brought.into_iter().map(|event| (panel, event)));
+            }
+        });
+        events.iter().for_each(|(_, event)| self.diagnosis.count_event(event));
+        self.learnt = receiver.learnt();
+        events
+    }
+
+    /// Gives the receiver's memory back; what was learnt stays known.
+    pub fn close(&mut self) {
+        self.receiver = None;
+    }
+
+    /// Seconds from frame 0 to a frame.
+    pub fn time_s(&self, stamp: Stamp) -> f64 {
+        (stamp.number as f64 + stamp.late) / f64::from(self.settings.fps)
+    }
+
+    /// What was learnt of the camera, by the numbers of the panels: none of a panel that was not read by maximum likelihood.
+    pub fn learnt_each(&self) -> &[Option<Learnt>] {
+        &self.learnt
+    }
+
+    /// What was learnt of the camera by the first panel that was read.
+    pub fn learnt(&self) -> Option<&Learnt> {
+        self.learnt.iter().flatten().next()
+    }
+
+    /// Where a panel is.
+    pub fn whereabouts(&self, panel: usize) -> &Whereabouts {
+        static UNKNOWN: Whereabouts = Whereabouts::UNKNOWN;
+        self.panels.get(panel).map_or(&UNKNOWN, |panel| &panel.whereabouts)
+    }
+
+    /// Symbols a second: those by which messages were read, or else those told or assumed.
+    pub fn symbol_rate_hz(&self) -> f32 {
+        let found = self.rates().find_map(RateSearch::found_hz);
+        found.unwrap_or_else(|| self.settings.symbol_rate_hz())
+    }
+
+    /// Why there is no message, and what would help, a sentence each; `has_options`: whether they may name those of the command line.
+    pub fn advice(&self, has_options: bool) -> Vec<String> {
+        let rates = LinkRates {
+            symbols_hz: self.symbol_rate_hz(),
+            fps: self.settings.fps,
+            changes_hz: self.rates().find_map(RateSearch::changes_hz),
+        };
+        self.diagnosis.lines(&rates, self.learnt(), has_options)
+    }
+
+    fn rates(&self) -> impl Iterator<Item = &RateSearch> {
+        self.panels.iter().filter_map(|panel| panel.rates.as_ref())
+    }
+}
+
+impl Panel {
+    /// What a frame's outcome means for the panel; its pose is measured afterwards.
+    fn report(&mut self, panel: usize, stamp: Stamp, outcome: &Outcome<'_>, settings: &ReceptionSettings) -> PanelReport {
+        let rates = self.rates.get_or_insert_with(|| settings.rate_search());
+        let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
+        let own = PanelEvent::of(&outcome.event);
+        let mut events = rates.frame(own, stamp, detection);
+        if let Some(geometry) = rates.take_geometry()
+            && self.whereabouts.set_size(geometry)
+        {
+            events.push(PanelEvent::Geometry(geometry));
+        }
+        PanelReport {
+            panel,
+            events,
+            reading: outcome.reading,
+            symbol: rates.symbol().or(outcome.symbol),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Message;
+    use link::fec::Code;
+    use link::framing::Framer;
+    use rx_pipeline::corners::Corners;
+
+    const SIDE: usize = 96;
+
+    /// Frames of 96×96 pixels in which a panel shows a message, a spot of light where an LED is On; each symbol is in two.
+    fn film(message: &[u8]) -> impl Iterator<Item = Vec<u8>> {
+        let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
+        let corners = [[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]];
+        let panel = Corners::new(corners).unwrap().homography();
+        let mut bits = 0;
+        (0..).map(move |number: u32| {
+            if number.is_multiple_of(2) {
+                bits = framer.next_panel().bits();
+            }
+            let mut light = vec![1.0; SIDE * SIDE];
+            for led in (0..64).filter(|led| bits >> led & 1 == 1) {
+                let [x, y] = panel.to_image([f64::from(led % 8), f64::from(led / 8)]);
+                for (i, light) in light.iter_mut().enumerate() {
+                    let square = ((i % SIDE) as f64 - x).powi(2) + ((i / SIDE) as f64 - y).powi(2);
+                    *light += 2.0 * (-square / 5.0).exp();
+                }
+            }
+            light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8).collect()
+        })
+    }
+
+    #[test]
+    fn any_number_of_panels_delivers_a_message_and_a_pose() {
+        for panels in [1, 3] {
+            let settings = ReceptionSettings {
+                fps: 60.0,
+                panel_size: Some(PanelSize::new(0.03, 1.0).unwrap()),
+                ..ReceptionSettings::default()
+            };
+            let mut reception = Reception::with_panels(settings, panels).unwrap();
+            let lens = Ok(Lens::pinhole(1000.0, [SIDE; 2]));
+            let mut events = Vec::new();
+            for (number, grey) in (0..).zip(film(b"ice ahead").take(80)) {
+                let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
+                for report in reception.frame(Stamp::of(number), &frame, &lens, &mut ()).unwrap() {
+                    assert_eq!(report.panel, 0);
+                    events.extend(report.events);
+                }
+            }
+            events.extend(reception.finish().into_iter().map(|(_, event)| event));
+            let message = Message {
+                data: b"ice ahead".to_vec(),
+                first_frame: 0,
+                last_frame: 12,
+                corrected_bits: 0,
+            };
+            assert_eq!(events, [PanelEvent::Message(message)]);
+            let range_m = reception.whereabouts(0).pose().unwrap().numbers().range_m.value;
+            assert!((10.0..17.0).contains(&range_m), "{range_m} m");
+            assert!(reception.learnt().is_some() && reception.learnt_each().len() == panels);
+        }
+    }
+
+    #[test]
+    fn settings_and_sizes_that_do_not_fit_are_refused() {
+        let settings = ReceptionSettings {
+            symbol_rate_hz: Some(200.0),
+            ..ReceptionSettings::default()
+        };
+        assert!(matches!(Reception::new(settings).err(), Some(ReceiverError::SymbolRate(_))));
+        let mut reception = Reception::new(ReceptionSettings::default()).unwrap();
+        assert!(reception.set_fps(0.0).is_err() && reception.set_fps(30.0).is_ok());
+        let no_lens = Err(String::new());
+        let mut frame = |number, width, height| {
+            let frame = Frame::new(&[90; 64 * 48], width, height).unwrap();
+            reception
+                .frame(Stamp::of(number), &frame, &no_lens, &mut ())
+                .map(|reports| reports.len())
+        };
+        assert_eq!(frame(0, 64, 48), Ok(1));
+        assert!(matches!(frame(1, 48, 64), Err(ReceptionError::Size { .. })));
+    }
+}
