@@ -59,7 +59,7 @@ const GAP_MAX: i32 = 1024;
 /// Joined at any panel, a clean message is delivered within one repeat and one segment.
 pub struct Deframer {
     decoder: Decoder,
-    recent: [Reading; OVERHEAD_PANELS],
+    recent: [StampedPanel; OVERHEAD_PANELS],
     last_index: Option<u32>,
     track: Option<Track>,
     payload: Payload,
@@ -164,14 +164,14 @@ pub struct Delivery<'a> {
     pub coded_bits: u32,
 }
 
-/// A panel as it was read; no stamp where it was lost.
+/// A panel as it was read, and its stamp; none where it was lost.
 #[derive(Clone, Copy)]
-struct Reading {
+struct StampedPanel {
     panel: SoftPanel,
     stamp: Option<u64>,
 }
 
-impl Reading {
+impl StampedPanel {
     const LOST: Self = Self {
         panel: SoftPanel::ERASED,
         stamp: None,
@@ -234,22 +234,22 @@ impl Track {
 /// An event, but for the borrow of the message.
 #[derive(Clone, Copy)]
 enum Outcome {
-    Told(Event<'static>),
+    Other(Event<'static>),
     Delivered,
 }
 
 impl Outcome {
-    const NOTHING: Self = Self::Told(Event::Nothing);
+    const NOTHING: Self = Self::Other(Event::Nothing);
 
     fn weight(self) -> u8 {
         match self {
-            Self::Told(Event::Nothing) => 0,
-            Self::Told(Event::Rejected(_)) => 1,
-            Self::Told(Event::UnsupportedVersion(_)) => 2,
-            Self::Told(Event::Header { .. }) => 3,
-            Self::Told(Event::Segment { .. }) => 4,
-            Self::Told(Event::Beacon { .. } | Event::Geometry(_)) => 5,
-            Self::Told(Event::Delivered(_)) | Self::Delivered => 6,
+            Self::Other(Event::Nothing) => 0,
+            Self::Other(Event::Rejected(_)) => 1,
+            Self::Other(Event::UnsupportedVersion(_)) => 2,
+            Self::Other(Event::Header { .. }) => 3,
+            Self::Other(Event::Segment { .. }) => 4,
+            Self::Other(Event::Beacon { .. } | Event::Geometry(_)) => 5,
+            Self::Other(Event::Delivered(_)) | Self::Delivered => 6,
         }
     }
 
@@ -271,7 +271,7 @@ impl Deframer {
     pub const fn new() -> Self {
         Self {
             decoder: Decoder::new(),
-            recent: [Reading::LOST; OVERHEAD_PANELS],
+            recent: [StampedPanel::LOST; OVERHEAD_PANELS],
             last_index: None,
             track: None,
             payload: [SoftPanel::ERASED; CODEWORD_PANELS_MAX],
@@ -299,13 +299,13 @@ impl Deframer {
         self.last_index = Some(index);
         let mut outcome = Outcome::NOTHING;
         for _ in 0..lost {
-            outcome = outcome.or(self.step(Reading::LOST));
+            outcome = outcome.or(self.step(StampedPanel::LOST));
         }
-        match outcome.or(self.step(Reading {
+        match outcome.or(self.step(StampedPanel {
             panel: *panel,
             stamp: Some(stamp),
         })) {
-            Outcome::Told(event) => event,
+            Outcome::Other(event) => event,
             Outcome::Delivered => Event::Delivered(self.delivery(stamp)),
         }
     }
@@ -313,13 +313,13 @@ impl Deframer {
     /// Forgets where in the transmission it is, but not what it has of the message.
     fn lose_track(&mut self) {
         self.track = None;
-        self.recent = [Reading::LOST; OVERHEAD_PANELS];
+        self.recent = [StampedPanel::LOST; OVERHEAD_PANELS];
     }
 
     /// The next panel, read or lost.
-    fn step(&mut self, reading: Reading) -> Outcome {
+    fn step(&mut self, panel: StampedPanel) -> Outcome {
         self.recent.rotate_left(1);
-        self.recent[OVERHEAD_PANELS - 1] = reading;
+        self.recent[OVERHEAD_PANELS - 1] = panel;
         self.track = self.track.map(Track::next);
         match self.hunt() {
             Found::Announced { announcement, inverted } => self.begin(announcement, inverted),
@@ -356,12 +356,12 @@ impl Deframer {
                 self.track = None;
                 self.rival = None;
                 self.assembly.clear();
-                Outcome::Told(Event::Beacon { inverted })
+                Outcome::Other(Event::Beacon { inverted })
             }
             Announcement::Geometry(geometry) => {
                 // The next segment is later by these panels than was to be expected.
                 self.track = None;
-                Outcome::Told(Event::Geometry(geometry))
+                Outcome::Other(Event::Geometry(geometry))
             }
             Announcement::Segment(header) => self.begin_segment(header, inverted, false),
         }
@@ -385,7 +385,7 @@ impl Deframer {
         } else {
             self.rival = Some(header);
         }
-        Outcome::Told(Event::Header {
+        Outcome::Other(Event::Header {
             header,
             inverted,
             expected,
@@ -400,11 +400,11 @@ impl Deframer {
     /// No header was read here, for the reason given in `refused`: goes on with what was expected.
     fn follow(&mut self, refused: Event<'static>) -> Outcome {
         let Some(track) = self.track else {
-            return Outcome::Told(refused);
+            return Outcome::Other(refused);
         };
         if !track.confirmed {
             if !track.ends_header() {
-                return Outcome::Told(refused);
+                return Outcome::Other(refused);
             }
             if self.is_as_expected(track) {
                 return self.begin_segment(track.header, track.inverted, true);
@@ -413,7 +413,7 @@ impl Deframer {
             self.track = (missed < HEADERS_MISSED_MAX).then_some(Track { missed, ..track });
             let segment = track.header.segment;
             let missed = Event::Rejected(Rejection::HeaderMissed { segment });
-            return Outcome::Told(refused).or(Outcome::Told(missed));
+            return Outcome::Other(refused).or(Outcome::Other(missed));
         }
         let Some(position) = track.payload_position() else {
             return Outcome::NOTHING;
@@ -465,13 +465,13 @@ impl Deframer {
             Added::Corrupt { announced, computed } => {
                 self.assembly.clear();
                 self.track = None;
-                Outcome::Told(Event::Rejected(Rejection::MessageCorrupt { announced, computed }))
+                Outcome::Other(Event::Rejected(Rejection::MessageCorrupt { announced, computed }))
             }
         }
     }
 
     fn ended(&self, header: Header, outcome: SegmentOutcome) -> Outcome {
-        Outcome::Told(Event::Segment {
+        Outcome::Other(Event::Segment {
             header,
             outcome,
             missing: self.assembly.missing(),
