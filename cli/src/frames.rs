@@ -10,7 +10,7 @@
 //! | [`mosaic`] | one channel of the mosaic before a sensor's colour filters |
 //!
 //! What is the same for frames from elsewhere, one channel of colours, 8 bits of more, y4m and raw bytes, is in
-//! [`studies::reception`].
+//! [`reception`].
 
 pub mod files;
 pub mod film;
