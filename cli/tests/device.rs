@@ -342,7 +342,7 @@ fn a_bad_line_is_asked_again() {
         back
     });
     let table = file("bad_line.toml", TABLE);
-    let push = ["table", "push", table.to_str().unwrap(), "--timeout", "0.2"];
+    let push = ["table", "push", table.to_str().unwrap(), "--timeout", "2"];
     ends(&board.vocc(&push), 0, &["stored and in use"]);
     assert_eq!(board.stop().transmitter.table().values().len(), 6);
 }
@@ -388,9 +388,9 @@ fn whatever_is_no_transmitter_is_told() {
     let silent = Board::start(|_, _| Vec::new());
     ends(&silent.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["nothing answers"]);
     let modem = Board::start(|_, _| b"ERROR\r\n".to_vec());
-    ends(&modem.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["not a transmitter"]);
+    ends(&modem.vocc(&["device", "status", "--timeout", "1"]), 2, &["not a transmitter"]);
     let echo = Board::start(|_, bytes| bytes.to_vec());
-    ends(&echo.vocc(&["device", "status", "--timeout", "0.05"]), 2, &["not a transmitter"]);
+    ends(&echo.vocc(&["device", "status", "--timeout", "1"]), 2, &["not a transmitter"]);
 }
 
 /// What a transmitter of another version answers: the same frame with its own number.

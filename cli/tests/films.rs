@@ -101,7 +101,7 @@ fn a_signal_ends_ffmpeg_too() {
     // What nohup began ends with no HUP.
     let signals = ["TERM", "INT", "HUP"];
     for signal in &signals[..if ignores_hup() { 2 } else { 3 }] {
-        let script = "echo $$ > pid; exec /bin/sleep 60";
+        let script = "echo $$ > pid; exec /bin/sleep 120";
         let place = Place::new(&format!("signal-{signal}"), script);
         let mut receive = place.receive(&["film.mp4"]);
         let mut receive = receive.stderr(Stdio::null()).spawn().expect("vocc runs");
@@ -115,7 +115,7 @@ fn a_signal_ends_ffmpeg_too() {
         assert!(kill.expect("kill runs").success());
         let begun = Instant::now();
         receive.wait().expect("an end");
-        assert!(begun.elapsed() < Duration::from_secs(3), "{signal}");
+        assert!(begun.elapsed() < Duration::from_secs(60), "{signal}");
         let process = format!("/proc/{number}");
         wait_for(|| (!Path::new(&process).exists()).then_some(()));
     }
@@ -129,14 +129,14 @@ fn ignores_hup() -> bool {
     ignored & 1 == 1
 }
 
-/// What comes to be within some seconds.
+/// What comes to be in the end.
 fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {
         if let Some(found) = look() {
             return found;
         }
-        assert!(begun.elapsed() < Duration::from_secs(20), "it never came");
+        assert!(begun.elapsed() < Duration::from_secs(120), "it never came");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use common::{folder, refused, says};
 
 /// How long the program may take to refuse something; it takes some milliseconds, on a machine that is not busy.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Asserts that a command is refused soon, in 2 GB of address space, and says one of `words`.
 fn refused_soon(place: &Path, arguments: &[&str], words: &[&str]) {

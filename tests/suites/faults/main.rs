@@ -38,8 +38,8 @@ use workshop::Workshop;
 const FEW: u64 = 100;
 /// Frames of a stream in the gate.
 const FEW_FRAMES: u64 = 2000;
-/// A command is to end within a second; the machine may be busy with others.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// A command is to end within a second of its own; the machine may be busy with others.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Faults that are injected at once.
 const AT_ONCE: usize = 2;
 
