@@ -14,20 +14,12 @@ pub mod terminal;
 pub mod trials;
 pub mod vocc;
 
+pub use properties::{all_cases, cases};
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-
-/// Whether a test takes all its cases, however long that takes: where `VOCC_TEST_CASES` is `all`.
-pub fn all_cases() -> bool {
-    std::env::var_os("VOCC_TEST_CASES").is_some_and(|cases| cases == "all")
-}
-
-/// How many random cases a slow property is held to: `few` in the gate, `all` on demand.
-pub fn cases(few: u32, all: u32) -> u32 {
-    if all_cases() { all } else { few }
-}
 
 /// One reference frame.
 #[derive(Debug)]

@@ -408,19 +408,40 @@ properties! {
             }
         }
     }
+}
 
-    /// A panel in other light is no mixture: On LEDs that are darker than before look as if they had been On for a part of the exposure.
-    #[test]
-    fn other_light_is_not_taken_for_two_symbols(bits: u64, share in 0.2f32..0.9) {
-        prop_assume!((16..48).contains(&bits.count_ones()));
-        let [off, on] = Scene::PLAIN.light;
-        let scene = Scene { bits, light: [off, off + share * (on - off)], noise_grey: 1.0, ..Scene::PLAIN };
-        let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 100);
-        prop_assume!(((bits ^ Scene::PLAIN.bits).count_ones()) > 20 );
-        let detection = acquainted(1.0).detect_after(&before, &scene.render().frame(), &scene.corners(), None).unwrap();
-        prop_assert_eq!(detection.bits.bits(), bits);
-        prop_assert!(detection.mixed.is_none_or(|mixture| mixture == Mixture::INSEPARABLE));
+/// A panel in other light is no mixture, though On LEDs that are darker than before look as if they had been On for a part of the exposure.
+///
+/// Of 10 000 panels 4 are read as one all the same, all of them dimmed to less than a quarter: where lines may be exposed one after another,
+/// an end of the panel that seems to show the symbol before has so few LEDs that these agree with it by chance. More than the bounds come of
+/// that rate in one case of a hundred. `VOCC_TEST_CASES=all cargo test -p vocc-rx-pipeline --lib in_other_light -- --nocapture` counts anew.
+#[test]
+fn a_panel_in_other_light_is_hardly_ever_read_as_two_symbols() {
+    let (count, bound) = if properties::all_cases() { (10_000, 10) } else { (1_000, 2) };
+    let known = acquainted(1.0).experience();
+    let mut detector = detector();
+    let [off, on] = Scene::PLAIN.light;
+    let before = SoftPanel::certain(PanelFrame::from_bits(Scene::PLAIN.bits), 100);
+    let cases = (0..).map(|case| (random_bits(2 * case), random_bits(2 * case + 1)));
+    let told_apart = cases.filter(|(bits, _)| (16..48).contains(&bits.count_ones()) && (bits ^ Scene::PLAIN.bits).count_ones() > 20);
+    let mut read_as_two = 0;
+    for (bits, random) in told_apart.take(count) {
+        let share = 0.2 + 0.7 * (random >> 40) as f32 / (1u64 << 24) as f32;
+        let scene = Scene {
+            bits,
+            light: [off, off + share * (on - off)],
+            noise_grey: 1.0,
+            ..Scene::PLAIN
+        };
+        detector.set_experience(known);
+        let detection = detector
+            .detect_after(&before, &scene.render().frame(), &scene.corners(), None)
+            .unwrap();
+        assert_eq!(detection.bits.bits(), bits, "{share}");
+        read_as_two += usize::from(detection.mixed.is_some_and(|mixture| mixture != Mixture::INSEPARABLE));
     }
+    std::println!("{read_as_two} of {count}");
+    assert!(read_as_two <= bound, "{read_as_two} of {count}");
 }
 
 #[test]

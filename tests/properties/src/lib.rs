@@ -48,6 +48,16 @@ macro_rules! properties {
     };
 }
 
+/// Whether a test takes all its cases, however long that takes: where `VOCC_TEST_CASES` is `all`.
+pub fn all_cases() -> bool {
+    std::env::var_os("VOCC_TEST_CASES").is_some_and(|cases| cases == "all")
+}
+
+/// How many cases a slow test takes: `few` in the gate, `all` on demand.
+pub fn cases(few: u32, all: u32) -> u32 {
+    if all_cases() { all } else { few }
+}
+
 /// What [`properties!`] gives proptest for the test of that name.
 #[doc(hidden)]
 pub fn config(name: &str, cases: Option<u32>) -> Config {
