@@ -66,8 +66,8 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     })
 }
 
-/// The unrounded grey of the panel's surroundings in frame `frame`, with random bits.
-fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
+/// The unrounded grey of a region in frame `frame`, with random bits.
+fn draw(scene: &Scene, region: Region, frame: u64) -> Vec<f64> {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(frame);
     let shown = (0..scene.panels.len()).map(|index| Shown {
@@ -75,7 +75,7 @@ fn draw(scene: &Scene, region_of: &Renderer, frame: u64) -> Vec<f64> {
         ..renderer.steady(index, PanelFrame::default())
     });
     let shown: Vec<Shown> = shown.collect();
-    let mut canvas = Canvas::<f64>::new(region_of.surroundings(0));
+    let mut canvas = Canvas::<f64>::new(region);
     renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
     canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear)).collect()
 }
@@ -123,13 +123,22 @@ properties! {
 
     #[test]
     fn leaving_one_effect_out_changes_no_more_than_its_bound(settings in scenes(), others in any::<bool>(), frame in 0u64..50) {
-        let rest = if others { "on" } else { "off" };
+        let (rest, opposite) = if others { ("on", "off") } else { ("off", "on") };
+        let all_alike = scene(&settings, deterministic().into_iter().map(|name| (name, rest)));
+        // One of each effect's two images is that of all effects alike: it is drawn once.
+        let mut drawn: Option<(Region, Vec<f64>)> = None;
         for name in deterministic() {
-            let modes = |mode| deterministic().into_iter().map(move |other| (other, if other == name { mode } else { rest }));
-            let with = scene(&settings, modes("on"));
-            let renderer = Renderer::new(&with, Level::Reference).expect("a visible scene");
+            let one_apart = scene(&settings, deterministic().into_iter().map(|other| (other, if other == name { opposite } else { rest })));
+            let with = if others { &all_alike } else { &one_apart };
+            let renderer = Renderer::new(with, Level::Reference).expect("a visible scene");
             let bound = renderer.plan().decisions.iter().find(|d| d.effect == name).expect("a decision on each").bound_grey;
-            let difference = greatest_difference(&draw(&with, &renderer, frame), &draw(&scene(&settings, modes("off")), &renderer, frame));
+            let region = renderer.surroundings(0);
+            let image = match drawn.take_if(|(of, _)| *of == region) {
+                Some((_, image)) => image,
+                None => draw(&all_alike, region, frame),
+            };
+            let difference = greatest_difference(&image, &draw(&one_apart, region, frame));
+            drawn = Some((region, image));
             prop_assert!(difference <= bound + 1e-9, "{name} with the others {rest}: {difference} > {bound}");
         }
     }
@@ -176,7 +185,7 @@ properties! {
         let renderer = Renderer::new(&all, Level::Reference).expect("a visible scene");
         let planned = Renderer::new(&auto, Level::Reference).expect("a visible scene");
         let left_out: f64 = planned.plan().decisions.iter().filter(|d| !d.included && d.effect != "noise").map(|d| d.bound_grey).sum();
-        let difference = greatest_difference(&draw(&all, &renderer, frame), &draw(&auto, &renderer, frame));
+        let difference = greatest_difference(&draw(&all, renderer.surroundings(0), frame), &draw(&auto, renderer.surroundings(0), frame));
         prop_assert!(difference <= left_out + 1e-9, "{difference} > {left_out}");
     }
 }
@@ -193,10 +202,10 @@ fn an_effect_at_its_neutral_value_changes_no_byte() {
     let but_blur = deterministic().into_iter().filter(|&name| name != "blur");
     let without = alone(but_blur.map(|name| (name, "off")).collect());
     let renderer = Renderer::new(&without, Level::Reference).expect("a visible scene");
-    let plain = draw(&without, &renderer, 3);
+    let plain = draw(&without, renderer.surroundings(0), 3);
     for name in deterministic() {
         let with = alone(vec![(name, "on")]);
-        assert_eq!(draw(&with, &renderer, 3), plain, "{name}");
+        assert_eq!(draw(&with, renderer.surroundings(0), 3), plain, "{name}");
     }
 }
 
@@ -311,7 +320,8 @@ fn pixels_that_read_too_little_break_no_bound() {
         let decisions = &renderer.plan().decisions;
         let decision = decisions.iter().find(|decision| decision.effect == name);
         let bound = decision.expect("a decision on each").bound_grey;
-        let difference = greatest_difference(&draw(&with, &renderer, 3), &draw(&without, &renderer, 3));
+        let region = renderer.surroundings(0);
+        let difference = greatest_difference(&draw(&with, region, 3), &draw(&without, region, 3));
         assert!(difference <= bound + 1e-9, "{name}: {difference} > {bound}");
     }
 }
