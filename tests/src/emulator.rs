@@ -1,9 +1,24 @@
 //! The emulator of the RP2040 in `tests/boards/emulator`, which takes Node.
 
-use std::process::Command;
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use crate::programs::{output, root};
 use crate::trials::Unready;
+
+const FOLDER: &str = "tests/boards/emulator";
+/// Longer than any command takes on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// How often, in which steps, it is looked whether the emulator has ended.
+const LOOKS: usize = 50;
+const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Sees to it that the emulator can be run.
 ///
@@ -11,9 +26,77 @@ use crate::trials::Unready;
 /// `Absent` where there is no Node; why the emulator cannot be fetched.
 pub fn provide() -> Result<(), Unready> {
     output(Command::new("node").arg("--version"))?;
-    let folder = root().join("tests/boards/emulator");
+    let folder = root().join(FOLDER);
     if folder.join("node_modules/rp2040js").is_dir() {
         return Ok(());
     }
     output(Command::new("npm").arg("ci").arg("--no-audit").arg("--prefix").arg(folder)).map(drop)
+}
+
+/// Emulated boards: commands go in, events come out.
+pub struct Emulation<E> {
+    process: Child,
+    commands: ChildStdin,
+    events: Receiver<E>,
+}
+
+impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
+    /// Starts one of the emulator's scripts.
+    ///
+    /// # Panics
+    /// When Node cannot be run.
+    pub fn start<A: AsRef<OsStr>>(script: &str, arguments: impl IntoIterator<Item = A>) -> Self {
+        let mut process = Command::new("node")
+            .arg(root().join(FOLDER).join(script))
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node runs");
+        let commands = process.stdin.take().expect("standard input is a pipe");
+        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
+        let (sender, events) = channel();
+        std::thread::spawn(move || {
+            for line in lines.lines().map_while(Result::ok) {
+                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
+                if sender.send(event).is_err() {
+                    break;
+                }
+            }
+        });
+        Self { process, commands, events }
+    }
+
+    /// Gives a command: the script has their list.
+    ///
+    /// # Panics
+    /// When the emulator has ended.
+    pub fn command(&mut self, command: &Value) {
+        writeln!(self.commands, "{command}").expect("the emulator runs");
+    }
+
+    /// The next event.
+    ///
+    /// # Panics
+    /// When none comes.
+    pub fn next_event(&mut self) -> E {
+        self.events.recv_timeout(PATIENCE).expect("the emulator goes on")
+    }
+
+    /// Whether the emulator has ended, or ends within a second: its sockets are closed before that.
+    pub fn is_over(&mut self) -> bool {
+        let looks = std::iter::repeat_with(|| {
+            std::thread::sleep(LOOK_EVERY);
+            matches!(self.process.try_wait(), Ok(Some(_)))
+        });
+        looks.take(LOOKS).any(|is_over| is_over)
+    }
+}
+
+/// Cuts the power.
+impl<E> Drop for Emulation<E> {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
 }

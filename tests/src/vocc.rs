@@ -66,8 +66,11 @@ pub fn vocc_until(program: &Path, folder: &Path, command: &[&str], port: &str, i
     objects
 }
 
+/// It waits longer than any answer takes on a busy computer.
 fn at_port(program: &Path, folder: &Path, command: &[&str], port: &str) -> Command {
     let mut vocc = Command::new(program);
-    vocc.current_dir(folder).args(command).args(["--json", "--port", port]);
+    vocc.current_dir(folder)
+        .args(command)
+        .args(["--json", "--timeout", "10", "--port", port]);
     vocc
 }

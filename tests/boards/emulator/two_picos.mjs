@@ -11,10 +11,8 @@
 // Both run on one time, from the transmitter's power-up. Light goes one way, so the transmitter may be ahead of the receiver: by what a
 // frame takes to be read out, since its last line is exposed so much later than its first.
 //
-// Commands come as JSON, one a line, on standard input, and answers and events leave on standard output:
+// Commands, beside those of `harness.mjs`:
 //
-//   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
-//   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
 //   {"receiver": "on"}               gives the receiver power; "off" takes it away, "brown-out" for a moment
 //   {"transmitter": "off"}           the same of the transmitter, which has power at first
 //   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen, misread, holding; or brown-out:
@@ -36,55 +34,52 @@
 
 import fs from 'node:fs';
 import path from 'node:path';
-import readline from 'node:readline';
 import { parseArgs } from 'node:util';
 import { address, functions } from './elf.mjs';
 import { Eye } from './eye.mjs';
-import { Flash } from './flash.mjs';
+import { Harness, NANOS_PER_MS, plug, say } from './harness.mjs';
 import { Pico } from './pico.mjs';
 import { Receiver } from './receiver.mjs';
-import { SerialSocket } from './serial_socket.mjs';
 import { Stopwatch } from './stopwatch.mjs';
 import { Text } from './text.mjs';
 import { UsbSocket } from './usb_socket.mjs';
-
-const SLICE_NANOS = 2e6, NANOS_PER_MS = 1e6;
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
   options: { time: { type: 'string', multiple: true, default: [] } },
 });
-const [transmitterPath, receiverPath, folder, ...eyeCommand] = positionals;
-const [transmitterElf, receiverElf] = [transmitterPath, receiverPath].map((file) => fs.readFileSync(file));
+const [transmitterImage, receiverImage, folder, ...eyeCommand] = positionals;
 const inFolder = (name) => path.join(folder, name);
+const places = (name) => ({ name, flash: inFolder(`${name}.bin`), socket: inFolder(name) });
 
-const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
-const sayOf = (board) => (event) => say({ board, ...event });
 const eye = new Eye(eyeCommand);
-const stopwatch = values.time.length ? new Stopwatch(receiverElf, values.time) : null;
-const transmitter = new Pico(new Flash(inFolder('transmitter.bin'), transmitterElf), (event) => {
-  eye.witness(event);
-  sayOf('transmitter')(event);
+const { board: transmitter, line: transmitterLine } = plug(Pico, {
+  ...places('transmitter'),
+  elf: fs.readFileSync(transmitterImage),
+  report(event) {
+    eye.witness(event);
+    say({ board: 'transmitter', ...event });
+  },
 });
-const usb = new UsbSocket(inFolder('receiver_usb'), () => say({ listening: 'receiver_usb' }), hearUsb);
-const receiver = new Receiver(new Flash(inFolder('receiver.bin'), receiverElf), sayOf('receiver'), { usb, stopwatch });
-const transmitterLine = new SerialSocket(transmitter, inFolder('transmitter'), () => say({ listening: 'transmitter' }));
-const receiverLine = new SerialSocket(receiver, inFolder('receiver'), () => say({ listening: 'receiver' }), hear);
+const receiverElf = fs.readFileSync(receiverImage);
+const stopwatch = values.time.length ? new Stopwatch(receiverElf, values.time) : null;
+const uartText = new Text((text) => receiver.report({ text }));
+const usbText = new Text((usb) => receiver.report({ usb }));
+const usb = new UsbSocket(
+  inFolder('receiver_usb'),
+  () => say({ listening: 'receiver_usb' }),
+  (bytes) => bytes.forEach((byte) => usbText.push(byte)),
+);
+const { board: receiver, line: receiverLine } = plug(Receiver, {
+  ...places('receiver'),
+  elf: receiverElf,
+  report: (event) => say({ board: 'receiver', ...event }),
+  hear: (byte) => uartText.push(byte),
+}, { usb, stopwatch });
 let now = 0;
 let receiverIsOn = false;
 let transmitterIsOn = true;
-let realTime = null;
 let filmTo = null;
-const uartText = new Text((text) => receiver.report({ text }));
-const usbText = new Text((line) => receiver.report({ usb: line }));
-
-function hear(byte) {
-  uartText.push(byte);
-}
-
-function hearUsb(bytes) {
-  bytes.forEach((byte) => usbText.push(byte));
-}
 
 function runTo(line, nanos) {
   if (line.board.nanos < nanos) line.run(nanos - line.board.nanos);
@@ -131,29 +126,7 @@ function powerTransmitter(transmitterIs) {
   transmitter.powerUp();
 }
 
-let busy = Promise.resolve();
-const inTurn = (work) => (busy = busy.then(work).catch((error) => say({ error: `${error.stack}` })));
-
-async function run(milliseconds) {
-  const end = now + milliseconds * NANOS_PER_MS;
-  while (now < end) {
-    await advance(Math.min(now + SLICE_NANOS, end));
-    await new Promise(setImmediate);
-  }
-  say({ ran: Math.round(now), cycles: stopwatch?.results() });
-}
-
-async function keepUp() {
-  if (!realTime) return;
-  const due = realTime.nanos + (performance.now() - realTime.at) * NANOS_PER_MS;
-  if (now < due) await advance(Math.min(now + SLICE_NANOS, due));
-  // Time that a slow machine lost is not made up for.
-  if (due - now > 20 * SLICE_NANOS) realTime = { at: performance.now(), nanos: now };
-  if (now < due) setImmediate(() => inTurn(keepUp));
-  else setTimeout(() => inTurn(keepUp), 1);
-}
-
-async function obey(command) {
+function obey(command) {
   if ('lux' in command) transmitter.sensor.lux = command.lux;
   if ('receiver' in command) power(command.receiver);
   if ('transmitter' in command) powerTransmitter(command.transmitter);
@@ -168,15 +141,6 @@ async function obey(command) {
   if ('stack' in command) receiver.fillStack(address(receiverElf, '_stack_end'));
   if ('count_anew' in command) stopwatch.forget();
   if ('enter' in command) receiver.enter(functions(receiverElf).find(({ name }) => name.includes(command.enter)).address);
-  if ('real_time' in command) {
-    realTime = command.real_time ? { at: performance.now(), nanos: now } : null;
-    say({ real_time: command.real_time, ns: Math.round(now) });
-    inTurn(keepUp);
-  }
-  if ('run_ms' in command) await run(command.run_ms);
 }
 
-const commands = readline.createInterface({ input: process.stdin });
-commands.on('line', (line) => inTurn(() => obey(JSON.parse(line))));
-// Whoever started this is gone.
-commands.on('close', () => process.exit(0));
+new Harness({ now: () => now, advance, obey, results: () => ({ cycles: stopwatch?.results() }) });

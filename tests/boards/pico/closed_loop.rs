@@ -1,7 +1,6 @@
 //! (d) The closed loop: a message given to the board by `vocc`, shown on its pins, seen by a simulated camera, and received.
 
 use std::path::Path;
-use std::time::Duration;
 
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
@@ -36,8 +35,8 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     record.extend(&board.real_time(true));
     let terminal = Terminal::open(board.socket());
     vocc(programs, folder, &["device", "send", "--message", MESSAGE], terminal.name()).json();
-    std::thread::sleep(Duration::from_millis(100));
     record.extend(&board.real_time(false));
+    record.extend(&board.run_ms(100));
     let filmed_from_ns = record.symbols.last().expect("symbols are shown").ns;
     record.extend(&board.run_ms(FILMED_MS));
     let luminance_cd_m2 = |ns| record.pulses_at(ns).luminance_cd_m2();

@@ -1,7 +1,6 @@
 //! The desk kit: a board without a light sensor, and one module with a MAX7219, decoded from what the SPI shifts into it.
 
 use std::path::Path;
-use std::time::Duration;
 
 use link::panel::PanelFrame;
 use serde_json::json;
@@ -121,7 +120,6 @@ pub fn the_desk_kit_is_read_by_a_camera_on_the_desk(programs: &Programs, folder:
     let told = ask(&[&["device", "rate"], &camera[..]].concat());
     assert_eq!(told["symbol_rate_hz"], 23.077);
     ask(&["device", "send", "--message", MESSAGE]);
-    std::thread::sleep(Duration::from_millis(200));
     module.extend(&board.real_time(false));
     module.extend(&board.run_ms(READY_MS));
     let filmed_from_ns = module.symbols.last().expect("symbols are shown").ns;

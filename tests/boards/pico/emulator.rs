@@ -1,22 +1,16 @@
 //! A transmitter's image on an emulated board: power, light, and what its pins do.
 
-use std::io::{BufRead, BufReader, Write};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use vocc_tests::programs::root;
+use vocc_tests::emulator::Emulation;
 
 use crate::image::Programs;
 
 pub use vocc_tests::driven_panel::CLOCK_HZ;
-
-/// Longer than any command takes on a busy computer.
-const PATIENCE: Duration = Duration::from_secs(240);
 
 /// What the emulator reports.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -61,9 +55,7 @@ pub enum Fault {
 
 /// A board under power.
 pub struct Emulator {
-    process: Child,
-    commands: ChildStdin,
-    events: Receiver<Event>,
+    emulation: Emulation<Event>,
     socket: PathBuf,
 }
 
@@ -80,31 +72,11 @@ impl Emulator {
 
     fn power_up_with(image: &Path, folder: &Path, options: &[&str]) -> Self {
         let socket = folder.join("uart0");
-        let mut process = Command::new("node")
-            .arg(root().join("tests/boards/emulator/emulator.mjs"))
-            .args([image, &folder.join("flash.bin"), &socket])
-            .args(options)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("node runs");
-        let commands = process.stdin.take().expect("standard input is a pipe");
-        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
-        let (sender, events) = channel();
-        std::thread::spawn(move || {
-            for line in lines.lines().map_while(Result::ok) {
-                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
-                if sender.send(event).is_err() {
-                    break;
-                }
-            }
-        });
-        let mut emulator = Self {
-            process,
-            commands,
-            events,
-            socket,
-        };
+        let flash = folder.join("flash.bin");
+        let files = [image, &flash, &socket].map(Path::as_os_str);
+        let arguments = files.into_iter().chain(options.iter().map(OsStr::new));
+        let emulation = Emulation::start("emulator.mjs", arguments);
+        let mut emulator = Self { emulation, socket };
         emulator.until(|event| event.listening.is_some());
         emulator
     }
@@ -116,50 +88,46 @@ impl Emulator {
 
     /// Lets so much simulated time pass, and returns what happened in it; the last event says that it is over.
     pub fn run_ms(&mut self, milliseconds: u32) -> Vec<Event> {
-        self.command(&json!({ "run_ms": milliseconds }));
+        self.emulation.command(&json!({ "run_ms": milliseconds }));
         self.until(|event| event.ran.is_some())
     }
 
     /// Lets time pass as it does on the wall, or stops that; returns what happened before.
     pub fn real_time(&mut self, on: bool) -> Vec<Event> {
-        self.command(&json!({ "real_time": on }));
+        self.emulation.command(&json!({ "real_time": on }));
         self.until(|event| event.real_time == Some(on))
     }
 
     /// Lights the sensor.
     pub fn light(&mut self, lux: f64, fault: Fault) {
         let fault = format!("{fault:?}").to_lowercase();
-        self.command(&json!({ "lux": lux, "fault": fault }));
+        self.emulation.command(&json!({ "lux": lux, "fault": fault }));
     }
 
     /// Cuts the power half-way through a flash operation, after so many more.
     pub fn cut_power_after(&mut self, operations: u32) {
-        self.command(&json!({ "cut_after": operations }));
+        self.emulation.command(&json!({ "cut_after": operations }));
     }
 
     /// Stops the processor, and nothing else.
     pub fn hang(&mut self) {
-        self.command(&json!({ "hang": true }));
+        self.emulation.command(&json!({ "hang": true }));
     }
 
     /// Lets the processor go on in the function with this name.
     pub fn enter(&mut self, function: &str) {
-        self.command(&json!({ "enter": function }));
+        self.emulation.command(&json!({ "enter": function }));
     }
 
     /// Whether the power is gone.
     pub fn is_off(&mut self) -> bool {
-        matches!(self.process.try_wait(), Ok(Some(_)))
-    }
-
-    fn command(&mut self, command: &Value) {
-        writeln!(self.commands, "{command}").expect("the emulator runs");
+        self.emulation.is_over()
     }
 
     fn until(&mut self, last: impl Fn(&Event) -> bool) -> Vec<Event> {
         let mut events = vec![];
         loop {
-            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
+            let event = self.emulation.next_event();
             assert_eq!(event.error, None, "at {} ns", event.ns);
             let done = last(&event);
             events.push(event);
@@ -167,13 +135,5 @@ impl Emulator {
                 return events;
             }
         }
-    }
-}
-
-/// Cuts the power.
-impl Drop for Emulator {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }

@@ -28,7 +28,6 @@ pub fn change(programs: &Programs, folder: &Path, words: &[&str]) {
 pub fn at_every_operation(programs: &Programs, folder: &Path, words: &[&str], is_new: impl Fn(&Terminal, u32) -> bool) -> usize {
     let flashed = folder.join("flash.bin");
     let before = std::fs::read(&flashed).expect("the flash is a file");
-    let words = [words, &["--timeout", "0.5"]].concat();
     let mut kept = vec![];
     for operations in 0.. {
         std::fs::write(&flashed, &before).expect("the flash is a file");
@@ -37,7 +36,7 @@ pub fn at_every_operation(programs: &Programs, folder: &Path, words: &[&str], is
             board.cut_power_after(operations);
             board.real_time(true);
             let terminal = Terminal::open(board.socket());
-            vocc(programs, folder, &words, terminal.name());
+            vocc(programs, folder, words, terminal.name());
             board.is_off()
         };
         let mut board = started(programs, folder);

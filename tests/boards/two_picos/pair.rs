@@ -1,21 +1,16 @@
 //! A transmitter and a receiver on emulated boards, and light between.
 
 use std::collections::HashMap;
-use std::io::{BufRead, BufReader, Write};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use vocc_tests::programs::root;
+use vocc_tests::emulator::Emulation;
 
 use crate::image::Programs;
 
-/// Longer than any command takes on a busy computer.
-const PATIENCE: Duration = Duration::from_secs(300);
 /// The steps in which something is waited for, ms.
 const STEP_MS: u32 = 500;
 
@@ -82,9 +77,7 @@ pub struct Tally {
 
 /// Both boards: the transmitter under power, the receiver not yet.
 pub struct Pair {
-    process: Child,
-    commands: ChildStdin,
-    events: Receiver<Event>,
+    emulation: Emulation<Event>,
     folder: PathBuf,
     /// Everything that happened, in the order of time.
     pub record: Vec<Event>,
@@ -93,33 +86,12 @@ pub struct Pair {
 impl Pair {
     /// Boards whose flash chips lie in `folder`, in the scene of the camera with these changes; new ones are flashed first.
     pub fn new(programs: &Programs, folder: &Path, scene: &[&str], options: &[&str]) -> Self {
-        let mut process = Command::new("node")
-            .arg(root().join("tests/boards/emulator/two_picos.mjs"))
-            .args(options)
-            .args([&programs.transmitter, &programs.receiver, &folder.to_owned()])
-            .arg("--")
-            .arg(&programs.eye)
-            .arg("hm01b0")
-            .args(scene)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("node runs");
-        let commands = process.stdin.take().expect("standard input is a pipe");
-        let lines = BufReader::new(process.stdout.take().expect("standard output is a pipe"));
-        let (sender, events) = channel();
-        std::thread::spawn(move || {
-            for line in lines.lines().map_while(Result::ok) {
-                let event = serde_json::from_str(&line).expect("the emulator speaks JSON");
-                if sender.send(event).is_err() {
-                    break;
-                }
-            }
-        });
+        let options = options.iter().map(OsStr::new);
+        let files = [&programs.transmitter, &programs.receiver, folder].map(Path::as_os_str);
+        let eye = [OsStr::new("--"), programs.eye.as_os_str(), OsStr::new("hm01b0")];
+        let arguments = options.chain(files).chain(eye).chain(scene.iter().map(OsStr::new));
         let mut pair = Self {
-            process,
-            commands,
-            events,
+            emulation: Emulation::start("two_picos.mjs", arguments),
             folder: folder.to_owned(),
             record: vec![],
         };
@@ -150,7 +122,7 @@ impl Pair {
 
     /// Gives a command: `tests/boards/emulator/two_picos.mjs` has their list.
     pub fn tell(&mut self, command: &Value) {
-        writeln!(self.commands, "{command}").expect("the emulator runs");
+        self.emulation.command(command);
     }
 
     /// Lets time pass until the receiver sends a line that begins so; the event.
@@ -223,7 +195,7 @@ impl Pair {
 
     fn until(&mut self, last: impl Fn(&Event) -> bool) {
         loop {
-            let event = self.events.recv_timeout(PATIENCE).expect("the emulator goes on");
+            let event = self.emulation.next_event();
             assert_eq!(event.error, None, "at {} ns of {}", event.ns, event.board);
             let done = last(&event);
             self.record.push(event);
@@ -231,13 +203,5 @@ impl Pair {
                 return;
             }
         }
-    }
-}
-
-/// Cuts the power.
-impl Drop for Pair {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }

@@ -1,7 +1,6 @@
 //! The whole way of a text: `vocc device send`, the transmitter's pins, light, the camera, the receiver's UART.
 
 use std::path::Path;
-use std::time::Duration;
 
 use serde_json::json;
 
@@ -76,8 +75,8 @@ fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: 
     pair.real_time(true);
     let terminal = Terminal::open(&pair.socket("transmitter"));
     vocc(&programs.vocc, folder, words, terminal.name()).json();
-    std::thread::sleep(Duration::from_millis(200));
     pair.real_time(false);
+    pair.run_ms(200);
 }
 
 /// How often the lamp is switched in a second while it blinks slowly or flashes, at most.
