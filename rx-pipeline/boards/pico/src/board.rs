@@ -10,12 +10,13 @@ use embassy_rp::{
 };
 use embassy_time::{Delay, Duration, Instant};
 use embedded_io_async::Read;
+use pico::bus::Bus;
 use rx_pipeline::{
     hm01b0::{CameraError, Exposure, Hm01b0},
     standalone::{Camera, Clock, Machine, Port},
 };
 
-use crate::{bus::Bus, capture, stack, usb};
+use crate::{capture, stack, usb};
 
 /// Longer than any part of a search that does not tell that it is alive.
 pub const WATCHDOG: Duration = Duration::from_secs(8);

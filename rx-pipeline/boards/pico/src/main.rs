@@ -14,7 +14,6 @@
 #![deny(unsafe_code)]
 
 mod board;
-mod bus;
 mod capture;
 mod halt;
 mod reader;
@@ -36,6 +35,7 @@ use embassy_rp::{
     watchdog::Watchdog,
 };
 use embassy_time::{Delay, Duration, Instant, with_timeout};
+use pico::bus::{self, Bus};
 use rx_pipeline::{
     hm01b0::Hm01b0,
     standalone::{Application, Port, Settings},
@@ -44,7 +44,6 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::{
     board::{Pico, WATCHDOG},
-    bus::Bus,
     capture::{Capture, MODE, Wires},
     reader::Reader,
 };
@@ -89,17 +88,17 @@ async fn capture_frames(mut capture: Capture) {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let mut pico = embassy_rp::init(Default::default());
-    let mut watchdog = Watchdog::new(pico.WATCHDOG);
+    let mut chip = embassy_rp::init(Default::default());
+    let mut watchdog = Watchdog::new(chip.WATCHDOG);
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
 
     static TRANSMIT: ConstStaticCell<[u8; 1536]> = ConstStaticCell::new([0; 1536]);
     static RECEIVE: ConstStaticCell<[u8; 512]> = ConstStaticCell::new([0; 512]);
     let uart = uart::BufferedUart::new(
-        pico.UART0,
-        pico.PIN_0,
-        pico.PIN_1,
+        chip.UART0,
+        chip.PIN_0,
+        chip.PIN_1,
         Irqs,
         TRANSMIT.take(),
         RECEIVE.take(),
@@ -108,15 +107,15 @@ async fn main(_spawner: Spawner) {
     // Without an adapter the line stays high: no break.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     let (transmit, receive) = uart.split();
-    bus::free(pico.PIN_5.reborrow(), pico.PIN_4.reborrow());
+    bus::free(chip.PIN_5.reborrow(), chip.PIN_4.reborrow());
     let mut bus = i2c::Config::default();
     bus.frequency = 400_000;
-    let bus = i2c::I2c::new_async(pico.I2C0, pico.PIN_5, pico.PIN_4, Irqs, bus);
+    let bus = i2c::I2c::new_async(chip.I2C0, chip.PIN_5, chip.PIN_4, Irqs, bus);
     let mut board = Pico {
         camera: Hm01b0::new(Bus::new(bus), Delay, MODE),
         receive,
         transmit,
-        lamp: Output::new(pico.PIN_25, Level::Low),
+        lamp: Output::new(chip.PIN_25, Level::Low),
         watchdog,
     };
     if let Some(words) = halt::last_words() {
@@ -125,21 +124,21 @@ async fn main(_spawner: Spawner) {
         board.write(line.as_bytes());
     }
     let (capture, mut shots) = Capture::new(Wires {
-        pio: pico.PIO0,
-        dma: pico.DMA_CH0,
+        pio: chip.PIO0,
+        dma: chip.DMA_CH0,
         data: (
-            pico.PIN_6,
-            pico.PIN_7,
-            pico.PIN_8,
-            pico.PIN_9,
-            pico.PIN_10,
-            pico.PIN_11,
-            pico.PIN_12,
-            pico.PIN_13,
+            chip.PIN_6,
+            chip.PIN_7,
+            chip.PIN_8,
+            chip.PIN_9,
+            chip.PIN_10,
+            chip.PIN_11,
+            chip.PIN_12,
+            chip.PIN_13,
         ),
-        pixel_clock: pico.PIN_14,
-        line_valid: pico.PIN_15,
-        frame_valid: pico.PIN_16,
+        pixel_clock: chip.PIN_14,
+        line_valid: chip.PIN_15,
+        frame_valid: chip.PIN_16,
     });
     interrupt::SWI_IRQ_0.set_priority(Priority::P2);
     let eye = EYE.start(interrupt::SWI_IRQ_0);
@@ -149,7 +148,7 @@ async fn main(_spawner: Spawner) {
     }
     interrupt::SWI_IRQ_1.set_priority(Priority::P3);
     let plug = PLUG.start(interrupt::SWI_IRQ_1);
-    if let Ok(task) = usb::serve(pico.USB) {
+    if let Ok(task) = usb::serve(chip.USB) {
         plug.spawn(task);
     }
 

@@ -1,24 +1,19 @@
 //! The serial port over USB: what goes to UART 0 goes there too, and what comes from there is heard as well.
 
 use embassy_futures::join::join3;
-use embassy_rp::{Peri, peripherals::USB, usb};
+use embassy_rp::{Peri, peripherals::USB};
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, pipe::Pipe};
 use embassy_time::{Duration, with_timeout};
 use embassy_usb::{
-    Builder, UsbDevice,
-    class::cdc_acm::{CdcAcmClass, Receiver, Sender, State},
+    class::cdc_acm::{Receiver, Sender},
     driver::EndpointError,
 };
-use static_cell::StaticCell;
+use pico::usb::{self, Driver, PACKET};
 
 use crate::Irqs;
 
-/// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
-const PACKET: usize = 64;
 /// A computer that has the port open and takes nothing for so long does not listen.
 const PATIENCE: Duration = Duration::from_millis(100);
-
-type Driver = usb::Driver<'static, USB>;
 
 static INCOMING: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
 static OUTGOING: Pipe<CriticalSectionRawMutex, 4096> = Pipe::new();
@@ -40,8 +35,8 @@ pub fn write(mut bytes: &[u8]) {
 
 /// Serves the port.
 #[embassy_executor::task]
-pub async fn serve(usb: Peri<'static, USB>) {
-    let (mut device, port) = port(Driver::new(usb, Irqs));
+pub async fn serve(controller: Peri<'static, USB>) {
+    let (mut device, port) = usb::port(Driver::new(controller, Irqs), "vocc receiver");
     let (sender, receiver) = port.split();
     join3(device.run(), listen(receiver), speak(sender)).await;
 }
@@ -74,24 +69,4 @@ async fn write_packet(port: &mut Sender<'static, Driver>, bytes: &[u8]) -> Resul
         port.write_packet(&[]).await?;
     }
     Ok(())
-}
-
-fn port(driver: Driver) -> (UsbDevice<'static, Driver>, CdcAcmClass<'static, Driver>) {
-    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
-    static CONTROL: StaticCell<[u8; PACKET]> = StaticCell::new();
-    static STATE: StaticCell<State> = StaticCell::new();
-    // Raspberry Pi's numbers for a serial port on a Pico.
-    let mut config = embassy_usb::Config::new(0x2e8a, 0x000a);
-    config.manufacturer = Some("vocc");
-    config.product = Some("vocc receiver");
-    let mut builder = Builder::new(
-        driver,
-        config,
-        CONFIGURATION.init([0; 128]),
-        &mut [],
-        &mut [],
-        CONTROL.init([0; PACKET]),
-    );
-    let port = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
-    (builder.build(), port)
 }

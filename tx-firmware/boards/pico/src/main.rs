@@ -13,7 +13,6 @@
 #![no_main]
 #![deny(unsafe_code)]
 
-mod bus;
 mod halt;
 mod leds;
 mod light_sensor;
@@ -36,6 +35,7 @@ use embassy_rp::{
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Ticker};
 use link::{panel::PanelFrame, serial::Faults};
+use pico::bus::Bus;
 use static_cell::StaticCell;
 use tx_firmware::{
     calibration::Calibration,
@@ -44,7 +44,6 @@ use tx_firmware::{
 };
 
 use crate::{
-    bus::Bus,
     leds::Dimmer,
     light_sensor::LightSensor,
     ports::{Desk, SharedStore},

@@ -5,14 +5,11 @@ use embassy_rp::{
     Peri,
     peripherals::USB,
     uart::{BufferedUart, BufferedUartRx, BufferedUartTx},
-    usb,
 };
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, mutex::Mutex};
-use embassy_usb::{
-    Builder, UsbDevice,
-    class::cdc_acm::{CdcAcmClass, State},
-};
+use embassy_usb::{class::cdc_acm::CdcAcmClass, driver::EndpointError};
 use embedded_io_async::{Read, Write};
+use pico::usb::{self, Driver, PACKET};
 use static_cell::StaticCell;
 use tx_firmware::{
     service::{ANSWER_MAX, Identity, Service},
@@ -26,11 +23,7 @@ const IDENTITY: Identity = Identity {
     board: if cfg!(feature = "rp2350") { "pico2" } else { "pico" },
 };
 
-/// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
-const PACKET: usize = 64;
-
-type UsbDriver = usb::Driver<'static, USB>;
-type Port = CdcAcmClass<'static, UsbDriver>;
+type Port = CdcAcmClass<'static, Driver>;
 pub type SharedStore = Mutex<CriticalSectionRawMutex, Store<SteadyFlash>>;
 
 /// What a request is carried out with.
@@ -62,9 +55,9 @@ impl Clerk {
 
 /// Serves both ports.
 #[embassy_executor::task]
-pub async fn serve(uart: BufferedUart, usb: Peri<'static, USB>, desk: Desk) {
+pub async fn serve(uart: BufferedUart, controller: Peri<'static, USB>, desk: Desk) {
     let (transmit, receive) = uart.split();
-    let (mut device, port) = usb_port(UsbDriver::new(usb, Irqs));
+    let (mut device, port) = usb::port(Driver::new(controller, Irqs), "vocc transmitter");
     join3(serve_uart(receive, transmit, desk), serve_usb(port, desk), device.run()).await;
 }
 
@@ -102,7 +95,7 @@ async fn serve_usb(mut port: Port, mut desk: Desk) {
 }
 
 /// The last packet is a short one, if need be an empty one: it tells the host that nothing follows.
-async fn write_packets(port: &mut Port, bytes: &[u8]) -> Result<(), embassy_usb::driver::EndpointError> {
+async fn write_packets(port: &mut Port, bytes: &[u8]) -> Result<(), EndpointError> {
     for packet in bytes.chunks(PACKET) {
         port.write_packet(packet).await?;
     }
@@ -110,24 +103,4 @@ async fn write_packets(port: &mut Port, bytes: &[u8]) -> Result<(), embassy_usb:
         port.write_packet(&[]).await?;
     }
     Ok(())
-}
-
-fn usb_port(driver: UsbDriver) -> (UsbDevice<'static, UsbDriver>, Port) {
-    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
-    static CONTROL: StaticCell<[u8; PACKET]> = StaticCell::new();
-    static STATE: StaticCell<State> = StaticCell::new();
-    // Raspberry Pi's numbers for a serial port on a Pico.
-    let mut config = embassy_usb::Config::new(0x2e8a, 0x000a);
-    config.manufacturer = Some("vocc");
-    config.product = Some("vocc transmitter");
-    let mut builder = Builder::new(
-        driver,
-        config,
-        CONFIGURATION.init([0; 128]),
-        &mut [],
-        &mut [],
-        CONTROL.init([0; PACKET]),
-    );
-    let port = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET as u16);
-    (builder.build(), port)
 }

@@ -6,7 +6,7 @@ use fixed::types::I32F32;
 use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
-use crate::bus::Bus;
+use pico::bus::Bus;
 
 const USUAL_TIME: u8 = 69;
 const SHORT_TIME: u8 = 31;

@@ -21,7 +21,7 @@ use self::veml7700 as chosen;
 use embassy_time::{Duration, Instant};
 use tx_firmware::light_watch::{LightSample, SensorRange};
 
-use crate::bus::Bus;
+use pico::bus::Bus;
 
 /// How often a sensor is asked whether it is ready.
 pub const POLL: Duration = Duration::from_millis(20);

@@ -3,7 +3,7 @@
 use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
-use crate::bus::Bus;
+use pico::bus::Bus;
 
 pub struct Sensor {
     _bus: Bus,

@@ -8,7 +8,7 @@ use opt300x::{IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic
 use tx_firmware::light_watch::{LightSample, SensorRange};
 
 use super::Lost;
-use crate::bus::Bus;
+use pico::bus::Bus;
 
 const LAST_RANGE: u8 = 11;
 const MANTISSA_BITS: u32 = 12;

@@ -6,7 +6,7 @@ use tx_firmware::light_watch::{LightSample, SensorRange};
 use veml6030::{Gain, IntegrationTime, SlaveAddr, Veml6030};
 
 use super::Lost;
-use crate::bus::Bus;
+use pico::bus::Bus;
 
 /// Twice the longer integration time: what is read then began after the range was set.
 const MEASUREMENT: Duration = Duration::from_millis(200);

@@ -1,22 +1,27 @@
-//! Gives the linker the memory layout of the chip that is built for.
+//! The build script of all boards: gives the linker the memory layout of the chip that is built for.
 
 use std::{env, error::Error, fs, path::PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let rp2350 = env::var_os("CARGO_FEATURE_RP2350").is_some();
-    let layout = if rp2350 { "memory-rp2350.x" } else { "memory-rp2040.x" };
+    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    let layout = if has("RP2350") {
+        "memory-rp2350.x"
+    } else if has("RP2040") {
+        "memory-rp2040.x"
+    } else {
+        "memory.x"
+    };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set")?);
     fs::copy(layout, out.join("memory.x"))?;
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    if !rp2350 {
+    if layout == "memory-rp2040.x" {
         println!("cargo:rustc-link-arg-bins=-Tlink-rp.x");
     }
-    if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
+    if has("DEFMT") {
         println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
     }
     println!("cargo:rerun-if-changed={layout}");
-    println!("cargo:rerun-if-changed=build.rs");
     Ok(())
 }

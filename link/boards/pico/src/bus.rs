@@ -1,17 +1,48 @@
-//! The light sensor's I2C bus, on which nothing waits for ever.
+//! An I2C bus on which nothing waits for ever.
 
 use core::{future::Future, future::poll_fn, pin::pin, task::Poll};
 
 use embassy_futures::block_on;
 use embassy_rp::{
+    Peri,
+    gpio::{Level, OutputOpenDrain, Pin},
     i2c::{self, Async, I2c},
     peripherals::I2C0,
 };
-use embassy_time::{Duration, Instant};
+use embassy_time::{Duration, Instant, block_for};
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
 
-/// What a transfer may take: some forty times its length. A sensor that holds the clock line longer is broken.
+/// What a transfer may take: some forty times its length. A chip that holds the clock line longer is broken.
 const PATIENCE: Duration = Duration::from_millis(5);
+
+/// Clocks after which a chip has sent the rest of a byte, and seen that nobody acknowledges it.
+const CLOCKS_OF_A_BYTE: u32 = 9;
+/// Half of a clock at 100 kHz.
+const HALF_CLOCK: Duration = Duration::from_micros(5);
+
+/// Frees a bus whose data line a chip holds, as it was read when this processor was reset: clocks the rest of the byte out of it, and
+/// ends the transfer. To a chip that holds nothing this means nothing. Before the controller takes the pins.
+pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
+    let mut clock = OutputOpenDrain::new(clock, Level::High);
+    let mut data = OutputOpenDrain::new(data, Level::High);
+    clock.set_pullup(true);
+    data.set_pullup(true);
+    block_for(HALF_CLOCK);
+    for _ in 0..CLOCKS_OF_A_BYTE {
+        clock.set_low();
+        block_for(HALF_CLOCK);
+        clock.set_high();
+        block_for(HALF_CLOCK);
+    }
+    // Data that rises while the clock is high ends a transfer.
+    clock.set_low();
+    data.set_low();
+    block_for(HALF_CLOCK);
+    clock.set_high();
+    block_for(HALF_CLOCK);
+    data.set_high();
+    block_for(HALF_CLOCK);
+}
 
 /// Why a transfer gave nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +51,7 @@ pub enum BusError {
     Controller(i2c::Error),
     /// It took too long.
     TimedOut,
-    /// More than a write and then a read, which no light sensor needs.
+    /// More than a write and then a read, which no sensor or camera here needs.
     Unsupported,
 }
 

@@ -1,0 +1,6 @@
+//! What the transmitter's and the receiver's programs for a Raspberry Pi Pico have in common.
+#![no_std]
+#![deny(unsafe_code)]
+
+pub mod bus;
+pub mod usb;
