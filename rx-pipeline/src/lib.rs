@@ -61,8 +61,7 @@
 //! | `link::framing` | symbols | messages |
 //!
 //! Beside them: [`parameters`] holds the numbers that locating, following and reading go by, [`profile`] tells how long each stage takes,
-//! [`board`] is what a computer and a microcontroller with a receiver say to each other, and [`approximate`] the roots and losses that
-//! loops over pixels compute quickly, with their bounds.
+//! and [`approximate`] has the roots and losses that loops over pixels compute quickly, with their bounds.
 //!
 //! All positions are in pixels; (0, 0) is the *centre* of the top-left pixel, x points right and y down. LED 8·row + column is
 //! bit 8·row + column, with row 0 at the top as the camera sees it.
@@ -94,7 +93,6 @@
 extern crate std;
 
 pub mod approximate;
-pub mod board;
 pub mod camera;
 pub mod cells;
 mod coarse;

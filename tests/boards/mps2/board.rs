@@ -1,97 +1,48 @@
-//! The emulated board, and the conversation with it.
+//! The emulated board: a film is put into its memory, and what it says is taken down.
 
-use std::io::{Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Command, Stdio};
 
-use link::serial::{FrameReader, Kind, encode, wire_length};
-use rx_pipeline::board::{Answer, REGION_ANSWER_MAX, REGION_REQUEST_MAX, Request, Settings};
+use crate::film::{Film, START};
+use crate::format::Report;
 
-/// QEMU lets 2⁶ ns pass with each instruction.
-const SHIFT: u32 = 6;
+/// QEMU lets 2⁰ ns pass with each instruction.
+const SHIFT: u32 = 0;
 /// Ticks of the board's clock are 40 ns.
 const TICK_NS: u64 = 40;
 
-/// A running board.
-pub struct Board {
-    process: Child,
-    to: ChildStdin,
-    from: ChildStdout,
-    reader: FrameReader<REGION_ANSWER_MAX>,
-    wire: Vec<u8>,
-    sequence: u32,
-}
-
-impl Board {
-    /// Starts the board with a program.
-    pub fn start(image: &Path) -> Self {
-        let mut process = Command::new("qemu-system-arm")
-            .args(["-machine", "mps2-an500", "-display", "none", "-monitor", "none"])
-            .args(["-chardev", "stdio,id=uart,signal=off", "-serial", "chardev:uart"])
-            .arg("-icount")
-            .arg(format!("shift={SHIFT},sleep=off"))
-            .arg("-kernel")
-            .arg(image)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("QEMU runs");
-        Self {
-            to: process.stdin.take().expect("standard input is a pipe"),
-            from: process.stdout.take().expect("standard output is a pipe"),
-            process,
-            reader: FrameReader::new(),
-            wire: vec![0; wire_length(REGION_REQUEST_MAX)],
-            sequence: 0,
-        }
+/// Has a program read a film; what it says of each region.
+pub fn read(image: &Path, film: &Film) -> Vec<Report> {
+    let mut memory = tempfile::NamedTempFile::new().expect("a file");
+    film.write(&mut memory).expect("the film is written");
+    let loader = format!("loader,file={},addr={START:#x},force-raw=on", memory.path().display());
+    let output = Command::new("qemu-system-arm")
+        .args(["-machine", "mps2-an500", "-display", "none"])
+        .args(["-monitor", "none", "-serial", "none"])
+        .args(["-chardev", "stdio,id=text,signal=off"])
+        .args(["-semihosting-config", "enable=on,target=native,chardev=text"])
+        .args(["-device", &loader])
+        .arg("-icount")
+        .arg(format!("shift={SHIFT},sleep=off"))
+        .arg("-kernel")
+        .arg(image)
+        .stdin(Stdio::null())
+        .output()
+        .expect("QEMU runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}{}", String::from_utf8_lossy(&output.stdout));
+    let mut reports = vec![];
+    let mut rest = &output.stdout[..];
+    while !rest.is_empty() {
+        let report;
+        (report, rest) = postcard::take_from_bytes(rest).expect("a report");
+        reports.push(report);
     }
-
-    /// Starts the board and has it read by these settings.
-    pub fn begin(image: &Path, settings: Settings) -> Self {
-        let mut board = Self::start(image);
-        board.ask(&Request::Begin(settings), |answer| {
-            assert_eq!(*answer, Answer::Ready);
-        });
-        board
-    }
-
-    /// Asks, and looks at the answer.
-    pub fn ask<T>(&mut self, request: &Request<'_>, look: impl FnOnce(&Answer<'_>) -> T) -> T {
-        self.sequence += 1;
-        let sent = encode(Kind::Request, self.sequence, request, &mut self.wire);
-        self.to
-            .write_all(sent.expect("requests are short"))
-            .and_then(|()| self.to.flush())
-            .expect("the board listens");
-        let mut byte = [0];
-        loop {
-            self.from.read_exact(&mut byte).expect("the board answers");
-            let Some(frame) = self.reader.push(byte[0]) else {
-                continue;
-            };
-            let frame = frame.expect("the line is clean");
-            assert_eq!(frame.sequence(), self.sequence);
-            return look(&frame.message(Kind::Answer).expect("an answer"));
-        }
-    }
-
-    /// The deepest that the stack has been, bytes.
-    pub fn stack_bytes(&mut self) -> u32 {
-        self.ask(&Request::Memory, |answer| match answer {
-            Answer::Memory(memory) => memory.stack_bytes,
-            other => panic!("{other:?}"),
-        })
-    }
+    assert_eq!(reports.len(), film.regions());
+    reports
 }
 
 /// The instructions that so many ticks are.
 pub fn instructions(ticks: u32) -> u64 {
     (u64::from(ticks) * TICK_NS) >> SHIFT
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
 }

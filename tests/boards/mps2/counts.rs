@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use rx_pipeline::board::{MethodChoice, Settings};
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::profile::{STAGES, Stage};
 use sim::accuracy::Level;
@@ -15,9 +14,9 @@ use studies::stop::Stop;
 use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
 use vocc_tests::firmware::{median, say};
 
-use crate::board::{Board, instructions};
-use crate::compare::read;
-use crate::film::{Cut, Film, HEIGHT, WIDTH};
+use crate::board::{instructions, read};
+use crate::film::{HEIGHT, Shots, WIDTH};
+use crate::format::MethodChoice;
 
 /// If this is set, the file is written anew and not compared.
 const WRITE: &str = "VOCC_WRITE_COUNTS";
@@ -31,15 +30,15 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
     let films = PLACES.map(|place| {
         let size = [format!("camera.width_px={WIDTH}"), format!("camera.height_px={HEIGHT}")];
         let scene = scene_at(place, &size).expect("a valid scene");
-        let film = Film::of(&scene, FRAMES);
-        (scene, film)
+        let shots = Shots::of(&scene, FRAMES);
+        (scene, shots)
     });
     let names = DETECTORS
         .into_iter()
         .filter(|(_, choice)| !matches!(choice, DetectorChoice::Best | DetectorChoice::Genie));
     let counted: Vec<(&str, Vec<f64>)> = names
         .map(|(name, choice)| {
-            let each = films.iter().map(|(scene, film)| count(image, scene, film, choice) as f64);
+            let each = films.iter().map(|(scene, shots)| count(image, scene, shots, choice) as f64);
             (name, each.collect())
         })
         .collect();
@@ -62,22 +61,13 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
 }
 
 /// The instructions for the bits of half of the frames at most, from grey levels and corners on.
-fn count(image: &Path, scene: &Scene, film: &Film, choice: DetectorChoice) -> u64 {
-    let settings = Settings {
-        method: method(scene, choice),
-        camera: camera_of(scene),
-        ..Settings::default()
-    };
-    let mut board = Board::begin(image, settings);
+fn count(image: &Path, scene: &Scene, shots: &Shots, choice: DetectorChoice) -> u64 {
+    let film = shots.cut(SIDE, method(scene, choice), camera_of(scene), 1.0);
     let mut counts = Vec::new();
-    for (number, pixels) in (0..).zip(&film.frames) {
-        let cut = Cut::around(film.corners.centre_px(), SIDE, number, pixels);
-        let told = read(&mut board, &cut, (number == 0).then_some(film.corners));
-        if told.reading.is_ok() {
-            let stages = STAGES.iter().zip(&told.stage_ticks);
-            let reading = stages.filter(|(stage, _)| matches!(stage, Stage::Cells | Stage::Features | Stage::Detect));
-            counts.push(reading.map(|(_, &ticks)| instructions(ticks)).sum());
-        }
+    for report in read(image, &film).iter().filter(|report| report.reading.is_some()) {
+        let stages = STAGES.iter().zip(&report.stage_ticks);
+        let reading = stages.filter(|(stage, _)| matches!(stage, Stage::Cells | Stage::Features | Stage::Detect));
+        counts.push(reading.map(|(_, &ticks)| instructions(ticks)).sum());
     }
     assert!(counts.len() as u64 > FRAMES / 2, "{} frames read", counts.len());
     median(&counts)

@@ -1,32 +1,37 @@
-//! What the board is shown: a panel that drives past a camera, and the regions around it.
+//! What the board is shown: a panel that drives past a camera, in regions around where this computer's receiver saw it last.
+
+use std::io::{self, Write};
 
 use link::camera::Camera;
-use rx_pipeline::board::{MethodChoice, Region, Settings};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
+use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory};
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 
-pub const MESSAGE: &[u8] = b"lane closed after the bridge";
+use crate::format::{Head, MethodChoice, Reading, Region};
+
+pub use crate::format::{BYTES, START};
+
 /// Columns and rows of its frames.
 pub const WIDTH: usize = 480;
 pub const HEIGHT: usize = 320;
 const SEED: u64 = 11;
+/// The grey level of frames without the panel.
+const BLANK: u8 = 118;
 
 /// Frames, and what is known of them.
-pub struct Film {
-    /// Grey levels of each frame.
-    pub frames: Vec<Vec<u8>>,
+pub struct Shots {
+    frames: Vec<Vec<u8>>,
     /// Where the panel is in the first one.
-    pub corners: Corners,
+    corners: Corners,
     /// The bits that each shows, but where the exposure caught two symbols.
-    pub sent: Vec<Option<u64>>,
-    /// The messages that the simulator's own receiver delivered, which found the panel by itself.
-    pub delivered: Vec<Vec<u8>>,
+    sent: Vec<Option<u64>>,
 }
 
-impl Film {
+impl Shots {
     /// `count` frames of 1/100 s of a panel `distance_m` away that drives past, 90 symbols a second, by day, with noise. Its ratio is the
     /// paper's, so that what is counted does not go by the table that ships.
     pub fn draw(distance_m: f64, count: u64) -> Self {
@@ -47,10 +52,10 @@ impl Film {
         Self::of(&scene, count)
     }
 
-    /// `count` frames of a scene, whose own receiver reads by k-means.
+    /// `count` frames of a scene.
     pub fn of(scene: &Scene, count: u64) -> Self {
         let settings = LinkSettings {
-            message: MESSAGE.to_vec(),
+            message: b"lane closed after the bridge".to_vec(),
             method: Detector::KMeans.into(),
             seed: SEED,
             level: Level::Fast,
@@ -61,72 +66,111 @@ impl Film {
         let mut road = Road::new(scene, &settings).expect("a link");
         let sensor = road.renderer().sensor();
         let corners = road.renderer().corners_in(sensor).expect("a panel in view");
-        let (mut frames, mut sent, mut delivered) = (vec![], vec![], vec![]);
+        let (mut frames, mut sent) = (vec![], vec![]);
         for number in 0..count {
             let report = road.frame(number).expect("the panel stays in view");
             frames.push(report.grey.to_vec());
             sent.push((!report.straddled).then_some(report.sent.bits()));
-            delivered.extend(report.delivered.map(|received| received.message));
         }
-        delivered.extend(road.finish().map(|received| received.message));
-        Self {
-            frames,
-            corners,
-            sent,
-            delivered,
-        }
+        Self { frames, corners, sent }
     }
 
-    /// What the receiver has to know.
-    pub fn settings(method: MethodChoice) -> Settings {
-        Settings {
+    /// The same, and so many frames without the panel behind them.
+    pub fn and_blank(mut self, count: usize) -> Self {
+        self.frames.extend(vec![vec![BLANK; WIDTH * HEIGHT]; count]);
+        self.sent.extend(vec![None; count]);
+        self
+    }
+
+    /// Squares of `side` px around the panel, read by this computer's receiver.
+    pub fn cut(&self, side: u16, method: MethodChoice, camera: Camera, symbols_per_frame: f32) -> Film {
+        let head = Head {
             method,
-            symbols_per_frame: 0.9,
-            ..Settings::default()
+            camera,
+            symbols_per_frame,
+            corners: self.corners.points(),
+            regions: self.frames.len() as u32,
+        };
+        let memory = Box::<ReceiverMemory<9216>>::default();
+        let mut receiver = Receiver::new(head.settings(), memory, NoSearch).expect("settings in range");
+        let size = [usize::from(side); 2];
+        let mut centre = self.corners.centre_px();
+        let (mut squares, mut readings) = (vec![], vec![]);
+        for (number, pixels) in (0..).zip(&self.frames) {
+            let square = Square::around(centre, side, pixels);
+            if number == 0 {
+                receiver
+                    .place(self.corners, square.origin, size.into())
+                    .expect("a panel in the region");
+            }
+            let frame = Frame::new(&square.pixels, size[0], size[1]).expect("a frame");
+            let reading = receiver.region(number, square.origin, &frame, &mut ()).reading.ok();
+            if let Some(reading) = &reading {
+                let [x, y] = reading.corners.centre_px();
+                centre = [x + f32::from(square.origin[0]), y + f32::from(square.origin[1])];
+            }
+            readings.push(reading.map(Reading::from));
+            squares.push(square);
         }
+        Film {
+            head,
+            side,
+            squares,
+            readings,
+            sent: self.sent.clone(),
+        }
+    }
+}
+
+/// What the board reads, and what this computer made of it.
+pub struct Film {
+    head: Head,
+    side: u16,
+    squares: Vec<Square>,
+    pub readings: Vec<Option<Reading>>,
+    /// The bits that each region shows, but where the exposure caught two symbols.
+    pub sent: Vec<Option<u64>>,
+}
+
+impl Film {
+    /// How many regions it has.
+    pub fn regions(&self) -> usize {
+        self.squares.len()
+    }
+
+    /// Writes it as the board's program reads it.
+    pub fn write(&self, to: &mut impl Write) -> io::Result<()> {
+        let mut bytes = vec![0; 1024 + self.squares.iter().map(|square| 64 + square.pixels.len()).sum::<usize>()];
+        let mut length = postcard::to_slice(&self.head, &mut bytes).expect("there is room").len();
+        for square in &self.squares {
+            let region = Region {
+                origin: square.origin,
+                side: self.side,
+                pixels: &square.pixels,
+            };
+            length += postcard::to_slice(&region, &mut bytes[length..]).expect("there is room").len();
+        }
+        assert!(length <= BYTES, "{length} bytes do not fit into the board's memory");
+        to.write_all(&bytes[..length])
     }
 }
 
 /// A square cut out of a frame.
-pub struct Cut {
-    frame: u64,
-    pub origin: [u16; 2],
-    side: u16,
-    pub pixels: Vec<u8>,
+struct Square {
+    origin: [u16; 2],
+    pixels: Vec<u8>,
 }
 
-impl Cut {
-    /// The square of `side` px around a place in frame `number`, as far within the frame as it goes.
-    pub fn around([x, y]: [f32; 2], side: u16, number: u64, pixels: &[u8]) -> Self {
+impl Square {
+    /// The square of `side` px around a place, as far within the frame as it goes.
+    fn around([x, y]: [f32; 2], side: u16, pixels: &[u8]) -> Self {
         let span = usize::from(side);
         let first = |centre: f32, length: usize| (centre.round() as usize).saturating_sub(span / 2).min(length - span);
         let (left, top) = (first(x, WIDTH), first(y, HEIGHT));
         let rows = pixels.chunks(WIDTH).skip(top).take(span);
         Self {
-            frame: number,
             origin: [left as u16, top as u16],
-            side,
             pixels: rows.flat_map(|row| &row[left..left + span]).copied().collect(),
-        }
-    }
-
-    /// The same place in a frame without the panel.
-    pub fn blank(&self, number: u64) -> Self {
-        Self {
-            frame: number,
-            pixels: vec![118; self.pixels.len()],
-            ..*self
-        }
-    }
-
-    /// As it is sent, with the panel's place where that is told.
-    pub fn region(&self, corners: Option<Corners>) -> Region<'_> {
-        Region {
-            frame: self.frame,
-            origin: self.origin,
-            size: [self.side; 2],
-            corners: corners.map(|corners| corners.points()),
-            pixels: &self.pixels,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The receiver's core on an emulated Cortex-M7: the same bits and messages as on this computer, in the memory and the instructions that
+//! The receiver's core on an emulated Cortex-M7: the same bits as on this computer, in the memory and the instructions that
 //! `docs/embedded-receiver.md` states.
 //!
 //! QEMU emulates the board; it takes `qemu-system-arm`, and a compiler for the Cortex-M7. Where one of them is absent and cannot be had,
@@ -8,6 +8,8 @@ mod board;
 mod compare;
 mod counts;
 mod film;
+#[path = "../../../rx-pipeline/boards/mps2-an500/src/film.rs"]
+mod format;
 mod measure;
 
 use std::path::{Path, PathBuf};

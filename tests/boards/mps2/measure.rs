@@ -6,6 +6,7 @@ use rx_pipeline::profile::STAGES;
 use vocc_tests::firmware::{Size, median, say, size};
 
 use crate::board::instructions;
+use crate::format::Report;
 
 /// What `docs/embedded-receiver.md` states, rounded up: of flash, with the `core` that rustup brings, and with one built anew.
 const FLASH_MAX: u32 = 320 * 1024;
@@ -14,35 +15,30 @@ const RAM_MAX: u32 = 380_000;
 pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
 pub const STACK_MAX: u32 = 140 * 1024;
 
-/// What a film cost the board, and how far it was from this computer.
+/// What a film cost the board.
 #[derive(Default)]
 pub struct Costs {
     frames: Vec<u64>,
     stages: Vec<Vec<u64>>,
-    pub stack_bytes: u32,
-    /// The greatest difference of a soft value, in steps.
-    pub soft_apart: i32,
-    pub corners_apart_px: f32,
+    stack_bytes: u32,
 }
 
 impl Costs {
     /// Adds a frame.
-    pub fn add(&mut self, ticks: u32, stage_ticks: &[u32]) {
-        self.frames.push(instructions(ticks));
-        let stages = stage_ticks.iter().map(|&ticks| instructions(ticks));
-        self.stages.push(stages.collect());
+    pub fn add(&mut self, report: &Report) {
+        self.frames.push(instructions(report.ticks));
+        self.stages.push(report.stage_ticks.map(instructions).to_vec());
+        self.stack_bytes = report.stack_bytes;
     }
 
     /// Tells all that was measured.
     pub fn tell(&self, what: &str) {
         say(&format!(
-            "{what}: {} instructions a frame, {} at most, {} in the first; stack {} bytes; soft values {} steps and corners {:.4} px apart",
+            "{what}: {} instructions a frame, {} at most, {} in the first; stack {} bytes",
             median(&self.frames),
             greatest(&self.frames),
             self.frames.first().copied().unwrap_or_default(),
             self.stack_bytes,
-            self.soft_apart,
-            self.corners_apart_px,
         ));
         for (index, stage) in STAGES.into_iter().enumerate() {
             let column: Vec<u64> = self.stages.iter().map(|frame| frame[index]).collect();

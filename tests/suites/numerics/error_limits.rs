@@ -255,7 +255,6 @@ fn micromath_runs_on_no_panel_and_in_no_receiver_because_it_keeps_no_limit() {
         "tx-firmware/boards/pico",
         "rx-pipeline",
         "rx-pipeline/boards/mps2-an500",
-        "rx-pipeline/boards/mps2-an505",
         "rx-pipeline/boards/pico",
     ] {
         let manifest = root.join(package).join("Cargo.toml");

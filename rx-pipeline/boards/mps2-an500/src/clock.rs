@@ -1,0 +1,46 @@
+//! The processor's own timer, which counts instructions where the emulator gives each the same time.
+
+use cortex_m::peripheral::{SYST, syst::SystClkSource};
+use rx_pipeline::profile::{Profile, STAGES, Stage};
+
+/// Ticks until the timer begins again.
+const TICKS: u32 = 1 << 24;
+
+/// Starts the timer; once.
+pub fn start() -> Option<()> {
+    let mut timer = cortex_m::Peripherals::take()?.SYST;
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(TICKS - 1);
+    timer.clear_current();
+    timer.enable_counter();
+    Some(())
+}
+
+/// Where the timer stands, which counts down.
+pub fn now() -> u32 {
+    SYST::get_current()
+}
+
+/// Ticks since it stood there.
+pub fn since(began: u32) -> u32 {
+    began.wrapping_sub(now()) % TICKS
+}
+
+/// Takes the time of stages, none within another.
+#[derive(Default)]
+pub struct Stopwatch {
+    began: u32,
+    pub ticks: [u32; STAGES.len()],
+}
+
+impl Profile for Stopwatch {
+    fn begins(&mut self, _: Stage) {
+        self.began = now();
+    }
+
+    fn ends(&mut self, stage: Stage) {
+        if let Some(ticks) = self.ticks.get_mut(stage as usize) {
+            *ticks += since(self.began);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What lies in the board's memory before it starts, and what it says: postcard, one value after another. The tests share this file.
+
+use link::camera::Camera;
+use link::panel::SIDE;
+use rx_pipeline::detect::{Detector, Fisher, Method};
+use rx_pipeline::profile::STAGES;
+use rx_pipeline::receiver::{self, ReceiverSettings};
+use serde::{Deserialize, Serialize};
+
+/// Where in memory it begins: the board's PSRAM, 16 MB.
+pub const START: usize = 0x6000_0000;
+pub const BYTES: usize = 16 << 20;
+
+/// What comes before the regions.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Head {
+    pub method: MethodChoice,
+    pub camera: Camera,
+    pub symbols_per_frame: f32,
+    /// The corner LEDs in the first region, in pixels of the frame: top left, top right, bottom right, bottom left.
+    pub corners: [[f32; 2]; 4],
+    /// How many regions there are.
+    pub regions: u32,
+}
+
+/// How bits are told apart.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub enum MethodChoice {
+    KMeans,
+    KMeansRaw,
+    Otsu,
+    Fisher(Fisher),
+    MaximumLikelihood,
+}
+
+/// A square part of a frame.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Region<'a> {
+    /// Column and row of its first pixel in the frame.
+    pub origin: [u16; 2],
+    /// Columns, and as many rows.
+    pub side: u16,
+    /// Grey levels, row by row.
+    pub pixels: &'a [u8],
+}
+
+/// What the board says of a region.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    pub reading: Option<Reading>,
+    /// From grey levels to bits, in ticks of the board's clock.
+    pub ticks: u32,
+    /// Of these, what each stage took.
+    pub stage_ticks: [u32; STAGES.len()],
+    /// The deepest that the stack has been, bytes.
+    pub stack_bytes: u32,
+}
+
+/// A panel that was read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// The corner LEDs in pixels of the region.
+    pub corners: [[f32; 2]; 4],
+    pub bits: u64,
+    /// The log-likelihood ratio of each LED, row by row.
+    pub soft: [[i8; SIDE]; SIDE],
+}
+
+impl Head {
+    pub fn settings(&self) -> ReceiverSettings {
+        ReceiverSettings {
+            camera: self.camera,
+            method: match self.method {
+                MethodChoice::KMeans => Detector::KMeans.into(),
+                MethodChoice::KMeansRaw => Detector::KMeansRaw.into(),
+                MethodChoice::Otsu => Detector::Otsu.into(),
+                MethodChoice::Fisher(fisher) => Detector::Fisher(fisher).into(),
+                MethodChoice::MaximumLikelihood => Method::MaximumLikelihood,
+            },
+            symbols_per_frame: self.symbols_per_frame,
+        }
+    }
+}
+
+impl From<receiver::Reading> for Reading {
+    fn from(reading: receiver::Reading) -> Self {
+        let receiver::Reading { corners, detection } = reading;
+        let mut soft = [[0; SIDE]; SIDE];
+        soft.as_flattened_mut().copy_from_slice(&detection.soft.0);
+        Self {
+            corners: corners.points(),
+            bits: detection.bits.bits(),
+            soft,
+        }
+    }
+}
