@@ -90,7 +90,7 @@ impl Chords {
     /// A convex polygon about its centre, its vertices in order, by the rule of [`gauss`] on strips in which none of its
     /// edges is longer than the rule bears.
     fn of_polygon(vertices: &[DVec2], sigma_px: f64, tolerance: f64) -> Option<Self> {
-        let longest = longest_panel(tolerance) * sigma_px;
+        let longest = gauss::longest_panel(tolerance) * sigma_px;
         let mut cuts: Vec<f64> = vertices.iter().map(|v| v.x).collect();
         cuts.sort_by(f64::total_cmp);
         let mut chords = Vec::new();
@@ -114,7 +114,7 @@ impl Chords {
     }
 
     /// Whether the chord k from either end stands mirrored about the centre, between the same heights.
-    pub fn are_mirrored(&self) -> bool {
+    pub(crate) fn are_mirrored(&self) -> bool {
         let mut pairs = self.0.iter().zip(self.0.iter().rev());
         pairs.all(|(one, other)| {
             // Rounding apart, which is some 1e-15 px.
@@ -146,17 +146,6 @@ impl Chords {
             .clone()
             .flat_map(|x| places.clone().map(move |y| difference(DVec2::new(x, y))))
             .fold(0.0, f64::max)
-    }
-}
-
-/// The longest panel, in σ, on which the rule of [`gauss`] integrates a Gaussian to a tolerance: on 14, 11, 9 and 5 σ
-/// it errs by 8e-5, 7e-7, 8e-9 and less than 1e-14.
-pub(super) fn longest_panel(tolerance: f64) -> f64 {
-    match tolerance {
-        _ if tolerance >= 1e-3 => 14.0,
-        _ if tolerance >= 1e-5 => 11.0,
-        _ if tolerance >= 1e-7 => 9.0,
-        _ => 5.0,
     }
 }
 

@@ -22,6 +22,17 @@ pub fn nodes(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
         .flat_map(move |(node, weight)| [-node, node].map(|node| (middle + half * node, half * weight)))
 }
 
+/// The longest panel, in σ, on which the rule integrates a Gaussian to a tolerance: on 14, 11, 9 and 5 σ
+/// it errs by 8e-5, 7e-7, 8e-9 and less than 1e-14.
+pub(super) fn longest_panel(tolerance: f64) -> f64 {
+    match tolerance {
+        _ if tolerance >= 1e-3 => 14.0,
+        _ if tolerance >= 1e-5 => 11.0,
+        _ if tolerance >= 1e-7 => 9.0,
+        _ => 5.0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 
 use glam::{DMat2, DVec2};
 
-use crate::disc::chords::longest_panel;
 use crate::disc::gauss;
 use crate::disc::kernel::Exact;
 use crate::disc::overlap;
@@ -49,12 +48,12 @@ impl Blur {
         Self {
             sigma_px,
             reach_px,
-            panel_px: PART_OF_PANEL * longest_panel(tolerance) * sigma_px,
+            panel_px: PART_OF_PANEL * gauss::longest_panel(tolerance) * sigma_px,
         }
     }
 
     /// How far it reaches from an edge, and half a pixel's own width more, in px.
-    pub fn margin_px(&self) -> f64 {
+    pub(crate) fn margin_px(&self) -> f64 {
         0.5 + self.reach_px
     }
 }
@@ -87,7 +86,7 @@ impl Outline {
     }
 
     /// The same, as exactly as `blur` asks.
-    pub fn light_by(&self, blur: &Blur, at: DVec2) -> f64 {
+    pub(crate) fn light_by(&self, blur: &Blur, at: DVec2) -> f64 {
         if blur.sigma_px < SHARPEST_PX {
             return match self {
                 Self::Ellipse(shape) => overlap::ellipse(*shape, -at),

@@ -8,7 +8,6 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use crate::disc::chords::longest_panel;
 use crate::disc::gauss;
 
 /// The shape of a spread; standard deviations and radii in px along x and along y.
@@ -74,7 +73,7 @@ impl Spread {
         };
         let points: Vec<_> = columns
             .iter()
-            .flat_map(|column| column.points(longest_panel(tolerance) * core_px))
+            .flat_map(|column| column.points(gauss::longest_panel(tolerance) * core_px))
             .collect();
         let far = |(at, _): &(DVec2, f64)| at.abs().max_element();
         let halves = columns.iter().flat_map(|column| &column.down);

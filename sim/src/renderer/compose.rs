@@ -4,13 +4,19 @@ use glam::DVec2;
 use link::panel::LEDS;
 
 use super::{Renderer, Shown};
+use crate::accuracy::Level;
 use crate::camera::clock::Moment;
 use crate::disc::kernel::{Kernel, Real};
+use crate::disc::outline::Outline;
 use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout, image_of};
+use crate::renderer::outlined::Outlined;
 use crate::renderer::separable::ChordImage;
 use crate::view::Photograph;
+
+/// Of more panels than these, what is still is not kept: where they overlap, each may be as large as the sensor.
+const MOST_STILL: usize = 256;
 
 impl Renderer {
     /// Adds the LEDs of a layout by a kernel.
@@ -189,5 +195,40 @@ impl Renderer {
     /// The linear value of a background without photograph.
     pub(super) fn plain_background(&self) -> f64 {
         self.formation.background_air.through(self.view.background)
+    }
+
+    /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
+    pub(super) fn add_outlined<R: Real>(&self, outlined: &Outlined, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
+        let is_kept = self.layouts.len() <= MOST_STILL && self.level != Level::Reference;
+        if shift == DVec2::ZERO && is_kept {
+            let still = outlined.still.get_or_init(|| self.still(outlined));
+            canvas.add(still, light);
+        } else {
+            self.draw_outline(&outlined.outline, outlined.centre + shift, light, canvas);
+        }
+    }
+
+    fn still(&self, outlined: &Outlined) -> Canvas<f32> {
+        let reach = outlined.outline.reach() + self.margin_px + 1.0;
+        let sensor = self.sensor();
+        let size = DVec2::new(sensor.width as f64, sensor.height as f64);
+        let low = (outlined.centre - reach).clamp(DVec2::ZERO, size).floor();
+        let high = (outlined.centre + reach).clamp(low, size).ceil();
+        let mut canvas = Canvas::new(Region {
+            x: low.x as usize,
+            y: low.y as usize,
+            width: (high.x - low.x) as usize,
+            height: (high.y - low.y) as usize,
+        });
+        self.draw_outline(&outlined.outline, outlined.centre, 1.0, &mut canvas);
+        canvas
+    }
+
+    /// Draws an outline at each point of the spread.
+    fn draw_outline<R: Real>(&self, outline: &Outline, centre: DVec2, light: R, canvas: &mut Canvas<R>) {
+        for &(place, part) in &self.spread.points {
+            let light = light * R::from_f64(part);
+            canvas.add_outline(outline, &self.blur, centre + place, light);
+        }
     }
 }
