@@ -71,3 +71,24 @@ impl Settings {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sim::keys;
+
+    #[test]
+    fn sliders_have_the_units_and_the_ranges_of_scenes() {
+        let mut sliders = include_str!("../web/controls.js").split("{ key: \"").skip(1).peekable();
+        assert!(sliders.peek().is_some());
+        for slider in sliders {
+            let between = |from, to| slider.split_once(from).unwrap().1.split_once(to).unwrap().0;
+            let (key, _) = slider.split_once('"').unwrap();
+            let (table, name) = key.split_once('.').unwrap();
+            let listed = keys::find(table, name).expect(key);
+            assert_eq!(between("unit: \"", "\""), listed.unit, "{key}");
+            let allowed = between("allowed: [", "]").replace('_', "");
+            let (low, high) = allowed.split_once(", ").unwrap();
+            assert_eq!(listed.range(), Some(low.parse().unwrap()..=high.parse().unwrap()), "{key}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use toml::{Table, Value};
 
 use crate::effects;
-use crate::scene::{self, SceneError};
+use crate::scene::{Key, SceneError, TABLES};
 
 /// The table that says which effects are simulated.
 const EFFECTS: &str = "effects";
@@ -12,11 +12,25 @@ const POSE: &str = "pose";
 
 /// All keys, as `TABLE.KEY`; a panel's own pose has those of `pose`.
 pub fn all() -> Vec<String> {
-    let written = scene::written_keys().map(|(table, key)| format!("{table}.{key}"));
+    let listed = TABLES
+        .iter()
+        .flat_map(|table| table.keys.iter().map(|key| (key, format!("{}.{}", table.name(), key.name))));
+    // Those that presets show first.
+    let (shown, others): (Vec<_>, Vec<_>) = listed.partition(|(key, _)| key.line().is_some());
+    let listed = shown.into_iter().chain(others).map(|(_, name)| name);
     let effects = effects::names().into_iter().map(|effect| format!("{EFFECTS}.{effect}"));
-    // These have no default.
-    let others = ["link.table", "panel.pose"].map(str::to_owned);
-    written.chain(others).chain(effects).collect()
+    listed.chain([format!("panel.{POSE}")]).chain(effects).collect()
+}
+
+/// The key of a table, as the list has it; none of an effect's, and of a panel's pose.
+///
+/// ```
+/// let light = sim::keys::find("ambient", "illuminance_lx").unwrap();
+/// assert_eq!((light.unit, light.range()), ("lx", Some(sim::scene::ILLUMINANCE_LX)));
+/// ```
+pub fn find(table: &str, name: &str) -> Option<&'static Key> {
+    let table = TABLES.iter().find(|of| of.name() == table)?;
+    table.keys.iter().find(|key| key.name == name)
 }
 
 /// The whole name, `TABLE.KEY`, of a key that is called so or by its last part alone.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::camera::curve::Curve;
-use crate::effects::{self, Effect};
+use crate::effects::{self, About, Effect};
 use crate::formation::Formation;
 use crate::scene::Mode;
 use crate::view::{LinearRange, View};
@@ -105,7 +105,7 @@ impl Plan {
     pub(crate) fn formation(&self, view: &View) -> Formation {
         let gamma = Curve::gamma(view.scene.camera.gamma);
         let mut formation = Formation::plain(view.panels.len(), gamma);
-        for effect in effects::ALL.iter().filter(|effect| self.includes(effect.name())) {
+        for effect in effects::ALL.iter().filter(|effect| self.includes(effect.about().name)) {
             effect.include(view, &mut formation);
         }
         formation
@@ -115,7 +115,8 @@ impl Plan {
 fn decide(effect: &dyn Effect, view: &View, range: &LinearRange) -> Decision {
     let tolerance_grey = view.scene.effects.tolerance_grey;
     let bound_grey = effect.bound_grey(view, range);
-    let mode = view.scene.effects.mode(effect.name());
+    let About { name, model, keys, cost } = effect.about();
+    let mode = view.scene.effects.mode(name);
     let (included, why) = match mode {
         Mode::On => (true, "the scene says on".to_string()),
         Mode::Off => (false, "the scene says off".to_string()),
@@ -124,14 +125,14 @@ fn decide(effect: &dyn Effect, view: &View, range: &LinearRange) -> Decision {
         Mode::Auto => (false, format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}")),
     };
     Decision {
-        effect: effect.name(),
+        effect: name,
         bound_grey,
         tolerance_grey,
         mode,
         included,
         why,
-        model: effect.model(),
-        keys: effect.keys(),
-        cost: effect.cost(),
+        model,
+        keys,
+        cost,
     }
 }

@@ -1,6 +1,6 @@
 //! Light scattered into the line of sight by the air before panels and background (see [`crate::air`]).
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Airlight;
 
 impl Effect for Airlight {
-    fn name(&self) -> &'static str {
-        "airlight"
-    }
-
-    fn model(&self) -> &'static str {
-        "Koschmieder 1924: the air adds (1 - exp(-beta d)) of the horizon luminance to panels and background"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["atmosphere.airlight", "atmosphere.airlight_cd_m2", "atmosphere.transmission_at_70m"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "none"
+    fn about(&self) -> About {
+        About {
+            name: "airlight",
+            model: "Koschmieder 1924: the air adds (1 - exp(-beta d)) of the horizon luminance to panels and background",
+            keys: &["atmosphere.airlight", "atmosphere.airlight_cd_m2", "atmosphere.transmission_at_70m"],
+            cost: "none",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

@@ -1,6 +1,6 @@
 //! Attenuation by the air between camera and panels, and in lit air before the background (see [`crate::air`]).
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Attenuation;
 
 impl Effect for Attenuation {
-    fn name(&self) -> &'static str {
-        "atmosphere"
-    }
-
-    fn model(&self) -> &'static str {
-        "Beer-Lambert attenuation exp(-beta d) of the light from panels, and in lit air from the background, with exp(-beta 70 m) given"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["atmosphere.transmission_at_70m", "pose.distance_m"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "none"
+    fn about(&self) -> About {
+        About {
+            name: "atmosphere",
+            model: "Beer-Lambert attenuation exp(-beta d) of the light from panels, and in lit air from the background, with exp(-beta 70 m) given",
+            keys: &["atmosphere.transmission_at_70m", "pose.distance_m"],
+            cost: "none",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

@@ -1,6 +1,6 @@
 //! The lens blur: a Gaussian, convolved exactly with disc and pixel (see [`crate::disc::chords`]).
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::scene::Psf;
 use crate::view::{LinearRange, View};
@@ -9,20 +9,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct LensBlur;
 
 impl Effect for LensBlur {
-    fn name(&self) -> &'static str {
-        "blur"
-    }
-
-    fn model(&self) -> &'static str {
-        "Gaussian blur of the lens, Do & Yoo 2020, Eqs. (14) and (15), applied to the linear image"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.blur_sigma_px"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "LEDs reach 4 to 6 sigma farther"
+    fn about(&self) -> About {
+        About {
+            name: "blur",
+            model: "Gaussian blur of the lens, Do & Yoo 2020, Eqs. (14) and (15), applied to the linear image",
+            keys: &["camera.blur_sigma_px"],
+            cost: "LEDs reach 4 to 6 sigma farther",
+        }
     }
 
     /// A Gaussian moves light by σ·√(2/π) on average along each axis, and no shape by more than σ; the mean over a pixel's width

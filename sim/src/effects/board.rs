@@ -1,6 +1,6 @@
 //! A board behind the LEDs.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::air::Air;
 use crate::formation::Formation;
 use crate::view::{LinearRange, PanelView, View};
@@ -9,20 +9,13 @@ use crate::view::{LinearRange, PanelView, View};
 pub(super) struct Board;
 
 impl Effect for Board {
-    fn name(&self) -> &'static str {
-        "board"
-    }
-
-    fn model(&self) -> &'static str {
-        "an opaque board of 8 x 8 pitches behind the LEDs, lit by the ambient light"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["panel.board_reflectance"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "some 100 chords, drawn once for each moment of the exposure"
+    fn about(&self) -> About {
+        About {
+            name: "board",
+            model: "an opaque board of 8 x 8 pitches behind the LEDs, lit by the ambient light",
+            keys: &["panel.board_reflectance"],
+            cost: "some 100 chords, drawn once for each moment of the exposure",
+        }
     }
 
     /// Against the plain background, whether the air dims both, veils both or does not. A photograph or another panel can

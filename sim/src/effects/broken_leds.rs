@@ -3,7 +3,7 @@
 use link::panel::{LEDS, SIDE};
 use rand::seq::SliceRandom;
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::{Formation, LedStage};
 use crate::random::{Purpose, stream};
 use crate::scene::{Leds, Panel};
@@ -13,27 +13,20 @@ use crate::view::{LinearRange, View};
 pub(super) struct BrokenLeds;
 
 impl Effect for BrokenLeds {
-    fn name(&self) -> &'static str {
-        "broken_leds"
-    }
-
-    fn model(&self) -> &'static str {
-        "dead LEDs give no light of their own, stuck ones always do, a dim row gives a part of it; which ones, the \
-         panel's seed or a list says"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &[
-            "panel.dead_leds",
-            "panel.stuck_leds",
-            "panel.dim_row",
-            "panel.dim_row_light",
-            "panel.seed",
-        ]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one look at each LED"
+    fn about(&self) -> About {
+        About {
+            name: "broken_leds",
+            model: "dead LEDs give no light of their own, stuck ones always do, a dim row gives a part of it; which ones, the \
+         panel's seed or a list says",
+            keys: &[
+                "panel.dead_leds",
+                "panel.stuck_leds",
+                "panel.dim_row",
+                "panel.dim_row_light",
+                "panel.seed",
+            ],
+            cost: "one look at each LED",
+        }
     }
 
     /// The light that the worst LED lacks, or has too much.

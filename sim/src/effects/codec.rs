@@ -6,7 +6,7 @@ use std::io::Cursor;
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use image::{DynamicImage, ExtendedColorType};
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::{Formation, GreyStage};
 use crate::view::{LinearRange, View};
 
@@ -19,20 +19,13 @@ const ROUNDING_GREY: f64 = 4.0;
 pub(super) struct Codec;
 
 impl Effect for Codec {
-    fn name(&self) -> &'static str {
-        "codec"
-    }
-
-    fn model(&self) -> &'static str {
-        "JPEG (ITU-T T.81) of each frame by itself, quantised by the tables of its Annex K scaled as libjpeg does"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.jpeg_quality"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "each frame is encoded and decoded"
+    fn about(&self) -> About {
+        About {
+            name: "codec",
+            model: "JPEG (ITU-T T.81) of each frame by itself, quantised by the tables of its Annex K scaled as libjpeg does",
+            keys: &["camera.jpeg_quality"],
+            cost: "each frame is encoded and decoded",
+        }
     }
 
     fn bound_grey(&self, view: &View, _range: &LinearRange) -> f64 {

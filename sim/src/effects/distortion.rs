@@ -1,6 +1,6 @@
 //! Radial distortion of the lens: each LED is drawn where it goes, as its local affine image.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Distortion;
 
 impl Effect for Distortion {
-    fn name(&self) -> &'static str {
-        "distortion"
-    }
-
-    fn model(&self) -> &'static str {
-        "radial distortion of first order, rho (1 + k1 rho^2) with rho in focal lengths (Brown 1966)"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.distortion_k1"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "chords for each LED instead of one set"
+    fn about(&self) -> About {
+        About {
+            name: "distortion",
+            model: "radial distortion of first order, rho (1 + k1 rho^2) with rho in focal lengths (Brown 1966)",
+            keys: &["camera.distortion_k1"],
+            cost: "chords for each LED instead of one set",
+        }
     }
 
     /// How far it moves LEDs, by k₁·ρ³, and their rims against their centres: ρ·(1 + k₁·ρ²) has the slope 1 + 3·k₁·ρ².

@@ -1,6 +1,6 @@
 //! The curve from light to grey levels, where it is not the gamma curve.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::camera::curve::Curve;
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
@@ -9,20 +9,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Encoding;
 
 impl Effect for Encoding {
-    fn name(&self) -> &'static str {
-        "encoding"
-    }
-
-    fn model(&self) -> &'static str {
-        "the curve of sRGB (IEC 61966-2-1), of ITU-R BT.709, a straight line, or gamma with a shoulder, above a black level; else gamma"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.encoding", "camera.black_grey", "camera.gamma"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "a look-up a pixel instead of two polynomials"
+    fn about(&self) -> About {
+        About {
+            name: "encoding",
+            model: "the curve of sRGB (IEC 61966-2-1), of ITU-R BT.709, a straight line, or gamma with a shoulder, above a black level; else gamma",
+            keys: &["camera.encoding", "camera.black_grey", "camera.gamma"],
+            cost: "a look-up a pixel instead of two polynomials",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

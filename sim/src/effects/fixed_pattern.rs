@@ -1,6 +1,6 @@
 //! Pixels that differ: in what they make of light, and in what they read in the dark.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::camera::noise::electrons_per_linear;
 use crate::formation::{Formation, RowStage};
 use crate::random::{BELL_MOST, Fixed, Purpose, bell};
@@ -11,21 +11,14 @@ use crate::view::{LinearRange, View};
 pub(super) struct FixedPattern;
 
 impl Effect for FixedPattern {
-    fn name(&self) -> &'static str {
-        "fixed_pattern"
-    }
-
-    fn model(&self) -> &'static str {
-        "photo response and dark signal differ from pixel to pixel, PRNU and DSNU of EMVA 1288, nearly normal and fixed by the \
-         camera's seed"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.prnu_percent", "camera.dsnu_e", "camera.seed"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "two hashes a pixel"
+    fn about(&self) -> About {
+        About {
+            name: "fixed_pattern",
+            model: "photo response and dark signal differ from pixel to pixel, PRNU and DSNU of EMVA 1288, nearly normal and fixed by the \
+         camera's seed",
+            keys: &["camera.prnu_percent", "camera.dsnu_e", "camera.seed"],
+            cost: "two hashes a pixel",
+        }
     }
 
     /// The pattern has no outliers: see [`bell`].

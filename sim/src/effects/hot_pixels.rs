@@ -1,6 +1,6 @@
 //! Pixels that read a bright level whatever falls on them.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::air::Air;
 use crate::camera::curve::Curve;
 use crate::formation::{Formation, RowStage};
@@ -11,20 +11,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct HotPixels;
 
 impl Effect for HotPixels {
-    fn name(&self) -> &'static str {
-        "hot_pixels"
-    }
-
-    fn model(&self) -> &'static str {
-        "pixels that read no less than a level, each by its chance and fixed by the camera's seed"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.hot_pixels_ppm", "camera.hot_pixel_grey", "camera.seed"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "a hash a pixel"
+    fn about(&self) -> About {
+        About {
+            name: "hot_pixels",
+            model: "pixels that read no less than a level, each by its chance and fixed by the camera's seed",
+            keys: &["camera.hot_pixels_ppm", "camera.hot_pixel_grey", "camera.seed"],
+            cost: "a hash a pixel",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

@@ -1,7 +1,11 @@
 //! Brightness that differs from LED to LED.
 
-use super::Effect;
-use crate::formation::Formation;
+use link::panel::LEDS;
+
+use super::{About, Effect};
+use crate::camera::clock::Moment;
+use crate::formation::{Formation, LedStage};
+use crate::random::{Purpose, normal, stream};
 use crate::scene::Panel;
 use crate::view::{LinearRange, View};
 
@@ -9,20 +13,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct LedSpread;
 
 impl Effect for LedSpread {
-    fn name(&self) -> &'static str {
-        "led_spread"
-    }
-
-    fn model(&self) -> &'static str {
-        "the luminance of each LED is scaled by 1 + s n, n standard normal and fixed for the panel"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["panel.led_spread", "panel.seed"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one multiplication an LED"
+    fn about(&self) -> About {
+        About {
+            name: "led_spread",
+            model: "the luminance of each LED is scaled by 1 + s n, n standard normal and fixed for the panel",
+            keys: &["panel.led_spread", "panel.seed"],
+            cost: "one multiplication an LED",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
@@ -47,27 +44,17 @@ impl Effect for LedSpread {
 }
 
 /// The factors of one panel's LEDs: the same for the same panel index and seed, whatever the seed of a run.
-fn gains(panel: &Panel, index: usize) -> [f64; link::panel::LEDS] {
-    let mut random = crate::random::stream(
-        0x1ed5_94ea_d000_0000 ^ u64::from(panel.seed),
-        index as u64,
-        crate::random::Purpose::Panel,
-    );
-    std::array::from_fn(|_| (1.0 + panel.led_spread * crate::random::normal(&mut random)).max(0.0))
+fn gains(panel: &Panel, index: usize) -> [f64; LEDS] {
+    let mut random = stream(0x1ed5_94ea_d000_0000 ^ u64::from(panel.seed), index as u64, Purpose::Panel);
+    std::array::from_fn(|_| (1.0 + panel.led_spread * normal(&mut random)).max(0.0))
 }
 
 struct Gains {
-    panels: Vec<[f64; link::panel::LEDS]>,
+    panels: Vec<[f64; LEDS]>,
 }
 
-impl crate::formation::LedStage for Gains {
-    fn apply(
-        &self,
-        panel: usize,
-        _moment: &crate::camera::clock::Moment,
-        _delay_s: &[f64; link::panel::LEDS],
-        own_light: &mut [f64; link::panel::LEDS],
-    ) {
+impl LedStage for Gains {
+    fn apply(&self, panel: usize, _moment: &Moment, _delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]) {
         for (light, gain) in own_light.iter_mut().zip(&self.panels[panel]) {
             *light *= gain;
         }

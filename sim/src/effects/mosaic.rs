@@ -1,6 +1,6 @@
 //! The colour filters of a raw frame: a coloured lamp is bright at pixels of its colour only.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,21 +8,14 @@ use crate::view::{LinearRange, View};
 pub(super) struct Mosaic;
 
 impl Effect for Mosaic {
-    fn name(&self) -> &'static str {
-        "mosaic"
-    }
-
-    fn model(&self) -> &'static str {
-        "red, green and blue pixels by turns (RGGB; Bayer, US patent 3 971 065), each of which sees its part of the LEDs' own light; \
-         ambient light is white"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.mosaic", "panel.colour"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "the image is drawn once for each colour"
+    fn about(&self) -> About {
+        About {
+            name: "mosaic",
+            model: "red, green and blue pixels by turns (RGGB; Bayer, US patent 3 971 065), each of which sees its part of the LEDs' own light; \
+         ambient light is white",
+            keys: &["camera.mosaic", "panel.colour"],
+            cost: "the image is drawn once for each colour",
+        }
     }
 
     /// What the colour that sees least lacks.

@@ -1,6 +1,6 @@
 //! Motion during the exposure.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -11,20 +11,13 @@ const MOST_MOMENTS: f64 = 256.0;
 pub(super) struct Motion;
 
 impl Effect for Motion {
-    fn name(&self) -> &'static str {
-        "motion"
-    }
-
-    fn model(&self) -> &'static str {
-        "motion during the exposure: the mean of the images at equally spaced moments of it"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["pose.velocity_m_s", "camera.exposure_max_s"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "LEDs are drawn once for each quarter pixel"
+    fn about(&self) -> About {
+        About {
+            name: "motion",
+            model: "motion during the exposure: the mean of the images at equally spaced moments of it",
+            keys: &["pose.velocity_m_s", "camera.exposure_max_s"],
+            cost: "LEDs are drawn once for each quarter pixel",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

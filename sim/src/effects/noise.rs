@@ -1,6 +1,6 @@
 //! Shot noise and read noise. A pixel at grey 255 holds `full_well_e`·100/ISO electrons.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::camera::noise::Noise;
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
@@ -9,20 +9,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct SensorNoise;
 
 impl Effect for SensorNoise {
-    fn name(&self) -> &'static str {
-        "noise"
-    }
-
-    fn model(&self) -> &'static str {
-        "shot noise (Poisson electrons) and read noise (normal), at the ISO of the exposure: EMVA 1288"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.full_well_e", "camera.read_noise_e", "camera.iso_min", "camera.iso_max"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "a random number a pixel of the frame"
+    fn about(&self) -> About {
+        About {
+            name: "noise",
+            model: "shot noise (Poisson electrons) and read noise (normal), at the ISO of the exposure: EMVA 1288",
+            keys: &["camera.full_well_e", "camera.read_noise_e", "camera.iso_min", "camera.iso_max"],
+            cost: "a random number a pixel of the frame",
+        }
     }
 
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.

@@ -1,6 +1,6 @@
 //! Several panels in one frame.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct OtherPanels;
 
 impl Effect for OtherPanels {
-    fn name(&self) -> &'static str {
-        "panels"
-    }
-
-    fn model(&self) -> &'static str {
-        "panels other than the first, each by its own projection and brightness, the nearer before the farther"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["[[panel]]"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "as the first panel, for each"
+    fn about(&self) -> About {
+        About {
+            name: "panels",
+            model: "panels other than the first, each by its own projection and brightness, the nearer before the farther",
+            keys: &["[[panel]]"],
+            cost: "as the first panel, for each",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

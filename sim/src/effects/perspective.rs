@@ -3,7 +3,7 @@
 use glam::DVec2;
 use link::panel::SIDE;
 
-use super::Effect;
+use super::{About, Effect};
 use crate::camera::projection::Ellipse;
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
@@ -12,20 +12,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Perspective;
 
 impl Effect for Perspective {
-    fn name(&self) -> &'static str {
-        "perspective"
-    }
-
-    fn model(&self) -> &'static str {
-        "pinhole projection of each LED by itself; without it the panel is one affine image"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["pose.roll_deg", "pose.yaw_deg", "pose.pitch_deg", "pose.distance_m"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "chords for each LED instead of one set"
+    fn about(&self) -> About {
+        About {
+            name: "perspective",
+            model: "pinhole projection of each LED by itself; without it the panel is one affine image",
+            keys: &["pose.roll_deg", "pose.yaw_deg", "pose.pitch_deg", "pose.distance_m"],
+            cost: "chords for each LED instead of one set",
+        }
     }
 
     /// How far the affine image puts an LED and its rim from their places.

@@ -1,6 +1,6 @@
 //! A photograph as background.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, Photograph as Picture, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, Photograph as Picture, View};
 pub(super) struct Photograph;
 
 impl Effect for Photograph {
-    fn name(&self) -> &'static str {
-        "photograph"
-    }
-
-    fn model(&self) -> &'static str {
-        "a photograph behind the panels, its mean at the background reflectance, seen through the air; it has its own blur"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["ambient.background_image"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one copy a pixel"
+    fn about(&self) -> About {
+        About {
+            name: "photograph",
+            model: "a photograph behind the panels, its mean at the background reflectance, seen through the air; it has its own blur",
+            keys: &["ambient.background_image"],
+            cost: "one copy a pixel",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

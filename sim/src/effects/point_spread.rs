@@ -2,7 +2,7 @@
 //!
 //! Whatever the shape, `camera.blur_sigma_px` is its standard deviation, the geometric mean of that along x and that along y.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::disc::spread::Shape;
 use crate::formation::Formation;
 use crate::scene::{Camera, Psf};
@@ -20,20 +20,13 @@ const DISC_FROM_GAUSSIAN: f64 = 0.289;
 pub(super) struct PointSpread;
 
 impl Effect for PointSpread {
-    fn name(&self) -> &'static str {
-        "point_spread"
-    }
-
-    fn model(&self) -> &'static str {
-        "the blur as an evenly lit disc (geometric defocus) on a core of 0.3 px, and wider along one axis; without it a round Gaussian"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.psf", "camera.blur_aspect", "camera.blur_sigma_px"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "each chord of an LED is drawn once for each chord of the disc"
+    fn about(&self) -> About {
+        About {
+            name: "point_spread",
+            model: "the blur as an evenly lit disc (geometric defocus) on a core of 0.3 px, and wider along one axis; without it a round Gaussian",
+            keys: &["camera.psf", "camera.blur_aspect", "camera.blur_sigma_px"],
+            cost: "each chord of an LED is drawn once for each chord of the disc",
+        }
     }
 
     /// A pixel changes by no more of the range than the light that the two shapes distribute otherwise: for the disc a

@@ -2,9 +2,11 @@
 //!
 //! The duty is the wanted luminance over the panel's top luminance, where that is unlimited, what the highest ratio asks for.
 
-use super::Effect;
+use link::panel::LEDS;
+
+use super::{About, Effect};
 use crate::camera::clock::Moment;
-use crate::formation::Formation;
+use crate::formation::{Formation, LedStage};
 use crate::l2a;
 use crate::scene::{Panel, Scene};
 use crate::view::{LinearRange, PanelView, View};
@@ -13,20 +15,13 @@ use crate::view::{LinearRange, PanelView, View};
 pub(super) struct Pwm;
 
 impl Effect for Pwm {
-    fn name(&self) -> &'static str {
-        "pwm"
-    }
-
-    fn model(&self) -> &'static str {
-        "the part of the dimming pulses that falls into the exposure, over its mean"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["panel.pwm_hz", "panel.luminance_max_cd_m2", "camera.exposure_max_s"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one multiplication an LED"
+    fn about(&self) -> About {
+        About {
+            name: "pwm",
+            model: "the part of the dimming pulses that falls into the exposure, over its mean",
+            keys: &["panel.pwm_hz", "panel.luminance_max_cd_m2", "camera.exposure_max_s"],
+            cost: "one multiplication an LED",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
@@ -127,14 +122,8 @@ struct Drive {
     panels: Vec<Option<Pulses>>,
 }
 
-impl crate::formation::LedStage for Drive {
-    fn apply(
-        &self,
-        panel: usize,
-        moment: &crate::camera::clock::Moment,
-        delay_s: &[f64; link::panel::LEDS],
-        own_light: &mut [f64; link::panel::LEDS],
-    ) {
+impl LedStage for Drive {
+    fn apply(&self, panel: usize, moment: &Moment, delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]) {
         if let Some(pulses) = self.panels[panel] {
             for (light, delay_s) in own_light.iter_mut().zip(delay_s) {
                 *light *= pulses.during(moment, *delay_s, 0.0);

@@ -1,6 +1,6 @@
 //! A rolling shutter: rows are exposed one after another, so that an LED is seen later the lower it is, in symbol and in place.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct RollingShutter;
 
 impl Effect for RollingShutter {
-    fn name(&self) -> &'static str {
-        "rolling_shutter"
-    }
-
-    fn model(&self) -> &'static str {
-        "the exposure of a row begins readout x row / (rows - 1) after that of the first"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.readout_s", "pose.velocity_m_s", "link.symbol_rate_hz"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one addition an LED"
+    fn about(&self) -> About {
+        About {
+            name: "rolling_shutter",
+            model: "the exposure of a row begins readout x row / (rows - 1) after that of the first",
+            keys: &["camera.readout_s", "pose.velocity_m_s", "link.symbol_rate_hz"],
+            cost: "one addition an LED",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

@@ -2,28 +2,25 @@
 //!
 //! `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
 
-use super::Effect;
-use crate::formation::Formation;
+use link::panel::{LEDS, SIDE};
+
+use super::pwm::Pulses;
+use super::{About, Effect};
+use crate::camera::clock::Moment;
+use crate::formation::{Formation, LedStage};
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
 pub(super) struct Scanning;
 
 impl Effect for Scanning {
-    fn name(&self) -> &'static str {
-        "scanning"
-    }
-
-    fn model(&self) -> &'static str {
-        "row scanning: row r is lit in slot r mod n of each scan, n times as bright, pwm_hz scans a second"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["panel.scan_rows", "panel.pwm_hz"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one multiplication an LED"
+    fn about(&self) -> About {
+        About {
+            name: "scanning",
+            model: "row scanning: row r is lit in slot r mod n of each scan, n times as bright, pwm_hz scans a second",
+            keys: &["panel.scan_rows", "panel.pwm_hz"],
+            cost: "one multiplication an LED",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
@@ -57,24 +54,18 @@ struct Scan {
     panels: Vec<(u32, f64)>,
 }
 
-impl crate::formation::LedStage for Scan {
-    fn apply(
-        &self,
-        panel: usize,
-        moment: &crate::camera::clock::Moment,
-        delay_s: &[f64; link::panel::LEDS],
-        own_light: &mut [f64; link::panel::LEDS],
-    ) {
+impl LedStage for Scan {
+    fn apply(&self, panel: usize, moment: &Moment, delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]) {
         let (rows, hz) = self.panels[panel];
         if rows < 2 {
             return;
         }
-        let slot = super::pwm::Pulses {
+        let slot = Pulses {
             hz,
             duty: 1.0 / f64::from(rows),
         };
         for (led, (light, delay_s)) in own_light.iter_mut().zip(delay_s).enumerate() {
-            let row = (led / link::panel::SIDE) as u32;
+            let row = (led / SIDE) as u32;
             *light *= slot.during(moment, *delay_s, f64::from(row % rows) / f64::from(rows));
         }
     }

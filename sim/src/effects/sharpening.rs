@@ -2,7 +2,7 @@
 
 use fearless_simd::dispatch;
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::{Formation, GreyStage};
 use crate::view::{LinearRange, View};
 
@@ -13,20 +13,13 @@ const REACH_SIGMA: f64 = 3.0;
 pub(super) struct Sharpening;
 
 impl Effect for Sharpening {
-    fn name(&self) -> &'static str {
-        "sharpening"
-    }
-
-    fn model(&self) -> &'static str {
-        "unsharp mask of the encoded frame: g + amount (g - mean of g under a Gaussian of the radius, cut off at 3 radii)"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.sharpening", "camera.sharpening_radius_px"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "two short filters a pixel of the frame"
+    fn about(&self) -> About {
+        About {
+            name: "sharpening",
+            model: "unsharp mask of the encoded frame: g + amount (g - mean of g under a Gaussian of the radius, cut off at 3 radii)",
+            keys: &["camera.sharpening", "camera.sharpening_radius_px"],
+            cost: "two short filters a pixel of the frame",
+        }
     }
 
     /// A level differs from a mean of levels by no more than there are, and none leaves them.

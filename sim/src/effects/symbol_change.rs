@@ -1,6 +1,6 @@
 //! A change of symbol inside the exposure, where the clocks are not synchronised.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct SymbolChange;
 
 impl Effect for SymbolChange {
-    fn name(&self) -> &'static str {
-        "symbol_change"
-    }
-
-    fn model(&self) -> &'static str {
-        "an exposure across a symbol change receives each symbol for its share of the time"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["link.symbol_rate_hz", "link.phase", "link.clock_ppm", "camera.frame_rate_hz"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one addition an LED"
+    fn about(&self) -> About {
+        About {
+            name: "symbol_change",
+            model: "an exposure across a symbol change receives each symbol for its share of the time",
+            keys: &["link.symbol_rate_hz", "link.phase", "link.clock_ppm", "camera.frame_rate_hz"],
+            cost: "one addition an LED",
+        }
     }
 
     /// The whole range where some frame's exposure can hold a change, else nothing.

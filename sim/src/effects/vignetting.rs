@@ -1,6 +1,6 @@
 //! Darkening towards the corners.
 
-use super::Effect;
+use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
@@ -8,20 +8,13 @@ use crate::view::{LinearRange, View};
 pub(super) struct Vignetting;
 
 impl Effect for Vignetting {
-    fn name(&self) -> &'static str {
-        "vignetting"
-    }
-
-    fn model(&self) -> &'static str {
-        "natural vignetting, cos^4 of the angle from the axis"
-    }
-
-    fn keys(&self) -> &'static [&'static str] {
-        &["camera.vignetting", "camera.focal_length_mm"]
-    }
-
-    fn cost(&self) -> &'static str {
-        "one multiplication a pixel"
+    fn about(&self) -> About {
+        About {
+            name: "vignetting",
+            model: "natural vignetting, cos^4 of the angle from the axis",
+            keys: &["camera.vignetting", "camera.focal_length_mm"],
+            cost: "one multiplication a pixel",
+        }
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {

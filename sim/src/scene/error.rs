@@ -1,7 +1,7 @@
 //! Why a scene cannot be used.
 
 use super::presets::PRESETS;
-use super::validate::RangeError;
+use super::range::RangeError;
 
 /// Why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -1,5 +1,8 @@
 //! Scenes to start from.
 
+use super::key::with_remark;
+use super::tables::TABLES;
+
 /// A named scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
@@ -11,12 +14,12 @@ pub struct Preset {
     settings: &'static [&'static str],
 }
 
-/// All presets, the default first.
+/// All presets; the first spells out the defaults.
 pub const PRESETS: [Preset; 10] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
-        settings: &[DEFAULTS, PAPER],
+        settings: &[PAPER],
     },
     Preset {
         name: "paper-18mm",
@@ -72,41 +75,38 @@ pub const PRESETS: [Preset; 10] = [
 /// assert!(sim::scene::preset_toml("noon").is_none());
 /// ```
 pub fn preset_toml(name: &str) -> Option<String> {
-    let preset = PRESETS.iter().find(|preset| preset.name == name)?;
+    let at = PRESETS.iter().position(|preset| preset.name == name)?;
+    let preset = &PRESETS[at];
     Some(format!(
         "# {}: {}.\n# In comments: keys left out, with their defaults or, where they have none, examples.\n{}",
         preset.name,
         preset.summary,
-        filled(&preset.settings.concat())
+        filled(&preset.settings.concat(), at == 0)
     ))
 }
 
-/// The keys that presets write, or show in comments, each with its table.
-pub(crate) fn written_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
-    in_tables(DEFAULTS).filter_map(|(table, line)| Some((table.trim_matches(['[', ']']), key(line)?)))
-}
-
-/// Settings among all keys there are, in their order; those that are not set are comments.
-fn filled(settings: &str) -> String {
-    let mut own: Vec<(&str, &str)> = in_tables(settings)
-        .filter(|(_, line)| key(line).is_some() && !line.starts_with('#'))
-        .collect();
-    let mut lines = Vec::new();
-    let mut last = "";
-    for (table, line) in in_tables(DEFAULTS).chain([("", "")]) {
-        if table != last {
-            // What a table has beyond the keys that all share.
-            lines.extend(own.extract_if(.., |(of, _)| *of == last).map(|(_, line)| line.to_owned()));
-            last = table;
+/// Settings among all keys there are, in their order; those that are not set are comments, unless defaults are to be spelt out.
+fn filled(settings: &str, spells_defaults: bool) -> String {
+    let mut own: Vec<(&str, &str)> = in_tables(settings).filter(|(_, line)| key(line).is_some()).collect();
+    let mut text = String::new();
+    for table in TABLES {
+        text += &format!("\n{}\n", with_remark(table.header, table.remark));
+        for listed in table.keys {
+            let is_set = |(of, line): &mut (&str, &str)| *of == table.header && key(line) == Some(listed.name);
+            match (own.extract_if(.., is_set).last(), listed.line()) {
+                (Some((_, set)), _) => text += set,
+                (None, Some(line)) if spells_defaults || listed.is_unset() => text += &line,
+                (None, Some(line)) => text += &format!("# {line}"),
+                (None, None) => continue,
+            }
+            text += "\n";
         }
-        let is_set = |(of, set): &mut (&str, &str)| *of == table && key(set) == key(line);
-        match (own.extract_if(.., is_set).last(), key(line)) {
-            (Some((_, set)), Some(_)) => lines.push(set.to_owned()),
-            (None, Some(_)) if !line.starts_with('#') => lines.push(format!("# {line}")),
-            _ => lines.push(line.to_owned()),
+        // What a table has beyond the keys that all share.
+        for (_, line) in own.extract_if(.., |(of, _)| *of == table.header) {
+            text += &format!("{line}\n");
         }
     }
-    lines.join("\n")
+    text
 }
 
 /// The lines of a TOML text, each with the header of its table.
@@ -119,94 +119,10 @@ fn in_tables(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The key that a line sets, or would if it were no comment.
+/// The key that a line sets.
 fn key(line: &str) -> Option<&str> {
-    let key = line.trim_start_matches("# ").split_once('=')?.0.trim();
-    (!key.is_empty() && !key.contains(' ')).then_some(key)
+    Some(line.split_once('=')?.0.trim())
 }
-
-/// All keys with their defaults.
-const DEFAULTS: &str = r#"
-[camera]
-focal_length_mm = 25         # 18 in the paper's text
-pixel_pitch_um = 6.875       # 13.2 mm / 1920
-width_px = 1920
-height_px = 1080
-frame_rate_hz = 100
-exposure_max_s = 0.001
-f_number = 2.7
-iso_min = 100
-iso_max = 32000              # 3200 in the paper's Table 1
-meter_constant = 12.5
-encoding = "gamma"           # linear, srgb, rec709, shoulder
-gamma = 2.2
-black_grey = 0
-blur_sigma_px = 1.5
-psf = "gauss"                # disc: of a radius of 2 blur_sigma_px
-blur_aspect = 1              # along x over along y
-exposure_bias_ev = 0
-vignetting = false
-full_well_e = 20000          # electrons at grey 255, ISO 100
-read_noise_e = 3
-readout_s = 0                # 0: global shutter
-distortion_k1 = 0
-mosaic = false               # true: raw frames of red, green, green and blue pixels
-prnu_percent = 0
-dsnu_e = 0
-hot_pixels_ppm = 0
-hot_pixel_grey = 255
-seed = 0                     # of the fixed pattern and the hot pixels
-sharpening = 0               # amount of an unsharp mask
-sharpening_radius_px = 1
-# jpeg_quality = 75          # left out: no loss
-
-[[panel]]                    # one or more
-led_diameter_m = 0.03
-interval = 1                 # gap / diameter
-reflectance = 0.4
-# luminance_min_cd_m2 = 50   # left out: unlimited
-# luminance_max_cd_m2 = 8000
-led_spread = 0
-colour = [1, 1, 1]           # what such pixels see of the LEDs' own light; red: [1, 0.15, 0.05]
-dead_leds = 0                # how many, or which: [3, 17] with 8*row + column
-stuck_leds = 0
-# dim_row = 2                # left out: none
-dim_row_light = 0.5
-seed = 0                     # of the spread and of which LEDs are broken
-pwm_hz = 0                   # 0: ideal dimming
-scan_rows = 0                # 0: static drive
-# board_reflectance = 0.05   # left out: no board
-
-[pose]
-distance_m = 50
-x_m = 0                      # right
-y_m = 0                      # down
-roll_deg = 0
-yaw_deg = 0
-pitch_deg = 0
-velocity_m_s = [0, 0, 0]
-
-[ambient]
-illuminance_lx = 10000
-background_reflectance = 0.18
-# background_image = "road.png"
-
-[atmosphere]
-transmission_at_70m = 0.9932
-airlight = false
-# airlight_cd_m2 = 3000      # left out: from the illuminance
-
-[link]
-l2a = 2                      # or "table", with table = "FILE"
-contrast = "exposure"        # 1 + pi*r; "eq10": 1 + r
-symbol_rate_hz = 100
-phase = 0.5
-clock_ppm = 0
-tells_size = false           # true: the panel says how large it is
-
-[effects]
-tolerance_grey = 0.5         # for each effect: NAME = "auto", "on" or "off"
-"#;
 
 const PAPER: &str = r#"[effects]
 noise = "off"
@@ -355,10 +271,12 @@ mod tests {
     fn presets_show_all_keys_and_set_their_own_alone() {
         for preset in PRESETS {
             let text = preset_toml(preset.name).unwrap();
-            for (table, line) in in_tables(DEFAULTS) {
-                let shown = in_tables(&text).filter(|(of, _)| *of == table);
-                let shown = shown.filter(|(_, other)| key(other) == key(line)).count();
-                assert!(key(line).is_none() || shown == 1, "{}: {line}", preset.name);
+            for table in TABLES {
+                for listed in table.keys.iter().filter(|listed| listed.line().is_some()) {
+                    let shown = in_tables(&text).filter(|(of, _)| *of == table.header);
+                    let shown = shown.filter(|(_, line)| key(line.trim_start_matches("# ")) == Some(listed.name));
+                    assert_eq!(shown.count(), 1, "{}: {}", preset.name, listed.name);
+                }
             }
             // Only defaults are added: what is set is what the preset sets.
             let bare = Scene::from_toml("bare", &settings_in_order(preset.settings), &[]);

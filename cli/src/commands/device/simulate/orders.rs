@@ -10,11 +10,10 @@ use rustix::fs::fstat;
 use rustix::process::getpgrp;
 use rustix::stdio::stdin;
 use rustix::termios::{isatty, tcgetpgrp};
+use sim::scene::ILLUMINANCE_LX;
 
 use super::light_sensor::Health;
 
-/// The least and the most light, lx: as of scenes.
-pub const LIGHT_LX: std::ops::RangeInclusive<f64> = 0.1..=200_000.0;
 /// Between two looks at a terminal that is another program's for now.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// More than this is no line.
@@ -63,8 +62,12 @@ impl std::str::FromStr for Order {
 /// An illuminance that there may be.
 pub fn illuminance(text: &str) -> Result<f64, String> {
     match text.parse() {
-        Ok(lux) if LIGHT_LX.contains(&lux) => Ok(lux),
-        _ => Err(format!("{text:?} is no light: give {} to {} lx", LIGHT_LX.start(), LIGHT_LX.end())),
+        Ok(lux) if ILLUMINANCE_LX.contains(&lux) => Ok(lux),
+        _ => Err(format!(
+            "{text:?} is no light: give {} to {} lx",
+            ILLUMINANCE_LX.start(),
+            ILLUMINANCE_LX.end()
+        )),
     }
 }
 
