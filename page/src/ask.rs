@@ -3,7 +3,6 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use sim::accuracy::Level;
-use sim::renderer::canvas::Canvas;
 use sim::scene::{PRESETS, Preset, Scene};
 use studies::detectors::DetectorChoice;
 
@@ -11,7 +10,7 @@ use crate::compare;
 use crate::count::Count;
 use crate::curve::{self, Curve, Measure};
 use crate::decode;
-use crate::explore::{Explore, Sight, corners_in};
+use crate::explore::{Explore, Sight};
 use crate::fault::Fault;
 use crate::receive::{self, Film, Format};
 use crate::send::Sending;
@@ -277,18 +276,12 @@ impl Page {
         let (renderer, seed) = (&explore.renderer, explore.seed);
         let (moment, shown) = (renderer.moment(frame), renderer.shown(seed, frame, None));
         let sensor = renderer.sensor();
+        let mut image = renderer.linear_image(sensor);
+        renderer.draw_frame(frame, &shown, &mut image);
         self.out.resize(sensor.width * sensor.height, 0);
-        if renderer.level() == Level::Reference {
-            let mut canvas = Canvas::<f64>::new(sensor);
-            renderer.draw_exact(&moment, &shown, &mut canvas);
-            renderer.read_out_exact(seed, frame, &canvas, &mut self.out);
-        } else {
-            let mut canvas = Canvas::<f32>::new(sensor);
-            renderer.draw(&moment, &shown, &mut canvas);
-            renderer.read_out(seed, frame, &canvas, &mut self.out);
-        }
+        renderer.read_frame(seed, frame, &image, &mut self.out);
         Ok(json!({
-            "width": sensor.width, "height": sensor.height, "corners_px": corners_in(renderer, sensor),
+            "width": sensor.width, "height": sensor.height, "corners_px": renderer.corner_leds_in(sensor),
             "sent": renderer.truth(0, &moment, &shown[0]).to_string(),
         }))
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use sim::accuracy::Level;
 use sim::cost;
-use sim::renderer::canvas::{Canvas, Region};
+use sim::renderer::canvas::Region;
 use sim::renderer::{Renderer, Shown};
 use sim::timing::{Work, by_turns};
 use studies::baselines::{Panel, straightforward};
@@ -54,7 +54,7 @@ pub fn compare(explore: &Explore, frame: u64, show: &str, out: &mut Vec<u8>) -> 
         number: frame,
         shown: reference.shown(explore.seed, frame, None),
     };
-    let exact = seen.exact();
+    let exact = seen.rendered(&reference);
     out.clear();
     let mut rows = Vec::new();
     for (level, how) in WAYS {
@@ -122,12 +122,11 @@ impl Frame<'_> {
             .all(|turn| turn.abs() < PARALLEL_DEG)
     }
 
-    /// The reference's unrounded grey levels.
-    fn exact(&self) -> Vec<f64> {
-        let mut canvas = Canvas::<f64>::new(self.region);
-        let moment = self.reference.moment(self.number);
-        self.reference.draw_exact(&moment, &self.shown, &mut canvas);
-        self.encoded(canvas.values().iter().copied())
+    /// A renderer's unrounded grey levels.
+    fn rendered(&self, renderer: &Renderer) -> Vec<f64> {
+        let mut image = renderer.linear_image(self.region);
+        renderer.draw_frame(self.number, &self.shown, &mut image);
+        self.encoded(image.values().into_iter())
     }
 
     fn encoded(&self, linear: impl Iterator<Item = f64>) -> Vec<f64> {
@@ -137,12 +136,7 @@ impl Frame<'_> {
 
     fn greys(&self, way: &Way) -> Vec<f64> {
         match way {
-            Way::Rendered(renderer) if renderer.level() == Level::Reference => self.exact(),
-            Way::Rendered(renderer) => {
-                let mut canvas = Canvas::<f32>::new(self.region);
-                renderer.draw(&renderer.moment(self.number), &self.shown, &mut canvas);
-                self.encoded(canvas.values().iter().map(|&linear| linear.into()))
-            }
+            Way::Rendered(renderer) => self.rendered(renderer),
             Way::Straightforward => {
                 let Region { width, height, .. } = self.region;
                 let background = self.background();
@@ -157,18 +151,11 @@ impl Frame<'_> {
     fn ms(&self, way: &Way) -> f64 {
         let mut grey = vec![0; self.region.width * self.region.height];
         let work: Work = match way {
-            Way::Rendered(renderer) if renderer.level() == Level::Reference => {
-                let mut canvas = Canvas::<f64>::new(self.region);
-                Box::new(move || {
-                    renderer.draw_exact(&renderer.moment(self.number), &self.shown, &mut canvas);
-                    renderer.read_out_exact(self.seed, self.number, &canvas, &mut grey);
-                })
-            }
             Way::Rendered(renderer) => {
-                let mut canvas = Canvas::<f32>::new(self.region);
+                let mut image = renderer.linear_image(self.region);
                 Box::new(move || {
-                    renderer.draw(&renderer.moment(self.number), &self.shown, &mut canvas);
-                    renderer.read_out(self.seed, self.number, &canvas, &mut grey);
+                    renderer.draw_frame(self.number, &self.shown, &mut image);
+                    renderer.read_frame(self.seed, self.number, &image, &mut grey);
                 })
             }
             Way::Straightforward => {
@@ -192,7 +179,7 @@ impl Frame<'_> {
         let light = self.shown[0].light;
         Panel {
             bits: self.shown[0].symbols[0].bits(),
-            first_px: [corners[0][0] - self.region.x as f64, corners[0][1] - self.region.y as f64],
+            first_px: self.reference.corner_leds_in(self.region)[0],
             pitch_px,
             radius_px: pitch_px / (1.0 + panel.panel.interval) / 2.0,
             off: light.off / self.background(),

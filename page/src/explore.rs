@@ -12,8 +12,8 @@ use serde::Serialize;
 use serde_json::Value;
 use sim::accuracy::Level;
 use sim::plan::Plan;
-use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::canvas::Region;
+use sim::renderer::{LinearImage, Renderer, Shown};
 use sim::road::camera_of;
 use sim::scene::Scene;
 
@@ -68,18 +68,13 @@ pub struct Explore {
     pub(crate) region: Region,
     /// Of the panel in the region; why there are none.
     corners: Result<Corners, String>,
-    canvas: Drawing,
+    image: LinearImage,
     shown: Vec<Shown>,
     /// The camera's grey levels in the region.
     pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
     pub(crate) sight: Sight,
-}
-
-enum Drawing {
-    Single(Canvas<f32>),
-    Double(Canvas<f64>),
 }
 
 /// What the page is told of a scene once.
@@ -118,21 +113,11 @@ impl From<Region> for Place {
     }
 }
 
-/// The corner LEDs of the first panel, in a region's pixels.
-pub fn corners_in(renderer: &Renderer, region: Region) -> [[f64; 2]; 4] {
-    let corners = renderer.corner_leds_px(0);
-    corners.map(|[x, y]| [x - region.x as f64, y - region.y as f64])
-}
-
 impl Explore {
     /// Looks at a scene.
     pub fn new(scene: &Scene, level: Level, seed: u64) -> Result<Self, Fault> {
         let renderer = Renderer::new(scene, level)?;
         let region = renderer.surroundings(0);
-        let canvas = match level {
-            Level::Reference => Drawing::Double(Canvas::new(region)),
-            Level::Fine | Level::Fast => Drawing::Single(Canvas::new(region)),
-        };
         Ok(Self {
             corners: renderer.corners_in(region).map_err(|why| why.to_string()),
             shown: renderer.shown(seed, 0, None),
@@ -140,17 +125,17 @@ impl Explore {
             map: Box::new(CellMap::empty()),
             likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
             sight: Sight::NOTHING,
+            image: renderer.linear_image(region),
             renderer,
             seed,
             region,
-            canvas,
         })
     }
 
     /// What there is to say of it.
     pub fn opened(&self) -> Result<Value, Fault> {
         let view = self.renderer.view();
-        let corners_px = corners_in(&self.renderer, self.region);
+        let corners_px = self.renderer.corner_leds_in(self.region);
         let [[left, top], [right, bottom], ..] = corners_px;
         Ok(serde_json::to_value(Opened {
             region: self.region.into(),
@@ -190,17 +175,8 @@ impl Explore {
     fn draw(&mut self, frame: u64) {
         let (renderer, seed) = (&self.renderer, self.seed);
         renderer.show(seed, frame, None, &mut self.shown);
-        let moment = renderer.moment(frame);
-        match &mut self.canvas {
-            Drawing::Single(canvas) => {
-                renderer.draw(&moment, &self.shown, canvas);
-                renderer.read_out(seed, frame, canvas, &mut self.grey);
-            }
-            Drawing::Double(canvas) => {
-                renderer.draw_exact(&moment, &self.shown, canvas);
-                renderer.read_out_exact(seed, frame, canvas, &mut self.grey);
-            }
-        }
+        renderer.draw_frame(frame, &self.shown, &mut self.image);
+        renderer.read_frame(seed, frame, &self.image, &mut self.grey);
     }
 
     fn read(&mut self) -> Result<(), String> {

@@ -11,7 +11,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
-use crate::explore::{Place, corners_in};
+use crate::explore::Place;
 use crate::fault::Fault;
 use crate::told::Settings;
 
@@ -85,7 +85,7 @@ impl Sending {
             told.insert("frame_rate_hz".into(), self.scene.camera.frame_rate_hz.into());
             told.insert("symbol_rate_hz".into(), self.scene.link.symbol_rate_hz.into());
             told.insert("region".into(), serde_json::to_value(Place::from(self.region))?);
-            told.insert("corners_px".into(), json!(corners_in(renderer, self.region)));
+            told.insert("corners_px".into(), json!(renderer.corner_leds_in(self.region)));
         }
         Ok(told)
     }

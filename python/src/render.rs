@@ -5,8 +5,8 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use sim::accuracy::Level;
-use sim::renderer;
-use sim::renderer::canvas::{Canvas, Region};
+use sim::renderer::canvas::Region;
+use sim::renderer::{self, LinearImage};
 
 use crate::arrays;
 use crate::errors::{check, guarded, refused};
@@ -61,8 +61,8 @@ impl Renderer {
         let shape = (self.region.height, self.region.width);
         Ok(match drawn {
             Drawn::Grey(grey) => picture(py, shape, grey)?.into_any(),
-            Drawn::Light(light) => picture(py, shape, light)?.into_any(),
-            Drawn::Exact(light) => picture(py, shape, light)?.into_any(),
+            Drawn::Light(LinearImage::Single(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
+            Drawn::Light(LinearImage::Double(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
         })
     }
 
@@ -90,9 +90,7 @@ impl Renderer {
     /// shape (4, 2). (0, 0) is the centre of the top-left pixel.
     #[getter]
     fn corners_px(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
-        let corners = self.renderer.corner_leds_px(0);
-        let origin = [self.region.x as f64, self.region.y as f64];
-        arrays::rows(py, corners.map(|[x, y]| [x - origin[0], y - origin[1]]))
+        arrays::rows(py, self.renderer.corner_leds_in(self.region))
     }
 
     /// How far frames may be from the reference, in grey levels before rounding.
@@ -109,31 +107,20 @@ impl Renderer {
 
 enum Drawn {
     Grey(Vec<u8>),
-    Light(Vec<f32>),
-    Exact(Vec<f64>),
+    Light(LinearImage),
 }
 
 impl Renderer {
     fn draw(&self, bits: Option<PanelFrame>, frame: u64, seed: u64, linear: bool) -> Drawn {
         let (renderer, region) = (&self.renderer, self.region);
         let shown = renderer.shown(seed, frame, bits);
-        let moment = renderer.moment(frame);
-        let mut grey = vec![0; region.width * region.height];
-        if renderer.level() == Level::Reference {
-            let mut canvas = Canvas::<f64>::new(region);
-            renderer.draw_exact(&moment, &shown, &mut canvas);
-            if linear {
-                return Drawn::Exact(canvas.values().to_vec());
-            }
-            renderer.read_out_exact(seed, frame, &canvas, &mut grey);
-        } else {
-            let mut canvas = Canvas::<f32>::new(region);
-            renderer.draw(&moment, &shown, &mut canvas);
-            if linear {
-                return Drawn::Light(canvas.values().to_vec());
-            }
-            renderer.read_out(seed, frame, &canvas, &mut grey);
+        let mut image = renderer.linear_image(region);
+        renderer.draw_frame(frame, &shown, &mut image);
+        if linear {
+            return Drawn::Light(image);
         }
+        let mut grey = vec![0; region.width * region.height];
+        renderer.read_frame(seed, frame, &image, &mut grey);
         Drawn::Grey(grey)
     }
 }

@@ -3,10 +3,9 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString, PyType};
-use sim::input;
 use sim::keys;
 use sim::plan::Plan;
-use sim::scene::{self, PRESETS, SceneError, preset_toml};
+use sim::scene::{self, PRESETS};
 use sim::view::View;
 use toml::{Table, Value};
 
@@ -218,16 +217,7 @@ fn path(source: &Bound<'_, PyAny>) -> PyResult<String> {
 }
 
 fn load(name: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-    let path = std::path::Path::new(name);
-    match preset_toml(name) {
-        Some(text) => of_toml(name, &text, overrides),
-        None if path.exists() => {
-            let text = input::read_text(path, input::SCENE_MAX);
-            let text = text.map_err(|source| SceneError::Read { path: name.into(), source });
-            of_toml(name, &check(text)?, overrides)
-        }
-        None => Err(refused(SceneError::NotFound { name: name.into() })),
-    }
+    of_toml(name, &check(scene::Scene::toml(name))?, overrides)
 }
 
 fn of_toml(name: &str, text: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
@@ -294,7 +284,7 @@ fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
 
 /// How deep lists and dicts may lie in one another: a scene's lie 5 deep. What goes on for ever is deeper.
 const DEPTH_MAX: usize = 8;
-/// The most values at a time: more than a text of [`input::SCENE_MAX`] bytes can have.
+/// The most values at a time: more than a text of [`SCENE_MAX`](sim::input::SCENE_MAX) bytes can have.
 const VALUES_MAX: usize = 1 << 20;
 
 /// Values of Python on their way to a scene.

@@ -137,7 +137,7 @@ impl Accuracy {
     }
 
     /// How far beyond a disc's edge it is drawn: the blur's reach, and half a pixel for the pixel's own square.
-    pub fn margin_px(&self, sigma_px: f64) -> f64 {
+    pub(crate) fn margin_px(&self, sigma_px: f64) -> f64 {
         self.blur(sigma_px).margin_px()
     }
 }

@@ -39,7 +39,7 @@ impl Air {
     }
 
     /// The air before the background, its veil in cd/m².
-    pub fn before_background(scene: &Scene) -> Self {
+    pub(crate) fn before_background(scene: &Scene) -> Self {
         if !scene.atmosphere.airlight {
             return Self::NONE;
         }

@@ -16,14 +16,21 @@ impl Scene {
     /// # Errors
     /// Says what is wrong, where, what is allowed and what to do: see [`SceneError`].
     pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        let text = match preset_toml(name) {
-            Some(text) => text,
+        Self::from_toml(name, &Self::toml(name)?, overrides)
+    }
+
+    /// The TOML text of the scene `name`: a preset, else a file.
+    ///
+    /// # Errors
+    /// When it is neither, or cannot be read.
+    pub fn toml(name: &str) -> Result<String, SceneError> {
+        match preset_toml(name) {
+            Some(text) => Ok(text),
             None if input::is_there(Path::new(name)) => {
-                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| SceneError::Read { path: name.into(), source })?
+                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| SceneError::Read { path: name.into(), source })
             }
-            None => return Err(SceneError::NotFound { name: name.into() }),
-        };
-        Self::from_toml(name, &text, overrides)
+            None => Err(SceneError::NotFound { name: name.into() }),
+        }
     }
 
     /// The scene of the TOML `text`, called `name` in errors, with overrides as in [`Scene::load`].

@@ -88,7 +88,7 @@ impl Fixed {
 }
 
 /// [`bell`] is never farther than this from 0.
-pub const BELL_MOST: f64 = 4.881;
+pub(crate) const BELL_MOST: f64 = 4.881;
 
 /// A number of mean 0 and deviation 1, nearly normal: the sum of the eight bytes of `bits`, which has no outliers.
 #[inline(always)]

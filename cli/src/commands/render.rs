@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use serde::Serialize;
 use sim::accuracy::Level;
-use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::canvas::Region;
+use sim::renderer::{LinearImage, Renderer, Shown};
 
 use link::panel::PanelFrame;
 
@@ -96,21 +96,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         region.height,
         SIDE_MAX / longest
     );
-    let moment = renderer.moment(arguments.frame);
+    let mut linear = renderer.linear_image(region);
+    renderer.draw_frame(arguments.frame, &shown, &mut linear);
     let mut picture = vec![0; region.width * region.height];
-    if arguments.level == Level::Reference {
-        let mut canvas = Canvas::<f64>::new(region);
-        renderer.draw_exact(&moment, &shown, &mut canvas);
-        renderer.read_out_exact(shared.seed, arguments.frame, &canvas, &mut picture);
-        if let Some(path) = &arguments.linear {
-            pictures::write_npy(path, canvas.values(), region.width, region.height)?;
-        }
-    } else {
-        let mut canvas = Canvas::<f32>::new(region);
-        renderer.draw(&moment, &shown, &mut canvas);
-        renderer.read_out(shared.seed, arguments.frame, &canvas, &mut picture);
-        if let Some(path) = &arguments.linear {
-            pictures::write_npy(path, canvas.values(), region.width, region.height)?;
+    renderer.read_frame(shared.seed, arguments.frame, &linear, &mut picture);
+    if let Some(path) = &arguments.linear {
+        match &linear {
+            LinearImage::Single(canvas) => pictures::write_npy(path, canvas.values(), region.width, region.height)?,
+            LinearImage::Double(canvas) => pictures::write_npy(path, canvas.values(), region.width, region.height)?,
         }
     }
     let enlarged = pictures::enlarged(&picture, region.width, zoom);
@@ -120,7 +113,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &Shown) -> anyhow::Result<Answer> {
-    let corners_px = renderer.corner_leds_px(0).map(|[x, y]| [x - region.x as f64, y - region.y as f64]);
+    let corners_px = renderer.corner_leds_in(region);
     let [top_left, top_right, ..] = corners_px;
     let report = Report {
         bits: shown.symbols[0].to_string(),

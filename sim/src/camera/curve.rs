@@ -55,7 +55,7 @@ impl Curve {
     }
 
     /// Its γ, where it is a gamma curve without a black level.
-    pub fn as_gamma(&self) -> Option<f64> {
+    pub(crate) fn as_gamma(&self) -> Option<f64> {
         match self.shape {
             Shape::Gamma(gamma) if self.black_grey == 0.0 => Some(gamma),
             _ => None,
@@ -118,12 +118,12 @@ impl Curve {
     /// The most that a change of `linear_change` can move the unrounded grey of a pixel not darker than `floor`.
     ///
     /// The curve is concave, so the change is greatest at the floor.
-    pub fn greatest_change(&self, floor: f64, linear_change: f64) -> f64 {
+    pub(crate) fn greatest_change(&self, floor: f64, linear_change: f64) -> f64 {
         self.unrounded(floor + linear_change.abs()) - self.unrounded(floor)
     }
 
     /// The most that scaling linear values of at most `peak` by a `factor` of at most 1 can change an unrounded grey level.
-    pub fn greatest_loss(&self, peak: f64, factor: f64) -> f64 {
+    pub(crate) fn greatest_loss(&self, peak: f64, factor: f64) -> f64 {
         let factor = factor.max(0.0);
         if let Some(gamma) = self.as_gamma() {
             return grey::unrounded(peak, gamma) * (1.0 - factor.powf(1.0 / gamma));

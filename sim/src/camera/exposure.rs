@@ -60,7 +60,7 @@ impl Exposure {
     }
 
     /// The same air with its veil, given in cd/m², as a linear value.
-    pub fn linear_air(&self, air: Air) -> Air {
+    pub(crate) fn linear_air(&self, air: Air) -> Air {
         Air {
             veil: self.linear(air.veil),
             ..air
@@ -97,7 +97,7 @@ impl Exposure {
 }
 
 /// Luminance of the plain background, without the air before it.
-pub fn background_cd_m2(scene: &Scene) -> f64 {
+pub(crate) fn background_cd_m2(scene: &Scene) -> f64 {
     scene.ambient.illuminance_lx * scene.ambient.background_reflectance / PI
 }
 

@@ -1,7 +1,7 @@
 //! From linear values to grey levels: the gamma curve, rounding and clipping (Do & Yoo 2020, Eq. 11).
 
 /// The grey level of linear value 1.
-pub const MIDDLE_GREY: f64 = link::camera::MIDDLE_GREY as f64;
+pub(crate) const MIDDLE_GREY: f64 = link::camera::MIDDLE_GREY as f64;
 
 /// The unrounded grey level of a linear value: 118·x^(1/γ), at most 255; 0 of negative values and NaN. γ is 1 to 4.
 ///

@@ -20,14 +20,14 @@ pub struct Ellipse {
 
 impl Ellipse {
     /// Half the width and half the height of the upright box around it.
-    pub fn half_extent(&self) -> DVec2 {
+    pub(crate) fn half_extent(&self) -> DVec2 {
         DVec2::new(self.shape.row(0).length(), self.shape.row(1).length())
     }
 }
 
 impl Ellipse {
     /// The smaller of its two half-diameters.
-    pub fn smaller_half_diameter(&self) -> f64 {
+    pub(crate) fn smaller_half_diameter(&self) -> f64 {
         let square = self.shape * self.shape.transpose();
         let (middle, product) = ((square.x_axis.x + square.y_axis.y) / 2.0, square.determinant());
         (middle - (middle * middle - product).max(0.0).sqrt()).max(f64::MIN_POSITIVE).sqrt()
@@ -68,7 +68,7 @@ impl Projection {
     }
 
     /// Depth in metres of a point of the panel: at most 0 behind the camera.
-    pub fn depth_m(&self, point_m: DVec2) -> f64 {
+    pub(crate) fn depth_m(&self, point_m: DVec2) -> f64 {
         self.in_camera(point_m).z
     }
 
@@ -121,7 +121,7 @@ impl Projection {
 }
 
 /// The local affine image of an ellipse under radial distortion ρ → ρ·(1 + k₁·ρ²).
-pub fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
+pub(crate) fn distorted(camera: &Camera, k1: f64, ellipse: Ellipse) -> Ellipse {
     let principal = DVec2::from_array(camera.principal_px());
     let p = (ellipse.centre - principal) / camera.focal_px();
     let gain = 1.0 + k1 * p.length_squared();

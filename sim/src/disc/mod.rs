@@ -11,4 +11,4 @@ pub mod kernel;
 pub mod outline;
 pub mod overlap;
 pub(crate) mod phase_table;
-pub mod spread;
+pub(crate) mod spread;

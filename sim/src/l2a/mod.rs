@@ -84,7 +84,7 @@ pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
 
 /// The luminance of an On LED of `panel` at full duty: its top luminance, or, where that is unlimited, what the highest
 /// ratio of a transmitter asks for in the scene's light.
-pub fn full_luminance_cd_m2(scene: &Scene, panel: &Panel) -> f64 {
+pub(crate) fn full_luminance_cd_m2(scene: &Scene, panel: &Panel) -> f64 {
     let unlimited = f64::from(L2A_MAX) * scene.ambient.illuminance_lx * panel.reflectance;
     panel.luminance_max_cd_m2.unwrap_or(unlimited)
 }

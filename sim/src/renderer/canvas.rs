@@ -94,7 +94,7 @@ impl<R: Real> Canvas<R> {
     }
 
     /// The values, row by row, to be changed.
-    pub fn values_mut(&mut self) -> &mut [R] {
+    pub(crate) fn values_mut(&mut self) -> &mut [R] {
         &mut self.values
     }
 
@@ -131,7 +131,13 @@ impl<R: Real> Canvas<R> {
     /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
     /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
     #[inline(always)]
-    pub fn add_lattice<S: SeparableImage<Real = R>>(&mut self, image: &S, columns: &[f64; SIDE], rows: &[f64; SIDE], light: &[R; LEDS]) {
+    pub(crate) fn add_lattice<S: SeparableImage<Real = R>>(
+        &mut self,
+        image: &S,
+        columns: &[f64; SIDE],
+        rows: &[f64; SIDE],
+        light: &[R; LEDS],
+    ) {
         let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
         let firsts = columns.map(|column| column.floor() as i64 - before_x as i64 - x as i64);
@@ -183,7 +189,7 @@ impl<R: Real> Canvas<R> {
 
     /// Adds one LED of the given linear `light` with its centre at `centre` (in px of the sensor).
     #[inline(always)]
-    pub fn add_led<S: SeparableImage<Real = R>>(&mut self, image: &S, centre: DVec2, light: R) {
+    pub(crate) fn add_led<S: SeparableImage<Real = R>>(&mut self, image: &S, centre: DVec2, light: R) {
         let ([width, height], [before_x, before_y]) = (image.size(), image.before());
         let Region { x, y, .. } = self.region;
         self.across.resize(width, R::default());
@@ -229,7 +235,7 @@ impl<R: Real> Canvas<R> {
     }
 
     /// Adds an outline of the given linear `light` with its centre at `centre` (in px of the sensor), pixel by pixel.
-    pub fn add_outline(&mut self, outline: &Outline, blur: &Blur, centre: DVec2, light: R) {
+    pub(crate) fn add_outline(&mut self, outline: &Outline, blur: &Blur, centre: DVec2, light: R) {
         let (reach_x, reach_y) = (outline.reach() + blur.margin_px()).into();
         let centre = centre - DVec2::new(self.region.x as f64, self.region.y as f64);
         let (from_x, to_x) = self.span(centre.x, reach_x, self.region.width);

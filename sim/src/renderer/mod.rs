@@ -5,6 +5,7 @@ mod board;
 pub mod canvas;
 mod compose;
 mod layout;
+mod linear_image;
 mod outlined;
 mod polyphase;
 mod read_out;
@@ -35,6 +36,8 @@ use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout};
 use crate::scene::Scene;
 use crate::view::{Photograph, View, ViewError, for_each_meeting};
+
+pub use linear_image::LinearImage;
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]

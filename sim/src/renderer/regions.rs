@@ -103,15 +103,16 @@ impl Renderer {
         })
     }
 
-    /// The first panel's corner LEDs as drawn, in pixels of a region.
+    /// Those of the first panel, in pixels of a region.
+    pub fn corner_leds_in(&self, region: Region) -> [[f64; 2]; 4] {
+        self.corner_leds_px(0).map(|[x, y]| [x - region.x as f64, y - region.y as f64])
+    }
+
+    /// The same in single precision.
     ///
     /// # Errors
     /// When they make no panel.
     pub fn corners_in(&self, region: Region) -> Result<Corners, CornersError> {
-        let (x, y) = (region.x as f64, region.y as f64);
-        Corners::new(
-            self.corner_leds_px(0)
-                .map(|corner| [(corner[0] - x) as f32, (corner[1] - y) as f32]),
-        )
+        Corners::new(self.corner_leds_in(region).map(|corner| corner.map(|place| place as f32)))
     }
 }

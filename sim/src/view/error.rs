@@ -4,9 +4,9 @@ use crate::l2a::L2aError;
 use crate::scene::RangeError;
 
 /// The least depth of any part of a panel.
-pub const DEPTH_MIN_M: f64 = 0.1;
+pub(crate) const DEPTH_MIN_M: f64 = 0.1;
 /// The least distance of neighbouring LEDs in the image.
-pub const PITCH_MIN_PX: f64 = 1.0;
+pub(crate) const PITCH_MIN_PX: f64 = 1.0;
 
 /// Why a scene cannot be seen.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,7 @@ pub type Box2 = [DVec2; 2];
 
 /// Tells of each pair of boxes that have more than an edge in common. They are looked at from left to right, so that the time is that
 /// of the pairs that meet along x, and of the sorting.
-pub fn for_each_meeting(boxes: &[Box2], mut met: impl FnMut(usize, usize)) {
+pub(crate) fn for_each_meeting(boxes: &[Box2], mut met: impl FnMut(usize, usize)) {
     let mut rightwards: Vec<usize> = (0..boxes.len()).collect();
     rightwards.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
     for (place, &left) in rightwards.iter().enumerate() {

@@ -10,7 +10,7 @@ use crate::l2a;
 use crate::scene::{Panel, Pose, Scene};
 
 /// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.
-pub const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
+pub(crate) const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
 
 /// One panel as the camera sees it.
 #[derive(Clone, Debug)]

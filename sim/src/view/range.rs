@@ -87,19 +87,19 @@ impl LinearRange {
     /// An image between floor and peak that has been blurred changes by at most their difference over σ·√(2π) a pixel of
     /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
     /// it larger, by at most (1 + rim/a)². Panels one behind the other each do so, as far as they are not hidden.
-    pub fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
+    pub(crate) fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
         let slope = (1.0 / (self.sigma_px * (2.0 * PI).sqrt())).min(SQRT_2);
         let larger = (1.0 + rim_px / self.smallest_radius_px).powi(2) - 1.0;
         self.change_by_layers(slope * (shift_px + rim_px) + larger)
     }
 
     /// The most, in unrounded grey, that can change where the image of a lone panel changes by at most `part` of the whole range.
-    pub fn change_by_layers(&self, part: f64) -> f64 {
+    pub(crate) fn change_by_layers(&self, part: f64) -> f64 {
         self.change((self.peak - self.floor) * (part * self.layers as f64).min(1.0))
     }
 
     /// The most, in unrounded grey, that can change where LEDs' own light strays by at most the greatest of some parts of itself.
-    pub fn change_by_strays(&self, strays: impl Iterator<Item = f64>) -> f64 {
+    pub(crate) fn change_by_strays(&self, strays: impl Iterator<Item = f64>) -> f64 {
         self.change((self.peak - self.floor) * strays.fold(0.0, f64::max))
     }
 
@@ -110,7 +110,7 @@ impl LinearRange {
     }
 
     /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
-    pub fn change_by_factor(&self, factor: f64) -> f64 {
+    pub(crate) fn change_by_factor(&self, factor: f64) -> f64 {
         // Pixels that read too little bring a loss of bright light to the floor, where the curve is steeper.
         if self.pixel_offset > 0.0 {
             return self.change(self.peak * (1.0 - factor.max(0.0)));

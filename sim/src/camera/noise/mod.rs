@@ -54,7 +54,7 @@ impl Noise {
     /// The change of unrounded grey, up or down, that one reading in 10⁹ of a pixel of that linear value exceeds.
     ///
     /// The Poisson part's longer upper tail is allowed for by the first term of its Cornish–Fisher expansion.
-    pub fn rare_change_grey(&self, linear: f64) -> f64 {
+    pub(crate) fn rare_change_grey(&self, linear: f64) -> f64 {
         let expected = linear * self.electrons_per_linear;
         let spread = RARE * (expected + self.read_noise_e.powi(2)).sqrt();
         let skew = (RARE * RARE - 1.0) / 6.0;

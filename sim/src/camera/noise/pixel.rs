@@ -117,7 +117,7 @@ impl PixelNoise {
     }
 
     /// Where linear values lie between the knots.
-    pub fn sites(&self, linear: &[f32], sites: &mut [Site]) {
+    pub(crate) fn sites(&self, linear: &[f32], sites: &mut [Site]) {
         let scale = self.scale;
         for (site, &linear) in sites.iter_mut().zip(linear) {
             *site = scale.site(linear);
@@ -150,7 +150,7 @@ impl PixelNoise {
     }
 
     /// Reads pixels of linear values whose [sites](PixelNoise::sites) are known.
-    pub fn read_sites(&self, sites: &[Site], random: &mut impl Rng, grey: &mut [u8]) {
+    pub(crate) fn read_sites(&self, sites: &[Site], random: &mut impl Rng, grey: &mut [u8]) {
         let mut bytes = [0; 4 * BLOCK];
         let spare_bits = 8 - self.column_bits;
         for (sites, grey) in sites.chunks(BLOCK).zip(grey.chunks_mut(BLOCK)) {
