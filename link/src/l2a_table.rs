@@ -15,6 +15,7 @@
 //! The look-up uses integers only, with two divisions and no floating point, so that it suits a processor
 //! without either.
 
+use fixed::traits::Fixed;
 use fixed::types::I6F26;
 use fixed::types::extra::{U12, U13};
 use fixed::{FixedU16, FixedU32};
@@ -23,6 +24,8 @@ use heapless::Vec;
 use crate::shipped_table;
 
 pub mod image;
+
+use image::{Image, Parts};
 
 /// An ambient illuminance in lux.
 pub type Illuminance = FixedU32<U12>;
@@ -35,6 +38,7 @@ pub type L2a = FixedU16<U13>;
 pub const ILLUMINANCES_MAX: usize = 16;
 /// The most intervals of a table.
 pub const INTERVALS_MAX: usize = 8;
+const VALUES_MAX: usize = ILLUMINANCES_MAX * INTERVALS_MAX;
 /// The smallest L2A a table may hold (Do & Yoo 2020, Table 1).
 pub const L2A_MIN: f32 = 0.2;
 /// The largest L2A a table may hold (Do & Yoo 2020, Table 1).
@@ -179,9 +183,8 @@ pub enum TableError {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct L2aTable {
-    illuminances: Vec<Illuminance, ILLUMINANCES_MAX>,
-    intervals: Vec<Interval, INTERVALS_MAX>,
-    values: Vec<L2a, { ILLUMINANCES_MAX * INTERVALS_MAX }>,
+    /// What is stored and sent, and looked up in place.
+    image: Image,
     log_illuminances: Vec<I6F26, ILLUMINANCES_MAX>,
     log_intervals: Vec<I6F26, INTERVALS_MAX>,
 }
@@ -195,85 +198,77 @@ impl L2aTable {
     /// [`INTERVALS_MAX`] entries, strictly ascending, of 0.01 to 1 000 000 lx and 0.05 to 15; values are 0.2
     /// to 4.
     pub fn new(illuminances_lx: &[f32], intervals: &[f32], l2a: &[f32]) -> Result<Self, TableError> {
-        let illuminances: Vec<_, ILLUMINANCES_MAX> = quantised(Quantity::IlluminanceLx, illuminances_lx)?;
-        let intervals: Vec<_, INTERVALS_MAX> = quantised(Quantity::Interval, intervals)?;
-        check_count(l2a.len(), illuminances.len() * intervals.len())?;
-        let values: Vec<_, { ILLUMINANCES_MAX * INTERVALS_MAX }> = quantised(Quantity::L2a, l2a)?;
-        Self::from_fixed(&illuminances, &intervals, &values)
-    }
-
-    /// The table of numbers that are in fixed point already; [`Self::new`] otherwise.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::new`]; a limit counts as it is after rounding to the type.
-    pub fn from_fixed(illuminances_lx: &[Illuminance], intervals: &[Interval], l2a: &[L2a]) -> Result<Self, TableError> {
-        let illuminances = checked_axis(Quantity::IlluminanceLx, illuminances_lx)?;
-        let intervals = checked_axis(Quantity::Interval, intervals)?;
-        check_count(l2a.len(), illuminances.len() * intervals.len())?;
-        for (index, &value) in l2a.iter().enumerate() {
-            check_fixed(Quantity::L2a, index, value)?;
+        let illuminances: Vec<Illuminance, ILLUMINANCES_MAX> = quantised(Quantity::IlluminanceLx, illuminances_lx)?;
+        let intervals: Vec<Interval, INTERVALS_MAX> = quantised(Quantity::Interval, intervals)?;
+        let (count, needed) = (l2a.len(), illuminances.len() * intervals.len());
+        if count != needed {
+            return Err(TableError::ValueCount { count, needed });
         }
-        let values = l2a.iter().copied().collect();
-        Ok(Self::of(illuminances, intervals, values))
+        let values: Vec<L2a, VALUES_MAX> = quantised(Quantity::L2a, l2a)?;
+        check_lengths(illuminances.len(), intervals.len())?;
+        Self::of(image::of(&illuminances, &intervals, &values)).checked()
     }
 
     /// The table that the firmware ships with: the ratios that lose least of the reach for cameras of which neither the exposure nor the
     /// detector is known, computed by `vocc table regret` and checked in as `link/shipped_table.toml`, which says from what.
     pub fn shipped() -> Self {
-        Self::of(
-            Vec::from_array(shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num)),
-            Vec::from_array(shipped_table::INTERVALS.map(Interval::saturating_from_num)),
-            Vec::from_array(shipped_table::L2A.map(L2a::saturating_from_num)),
-        )
+        Self::of(image::of(
+            &shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num),
+            &shipped_table::INTERVALS.map(Interval::saturating_from_num),
+            &shipped_table::L2A.map(L2a::saturating_from_num),
+        ))
     }
 
-    fn of(
-        illuminances: Vec<Illuminance, ILLUMINANCES_MAX>,
-        intervals: Vec<Interval, INTERVALS_MAX>,
-        values: Vec<L2a, { ILLUMINANCES_MAX * INTERVALS_MAX }>,
-    ) -> Self {
-        let log_illuminances = illuminances.iter().map(|&value| log2(value)).collect();
-        let log_intervals = intervals.iter().map(|&value| log2(value.into())).collect();
+    /// The table of an image whose axes have possible lengths.
+    fn of(image: Image) -> Self {
+        let parts = Parts::of(&image);
+        let (log_illuminances, log_intervals) = (
+            parts.illuminances().map(log2).collect(),
+            parts.intervals().map(|interval| log2(interval.into())).collect(),
+        );
         Self {
-            illuminances,
-            intervals,
-            values,
+            image,
             log_illuminances,
             log_intervals,
         }
+    }
+
+    /// The same table, if its numbers are possible.
+    fn checked(self) -> Result<Self, TableError> {
+        let parts = Parts::of(&self.image);
+        check_axis(Quantity::IlluminanceLx, parts.illuminances(), &self.log_illuminances)?;
+        check_axis(Quantity::Interval, parts.intervals(), &self.log_intervals)?;
+        for (index, value) in parts.values().enumerate() {
+            check_range(Quantity::L2a, index, value)?;
+        }
+        Ok(self)
     }
 
     /// The L2A at that illuminance and interval; outside the axes, that of the nearest edge.
     ///
     /// It lies within the four values around, is continuous, and is exact at the nodes.
     pub fn l2a(&self, illuminance_lx: Illuminance, interval: Interval) -> L2a {
-        let row = Place::on(&self.log_illuminances, log2(illuminance_lx));
-        let column = Place::on(&self.log_intervals, log2(interval.into()));
-        let along = |row: usize| column.between(|column| self.value(row, column));
+        let row = Segment::on(&self.log_illuminances, log2(illuminance_lx));
+        let column = Segment::on(&self.log_intervals, log2(interval.into()));
+        let parts = Parts::of(&self.image);
+        let along = |row: usize| column.between(|column| parts.finer_value(row, column));
         // Interpolated in finer steps than the result's, so that only the last rounding shows.
         L2a::from_bits(((row.between(along) + HALF) >> FINER) as u16)
     }
 
     /// The illuminances of its rows, ascending.
-    pub fn illuminances_lx(&self) -> &[Illuminance] {
-        &self.illuminances
+    pub fn illuminances_lx(&self) -> Vec<Illuminance, ILLUMINANCES_MAX> {
+        Parts::of(&self.image).illuminances().collect()
     }
 
     /// The intervals of its columns, ascending.
-    pub fn intervals(&self) -> &[Interval] {
-        &self.intervals
+    pub fn intervals(&self) -> Vec<Interval, INTERVALS_MAX> {
+        Parts::of(&self.image).intervals().collect()
     }
 
     /// Its values, row by row: that at illuminance r and interval c is number r·(intervals) + c.
-    pub fn values(&self) -> &[L2a] {
-        &self.values
-    }
-
-    /// A value, [`FINER`] bits finer than it is stored.
-    fn value(&self, row: usize, column: usize) -> i64 {
-        let value = self.values.get(row * self.intervals.len() + column);
-        i64::from(value.map_or(0, |value| value.to_bits())) << FINER
+    pub fn values(&self) -> Vec<L2a, VALUES_MAX> {
+        Parts::of(&self.image).values().collect()
     }
 }
 
@@ -288,15 +283,15 @@ impl Default for L2aTable {
 const FINER: u32 = 16;
 const HALF: i64 = 1 << (FINER - 1);
 
-/// Where on an axis a value is: between two neighbouring entries.
-struct Place {
+/// Two neighbouring entries of an axis, and how far a value is from one to the other.
+struct Segment {
     below: usize,
     above: usize,
     /// From `below` (0) to `above` (1 << 16).
     fraction: i64,
 }
 
-impl Place {
+impl Segment {
     fn on(axis: &[I6F26], value: I6F26) -> Self {
         let above = axis.partition_point(|&entry| entry <= value);
         let below = above.saturating_sub(1);
@@ -350,16 +345,17 @@ pub fn log2(value: Illuminance) -> I6F26 {
     I6F26::from_bits(log)
 }
 
-fn check_count(count: usize, needed: usize) -> Result<(), TableError> {
-    if count == needed {
-        Ok(())
-    } else {
-        Err(TableError::ValueCount { count, needed })
-    }
+fn check_lengths(rows: usize, columns: usize) -> Result<(), TableError> {
+    let axes = [
+        (Quantity::IlluminanceLx, rows, ILLUMINANCES_MAX),
+        (Quantity::Interval, columns, INTERVALS_MAX),
+    ];
+    let wrong = axes.into_iter().find(|&(_, count, most)| !(1..=most).contains(&count));
+    wrong.map_or(Ok(()), |(quantity, count, most)| Err(quantity.wrong_length(count, most)))
 }
 
 /// Numbers rounded to fixed point, checked for count and range.
-fn quantised<T: fixed::traits::Fixed, const MOST: usize>(quantity: Quantity, given: &[f32]) -> Result<Vec<T, MOST>, TableError> {
+fn quantised<T: Fixed, const MOST: usize>(quantity: Quantity, given: &[f32]) -> Result<Vec<T, MOST>, TableError> {
     let (least, most) = quantity.range();
     let mut numbers = Vec::new();
     for (index, &value) in given.iter().enumerate() {
@@ -372,7 +368,7 @@ fn quantised<T: fixed::traits::Fixed, const MOST: usize>(quantity: Quantity, giv
     Ok(numbers)
 }
 
-fn check_fixed<T: fixed::traits::Fixed>(quantity: Quantity, index: usize, value: T) -> Result<(), TableError> {
+fn check_range<T: Fixed>(quantity: Quantity, index: usize, value: T) -> Result<(), TableError> {
     let (least, most) = quantity.range();
     if (T::saturating_from_num(least)..=T::saturating_from_num(most)).contains(&value) {
         Ok(())
@@ -381,20 +377,11 @@ fn check_fixed<T: fixed::traits::Fixed>(quantity: Quantity, index: usize, value:
     }
 }
 
-/// An axis, checked for length, range and order.
-fn checked_axis<T: fixed::traits::Fixed + Into<Illuminance>, const MOST: usize>(
-    quantity: Quantity,
-    given: &[T],
-) -> Result<Vec<T, MOST>, TableError> {
-    let wrong_length = quantity.wrong_length(given.len(), MOST);
-    if given.is_empty() {
-        return Err(wrong_length);
-    }
-    let axis = Vec::from_slice(given).map_err(|_| wrong_length)?;
+/// Checks an axis, whose logarithms are given too, for range and order.
+fn check_axis<T: Fixed>(quantity: Quantity, axis: impl Iterator<Item = T>, logs: &[I6F26]) -> Result<(), TableError> {
     let mut before: Option<(T, I6F26)> = None;
-    for (index, &value) in given.iter().enumerate() {
-        check_fixed(quantity, index, value)?;
-        let log = log2(value.into());
+    for (index, (value, &log)) in axis.zip(logs).enumerate() {
+        check_range(quantity, index, value)?;
         if let Some((previous, previous_log)) = before
             && log - previous_log < I6F26::from_num(AXIS_STEP_MIN_LOG2)
         {
@@ -407,7 +394,7 @@ fn checked_axis<T: fixed::traits::Fixed + Into<Illuminance>, const MOST: usize>(
         }
         before = Some((value, log));
     }
-    Ok(axis)
+    Ok(())
 }
 
 #[cfg(test)]

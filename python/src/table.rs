@@ -63,14 +63,14 @@ impl Table {
     /// Ambient illuminances of its rows in lux, ascending.
     #[getter]
     fn illuminance_lx<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let lights = self.carried.illuminances_lx().iter();
+        let lights = self.carried.illuminances_lx().into_iter();
         lights.map(|light| light.to_num()).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// LED intervals of its columns, ascending.
     #[getter]
     fn interval<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let intervals = self.carried.intervals().iter();
+        let intervals = self.carried.intervals().into_iter();
         intervals.map(|interval| interval.to_num()).collect::<Vec<_>>().into_pyarray(py)
     }
 
@@ -78,7 +78,7 @@ impl Table {
     #[getter]
     fn ratios<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let shape = (self.carried.illuminances_lx().len(), self.carried.intervals().len());
-        let ratios = self.carried.values().iter().map(|ratio| ratio.to_num());
+        let ratios = self.carried.values().into_iter().map(|ratio| ratio.to_num());
         let ratios = Array2::from_shape_vec(shape, ratios.collect());
         Ok(check(ratios)?.into_pyarray(py))
     }
@@ -110,7 +110,7 @@ impl Table {
     fn shipped() -> Self {
         let carried = L2aTable::shipped();
         let interval: Vec<f64> = carried.intervals().iter().map(|i| i.to_num()).collect();
-        let lights = carried.illuminances_lx().iter();
+        let lights = carried.illuminances_lx().into_iter();
         let ratios: Vec<f64> = carried.values().iter().map(|ratio| ratio.to_num()).collect();
         let l2a = ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect();
         let empty = RatioFile::empty(lights.map(|light| light.to_num()).collect(), interval);

@@ -232,7 +232,7 @@ impl Service {
             Err(BodyError::Malformed) => Err(Refusal::Unknown),
             Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),
             Ok(Request::ReadTable { offset }) => {
-                table = device.table().image();
+                table = device.table();
                 Ok(Answer::Table(part(&table, offset)))
             }
             Ok(request) => conversation.act(sequence, request, device, memory),
@@ -392,12 +392,13 @@ fn shortened(name: &'static str) -> &'static str {
 }
 
 /// The part of a table's image from `offset` on; nothing beyond its end.
-fn part(image: &[u8], offset: u16) -> TablePart<'_> {
+fn part(table: &L2aTable, offset: u16) -> TablePart<'_> {
+    let image = table.image();
     let from = usize::from(offset).min(image.len());
     let to = (from + CHUNK_MAX).min(image.len());
     TablePart {
         length: image.len() as u16,
-        crc: crc32c(&[image]),
+        crc: table.crc(),
         offset,
         bytes: &image[from..to],
     }

@@ -256,7 +256,7 @@ impl<F: NorFlash> Store<F> {
 
 impl<F: NorFlash> Memory for Store<F> {
     fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
-        self.save(TABLE, &table.image())
+        self.save(TABLE, table.image())
     }
 
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError> {

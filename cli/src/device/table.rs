@@ -20,7 +20,7 @@ pub fn push<P: Read + Write>(client: &mut Client<P>, table: &L2aTable, mut progr
     let (image, crc) = (table.image(), table.crc());
     let mut last = String::new();
     for _ in 0..ATTEMPTS {
-        match stage(client, &image, crc, &mut progress)
+        match stage(client, image, crc, &mut progress)
             .and_then(|()| commit(client, crc))
             .and_then(|()| pull(client))
         {

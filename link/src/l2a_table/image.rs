@@ -12,18 +12,70 @@
 //! | 2·m | intervals, 1/4096 |
 //! | 2·n·m | L2A, 1/8192, row by row of one illuminance |
 
-use super::{ILLUMINANCES_MAX, INTERVALS_MAX, Illuminance, Interval, L2a, L2aTable, TableError, Vec};
+use super::{FINER, ILLUMINANCES_MAX, INTERVALS_MAX, Illuminance, Interval, L2a, L2aTable, TableError, VALUES_MAX, Vec, check_lengths};
 use crate::checksum::crc32c;
 
 /// The format of the image.
 pub const FORMAT: u8 = 1;
 /// Bytes of the largest table's image.
-pub const IMAGE_MAX: usize = HEADER + 4 * ILLUMINANCES_MAX + 2 * INTERVALS_MAX + 2 * ILLUMINANCES_MAX * INTERVALS_MAX;
+pub const IMAGE_MAX: usize = HEADER + 4 * ILLUMINANCES_MAX + 2 * INTERVALS_MAX + 2 * VALUES_MAX;
 
 const HEADER: usize = 4;
 
 /// A table as bytes.
-pub type Image = Vec<u8, IMAGE_MAX>;
+pub(super) type Image = Vec<u8, IMAGE_MAX>;
+
+/// The image of these numbers.
+pub(super) fn of(illuminances: &[Illuminance], intervals: &[Interval], values: &[L2a]) -> Image {
+    let header = [FORMAT, illuminances.len() as u8, intervals.len() as u8, 0];
+    let illuminances = illuminances.iter().flat_map(|e| e.to_le_bytes());
+    let intervals = intervals.iter().flat_map(|i| i.to_le_bytes());
+    let values = values.iter().flat_map(|r| r.to_le_bytes());
+    header.into_iter().chain(illuminances).chain(intervals).chain(values).collect()
+}
+
+/// The numbers in an image, where they stand.
+pub(super) struct Parts<'a> {
+    illuminances: &'a [[u8; 4]],
+    intervals: &'a [[u8; 2]],
+    values: &'a [[u8; 2]],
+}
+
+impl<'a> Parts<'a> {
+    /// Those of an image that is as long as its axes need.
+    pub fn of(image: &'a [u8]) -> Self {
+        let (rows, columns) = match *image {
+            [_, rows, columns, ..] => (usize::from(rows), usize::from(columns)),
+            _ => (0, 0),
+        };
+        let numbers = image.get(HEADER..).unwrap_or_default();
+        let (illuminances, rest) = numbers.split_at_checked(4 * rows).unwrap_or_default();
+        let (intervals, values) = rest.split_at_checked(2 * columns).unwrap_or_default();
+        Self {
+            illuminances: illuminances.as_chunks().0,
+            intervals: intervals.as_chunks().0,
+            values: values.as_chunks().0,
+        }
+    }
+
+    pub fn illuminances(&self) -> impl Iterator<Item = Illuminance> + 'a {
+        self.illuminances.iter().map(|&bytes| Illuminance::from_le_bytes(bytes))
+    }
+
+    pub fn intervals(&self) -> impl Iterator<Item = Interval> + 'a {
+        self.intervals.iter().map(|&bytes| Interval::from_le_bytes(bytes))
+    }
+
+    pub fn values(&self) -> impl Iterator<Item = L2a> + 'a {
+        self.values.iter().map(|&bytes| L2a::from_le_bytes(bytes))
+    }
+
+    /// A value, [`FINER`] bits finer than it is stored.
+    pub fn finer_value(&self, row: usize, column: usize) -> i64 {
+        let value = self.values.get(row * self.intervals.len() + column);
+        i64::from(value.map_or(0, |&bytes| u16::from_le_bytes(bytes))) << FINER
+    }
+}
 
 /// Why bytes are no table.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -54,20 +106,11 @@ impl L2aTable {
     /// use link::l2a_table::L2aTable;
     /// let table = L2aTable::new(&[50.0, 5000.0], &[1.0], &[2.0, 1.8])?;
     /// assert_eq!(table.image().len(), 4 + 4 * 2 + 2 + 2 * 2);
-    /// assert_eq!(L2aTable::from_image(&table.image()), Ok(table));
+    /// assert_eq!(L2aTable::from_image(table.image()), Ok(table));
     /// # Ok::<(), link::l2a_table::TableError>(())
     /// ```
-    pub fn image(&self) -> Image {
-        let (rows, columns) = (self.illuminances.len() as u8, self.intervals.len() as u8);
-        let illuminances = self.illuminances.iter().flat_map(|e| e.to_le_bytes());
-        let intervals = self.intervals.iter().flat_map(|i| i.to_le_bytes());
-        let values = self.values.iter().flat_map(|r| r.to_le_bytes());
-        [FORMAT, rows, columns, 0]
-            .into_iter()
-            .chain(illuminances)
-            .chain(intervals)
-            .chain(values)
-            .collect()
+    pub fn image(&self) -> &[u8] {
+        &self.image
     }
 
     /// The table of these bytes.
@@ -76,7 +119,7 @@ impl L2aTable {
     ///
     /// [`ImageError`] where they are not exactly the image of a table that [`L2aTable::new`] would take.
     pub fn from_image(bytes: &[u8]) -> Result<Self, ImageError> {
-        let (&[format, rows, columns, reserved], numbers) = bytes.split_first_chunk().ok_or(ImageError::Length {
+        let &[format, rows, columns, reserved] = bytes.first_chunk().ok_or(ImageError::Length {
             found: bytes.len(),
             needed: HEADER,
         })?;
@@ -84,37 +127,20 @@ impl L2aTable {
             return Err(ImageError::Format { found: format });
         }
         let (rows, columns) = (usize::from(rows), usize::from(columns));
-        let wrong_length = ImageError::Length {
-            found: bytes.len(),
-            needed: HEADER + 4 * rows + 2 * columns + 2 * rows * columns,
-        };
-        let (illuminances, rest) = numbers.split_at_checked(4 * rows).ok_or(wrong_length)?;
-        let (intervals, values) = rest.split_at_checked(2 * columns).ok_or(wrong_length)?;
-        if values.len() != 2 * rows * columns {
+        let (found, needed) = (bytes.len(), HEADER + 4 * rows + 2 * columns + 2 * rows * columns);
+        let wrong_length = ImageError::Length { found, needed };
+        if found != needed {
             return Err(wrong_length);
         }
-        Ok(Self::from_fixed(
-            &numbers_of::<_, 4, ILLUMINANCES_MAX>(illuminances, Illuminance::from_le_bytes)
-                .map_err(|()| super::Quantity::IlluminanceLx.wrong_length(rows, ILLUMINANCES_MAX))?,
-            &numbers_of::<_, 2, INTERVALS_MAX>(intervals, Interval::from_le_bytes)
-                .map_err(|()| super::Quantity::Interval.wrong_length(columns, INTERVALS_MAX))?,
-            &numbers_of::<_, 2, { ILLUMINANCES_MAX * INTERVALS_MAX }>(values, L2a::from_le_bytes).map_err(|()| wrong_length)?,
-        )?)
+        check_lengths(rows, columns)?;
+        let image = Image::from_slice(bytes).map_err(|_| wrong_length)?;
+        Ok(Self::of(image).checked()?)
     }
 
     /// CRC-32C of the image: which table it is.
     pub fn crc(&self) -> u32 {
-        crc32c(&[&self.image()])
+        crc32c(&[&self.image])
     }
-}
-
-/// The numbers of `SIZE` bytes each; an error where there are more than `MOST`.
-fn numbers_of<T, const SIZE: usize, const MOST: usize>(bytes: &[u8], number: impl Fn([u8; SIZE]) -> T) -> Result<Vec<T, MOST>, ()> {
-    let mut numbers = Vec::new();
-    for &chunk in bytes.as_chunks().0 {
-        numbers.push(number(chunk)).map_err(|_| ())?;
-    }
-    Ok(numbers)
 }
 
 #[cfg(test)]
@@ -132,15 +158,15 @@ mod tests {
 
     #[test]
     fn the_largest_table_comes_back_and_fills_the_image() {
-        let image = largest().image();
-        assert_eq!(image.len(), IMAGE_MAX);
-        assert_eq!(L2aTable::from_image(&image), Ok(largest()));
+        let table = largest();
+        assert_eq!(table.image().len(), IMAGE_MAX);
+        assert_eq!(L2aTable::from_image(table.image()), Ok(table));
     }
 
     #[test]
     fn the_ends_of_the_ranges_come_back() {
         let table = L2aTable::new(&[0.01, 1e6], &[0.05, 15.0], &[0.2, 4.0, 4.0, 0.2]).unwrap();
-        assert_eq!(L2aTable::from_image(&table.image()), Ok(table));
+        assert_eq!(L2aTable::from_image(table.image()), Ok(table));
     }
 
     #[test]
@@ -167,12 +193,12 @@ mod tests {
             let mut bytes = largest().image().to_vec();
             bytes[place] = byte;
             if let Ok(table) = L2aTable::from_image(&bytes) {
-                prop_assert_eq!(&table.image()[..], &bytes[..]);
+                prop_assert_eq!(table.image(), &bytes[..]);
             }
             let mut short = std::vec![FORMAT, rows, columns, 0];
             short.resize(4 + 4 * usize::from(rows) + 2 * usize::from(columns) * (1 + usize::from(rows)), byte);
             if let Ok(table) = L2aTable::from_image(&short) {
-                prop_assert_eq!(&table.image()[..], &short[..]);
+                prop_assert_eq!(table.image(), &short[..]);
             }
         }
     }

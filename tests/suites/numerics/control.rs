@@ -186,7 +186,7 @@ fn by_micromath(table: &L2aTable, light: Illuminance, rows: &[Illuminance]) -> f
     let logs = [rows[0], light, rows[1]].map(|lx| f64::from(F32Ext::log2(lx.to_num::<f32>())));
     let share = (logs[1] - logs[0]) / (logs[2] - logs[0]);
     let (_, exact) = place(&[rows[0].to_num(), rows[1].to_num()], light.to_num());
-    let most = table.values().iter().max();
+    let most = table.values().into_iter().max();
     let range = most.map_or(0.0, |most| most.to_num::<f64>());
     range * (share - exact).abs().min(1.0)
 }
@@ -219,7 +219,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
     for interval in ["0.5", "0.77", "1", "1.5", "2", "3"].map(|text| text.parse().expect("an interval")) {
         let mut last = (0.0, 0.0, Pulses::default());
         let mut naive_last = 0.0;
-        for light in lights(table.illuminances_lx()) {
+        for light in lights(&table.illuminances_lx()) {
             let dimming = Dimming::new(table.l2a(light, interval), light, &calibration);
             let luminance = dimming.luminance_cd_m2.to_num::<f64>();
             // One step of the ratio, 2⁻¹³.
@@ -232,8 +232,8 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
             assert!(given >= last.1 - step, "{light} lx: {given} after {}", last.1);
             last = (luminance, given, pulses);
             // The nearest entry instead of interpolation.
-            let nearest = table.illuminances_lx().iter().min_by_key(|node| node.abs_diff(light));
-            let ratio = table.l2a(*nearest.expect("a node"), interval);
+            let nearest = table.illuminances_lx().into_iter().min_by_key(|node| node.abs_diff(light));
+            let ratio = table.l2a(nearest.expect("a node"), interval);
             let naive = Dimming::new(ratio, light, &calibration).luminance_cd_m2.to_num::<f64>();
             naive_falls += usize::from(naive < naive_last - 2.0 * light.to_num::<f64>() * reflectance / 8192.0);
             naive_last = naive;
@@ -247,7 +247,7 @@ fn luminance_and_duty_keep_their_bounds_at_every_node_and_between() {
     let table = L2aTable::shipped();
     let calibration = calibration(BENCH);
     let floor = calibration.luminance_floor_cd_m2().to_num::<f64>();
-    for light in lights(table.illuminances_lx()).into_iter().step_by(7) {
+    for light in lights(&table.illuminances_lx()).into_iter().step_by(7) {
         for interval in [Interval::lit("0.5"), Interval::lit("1.2"), Interval::lit("2")] {
             let ratio = table.l2a(light, interval);
             let dimming = Dimming::new(ratio, light, &calibration);

@@ -70,7 +70,8 @@ fn framed(random: &mut Random, wire: &mut Vec<u8>) {
 
 /// A good request.
 fn whole(random: &mut Random, wire: &mut Vec<u8>) {
-    let image = L2aTable::default().image();
+    let table = L2aTable::default();
+    let image = table.image();
     let crc = if random.below(4) == 0 {
         random.number() as u32
     } else {
@@ -118,7 +119,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             length: image.len() as u16,
             crc,
         },
-        14 => Request::WriteTable { offset: 0, bytes: &image },
+        14 => Request::WriteTable { offset: 0, bytes: image },
         15 => Request::ReadSymbolRate,
         16 => Request::WriteSymbolRate {
             millihertz: random.below(350_000) as u32,

@@ -143,7 +143,7 @@ fn differences(wanted: &L2aTable, found: &L2aTable) -> Vec<String> {
         return differences;
     }
     let columns = wanted.intervals().len();
-    for (index, (wanted_l2a, found_l2a)) in wanted.values().iter().zip(found.values()).enumerate() {
+    for (index, (wanted_l2a, found_l2a)) in wanted.values().into_iter().zip(found.values()).enumerate() {
         if wanted_l2a != found_l2a {
             differences.push(format!(
                 "{} lx, interval {}: {wanted_l2a} here, {found_l2a} there",

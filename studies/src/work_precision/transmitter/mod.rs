@@ -179,7 +179,7 @@ impl Reference {
 
     fn l2a(&self, lx: f64) -> f64 {
         let numbers = |values: &[Illuminance]| values.iter().map(|lx| lx.to_num()).collect::<Vec<f64>>();
-        let rows = numbers(self.table.illuminances_lx());
+        let rows = numbers(&self.table.illuminances_lx());
         let columns: Vec<f64> = self.table.intervals().iter().map(|interval| interval.to_num()).collect();
         let ((row, down), (column, along)) = (place(&rows, lx), place(&columns, INTERVAL.to_num()));
         let value = |row: usize, column: usize| {
