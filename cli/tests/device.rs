@@ -288,7 +288,7 @@ fn a_calibration_may_limit_the_intensity() {
         ends(&refused, 2, words);
     }
     let fake = board.stop();
-    let limit = IntensityLimit::from_cd(2.0, 0.03).ok();
+    let limit = IntensityLimit::from_cd(Some(2.0), 0.03).ok();
     assert_eq!(fake.transmitter.calibration().limit(), limit);
     assert_eq!(fake.kept.limit, limit);
 }

@@ -4,7 +4,6 @@ use core::ops::RangeInclusive;
 
 use thiserror::Error;
 
-use crate::intensity::IntensityLimit;
 use crate::l2a_table::Interval;
 
 /// The bits that a diameter takes in a header.
@@ -41,7 +40,7 @@ pub struct GeometryError {
 
 impl Geometry {
     /// The LEDs that there may be, µm: from a tenth of a millimetre to a metre.
-    pub const LED_DIAMETER_UM: RangeInclusive<u32> = IntensityLimit::LED_DIAMETER_UM;
+    pub const LED_DIAMETER_UM: RangeInclusive<u32> = 100..=1_000_000;
 
     /// A panel with LEDs of a diameter in µm, and of an interval: the gap between their edges over that, 0 to 16.
     ///

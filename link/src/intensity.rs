@@ -1,11 +1,15 @@
 //! The most luminous intensity that a panel may have, whatever the light around it asks for.
 
+use core::num::NonZeroU32;
+use core::ops::RangeInclusive;
+
 use fixed::types::U32F32;
 use thiserror::Error;
 
+use crate::geometry::Geometry;
 use crate::panel::LEDS;
 
-/// A limit of a panel's mean luminous intensity, straight ahead.
+/// The diameter of a panel's LEDs and, where there is one, a limit of the panel's mean luminous intensity, straight ahead.
 ///
 /// A disc of diameter D and luminance L has the intensity L·π/4·D² (ISO 80000-7: luminance is intensity over area), and each of the 64
 /// LEDs is On for half of the time:
@@ -17,15 +21,16 @@ use crate::panel::LEDS;
 /// ```
 /// use link::intensity::IntensityLimit;
 /// // The discs of Do & Yoo 2020, 30 mm wide: 580 cd at 25 600 cd/m².
-/// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
-/// assert!((limit.luminance_cd_m2().to_num::<f64>() - 4421.0).abs() < 1.0);
-/// let dark = IntensityLimit::from_cd(0.0, 0.03).unwrap_err().to_string();
+/// let limit = IntensityLimit::from_cd(Some(100.0), 0.03)?;
+/// assert!(limit.luminance_cd_m2().is_some_and(|limit| (limit.to_num::<f64>() - 4421.0).abs() < 1.0));
+/// assert_eq!(IntensityLimit::from_cd(None, 0.03)?.luminance_cd_m2(), None);
+/// let dark = IntensityLimit::from_cd(Some(0.0), 0.03).unwrap_err().to_string();
 /// assert!(dark.starts_with("an intensity limit of 0 cd is outside 0.001 to 1000000 cd"));
 /// # Ok::<(), link::intensity::IntensityLimitError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IntensityLimit {
-    most_mcd: u32,
+    most_mcd: Option<NonZeroU32>,
     led_diameter_um: u32,
 }
 
@@ -34,8 +39,8 @@ pub struct IntensityLimit {
 ///
 /// ```
 /// use link::intensity::{IntensityLimit, mean_cd};
-/// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
-/// assert!((mean_cd(limit.luminance_cd_m2().to_num(), 0.03) - 100.0).abs() < 1e-6);
+/// let limit = IntensityLimit::from_cd(Some(100.0), 0.03)?;
+/// assert!(limit.luminance_cd_m2().is_some_and(|limit| (mean_cd(limit.to_num(), 0.03) - 100.0).abs() < 1e-6));
 /// # Ok::<(), link::intensity::IntensityLimitError>(())
 /// ```
 pub fn mean_cd(luminance_cd_m2: f64, led_diameter_m: f64) -> f64 {
@@ -51,7 +56,7 @@ pub enum IntensityLimitError {
         f64::from(*.0) / 1e3
     )]
     Intensity(u32),
-    /// The diameter, in millionths of a metre, is outside [`IntensityLimit::LED_DIAMETER_UM`].
+    /// The diameter, in millionths of a metre, is outside [`Geometry::LED_DIAMETER_UM`].
     #[error(
         "an LED diameter of {} m is outside 0.0001 to 1 m: give the width of one LED's shining disc",
         f64::from(*.0) / 1e6
@@ -60,56 +65,71 @@ pub enum IntensityLimitError {
 }
 
 impl IntensityLimit {
-    /// The limits that there may be, 1/1000 cd: to 1000 of the brightest head lamps.
-    pub const MOST_MCD: core::ops::RangeInclusive<u32> = 1..=1_000_000_000;
-    /// The LEDs that there may be, µm: from a tenth of a millimetre to a metre.
-    pub const LED_DIAMETER_UM: core::ops::RangeInclusive<u32> = 100..=1_000_000;
+    /// The limits that there may be, 1/1000 cd: to 1000 of the brightest head lamps. The greatest is none: on the wire and in flash memory
+    /// it stands for a diameter alone.
+    pub const MOST_MCD: RangeInclusive<u32> = 1..=1_000_000_000;
 
-    /// A limit in 1/1000 cd for LEDs of a diameter in µm.
+    /// A limit in 1/1000 cd, or none, for LEDs of a diameter in µm.
     ///
     /// # Errors
-    /// [`IntensityLimitError`] outside [`MOST_MCD`](Self::MOST_MCD) and [`LED_DIAMETER_UM`](Self::LED_DIAMETER_UM).
-    pub fn new(most_mcd: u32, led_diameter_um: u32) -> Result<Self, IntensityLimitError> {
+    /// [`IntensityLimitError`] outside [`MOST_MCD`](Self::MOST_MCD) and [`Geometry::LED_DIAMETER_UM`].
+    pub fn new(most_mcd: Option<u32>, led_diameter_um: u32) -> Result<Self, IntensityLimitError> {
+        let greatest = *Self::MOST_MCD.end();
+        let most_mcd = most_mcd.unwrap_or(greatest);
         if !Self::MOST_MCD.contains(&most_mcd) {
             return Err(IntensityLimitError::Intensity(most_mcd));
         }
-        if !Self::LED_DIAMETER_UM.contains(&led_diameter_um) {
+        if !Geometry::LED_DIAMETER_UM.contains(&led_diameter_um) {
             return Err(IntensityLimitError::LedDiameter(led_diameter_um));
         }
-        Ok(Self { most_mcd, led_diameter_um })
+        Ok(Self {
+            most_mcd: NonZeroU32::new(most_mcd).filter(|most| most.get() < greatest),
+            led_diameter_um,
+        })
     }
 
-    /// A limit in cd for LEDs of a diameter in m, to the nearest 1/1000 cd and µm.
+    /// A limit in cd, or none, for LEDs of a diameter in m, to the nearest 1/1000 cd and µm.
     ///
     /// # Errors
     /// As [`new`](Self::new), and for what is no number.
-    pub fn from_cd(most_cd: f64, led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
-        Self::new((most_cd * 1e3 + 0.5) as u32, (led_diameter_m * 1e6 + 0.5) as u32)
+    pub fn from_cd(most_cd: Option<f64>, led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
+        Self::new(
+            most_cd.map(|most_cd| (most_cd * 1e3 + 0.5) as u32),
+            (led_diameter_m * 1e6 + 0.5) as u32,
+        )
     }
 
-    /// No limit for LEDs of a diameter in m, of which alone it tells: the greatest number stands for it.
+    /// What two numbers say on the wire and in flash memory: the limit, 1/1000 cd, and the diameter, µm; both 0 that neither is known.
     ///
     /// ```
     /// use link::intensity::IntensityLimit;
-    /// let none = IntensityLimit::none_of(1.0)?;
-    /// assert!(none.is_none() && none.luminance_cd_m2() > 1_000_000);
-    /// # Ok::<(), link::intensity::IntensityLimitError>(())
+    /// let diameter_alone = IntensityLimit::new(None, 30_000).ok();
+    /// for (numbers, limit) in [([0, 0], None), ([1_000_000_000, 30_000], diameter_alone)] {
+    ///     assert_eq!(IntensityLimit::from_numbers(numbers), Ok(limit));
+    ///     assert_eq!(IntensityLimit::numbers(limit), numbers);
+    /// }
     /// ```
     ///
     /// # Errors
-    /// As [`new`](Self::new), and for what is no number.
-    pub fn none_of(led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
-        Self::from_cd(f64::from(*Self::MOST_MCD.end()) / 1e3, led_diameter_m)
+    /// As [`new`](Self::new).
+    pub fn from_numbers([most_mcd, led_diameter_um]: [u32; 2]) -> Result<Option<Self>, IntensityLimitError> {
+        if [most_mcd, led_diameter_um] == [0, 0] {
+            return Ok(None);
+        }
+        Self::new(Some(most_mcd), led_diameter_um).map(Some)
     }
 
-    /// Whether nothing is limited.
-    pub fn is_none(self) -> bool {
-        self.most_mcd == *Self::MOST_MCD.end()
+    /// The two numbers that say this on the wire and in flash memory.
+    pub fn numbers(limit: Option<Self>) -> [u32; 2] {
+        limit.map_or([0, 0], |limit| {
+            let most_mcd = limit.most_mcd.map_or(*Self::MOST_MCD.end(), NonZeroU32::get);
+            [most_mcd, limit.led_diameter_um]
+        })
     }
 
-    /// The most intensity, 1/1000 cd.
-    pub fn most_mcd(self) -> u32 {
-        self.most_mcd
+    /// The most intensity, cd; none where it is not limited.
+    pub fn most_cd(self) -> Option<f64> {
+        self.most_mcd.map(|most_mcd| f64::from(most_mcd.get()) / 1e3)
     }
 
     /// The diameter of an LED, µm.
@@ -117,19 +137,16 @@ impl IntensityLimit {
         self.led_diameter_um
     }
 
-    /// The luminance of On LEDs at which the panel's mean intensity is this, cd/m²; never rounded up.
-    pub fn luminance_cd_m2(self) -> U32F32 {
-        if self.is_none() {
-            return U32F32::MAX;
-        }
+    /// The luminance of On LEDs at which the panel's mean intensity is this, cd/m², never rounded up; none where it is not limited.
+    pub fn luminance_cd_m2(self) -> Option<U32F32> {
         // LEDS/2·π/4, rounded up in its last digit.
         const AREAS_BILLIONTHS: u128 = 25_132_741_229;
         const _: () = assert!(LEDS == 64);
         // From 1/1000 cd over µm² to cd/m² are 10⁹. 30 + 30 + 30 + 32 bits over 35 + 40.
         let area = AREAS_BILLIONTHS * u128::from(self.led_diameter_um).pow(2);
-        let intensity = u128::from(self.most_mcd) * 1_000_000_000 * 1_000_000_000;
+        let intensity = u128::from(self.most_mcd?.get()) * 1_000_000_000 * 1_000_000_000;
         let bits = (intensity << U32F32::FRAC_NBITS) / area;
-        U32F32::from_bits(bits.try_into().unwrap_or(u64::MAX))
+        Some(U32F32::from_bits(bits.try_into().unwrap_or(u64::MAX)))
     }
 }
 
@@ -141,26 +158,26 @@ mod tests {
     #[test]
     fn what_is_no_limit_is_refused() {
         for most_mcd in [0, 1_000_000_001, u32::MAX] {
-            let refused = IntensityLimit::new(most_mcd, 30_000);
+            let refused = IntensityLimit::new(Some(most_mcd), 30_000);
             assert_eq!(refused, Err(IntensityLimitError::Intensity(most_mcd)));
         }
         for diameter_um in [0, 99, 1_000_001, u32::MAX] {
-            let refused = IntensityLimit::new(1000, diameter_um);
+            let refused = IntensityLimit::new(Some(1000), diameter_um);
             assert_eq!(refused, Err(IntensityLimitError::LedDiameter(diameter_um)));
         }
         for wild in [f64::NAN, -1.0, f64::INFINITY, 0.0] {
-            assert!(IntensityLimit::from_cd(wild, 0.03).is_err());
-            assert!(IntensityLimit::from_cd(1.0, wild).is_err());
+            assert!(IntensityLimit::from_cd(Some(wild), 0.03).is_err());
+            assert!(IntensityLimit::from_cd(Some(1.0), wild).is_err());
         }
     }
 
     properties! {
         #[test]
         fn a_panel_of_its_luminance_has_at_most_its_intensity(
-            most_mcd in IntensityLimit::MOST_MCD, diameter_um in IntensityLimit::LED_DIAMETER_UM,
+            most_mcd in 1u32..1_000_000_000, diameter_um in Geometry::LED_DIAMETER_UM,
         ) {
-            let limit = IntensityLimit::new(most_mcd, diameter_um).expect("a limit");
-            let luminance = limit.luminance_cd_m2().to_num::<f64>();
+            let limit = IntensityLimit::new(Some(most_mcd), diameter_um).expect("a limit");
+            let luminance = limit.luminance_cd_m2().expect("limited").to_num::<f64>();
             let area_m2 = core::f64::consts::PI / 4.0 * (f64::from(diameter_um) / 1e6).powi(2);
             let exact = f64::from(most_mcd) / 1e3 / (32.0 * area_m2);
             prop_assert!(luminance <= exact * (1.0 + 1e-12));

@@ -370,7 +370,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
     if !scene.link.tells_size {
         return Ok(calibration);
     }
-    Ok(calibration.limited_to(Some(IntensityLimit::none_of(panel.led_diameter_m)?)))
+    Ok(calibration.limited_to(Some(IntensityLimit::from_cd(None, panel.led_diameter_m)?)))
 }
 
 /// The panel that another vehicle shows.

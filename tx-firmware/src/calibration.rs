@@ -184,16 +184,16 @@ impl Calibration {
     /// use link::intensity::IntensityLimit;
     /// use tx_firmware::calibration::{BENCH, Calibration};
     ///
-    /// let limit = IntensityLimit::from_cd(100.0, 0.03)?;
+    /// let limit = IntensityLimit::from_cd(Some(100.0), 0.03)?;
     /// let limited = Calibration::new(BENCH)?.limited_to(Some(limit));
-    /// assert!(limited.luminance_most_cd_m2() < limit.luminance_cd_m2());
+    /// assert!(Some(limited.luminance_most_cd_m2()) < limit.luminance_cd_m2());
     /// assert_eq!(limited.limited_to(None), Calibration::new(BENCH)?);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
         let full_cd_m2 = self.measured.luminance_full_cd_m2;
-        let most_cd_m2 = limit.map_or(full_cd_m2, |limit| {
-            let at_limit = limit.luminance_cd_m2();
+        let at_limit = limit.and_then(IntensityLimit::luminance_cd_m2);
+        let most_cd_m2 = at_limit.map_or(full_cd_m2, |at_limit| {
             let below_step = at_limit - (at_limit >> STEP_SHIFT);
             let most_cd_m2 = below_step.saturating_sub(self.luminance_floor_cd_m2());
             most_cd_m2.min(full_cd_m2)
@@ -214,7 +214,7 @@ impl Calibration {
     ///
     /// let calibration = Calibration::new(BENCH)?;
     /// assert_eq!(calibration.geometry(), None);
-    /// let limited = calibration.limited_to(Some(IntensityLimit::from_cd(100.0, 0.03)?));
+    /// let limited = calibration.limited_to(Some(IntensityLimit::from_cd(Some(100.0), 0.03)?));
     /// assert_eq!(limited.geometry().map(|size| size.led_diameter_m()), Some(0.03));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

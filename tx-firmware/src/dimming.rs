@@ -33,14 +33,14 @@
 //! What limits a panel at night is its driver: [`drive`](crate::drive).
 
 use fixed::types::{U0F32, U32F32};
-use link::l2a_table::{Illuminance, L2a};
+use link::l2a_table::{self, Illuminance, L2a};
 pub use link::serial::Limit;
 
 use crate::{ambient::BRIGHTEST_LX, calibration::Calibration};
 
-/// The greatest L2A that a panel is ever driven to: the end of the range that Do & Yoo 2020, Table
-/// 1, examine, beyond which LEDs flare.
-pub const L2A_MAX: L2a = L2a::lit("4");
+/// The greatest L2A that a panel is ever driven to, that of tables: the end of the range that Do & Yoo 2020, Table 1, examine, beyond
+/// which LEDs flare.
+pub const L2A_MAX: L2a = L2a::from_bits((l2a_table::L2A_MAX * (1u32 << L2a::FRAC_NBITS) as f32) as u16);
 
 /// The illuminance that counts as night, lx: a well-lit road. At an L2A of [`L2A_MAX`] it gives the night limit,
 /// 4·50 lx·R = 200·R cd/m², the most that a panel has which does not know how light it is.
@@ -174,6 +174,7 @@ mod tests {
         max7219::intensity,
     };
     use fixed::types::{U1F31, U12F20};
+    use link::geometry::Geometry;
     use link::intensity::IntensityLimit;
     use link::l2a_table::Interval;
     use properties::prelude::*;
@@ -234,13 +235,13 @@ mod tests {
         #[test]
         fn no_light_and_no_table_takes_a_panel_above_its_intensity_limit(
             l2a in any::<u16>(), lx in any::<u32>(), calibration in calibrations(),
-            most_mcd in IntensityLimit::MOST_MCD, octaves in 0u32..30, diameter_um in IntensityLimit::LED_DIAMETER_UM,
+            most_mcd in IntensityLimit::MOST_MCD, octaves in 0u32..30, diameter_um in Geometry::LED_DIAMETER_UM,
         ) {
             // As many faint limits as bright ones.
-            let limit = IntensityLimit::new((most_mcd >> octaves).max(1), diameter_um).unwrap();
+            let limit = IntensityLimit::new(Some((most_mcd >> octaves).max(1)), diameter_um).unwrap();
             let calibration = calibration.limited_to(Some(limit));
             let dimming = Dimming::new(L2a::from_bits(l2a), Illuminance::from_bits(lx), &calibration);
-            let most_cd_m2 = limit.luminance_cd_m2().to_num::<f64>();
+            let most_cd_m2 = limit.luminance_cd_m2().map_or(f64::MAX, |most| most.to_num());
             let full_cd_m2 = calibration.measured().luminance_full_cd_m2.to_num::<f64>();
             prop_assert!(dimming.luminance_cd_m2.to_num::<f64>() <= most_cd_m2);
             prop_assert!(dimming.duty.to_num::<f64>() * full_cd_m2 <= most_cd_m2);
@@ -251,9 +252,9 @@ mod tests {
 
         #[test]
         fn no_step_of_a_driver_does_so_either(duty in any::<u32>(), most_mcd in 1u32..1_000_000, clock_mhz in 65u32..=150, low: bool) {
-            let limit = IntensityLimit::new(most_mcd, 30_000).unwrap();
+            let limit = IntensityLimit::new(Some(most_mcd), 30_000).unwrap();
             let calibration = Calibration::new(BENCH).unwrap().limited_to(Some(limit));
-            let most_cd_m2 = limit.luminance_cd_m2().to_num::<f64>();
+            let most_cd_m2 = limit.luminance_cd_m2().map_or(f64::MAX, |most| most.to_num());
             let full_cd_m2 = BENCH.luminance_full_cd_m2.to_num::<f64>();
             let given = |most: U32F32| super::duty(most, BENCH.luminance_full_cd_m2).min(Duty::from_bits(duty));
             let before = Pulses { low_current: low, ..Pulses::default() };

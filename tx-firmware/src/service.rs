@@ -439,25 +439,16 @@ fn shown(device: &impl Device) -> Answer<'static> {
 }
 
 fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
-    let limit = match numbers {
-        [0, 0] => None,
-        [most_mcd, led_diameter_um] => {
-            let limit = IntensityLimit::new(most_mcd, led_diameter_um);
-            let refusal = Refusal::IntensityLimit { most_mcd, led_diameter_um };
-            Some(limit.map_err(|_| refusal)?)
-        }
-    };
+    let [most_mcd, led_diameter_um] = numbers;
+    let limit = IntensityLimit::from_numbers(numbers).map_err(|_| Refusal::IntensityLimit { most_mcd, led_diameter_um })?;
     memory.save_intensity_limit(limit).map_err(|_| Refusal::Store)?;
     device.set_intensity_limit(limit);
     Ok(limit_of(device))
 }
 
 fn limit_of(device: &impl Device) -> Answer<'static> {
-    let limit = device.intensity_limit();
-    Answer::IntensityLimit {
-        most_mcd: limit.map_or(0, IntensityLimit::most_mcd),
-        led_diameter_um: limit.map_or(0, IntensityLimit::led_diameter_um),
-    }
+    let [most_mcd, led_diameter_um] = IntensityLimit::numbers(device.intensity_limit());
+    Answer::IntensityLimit { most_mcd, led_diameter_um }
 }
 
 /// One more, up to the greatest number there is.

@@ -183,12 +183,8 @@ impl<F: NorFlash> Store<F> {
         };
         let bytes: [u8; 8] = bytes.try_into().map_err(|_| StoreError::Damaged)?;
         let [a, b, c, d, e, f, g, h] = bytes;
-        match [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes) {
-            [0, 0] => Ok(None),
-            [most_mcd, led_diameter_um] => IntensityLimit::new(most_mcd, led_diameter_um)
-                .map(Some)
-                .map_err(|_| StoreError::Damaged),
-        }
+        let numbers = [[a, b, c, d], [e, f, g, h]].map(u32::from_le_bytes);
+        IntensityLimit::from_numbers(numbers).map_err(|_| StoreError::Damaged)
     }
 
     /// All that was saved last, and `typical` where no calibration was.
@@ -270,7 +266,7 @@ impl<F: NorFlash> Memory for Store<F> {
     }
 
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
-        let numbers = limit.map_or([0, 0], |limit| [limit.most_mcd(), limit.led_diameter_um()]);
+        let numbers = IntensityLimit::numbers(limit);
         self.save(INTENSITY_LIMIT, numbers.map(u32::to_le_bytes).as_flattened())
     }
 }

@@ -76,7 +76,7 @@ impl Kept for SymbolRate {
 
 impl Kept for IntensityLimit {
     fn numbered(number: u16) -> Self {
-        Self::new(1000 + u32::from(number), 30_000).expect("a limit")
+        Self::new(Some(1000 + u32::from(number)), 30_000).expect("a limit")
     }
 
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {

@@ -213,7 +213,7 @@ fn an_intensity_limit_is_checked_stored_read_back_and_outlives_calibrations() {
     bench.expect(&write(100_000, 30_000), &limit(100_000, 30_000));
     bench.expect(&Request::WriteCalibration(BENCH), &Answer::Done);
     bench.expect(&Request::ReadIntensityLimit, &limit(100_000, 30_000));
-    let kept = IntensityLimit::new(100_000, 30_000);
+    let kept = IntensityLimit::new(Some(100_000), 30_000);
     assert_eq!(bench.store.intensity_limit(), Ok(kept.ok()));
     for (most_mcd, led_diameter_um) in [(0, 30_000), (1000, 0), (u32::MAX, 30_000)] {
         let refusal = Refusal::IntensityLimit { most_mcd, led_diameter_um };

@@ -172,9 +172,7 @@ impl Values {
 
     fn limited_to(self, limit: Option<IntensityLimit>) -> Self {
         Self {
-            max_cd: limit
-                .filter(|limit| !limit.is_none())
-                .map(|limit| f64::from(limit.most_mcd()) / 1e3),
+            max_cd: limit.and_then(IntensityLimit::most_cd),
             led_diameter_m: limit.map(|limit| f64::from(limit.led_diameter_um()) / 1e6),
             ..self
         }
@@ -183,8 +181,7 @@ impl Values {
     fn limit(&self) -> anyhow::Result<Option<IntensityLimit>> {
         match (self.max_cd, self.led_diameter_m) {
             (None, None) => Ok(None),
-            (None, Some(led_diameter_m)) => Ok(Some(IntensityLimit::none_of(led_diameter_m)?)),
-            (Some(most_cd), Some(led_diameter_m)) => Ok(Some(IntensityLimit::from_cd(most_cd, led_diameter_m)?)),
+            (max_cd, Some(led_diameter_m)) => Ok(Some(IntensityLimit::from_cd(max_cd, led_diameter_m)?)),
             (Some(_), None) => bail!("max_cd needs led_diameter_m, the width of one LED's shining disc in m: give both"),
         }
     }

@@ -16,10 +16,8 @@ pub fn shown(client: &mut Connection) -> Result<Option<IntensityLimit>, DeviceEr
 
 /// Sets a limit, or takes the one there is back.
 pub fn set(client: &mut Connection, limit: Option<IntensityLimit>) -> Result<(), DeviceError> {
-    let request = Request::WriteIntensityLimit {
-        most_mcd: limit.map_or(0, IntensityLimit::most_mcd),
-        led_diameter_um: limit.map_or(0, IntensityLimit::led_diameter_um),
-    };
+    let [most_mcd, led_diameter_um] = IntensityLimit::numbers(limit);
+    let request = Request::WriteIntensityLimit { most_mcd, led_diameter_um };
     match ask(client, &request) {
         // What has none need not take it back.
         Err(DeviceError::NoIntensityLimit) if limit.is_none() => Ok(()),
@@ -29,7 +27,9 @@ pub fn set(client: &mut Connection, limit: Option<IntensityLimit>) -> Result<(),
 
 fn ask(client: &mut Connection, request: &Request<'_>) -> Result<Option<IntensityLimit>, DeviceError> {
     let told = client.ask(request, |answer| match answer {
-        Told::IntensityLimit { most_mcd, led_diameter_um } => Some(IntensityLimit::new(most_mcd, led_diameter_um).ok()),
+        Told::IntensityLimit { most_mcd, led_diameter_um } => {
+            Some(IntensityLimit::from_numbers([most_mcd, led_diameter_um]).ok().flatten())
+        }
         _ => None,
     });
     told.map_err(|error| match error {
