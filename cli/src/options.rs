@@ -13,7 +13,7 @@ use serialport::SerialPort;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 
-use crate::device::{Client, DeviceError, port};
+use crate::device::{Client, port};
 
 /// Options of every command.
 #[derive(Args)]
@@ -107,19 +107,17 @@ impl Port {
     }
 
     /// Says hello to the transmitter at this port.
-    pub fn greet(&self) -> anyhow::Result<Connection> {
-        self.conversation(Client::greet)
+    pub fn greet_transmitter(&self) -> anyhow::Result<Connection> {
+        self.greet()?.transmitter().with_context(|| self.name())
+    }
+
+    /// Says hello to the receiver at this port.
+    pub fn greet_receiver(&self) -> anyhow::Result<Connection> {
+        self.greet()?.receiver().with_context(|| self.name())
     }
 
     /// Says hello to the transmitter or the receiver at this port.
-    pub fn greet_any(&self) -> anyhow::Result<Connection> {
-        self.conversation(Client::greet_any)
-    }
-
-    fn conversation(
-        &self,
-        greet: impl FnOnce(Box<dyn SerialPort>, Duration, u32) -> Result<Connection, DeviceError>,
-    ) -> anyhow::Result<Connection> {
+    pub fn greet(&self) -> anyhow::Result<Connection> {
         let patience = Duration::from_secs_f64(self.timeout);
         let port = port::open(&self.port, self.baud, patience)?;
         // Two runs that begin with the same number would be taken for one.
@@ -127,7 +125,7 @@ impl Port {
         // A clock that was never set may stand before 1970.
         let away = now.unwrap_or_else(|early| early.duration());
         let sequence = away.as_nanos() as u32;
-        greet(port, patience, sequence).with_context(|| self.name())
+        Client::greet(port, patience, sequence).with_context(|| self.name())
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::{Context, ensure};
 use clap::Subcommand;
 use link::framing::MESSAGE_MAX;
-use link::serial::{Answer as Told, Limit, Request, Status};
+use link::serial::{self, Limit, Request, Status};
 use serde_json::{Value, json};
 use tx_firmware::dimming::Duty;
 
@@ -105,12 +105,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     match &arguments.action {
         Action::List => list(shared),
         Action::Status { port } => {
-            let mut client = port.greet_any()?;
+            let client = port.greet()?;
             if client.identity().is_receiver() {
-                return receiver::status(&mut client, port, shared);
+                return receiver::status(client, port, shared);
             }
-            drop(client);
-            let mut client = port.greet()?;
+            let mut client = client.transmitter().with_context(|| port.name())?;
             report(&status(&mut client, port)?, &mut client, port, shared)?;
             Ok(Answer::Yes)
         }
@@ -163,17 +162,16 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
     const NAP: Duration = Duration::from_millis(50);
     let Watch { port, count, readings, .. } = arguments;
     let (stop, interval) = (stop(), arguments.interval());
-    let mut client = port.greet_any()?;
+    let client = port.greet()?;
     if client.identity().is_receiver() {
-        return receiver::watch(&mut client, arguments, shared);
+        return receiver::watch(client, arguments, shared);
     }
     ensure!(
         !readings,
         "{}: a transmitter is there, which reads nothing: --readings is for receivers",
         port.name()
     );
-    drop(client);
-    let mut client = port.greet()?;
+    let mut client = client.transmitter().with_context(|| port.name())?;
     let mut told = 0;
     while !stop.is_asked() && count.is_none_or(|count| told < count) {
         let asked = std::time::Instant::now();
@@ -192,9 +190,9 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
 }
 
 fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<Answer> {
-    let mut client = port.greet()?;
+    let mut client = port.greet_transmitter()?;
     client
-        .ask(request, |answer| (answer == Told::Done).then_some(()))
+        .ask(request, |answer| (answer == serial::Answer::Done).then_some(()))
         .with_context(|| port.name())?;
     if shared.json {
         output::json(&json!({ "port": port.name(), "done": true }))?;
@@ -207,7 +205,7 @@ fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<A
 fn status(client: &mut Connection, port: &Port) -> anyhow::Result<Status> {
     client
         .ask(&Request::Status, |answer| match answer {
-            Told::Status(status) => Some(status),
+            serial::Answer::Status(status) => Some(status),
             _ => None,
         })
         .with_context(|| port.name())
@@ -270,7 +268,7 @@ fn short(status: &Status) -> String {
 
 fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<()> {
     let mut values = as_json(status);
-    values["symbol_rate_hz"] = rate::shown(client).with_context(|| port.name())?.into();
+    values["symbol_rate_hz"] = rate::symbol_rate_hz(client).with_context(|| port.name())?.into();
     let identity = client.identity();
     values["port"] = port.name().into();
     values["board"] = identity.board.clone().into();

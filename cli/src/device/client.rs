@@ -3,13 +3,13 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-use link::serial::{Answer, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, VERSION, encode, wire_length};
-use rx_pipeline::standalone::{ANSWER_MAX, BOARD_PREFIX};
-use serde::Serialize;
+use link::serial::{Answer, BodyError, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, encode, wire_length};
+use rx_pipeline::standalone as receiver;
+use serde::{Deserialize, Serialize};
 
 use super::DeviceError;
 
-/// How often a request is sent before its transmitter counts as silent.
+/// How often a request is sent before its board counts as silent.
 pub const TRIES: u32 = 8;
 
 /// Who somebody at a port says they are.
@@ -26,9 +26,42 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Whether it is a receiver, whose messages are `rx_pipeline::standalone`'s.
+    /// Whether it is a receiver; otherwise it is a transmitter.
     pub fn is_receiver(&self) -> bool {
-        self.board.starts_with(BOARD_PREFIX)
+        self.board.starts_with(receiver::BOARD_PREFIX)
+    }
+}
+
+/// What one kind of board is asked, and how it answers.
+pub trait Question: Serialize {
+    /// The answers of such a board.
+    type Answer<'a>: Deserialize<'a>;
+
+    /// Why the board did not do what it was asked, if this says so.
+    fn refusal(answer: &Self::Answer<'_>) -> Option<DeviceError>;
+}
+
+impl Question for Request<'_> {
+    type Answer<'a> = Answer<'a>;
+
+    fn refusal(answer: &Answer<'_>) -> Option<DeviceError> {
+        match *answer {
+            Answer::Refused(Refusal::Version { speaks }) => Some(DeviceError::Version { theirs: speaks }),
+            Answer::Refused(refusal) => Some(refusal.into()),
+            _ => None,
+        }
+    }
+}
+
+impl Question for receiver::Request {
+    type Answer<'a> = receiver::Answer<'a>;
+
+    fn refusal(answer: &receiver::Answer<'_>) -> Option<DeviceError> {
+        match *answer {
+            receiver::Answer::Refused(receiver::Refusal::Version { speaks }) => Some(DeviceError::Version { theirs: speaks }),
+            receiver::Answer::Refused(refusal) => Some(refusal.into()),
+            _ => None,
+        }
     }
 }
 
@@ -36,36 +69,18 @@ impl Identity {
 pub struct Client<P> {
     port: P,
     patience: Duration,
-    reader: FrameReader<ANSWER_MAX>,
+    reader: FrameReader<{ receiver::ANSWER_MAX }>,
     sequence: u32,
     identity: Identity,
 }
 
 impl<P: Read + Write> Client<P> {
-    /// Says hello to a transmitter. A try lasts `patience`; `sequence` is the number of the first request, which should be
-    /// another one in each conversation.
+    /// Says hello to whoever is there, a board of any kind and age. A try lasts `patience`; `sequence` is the number of the first request,
+    /// which should be another one in each conversation.
     ///
     /// # Errors
     /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
     pub fn greet(port: P, patience: Duration, sequence: u32) -> Result<Self, DeviceError> {
-        let client = Self::greet_any(port, patience, sequence)?;
-        match client.identity() {
-            identity if identity.is_receiver() => Err(DeviceError::IsReceiver {
-                board: identity.board.clone(),
-            }),
-            Identity { schema, firmware, .. } if *schema != SCHEMA => Err(DeviceError::Schema {
-                theirs: *schema,
-                firmware: firmware.clone(),
-            }),
-            _ => Ok(client),
-        }
-    }
-
-    /// Says hello to whoever is there, a transmitter of any age or a receiver.
-    ///
-    /// # Errors
-    /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
-    pub fn greet_any(port: P, patience: Duration, sequence: u32) -> Result<Self, DeviceError> {
         let mut client = Self {
             port,
             patience,
@@ -90,6 +105,43 @@ impl<P: Read + Write> Client<P> {
         Ok(client)
     }
 
+    /// The same, if a transmitter with this program's messages is there.
+    ///
+    /// # Errors
+    /// [`DeviceError`] that says who is there instead.
+    pub fn transmitter(self) -> Result<Self, DeviceError> {
+        if self.identity.is_receiver() {
+            return Err(DeviceError::IsReceiver {
+                board: self.identity.board,
+            });
+        }
+        self.of_schema(SCHEMA)
+    }
+
+    /// The same, if a receiver with this program's messages is there.
+    ///
+    /// # Errors
+    /// [`DeviceError`] that says who is there instead.
+    pub fn receiver(self) -> Result<Self, DeviceError> {
+        if !self.identity.is_receiver() {
+            return Err(DeviceError::IsTransmitter {
+                board: self.identity.board,
+            });
+        }
+        self.of_schema(receiver::SCHEMA)
+    }
+
+    fn of_schema(self, ours: u32) -> Result<Self, DeviceError> {
+        if self.identity.schema == ours {
+            return Ok(self);
+        }
+        Err(DeviceError::Schema {
+            theirs: self.identity.schema,
+            ours,
+            firmware: self.identity.firmware,
+        })
+    }
+
     /// Who is there.
     pub fn identity(&self) -> &Identity {
         &self.identity
@@ -105,26 +157,18 @@ impl<P: Read + Write> Client<P> {
     ///
     /// # Errors
     /// [`DeviceError`] when there is none after [`TRIES`], or a refusal, or one that `read` does not want.
-    pub fn ask<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
-        self.exchange(request, |frame| outcome(frame, &read))
-    }
-
-    /// What `read` makes of the frame that answers `request`.
-    ///
-    /// # Errors
-    /// [`DeviceError`] when there is none after [`TRIES`], or what `read` says.
-    pub fn exchange<R>(&mut self, request: &impl Serialize, read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>) -> Result<R, DeviceError> {
+    pub fn ask<Q: Question, R>(&mut self, request: &Q, read: impl Fn(Q::Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
         self.sequence = self.sequence.wrapping_add(1);
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
         let wire = encode(Kind::Request, self.sequence, request, &mut wire).map_err(|_| DeviceError::Unexpected)?;
         let mut heard = 0;
         for _ in 0..TRIES {
             match self.port.write_all(wire).and_then(|()| self.port.flush()) {
-                Err(error) if !is_passing(error.kind()) => return Err(gone(&error)),
+                Err(error) if !is_passing(error.kind()) => return Err(disconnected(&error)),
                 // What was sent of it, if anything, is garbage to the transmitter.
                 Ok(()) | Err(_) => {}
             }
-            if let Some(outcome) = self.listen(&read, &mut heard)? {
+            if let Some(outcome) = self.listen(|frame| outcome::<Q, R>(frame, &read), &mut heard)? {
                 return outcome;
             }
         }
@@ -149,14 +193,14 @@ impl<P: Read + Write> Client<P> {
         loop {
             let count = match self.port.read(&mut bytes) {
                 Ok(0) => {
-                    return Err(DeviceError::Gone {
+                    return Err(DeviceError::Disconnected {
                         why: "the port was closed".into(),
                     });
                 }
                 Ok(count) => count,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) if is_passing(error.kind()) => return Ok(None),
-                Err(error) => return Err(gone(&error)),
+                Err(error) => return Err(disconnected(&error)),
             };
             *heard += count;
             for &byte in &bytes[..count] {
@@ -175,14 +219,13 @@ impl<P: Read + Write> Client<P> {
     }
 }
 
-fn outcome<R>(frame: &Frame<'_>, read: impl Fn(Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
-    if frame.version() != VERSION {
-        return Err(DeviceError::Version { theirs: frame.version() });
-    }
-    match frame.answer() {
-        Ok(Answer::Refused(Refusal::Version { speaks })) => Err(DeviceError::Version { theirs: speaks }),
-        Ok(Answer::Refused(refusal)) => Err(refusal.into()),
-        Ok(answer) => read(answer).ok_or(DeviceError::Unexpected),
+fn outcome<Q: Question, R>(frame: &Frame<'_>, read: impl Fn(Q::Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
+    match frame.message(Kind::Answer) {
+        Ok(answer) => match Q::refusal(&answer) {
+            Some(refusal) => Err(refusal),
+            None => read(answer).ok_or(DeviceError::Unexpected),
+        },
+        Err(BodyError::Version { version }) => Err(DeviceError::Version { theirs: version }),
         Err(_) => Err(DeviceError::Unexpected),
     }
 }
@@ -192,6 +235,6 @@ fn is_passing(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
-fn gone(error: &std::io::Error) -> DeviceError {
-    DeviceError::Gone { why: error.to_string() }
+fn disconnected(error: &std::io::Error) -> DeviceError {
+    DeviceError::Disconnected { why: error.to_string() }
 }

@@ -1,10 +1,10 @@
-//! What can go wrong between a computer and a transmitter.
+//! What can go wrong between a computer and a board.
 
 use link::l2a_table::image::ImageError;
 use link::serial::{Refusal, VERSION};
 use link::symbol_rate::SymbolRate;
 
-/// Why a transmitter did not do what it was asked. The port stands in the errors of opening it alone; whoever
+/// Why a board did not do what it was asked. The port stands in the errors of opening it alone; whoever
 /// reports another one says which port it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
@@ -39,7 +39,7 @@ pub enum DeviceError {
     },
     /// The port closed while it was in use.
     #[error("the connection broke ({why}): plug the transmitter in again, and repeat the command")]
-    Gone {
+    Disconnected {
         /// What the system says.
         why: String,
     },
@@ -70,13 +70,13 @@ pub enum DeviceError {
     },
     /// It speaks another dialect of the same version.
     #[error(
-        "the transmitter's firmware {firmware} has other messages than this program (schema {theirs:08x}, here {ours:08x}): \
-         update the older one",
-        ours = link::serial::SCHEMA
+        "the board's firmware {firmware} has other messages than this program (schema {theirs:08x}, here {ours:08x}): update the older one"
     )]
     Schema {
         /// Its schema.
         theirs: u32,
+        /// This program's.
+        ours: u32,
         /// Its firmware's version.
         firmware: String,
     },
@@ -99,7 +99,7 @@ pub enum DeviceError {
     #[error("the receiver refuses: {0}")]
     ReceiverRefused(#[from] rx_pipeline::standalone::Refusal),
     /// It answers something else than was asked for.
-    #[error("the transmitter answers something else than was asked for: update the older side")]
+    #[error("the board answers something else than was asked for: update the older side")]
     Unexpected,
     /// It is older than the request.
     #[error(

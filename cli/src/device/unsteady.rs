@@ -120,7 +120,7 @@ impl Read for Wire {
 
 fn client(line: Line, seed: u64) -> Result<Client<Wire>, DeviceError> {
     println!("{line:?}, seed {seed}");
-    Client::greet(Wire::new(line, seed), Duration::from_secs(1), seed as u32)
+    Client::greet(Wire::new(line, seed), Duration::from_secs(1), seed as u32)?.transmitter()
 }
 
 /// A table of the largest size.

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow, bail};
 use fixed::traits::Fixed;
 use link::intensity::IntensityLimit;
-use link::serial::{Answer as Told, Measured, Request};
+use link::serial::{self, Measured, Request};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use sim::input;
@@ -38,22 +38,22 @@ struct Values {
 /// Prints the values, after writing those of the file if there is one.
 pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
     let wanted = file.map(read).transpose()?;
-    let mut client = port.greet()?;
+    let mut client = port.greet_transmitter()?;
     if let Some((measured, limit)) = wanted {
         // First what makes the panel darker.
         limit::set(&mut client, limit).with_context(|| port.name())?;
         let request = Request::WriteCalibration(measured);
         client
-            .ask(&request, |answer| (answer == Told::Done).then_some(()))
+            .ask(&request, |answer| (answer == serial::Answer::Done).then_some(()))
             .with_context(|| port.name())?;
     }
     let measured = client
         .ask(&Request::ReadCalibration, |answer| match answer {
-            Told::Calibration(measured) => Some(measured),
+            serial::Answer::Calibration(measured) => Some(measured),
             _ => None,
         })
         .with_context(|| port.name())?;
-    let limit = limit::shown(&mut client).with_context(|| port.name())?;
+    let limit = limit::in_use(&mut client).with_context(|| port.name())?;
     let values = Values::of(&measured).limited_to(limit);
     if shared.json {
         output::json(&values)?;

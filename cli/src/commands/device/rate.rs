@@ -1,7 +1,7 @@
 //! `vocc device rate`: how many symbols a second a transmitter shows, or a receiver expects.
 
 use anyhow::Context;
-use link::serial::{Answer as Told, Refusal, Request};
+use link::serial::{self, Refusal, Request};
 use link::symbol_rate::SymbolRate;
 use serde_json::json;
 
@@ -41,24 +41,23 @@ impl Wanted {
 /// Tells the rate, after changing it if another one is wanted.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Answer> {
     let wanted = wanted.hz()?;
-    let mut client = port.greet_any()?;
-    let shown = if client.identity().is_receiver() {
-        receiver::rate(&mut client, port, wanted)?
+    let client = port.greet()?;
+    let rate_hz = if client.identity().is_receiver() {
+        receiver::rate(client, port, wanted)?
     } else {
-        drop(client);
-        of_transmitter(port, wanted)?
+        of_transmitter(client, port, wanted)?
     };
     if shared.json {
-        output::json(&json!({ "port": port.name(), "symbol_rate_hz": shown }))?;
+        output::json(&json!({ "port": port.name(), "symbol_rate_hz": rate_hz }))?;
     } else {
-        line(&format!("{}: {shown} symbols a second", port.name()))?;
+        line(&format!("{}: {rate_hz} symbols a second", port.name()))?;
     }
     Ok(Answer::Yes)
 }
 
-fn of_transmitter(port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
+fn of_transmitter(client: Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
     let wanted = wanted.map(SymbolRate::from_hz).transpose()?;
-    let mut client = port.greet()?;
+    let mut client = client.transmitter().with_context(|| port.name())?;
     let request = wanted.map_or(Request::ReadSymbolRate, |rate| Request::WriteSymbolRate {
         millihertz: rate.millihertz(),
     });
@@ -69,7 +68,7 @@ fn of_transmitter(port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
 }
 
 /// The rate that a transmitter shows; none where its firmware is too old to say.
-pub fn shown(client: &mut Connection) -> Result<Option<f64>, DeviceError> {
+pub fn symbol_rate_hz(client: &mut Connection) -> Result<Option<f64>, DeviceError> {
     match ask(client, &Request::ReadSymbolRate) {
         Ok(rate) => Ok(Some(rate)),
         Err(DeviceError::NoSymbolRate) => Ok(None),
@@ -79,7 +78,7 @@ pub fn shown(client: &mut Connection) -> Result<Option<f64>, DeviceError> {
 
 fn ask(client: &mut Connection, request: &Request<'_>) -> Result<f64, DeviceError> {
     let told = client.ask(request, |answer| match answer {
-        Told::SymbolRate { millihertz } => Some(f64::from(millihertz) / 1e3),
+        serial::Answer::SymbolRate { millihertz } => Some(f64::from(millihertz) / 1e3),
         _ => None,
     });
     told.map_err(|error| match error {

@@ -4,11 +4,10 @@ use std::io::{Read, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
-use link::serial::{BodyError, Frame, Kind};
-use rx_pipeline::standalone::{Answer as Told, CameraSettings, Request, SCHEMA, Status};
+use rx_pipeline::standalone::{self, CameraSettings, Request, Status};
 use serde_json::{Value, json};
 
-use crate::device::{Client, DeviceError};
+use crate::device::Client;
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Answer, line};
 use crate::pictures::write_png;
@@ -48,12 +47,12 @@ struct Picture {
 }
 
 /// Prints how the receiver is, how its camera is set, its last message and what it reads.
-pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<Answer> {
-    check(client, port)?;
+pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Result<Answer> {
     let name = port.name();
+    let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut values = as_json(&asked_status(client, &name)?);
     let camera = ask(client, &name, &Request::Camera, |answer| match answer {
-        Told::Camera(camera) => Some(camera),
+        standalone::Answer::Camera(camera) => Some(camera),
         _ => None,
     })?;
     values["camera"] = camera_as_json(&camera);
@@ -84,9 +83,9 @@ pub fn status(client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::
 }
 
 /// The symbols a second that the receiver expects, after telling it others if `wanted`.
-pub fn rate(client: &mut Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
-    check(client, port)?;
-    set_rate(client, &port.name(), wanted)
+pub fn rate(client: Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
+    let name = port.name();
+    set_rate(&mut client.receiver().with_context(|| name.clone())?, &name, wanted)
 }
 
 fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<f64>) -> anyhow::Result<f64> {
@@ -99,7 +98,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
         let request = Request::SetSymbolRate {
             millihertz: millihertz as u32,
         };
-        ask(client, port, &request, |answer| (answer == Told::Done).then_some(()))?;
+        ask(client, port, &request, |answer| (answer == standalone::Answer::Done).then_some(()))?;
     }
     Ok(f64::from(asked_status(client, port)?.symbol_millihertz) / 1e3)
 }
@@ -107,8 +106,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
 /// Writes what the camera sees.
 pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Answer> {
     let Snapshot { port, out } = arguments;
-    let mut client = port.greet_any()?;
-    check(&client, port)?;
+    let mut client = port.greet_receiver()?;
     let picture = fetch(&mut client, &port.name())?;
     let [width, height] = picture.size.map(usize::from);
     write_png(out, &picture.grey, width, height)?;
@@ -146,7 +144,7 @@ fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<
             let offset = picture.as_ref().map_or(0, |picture| picture.grey.len());
             let request = Request::Picture { offset: offset as u32 };
             let part = ask(client, port, &request, |answer| match answer {
-                Told::Picture(part) if part.offset == request_offset(&request) => Some(Picture {
+                standalone::Answer::Picture(part) if part.offset == request_offset(&request) => Some(Picture {
                     frame: part.frame,
                     size: part.size,
                     origin: part.origin,
@@ -181,32 +179,16 @@ fn request_offset(request: &Request) -> u32 {
     }
 }
 
-/// Whether a receiver is there that can be talked to.
-fn check(client: &Connection, port: &Port) -> anyhow::Result<()> {
-    let identity = client.identity();
-    if !identity.is_receiver() {
-        let board = identity.board.clone();
-        return Err(DeviceError::IsTransmitter { board }).with_context(|| port.name());
-    }
-    ensure!(
-        identity.schema == SCHEMA,
-        "{}: the receiver's firmware {} has other messages than this program: update the older one",
-        port.name(),
-        identity.firmware
-    );
-    Ok(())
-}
-
 fn asked_status<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Status> {
     ask(client, port, &Request::Status, |answer| match answer {
-        Told::Status(status) => Some(status),
+        standalone::Answer::Status(status) => Some(status),
         _ => None,
     })
 }
 
 fn asked_message<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Message> {
     ask(client, port, &Request::Message, |answer| match answer {
-        Told::Message(message) => Some(Message {
+        standalone::Answer::Message(message) => Some(Message {
             count: message.count,
             bytes: message.bytes.to_vec(),
             age_ms: message.age_ms,
@@ -221,15 +203,9 @@ fn ask<P: Read + Write, R>(
     client: &mut Client<P>,
     port: &str,
     request: &Request,
-    read: impl Fn(Told<'_>) -> Option<R>,
+    read: impl Fn(standalone::Answer<'_>) -> Option<R>,
 ) -> anyhow::Result<R> {
-    let outcome = |frame: &Frame<'_>| match frame.message(Kind::Answer) {
-        Ok(Told::Refused(refusal)) => Err(refusal.into()),
-        Ok(answer) => read(answer).ok_or(DeviceError::Unexpected),
-        Err(BodyError::Version { .. }) => Err(DeviceError::Version { theirs: frame.version() }),
-        Err(_) => Err(DeviceError::Unexpected),
-    };
-    client.exchange(request, outcome).with_context(|| port.to_owned())
+    client.ask(request, read).with_context(|| port.to_owned())
 }
 
 fn state(status: &Status) -> &'static str {

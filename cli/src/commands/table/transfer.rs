@@ -27,7 +27,7 @@ impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
     pub fn push(&self, shared: &Shared) -> anyhow::Result<Answer> {
         let table = self.table()?;
-        let mut client = self.port.greet()?;
+        let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
         push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
         drop(progress);
@@ -44,7 +44,7 @@ impl Transfer {
             );
             files::check(path)?;
         }
-        let mut client = self.port.greet()?;
+        let mut client = self.port.greet_transmitter()?;
         let table = pull(&mut client).with_context(|| self.port.name())?;
         let text = table_file(&table);
         match &self.file {
@@ -63,7 +63,7 @@ impl Transfer {
     /// Whether the transmitter uses this table.
     pub fn verify(&self, shared: &Shared) -> anyhow::Result<Answer> {
         let wanted = self.table()?;
-        let mut client = self.port.greet()?;
+        let mut client = self.port.greet_transmitter()?;
         let found = pull(&mut client).with_context(|| self.port.name())?;
         let same = found == wanted;
         if shared.json {

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use link::panel::LLR_STEP;
-use rx_pipeline::standalone::{Answer as Told, Reading, Request};
+use rx_pipeline::standalone::{Answer, Reading, Request};
 use serde_json::{Value, json};
 
 use super::ask;
@@ -12,7 +12,7 @@ use crate::device::Client;
 /// What the panel was last read as; nothing while none is seen.
 pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<Reading>> {
     ask(client, port, &Request::Reading, |answer| match answer {
-        Told::Reading(reading) => Some(reading),
+        Answer::Reading(reading) => Some(reading),
         _ => None,
     })
 }

@@ -1,9 +1,10 @@
 //! A conversation with the application that is flashed, without a board.
 
 use super::*;
+use crate::device::DeviceError;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Port as Wire, Reading, Settings, Trouble};
+use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Reading, Settings, Trouble};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -33,7 +34,7 @@ impl Clock for Board {
     }
 }
 
-impl Wire for Board {
+impl standalone::Port for Board {
     fn read(&mut self) -> Option<u8> {
         self.input.pop_front()
     }
@@ -111,16 +112,18 @@ impl Read for Line {
 }
 
 fn client() -> Client<Line> {
-    Client::greet_any(Line::new(), Duration::from_secs(1), 5).unwrap()
+    Client::greet(Line::new(), Duration::from_secs(1), 5).unwrap()
 }
 
 #[test]
 fn a_receiver_is_known_by_its_board_and_is_no_transmitter() {
     let client = client();
     assert!(client.identity().is_receiver());
-    assert_eq!(client.identity().schema, SCHEMA);
+    assert_eq!(client.identity().schema, standalone::SCHEMA);
     let board = "receiver-test".to_owned();
-    let refused = Client::greet(Line::new(), Duration::from_secs(1), 5).err();
+    let refused = Client::greet(Line::new(), Duration::from_secs(1), 5)
+        .and_then(Client::transmitter)
+        .err();
     assert_eq!(refused, Some(DeviceError::IsReceiver { board }));
 }
 
@@ -191,7 +194,9 @@ fn readings_are_told() {
 fn refusals_are_told() {
     let mut client = client();
     let request = Request::SetSymbolRate { millihertz: 50_000 };
-    let refused = ask(&mut client, "p", &request, |answer| (answer == Told::Done).then_some(()));
+    let refused = ask(&mut client, "p", &request, |answer| {
+        (answer == standalone::Answer::Done).then_some(())
+    });
     assert!(format!("{:#}", refused.unwrap_err()).contains("at most 13231"));
 }
 

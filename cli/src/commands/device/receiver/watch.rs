@@ -3,12 +3,13 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
+use anyhow::Context;
 use rx_pipeline::standalone::{Reading, Status};
 use serde_json::Value;
 use studies::stop::Stop;
 
 use super::reading::{asked_reading, reading_as_json, reading_in_short};
-use super::{Message, as_json, asked_message, asked_status, check, message_as_json, short, text};
+use super::{Message, as_json, asked_message, asked_status, message_as_json, short, text};
 use crate::commands::device::Watch;
 use crate::device::Client;
 use crate::options::{Connection, Shared};
@@ -21,10 +22,10 @@ const POLL: Duration = Duration::from_millis(250);
 const NAP: Duration = Duration::from_millis(50);
 
 /// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
-pub fn watch(client: &mut Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
     let Watch { port, count, readings, .. } = arguments;
-    check(client, port)?;
     let (stop, name) = (stop(), port.name());
+    let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut status = asked_status(client, &name)?;
     let mut news = News::since(&status);
     let mut told = 0;

@@ -2,8 +2,8 @@
 
 use super::super::watch::News;
 use super::*;
-use link::serial::{FrameReader, Hello, encode, wire_length};
-use rx_pipeline::standalone::{ANSWER_MAX, Counters, Message as Kept, PART_MAX, REQUEST_MAX};
+use link::serial::{FrameReader, Hello, Kind, encode, wire_length};
+use rx_pipeline::standalone::{ANSWER_MAX, Counters, PART_MAX, REQUEST_MAX};
 
 /// How long it has run, s, and the messages that it has had since.
 type Moment = (u64, &'static [&'static str]);
@@ -27,14 +27,14 @@ impl Scripted {
         let (uptime_s, messages) = self.now;
         let count = messages.len() as u32;
         let answer = match request {
-            Request::Hello => Told::Hello(Hello {
-                schema: SCHEMA,
+            Request::Hello => standalone::Answer::Hello(Hello {
+                schema: standalone::SCHEMA,
                 firmware: "1",
                 board: "receiver-script",
                 chunk_max: PART_MAX as u16,
                 message_max: 0,
             }),
-            Request::Status => Told::Status(Status {
+            Request::Status => standalone::Answer::Status(Status {
                 uptime_ms: 1000 * uptime_s,
                 is_following: true,
                 trouble: None,
@@ -50,7 +50,7 @@ impl Scripted {
                     ..Counters::default()
                 },
             }),
-            Request::Message => Told::Message(Kept {
+            Request::Message => standalone::Answer::Message(standalone::Message {
                 count,
                 bytes: messages.last().map_or(&[], |text| text.as_bytes()),
                 age_ms: 0,
@@ -102,7 +102,7 @@ fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)
         reader: FrameReader::new(),
         output: VecDeque::new(),
     };
-    let mut client = Client::greet_any(port, Duration::from_secs(1), 5).unwrap();
+    let mut client = Client::greet(port, Duration::from_secs(1), 5).unwrap();
     let mut status = asked_status(&mut client, "p").unwrap();
     let mut news = News::since(&status);
     let mut told = Vec::new();
