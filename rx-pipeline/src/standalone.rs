@@ -19,22 +19,22 @@
 pub mod exposure;
 
 mod application;
-mod desk;
 mod follow;
 mod last_message;
 mod message;
 mod numbering;
 mod picture;
 mod range;
-mod say;
+mod service;
 #[cfg(test)]
 mod tests;
+mod text;
 
 pub use application::{Application, ApplicationError, QUIET_US, Settings};
-pub use follow::{Follow, PanelReceiver, Seen, Sighting};
+pub use follow::{Follow, FrameOutcome, PanelReceiver, Sighting};
 pub use message::{
-    ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading, Refusal,
-    Request, SCHEMA, Status, Trouble,
+    ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX, PicturePart, REQUEST_MAX, Refusal, Request,
+    SCHEMA, Status, Trouble, WireReading,
 };
 pub use picture::PICTURE_PIXELS;
 pub use range::range_pitches;

@@ -17,7 +17,7 @@ use link::{
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{
         ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind, Measured, REQUEST_FRAME_MAX, Refusal, Request,
-        SCHEMA, Status, TablePart, VERSION, encode, wire_length,
+        SCHEMA, Status, TablePart, encode, wire_length,
     },
     symbol_rate::SymbolRate,
 };
@@ -228,8 +228,7 @@ impl Service {
         let outcome = match frame.request() {
             // An answer that came back: whoever speaks there is no computer.
             Err(BodyError::OtherKind) => return None,
-            Err(BodyError::Version { .. }) => Err(Refusal::Version { speaks: VERSION }),
-            Err(BodyError::Malformed) => Err(Refusal::Unknown),
+            Err(error) => Err(error.into()),
             Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),
             Ok(Request::ReadTable { offset }) => {
                 table = device.table();

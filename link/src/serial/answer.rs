@@ -1,6 +1,6 @@
 //! What a transmitter answers.
 
-use super::{Measured, Status};
+use super::{BodyError, Measured, Status, VERSION};
 use crate::symbol_rate::Outside;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -162,6 +162,15 @@ pub enum Refusal {
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
+}
+
+impl From<BodyError> for Refusal {
+    fn from(error: BodyError) -> Self {
+        match error {
+            BodyError::Version { .. } => Self::Version { speaks: VERSION },
+            BodyError::OtherKind | BodyError::Malformed => Self::Unknown,
+        }
+    }
 }
 
 impl Refusal {

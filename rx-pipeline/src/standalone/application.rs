@@ -2,15 +2,15 @@
 
 use core::array;
 
-use super::desk::{Desk, Facts};
 use super::exposure::{self, BRACKET_FRAMES, Levels};
 use super::follow::{Follow, Sighting};
 use super::last_message::LastMessage;
-use super::message::{CameraSettings, Counters, Fault, Message, Reading, Status, Trouble};
+use super::message::{CameraSettings, Counters, Fault, Message, Status, Trouble, WireReading};
 use super::numbering::Numbering;
 use super::picture::Picture;
 use super::range::range_pitches;
-use super::say::{self, Said};
+use super::service::{Received, Service, State};
+use super::text::{self, PrintedState};
 use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -66,7 +66,7 @@ pub struct Application<F> {
     settings: Settings,
     is_following: bool,
     trouble: Option<Trouble>,
-    said: Said,
+    printed: PrintedState,
     /// Whether the camera has taken its settings.
     is_set_up: bool,
     set_up_us: u64,
@@ -85,7 +85,7 @@ pub struct Application<F> {
     longest_us: u32,
     message: LastMessage,
     picture: Picture,
-    pub(super) desk: Desk,
+    pub(super) service: Service,
 }
 
 /// Tells the board that the program is alive while a frame is worked on.
@@ -119,7 +119,7 @@ impl<F: Follow> Application<F> {
             settings,
             is_following: false,
             trouble: None,
-            said: Said::default(),
+            printed: PrintedState::default(),
             is_set_up: false,
             set_up_us: 0,
             exposure,
@@ -134,7 +134,7 @@ impl<F: Follow> Application<F> {
             longest_us: 0,
             message: LastMessage::default(),
             picture: Picture::EMPTY,
-            desk: Desk::new(),
+            service: Service::new(),
         })
     }
 
@@ -216,7 +216,7 @@ impl<F: Follow> Application<F> {
             let number = self.count(ended_us, board.cut_short());
             self.look(number, &frame, board);
             self.expose(&frame, board);
-            if !self.desk.keeps_picture(began_us) {
+            if !self.service.keeps_picture(began_us) {
                 let corners = self.corners();
                 self.picture.draw(number, &frame, corners.as_ref());
             }
@@ -268,8 +268,8 @@ impl<F: Follow> Application<F> {
                 add(&mut self.counters.messages, 1);
                 add(&mut self.counters.corrected_bits, delivery.corrected_bits);
                 self.message.keep(&delivery, board.micros());
-                if !self.desk.is_asked(self.message.at_us, QUIET_US) {
-                    say::write_message(&self.message.bytes, board);
+                if !self.service.is_asked(self.message.at_us, QUIET_US) {
+                    text::write_message(&self.message.bytes, board);
                 }
             }
             Event::Geometry(told) => self.size = Some(told.into()),
@@ -342,18 +342,18 @@ impl<F: Follow> Application<F> {
         for _ in 0..BYTES_AT_ONCE {
             let Some(byte) = board.read() else { break };
             let now_us = board.micros();
-            if let Some(asked) = self.desk.receive(byte, now_us) {
-                if let Some(millihertz) = asked.symbol_millihertz() {
+            if let Some(received) = self.service.receive(byte, now_us) {
+                if let Some(millihertz) = received.symbol_millihertz() {
                     self.set_symbol_rate(millihertz);
                 }
-                self.answer(&asked, now_us, board);
+                self.answer(&received, now_us, board);
                 // One at a time: an answer may take longer than a frame, and those that ask without end would be all that is served.
                 break;
             }
         }
         let now_us = board.micros();
-        if !self.desk.is_asked(now_us, QUIET_US) {
-            self.said.update(self.is_following, self.fault(), board);
+        if !self.service.is_asked(now_us, QUIET_US) {
+            self.printed.update(self.is_following, self.fault(), board);
         }
         board.lamp(self.lamp(now_us));
     }
@@ -367,7 +367,7 @@ impl<F: Follow> Application<F> {
         }
     }
 
-    fn answer<B: Board>(&mut self, asked: &super::desk::Asked, now_us: u64, board: &mut B) {
+    fn answer<B: Board>(&mut self, received: &Received, now_us: u64, board: &mut B) {
         let Settings {
             mode,
             symbol_millihertz,
@@ -375,9 +375,9 @@ impl<F: Follow> Application<F> {
         } = self.settings;
         let reading = self.reading();
         let Self {
-            desk, picture, message, ..
+            service, picture, message, ..
         } = self;
-        let facts = Facts {
+        let state = State {
             now_us,
             board: B::BOARD,
             firmware: B::FIRMWARE,
@@ -394,8 +394,8 @@ impl<F: Follow> Application<F> {
                 stack_bytes: board.stack_bytes(),
                 counters: Counters {
                     cut_short: board.cut_short(),
-                    requests: desk.requests,
-                    bad_frames: desk.bad_frames,
+                    requests: service.requests,
+                    bad_frames: service.bad_frames,
                     ..self.counters
                 },
             },
@@ -418,13 +418,13 @@ impl<F: Follow> Application<F> {
             picture,
             most_millihertz: most_millihertz(mode),
         };
-        board.write(desk.answer(asked, &facts));
+        board.write(service.answer(received, &state));
     }
 
     /// What the panel that is followed was last read as.
-    fn reading(&self) -> Option<Reading> {
+    fn reading(&self) -> Option<WireReading> {
         let (frame, sighting) = self.sighting.filter(|_| self.is_following)?;
-        Some(Reading {
+        Some(WireReading {
             frame,
             bits: sighting.bits.bits(),
             soft: array::from_fn(|row| array::from_fn(|column| sighting.soft.0[SIDE * row + column])),

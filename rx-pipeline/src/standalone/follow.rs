@@ -28,9 +28,9 @@ pub struct Sighting {
     pub confidence: f32,
 }
 
-/// What a frame brought.
+/// What came of a frame.
 #[derive(Debug)]
-pub struct Seen<'a> {
+pub struct FrameOutcome<'a> {
     /// Whether a panel is followed, in this frame or through a gap.
     pub is_following: bool,
     /// The panel, where it was read.
@@ -42,7 +42,7 @@ pub struct Seen<'a> {
 /// Finds a panel in whole frames, follows it and reads it.
 pub trait Follow {
     /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
-    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_>;
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> FrameOutcome<'_>;
 
     /// Forgets everything and goes by that many symbols in a frame's period, above 0 and at most 1; `None` where it cannot.
     fn begin(&mut self, symbols_per_frame: f32) -> Option<()>;
@@ -69,7 +69,7 @@ where
     M: BorrowMut<ReceiverMemory<PIXELS>>,
     B: BorrowMut<[u8]>,
 {
-    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> FrameOutcome<'_> {
         let PanelReceiver {
             receiver, search, proof, ..
         } = &mut **self;
@@ -98,7 +98,7 @@ where
         proof.judge(number, &outcome.event);
         let is_seen = matches!(outcome.reading, Ok(_) | Err(Loss::Coasting { .. }));
         let reading = outcome.reading.ok().filter(|_| !proof.has_failed());
-        Seen {
+        FrameOutcome {
             is_following: is_seen && !proof.has_failed(),
             sighting: reading.map(|reading| Sighting {
                 corners: reading.corners,
@@ -130,9 +130,9 @@ where
 
 /// One that reads in whole numbers, wherever it lies.
 impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
-    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Seen<'_> {
+    fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> FrameOutcome<'_> {
         let outcome = IntegerReceiver::frame(self, number, frame, profile);
-        Seen {
+        FrameOutcome {
             is_following: outcome.is_following,
             sighting: outcome.reading.map(|reading| Sighting {
                 corners: reading.corners,

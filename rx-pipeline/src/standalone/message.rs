@@ -3,7 +3,7 @@
 use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
 use link::panel::SIDE;
-use link::serial::{FRAME_OVERHEAD, Hello};
+use link::serial::{BodyError, FRAME_OVERHEAD, Hello, VERSION};
 use serde::{Deserialize, Serialize};
 
 /// The number of this set of messages, in [`Hello::schema`]; another number, other messages.
@@ -62,7 +62,7 @@ pub enum Answer<'a> {
     /// It is done.
     Done,
     /// What the panel that is followed was last read as; nothing while none is seen.
-    Reading(Option<Reading>),
+    Reading(Option<WireReading>),
 }
 
 /// Why a receiver did not do what was asked.
@@ -88,6 +88,15 @@ pub enum Refusal {
         /// The most.
         most: u32,
     },
+}
+
+impl From<BodyError> for Refusal {
+    fn from(error: BodyError) -> Self {
+        match error {
+            BodyError::Version { .. } => Self::Version { speaks: VERSION },
+            BodyError::OtherKind | BodyError::Malformed => Self::Unknown,
+        }
+    }
 }
 
 /// What keeps a receiver from seeing as it should.
@@ -170,7 +179,7 @@ pub struct Counters {
 
 /// What a frame was read as.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reading {
+pub struct WireReading {
     /// The frame's number.
     pub frame: u64,
     /// LEDs that are On: bit 8·row + column.
@@ -189,7 +198,7 @@ pub struct Reading {
     pub pitch_m: Option<f32>,
 }
 
-impl Reading {
+impl WireReading {
     /// How far away the panel is, m, where it has told its size.
     pub fn range_m(&self) -> Option<f32> {
         self.pitch_m.map(|pitch_m| pitch_m * self.range_pitches)

@@ -513,7 +513,7 @@ fn a_flood_is_survived() {
         application.frame(&pixels, bench.now_us, &mut bench);
     }
     assert_eq!(application.message(), b"through it all");
-    assert!(application.desk.bad_frames > 100);
+    assert!(application.service.bad_frames > 100);
 }
 
 /// A million requests, of which most are spoilt: each whole one is answered once, and none else.
@@ -552,10 +552,10 @@ fn a_million_requests_are_survived() {
         application.serve(&mut bench);
         bench.output.clear();
     }
-    let requests = application.desk.requests;
+    let requests = application.service.requests;
     // A zero that was spoilt at the end lets the next frame's first one stand for it.
     assert!((whole..whole + 400_000).contains(&requests), "{requests} {whole}");
-    assert!(application.desk.bad_frames > 400_000);
+    assert!(application.service.bad_frames > 400_000);
 }
 
 properties! {
@@ -563,7 +563,7 @@ properties! {
     #[test]
     fn messages_are_printed_as_one_line(message: Vec<u8>) {
         let mut bench = Bench::default();
-        super::say::write_message(&message, &mut bench);
+        super::text::write_message(&message, &mut bench);
         let text = String::from_utf8(bench.output).unwrap();
         let line = text.strip_suffix("\r\n").unwrap();
         prop_assert!(line.starts_with("message: ") && !line.chars().any(char::is_control));

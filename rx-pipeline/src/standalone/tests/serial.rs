@@ -82,7 +82,7 @@ fn a_picture_is_kept_for_half_a_second() {
     assert_eq!(part(18, 0), first + 3 * 14 + 18);
 }
 
-fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Option<Reading> {
+fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Option<WireReading> {
     ask(application, bench, 7, Request::Reading, |answer| match answer {
         Answer::Reading(reading) => reading,
         other => panic!("{other:?}"),

@@ -3,14 +3,14 @@
 use std::io::{Read, Write};
 
 use link::panel::LLR_STEP;
-use rx_pipeline::standalone::{Answer, Reading, Request};
+use rx_pipeline::standalone::{Answer, Request, WireReading};
 use serde_json::{Value, json};
 
 use super::ask;
 use crate::device::Client;
 
 /// What the panel was last read as; nothing while none is seen.
-pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<Reading>> {
+pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<WireReading>> {
     ask(client, port, &Request::Reading, |answer| match answer {
         Answer::Reading(reading) => Some(reading),
         _ => None,
@@ -18,7 +18,7 @@ pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> any
 }
 
 /// For scripts: the soft values are ln(P(On)/P(Off)), LED by LED in the order of the bits.
-pub fn reading_as_json(reading: Option<&Reading>) -> Value {
+pub fn reading_as_json(reading: Option<&WireReading>) -> Value {
     reading.map_or(Value::Null, |reading| {
         let soft = reading.soft.as_flattened().iter();
         json!({
@@ -35,7 +35,7 @@ pub fn reading_as_json(reading: Option<&Reading>) -> Value {
 }
 
 /// A line for a watch.
-pub fn reading_in_short(reading: &Reading) -> String {
+pub fn reading_in_short(reading: &WireReading) -> String {
     let range = match reading.range_m() {
         Some(range_m) => format!("{range_m:.2} m"),
         None => format!("{:.1} times the way from LED to LED", reading.range_pitches),

@@ -4,7 +4,7 @@ use super::*;
 use crate::device::DeviceError;
 use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Reading, Settings, Trouble};
+use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Settings, Trouble, WireReading};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -167,7 +167,7 @@ fn a_picture_comes_whole_and_of_one_frame() {
 fn readings_are_told() {
     assert_eq!(asked_reading(&mut client(), "p").unwrap(), None);
     assert_eq!(reading_as_json(None), Value::Null);
-    let reading = Reading {
+    let reading = WireReading {
         frame: 7,
         bits: 0x8000_0000_0000_0001,
         soft: [[-4; 8]; 8],
@@ -182,7 +182,7 @@ fn readings_are_told() {
         (&told["bits"], &told["soft"][63], &told["range_m"]),
         (&"8000000000000001".into(), &(-1.0).into(), &Value::Null)
     );
-    let of_size = Reading {
+    let of_size = WireReading {
         pitch_m: Some(0.06),
         ..reading
     };

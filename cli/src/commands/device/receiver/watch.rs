@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use rx_pipeline::standalone::{Reading, Status};
+use rx_pipeline::standalone::{Status, WireReading};
 use serde_json::Value;
 use studies::stop::Stop;
 
@@ -79,7 +79,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
 }
 
 /// The reading is told at each interval where it was asked for, as none while no panel is seen.
-fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<Reading>>) -> anyhow::Result<()> {
+fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireReading>>) -> anyhow::Result<()> {
     let mut values = as_json(status);
     if let Some(reading) = reading {
         values["reading"] = reading_as_json(reading.as_ref());

@@ -1,19 +1,19 @@
-//! What is said on the port as lines of text.
+//! Lines of text on the port: what happens, for a person at a terminal.
 
 use core::fmt::Write;
 
 use super::Port;
 use super::message::Fault;
 
-/// What was said last of what goes on.
+/// The state that was last printed.
 #[derive(Default)]
-pub struct Said {
+pub struct PrintedState {
     is_following: Option<bool>,
     fault: Option<Fault>,
 }
 
-impl Said {
-    /// Says what has changed.
+impl PrintedState {
+    /// Prints what has changed.
     pub fn update(&mut self, is_following: bool, fault: Option<Fault>, port: &mut impl Port) {
         let mut text = Text(port);
         if self.fault != fault {
@@ -40,7 +40,7 @@ impl<P: Port> Write for Text<'_, P> {
     }
 }
 
-/// Says a message, whatever is in it, in one line.
+/// Prints a message, whatever is in it, in one line.
 pub fn write_message(message: &[u8], port: &mut impl Port) {
     let mut text = Text(port);
     let _ = text.write_str("message: ");

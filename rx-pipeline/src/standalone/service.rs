@@ -1,24 +1,24 @@
-//! A receiver's end of the conversation with a computer.
+//! The serial port's service: requests in, answers out.
 
 use super::message::{
-    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Reading, Refusal, Request, SCHEMA, Status,
+    ANSWER_MAX, Answer, CameraSettings, Message, PART_MAX, PicturePart, REQUEST_MAX, Refusal, Request, SCHEMA, Status, WireReading,
 };
 use super::picture::Picture;
-use link::serial::{BodyError, FrameReader, Hello, Kind, VERSION, encode, wire_length};
+use link::serial::{BodyError, FrameReader, Hello, Kind, encode, wire_length};
 
 /// Bytes that an answer may take on the wire.
 const WIRE_MAX: usize = wire_length(ANSWER_MAX);
 /// How long a picture is kept after a part of it was last asked for, µs: longer than from one part to the next.
-const KEPT_US: u64 = 500_000;
+const PICTURE_HOLD_US: u64 = 500_000;
 
-/// What is answered from.
-pub struct Facts<'a> {
+/// What answers are made of.
+pub struct State<'a> {
     pub now_us: u64,
     pub board: &'a str,
     pub firmware: &'a str,
     pub status: Status,
     pub camera: CameraSettings,
-    pub reading: Option<Reading>,
+    pub reading: Option<WireReading>,
     pub message: Message<'a>,
     pub picture: &'a Picture,
     /// The most symbols a second that can be read, thousandths.
@@ -26,7 +26,7 @@ pub struct Facts<'a> {
 }
 
 /// Reads requests and writes answers.
-pub struct Desk {
+pub struct Service {
     reader: FrameReader<REQUEST_MAX>,
     wire: [u8; WIRE_MAX],
     /// Requests that arrived whole.
@@ -40,12 +40,12 @@ pub struct Desk {
 }
 
 /// A request, and the sequence number that its answer needs.
-pub struct Asked {
+pub struct Received {
     sequence: u32,
     request: Result<Request, Refusal>,
 }
 
-impl Asked {
+impl Received {
     /// The symbol rate that it sets.
     pub fn symbol_millihertz(&self) -> Option<u32> {
         match self.request {
@@ -55,7 +55,7 @@ impl Asked {
     }
 }
 
-impl Desk {
+impl Service {
     pub fn new() -> Self {
         Self {
             reader: FrameReader::new(),
@@ -78,7 +78,7 @@ impl Desk {
     }
 
     /// Takes a byte; the request that it completes.
-    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Asked> {
+    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Received> {
         let frame = match self.reader.push(byte)? {
             Ok(frame) => frame,
             Err(_) => {
@@ -87,57 +87,55 @@ impl Desk {
             }
         };
         let request = match frame.message(Kind::Request) {
-            Ok(request) => Ok(request),
             // An echo of an answer.
             Err(BodyError::OtherKind) => return None,
-            Err(BodyError::Version { .. }) => Err(Refusal::Version { speaks: VERSION }),
-            Err(_) => Err(Refusal::Unknown),
+            request => request.map_err(Refusal::from),
         };
         self.requests = self.requests.saturating_add(1);
         self.asked_us = Some(now_us);
-        Some(Asked {
+        Some(Received {
             sequence: frame.sequence(),
             request,
         })
     }
 
     /// The answer to a request.
-    pub fn answer(&mut self, asked: &Asked, facts: &Facts<'_>) -> &[u8] {
-        let answer = match asked.request {
+    pub fn answer(&mut self, received: &Received, state: &State<'_>) -> &[u8] {
+        let answer = match received.request {
             Err(refusal) => Answer::Refused(refusal),
             Ok(Request::Hello) => Answer::Hello(Hello {
                 schema: SCHEMA,
-                firmware: facts.firmware,
-                board: facts.board,
+                firmware: state.firmware,
+                board: state.board,
                 chunk_max: PART_MAX as u16,
                 message_max: 0,
             }),
-            Ok(Request::Status) => Answer::Status(facts.status),
-            Ok(Request::Message) => Answer::Message(facts.message),
-            Ok(Request::Camera) => Answer::Camera(facts.camera),
-            Ok(Request::Reading) => Answer::Reading(facts.reading),
-            Ok(Request::Picture { offset }) => self.part_of(facts.picture, offset, facts.now_us),
+            Ok(Request::Status) => Answer::Status(state.status),
+            Ok(Request::Message) => Answer::Message(state.message),
+            Ok(Request::Camera) => Answer::Camera(state.camera),
+            Ok(Request::Reading) => Answer::Reading(state.reading),
+            Ok(Request::Picture { offset }) => self.part_of(state.picture, offset, state.now_us),
             Ok(Request::SetSymbolRate { millihertz }) => {
                 // It was set before this answer, if it could be.
-                if facts.status.symbol_millihertz == millihertz {
+                if state.status.symbol_millihertz == millihertz {
                     Answer::Done
                 } else {
                     Answer::Refused(Refusal::SymbolRate {
                         millihertz,
-                        most: facts.most_millihertz,
+                        most: state.most_millihertz,
                     })
                 }
             }
         };
         // Answers are never longer than there is room for.
-        encode(Kind::Answer, asked.sequence, &answer, &mut self.wire).unwrap_or_default()
+        encode(Kind::Answer, received.sequence, &answer, &mut self.wire).unwrap_or_default()
     }
 
     fn part_of<'a>(&mut self, picture: &'a Picture, offset: u32, now_us: u64) -> Answer<'a> {
         if picture.size == [0; 2] {
             return Answer::Refused(Refusal::NoPicture);
         }
-        self.kept_until_us = now_us + KEPT_US;
+        self.kept_until_us = now_us + PICTURE_HOLD_US;
         Answer::Picture(PicturePart {
             frame: picture.frame,
             size: picture.size,
