@@ -131,7 +131,7 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
     assert_eq!(status["table_crc"], crc);
     let fake = board.stop();
     assert_eq!(format!("{:08x}", fake.transmitter.table().crc()), crc.as_str().unwrap());
-    assert_eq!(fake.kept.table.as_ref(), Some(fake.transmitter.table()));
+    assert_eq!(fake.memory.table.as_ref(), Some(fake.transmitter.table()));
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
     let fake = board.stop();
     let fastest = link::symbol_rate::SymbolRate::MAX;
     assert_eq!(fake.transmitter.symbol_rate(), fastest);
-    assert_eq!(fake.kept.symbol_rate, Some(fastest));
+    assert_eq!(fake.memory.symbol_rate, Some(fastest));
 }
 
 /// What comes back from a transmitter whose firmware knows the first twelve requests alone.
@@ -263,7 +263,7 @@ fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
     let status = json(&board.vocc(&["device", "status", "--json"]));
     assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
     assert_eq!(status["uptime_s"], 1);
-    assert_eq!(board.stop().kept.symbol_rate, None);
+    assert_eq!(board.stop().memory.symbol_rate, None);
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn a_calibration_may_limit_the_intensity() {
     let fake = board.stop();
     let limit = IntensityLimit::from_cd(Some(2.0), 0.03).ok();
     assert_eq!(fake.transmitter.calibration().limit(), limit);
-    assert_eq!(fake.kept.limit, limit);
+    assert_eq!(fake.memory.limit, limit);
 }
 
 #[test]
@@ -323,7 +323,7 @@ fn firmware_that_knows_no_limit_is_calibrated_without_one_alone() {
     let path = file("old-limited.toml", &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"));
     let refused = board.vocc(&["device", "calibration", path.to_str().unwrap()]);
     ends(&refused, 2, &["too old", "max_cd", "flash"]);
-    assert_eq!(board.stop().kept.limit, None);
+    assert_eq!(board.stop().memory.limit, None);
 }
 
 #[test]
@@ -354,7 +354,7 @@ fn bad_tables_stay_here() {
     let push = board.vocc(&["table", "push", bad.to_str().unwrap()]);
     ends(&push, 2, &["4.5", "0.2", "4"]);
     ends(&board.vocc(&["table", "push", "/no/such/table.toml"]), 2, &["/no/such/table.toml"]);
-    assert!(board.stop().kept.table.is_none());
+    assert!(board.stop().memory.table.is_none());
 }
 
 #[test]
@@ -463,7 +463,7 @@ fn pushed(mut hurt: impl FnMut(usize, Vec<u8>) -> Vec<u8> + Send + 'static) -> (
     let fake = board.stop();
     let used = fake.transmitter.table();
     let is_new = *used != Fake::first_table();
-    assert_eq!(fake.kept.table.as_ref().is_some_and(|kept| kept == used), is_new);
+    assert_eq!(fake.memory.table.as_ref().is_some_and(|kept| kept == used), is_new);
     assert!(!is_new || used.illuminances_lx().len() == 3, "half a table is in use");
     (output, is_new)
 }
@@ -494,7 +494,7 @@ fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
         let mut is_told = false;
         let board = Board::start(move |fake, bytes| {
             if !std::mem::replace(&mut is_told, true) {
-                fake.kept.fault = Some(fault);
+                fake.memory.fault = Some(fault);
             }
             fake.exchange(bytes)
         });
@@ -503,14 +503,14 @@ fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
         ends(&board.vocc(&push), 2, &["flash"]);
         let fake = board.stop();
         assert_eq!(*fake.transmitter.table(), Fake::first_table());
-        assert!(fake.kept.table.is_none());
+        assert!(fake.memory.table.is_none());
     }
 }
 
 #[test]
 fn a_flash_that_is_broken_leaves_the_old_symbol_rate() {
     let board = Board::start(|fake, bytes| {
-        fake.kept.fault = Some(StoreError::Flash);
+        fake.memory.fault = Some(StoreError::Flash);
         fake.exchange(bytes)
     });
     ends(&board.vocc(&["device", "rate", "27"]), 2, &["flash"]);

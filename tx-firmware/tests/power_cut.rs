@@ -40,13 +40,13 @@ fn rate(number: u16) -> SymbolRate {
 }
 
 /// What is kept and changes: its values by number, and the way into the store and out.
-trait Kept: Sized + PartialEq + std::fmt::Debug {
+trait Stored: Sized + PartialEq + std::fmt::Debug {
     fn numbered(number: u16) -> Self;
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError>;
     fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError>;
 }
 
-impl Kept for L2aTable {
+impl Stored for L2aTable {
     fn numbered(number: u16) -> Self {
         table(number)
     }
@@ -60,7 +60,7 @@ impl Kept for L2aTable {
     }
 }
 
-impl Kept for SymbolRate {
+impl Stored for SymbolRate {
     fn numbered(number: u16) -> Self {
         rate(number)
     }
@@ -74,7 +74,7 @@ impl Kept for SymbolRate {
     }
 }
 
-impl Kept for IntensityLimit {
+impl Stored for IntensityLimit {
     fn numbered(number: u16) -> Self {
         Self::new(Some(1000 + u32::from(number)), 30_000).expect("a limit")
     }
@@ -103,7 +103,7 @@ fn used<const WRITE: usize>(tables: u16, rates: u16) -> Flash<WRITE> {
 
 /// Cuts the power at each operation of the save of the value with this number, torn in several ways, in a memory that holds the one before.
 /// Returns how many cuts there were.
-fn cut_everywhere<const WRITE: usize, K: Kept>(before: &Flash<WRITE>, number: u16) -> u64 {
+fn cut_everywhere<const WRITE: usize, K: Stored>(before: &Flash<WRITE>, number: u16) -> u64 {
     let (old, new) = (K::numbered(number - 1), K::numbered(number));
     let mut cuts = 0;
     for tear in 0..6 {
@@ -135,7 +135,7 @@ fn cut_everywhere<const WRITE: usize, K: Kept>(before: &Flash<WRITE>, number: u1
 }
 
 /// Cuts the power at each operation with which a restarted transmitter mends what the first cut left.
-fn cut_repair_everywhere<const WRITE: usize, K: Kept>(left: &Flash<WRITE>, old: &K, new: &K, context: &str) -> u64 {
+fn cut_repair_everywhere<const WRITE: usize, K: Stored>(left: &Flash<WRITE>, old: &K, new: &K, context: &str) -> u64 {
     for operations in 0.. {
         let mut cut = store(Flash {
             power: Power::For(operations),

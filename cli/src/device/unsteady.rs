@@ -11,7 +11,7 @@ use super::fake::Fake;
 use super::{Client, DeviceError, table};
 
 /// How often a byte is hurt, as one in so many; 0: never.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Line {
     dropped: u64,
     doubled: u64,
@@ -82,11 +82,11 @@ impl Write for Wire {
         self.writes += 1;
         if self.line.restarts > 0 && self.writes.is_multiple_of(self.line.restarts) {
             // What it keeps in its memory it has again.
-            let table = self.fake.kept.table.clone();
+            let table = self.fake.memory.table.clone();
             self.fake = Fake::new();
             if let Some(table) = table {
                 self.fake.transmitter.set_table(table.clone());
-                self.fake.kept.table = Some(table);
+                self.fake.memory.table = Some(table);
             }
         }
         if self.line.echo {
@@ -131,47 +131,25 @@ fn large() -> L2aTable {
     L2aTable::new(&illuminances, &intervals, &values).expect("a table")
 }
 
+const GOOD_LINE: Line = Line {
+    dropped: 0,
+    doubled: 0,
+    changed: 0,
+    late: 0,
+    restarts: 0,
+    echo: false,
+};
+
 /// Lines over which a table must come through.
 const BAD_LINES: [Line; 6] = [
+    Line { dropped: 600, ..GOOD_LINE },
+    Line { doubled: 600, ..GOOD_LINE },
+    Line { changed: 600, ..GOOD_LINE },
+    Line { late: 3, ..GOOD_LINE },
     Line {
-        dropped: 600,
-        doubled: 0,
-        changed: 0,
-        late: 0,
-        restarts: 0,
-        echo: false,
-    },
-    Line {
-        dropped: 0,
-        doubled: 600,
-        changed: 0,
-        late: 0,
-        restarts: 0,
-        echo: false,
-    },
-    Line {
-        dropped: 0,
-        doubled: 0,
-        changed: 600,
-        late: 0,
-        restarts: 0,
-        echo: false,
-    },
-    Line {
-        dropped: 0,
-        doubled: 0,
-        changed: 0,
-        late: 3,
-        restarts: 0,
-        echo: false,
-    },
-    Line {
-        dropped: 0,
-        doubled: 0,
-        changed: 0,
-        late: 0,
         restarts: 7,
         echo: true,
+        ..GOOD_LINE
     },
     Line {
         dropped: 2000,
@@ -197,10 +175,7 @@ fn a_table_comes_through_every_line_and_back_the_same() {
 #[test]
 fn what_is_cut_off_leaves_the_old_table_or_the_new() {
     for seed in 0..200 {
-        let line = Line {
-            dropped: 40,
-            ..Line::default()
-        };
+        let line = Line { dropped: 40, ..GOOD_LINE };
         let Ok(mut client) = client(line, seed) else {
             continue;
         };
@@ -211,17 +186,14 @@ fn what_is_cut_off_leaves_the_old_table_or_the_new() {
         if outcome.is_ok() {
             assert_eq!(*running, large());
         }
-        assert_eq!(fake.kept.table.as_ref().unwrap_or(&Fake::first_table()), running);
+        assert_eq!(fake.memory.table.as_ref().unwrap_or(&Fake::first_table()), running);
     }
 }
 
 #[test]
 fn a_message_whose_answer_is_lost_is_shown_once() {
     for seed in 0..200 {
-        let line = Line {
-            dropped: 100,
-            ..Line::default()
-        };
+        let line = Line { dropped: 100, ..GOOD_LINE };
         let Ok(mut client) = client(line, seed) else {
             continue;
         };
@@ -248,7 +220,7 @@ fn a_message_whose_answer_is_lost_is_shown_once() {
 
 #[test]
 fn status_comes_through() {
-    let mut client = client(Line::default(), 1).expect("an answer");
+    let mut client = client(GOOD_LINE, 1).expect("an answer");
     let status = client
         .ask(&Request::Status, |answer| match answer {
             Answer::Status(status) => Some(status),

@@ -22,11 +22,15 @@ pub struct FakeMemory {
     pub fault: Option<StoreError>,
 }
 
+impl FakeMemory {
+    fn writable(&self) -> Result<(), StoreError> {
+        self.fault.map_or(Ok(()), Err)
+    }
+}
+
 impl Memory for FakeMemory {
     fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError> {
-        if let Some(fault) = self.fault {
-            return Err(fault);
-        }
+        self.writable()?;
         self.table = Some(table.clone());
         Ok(())
     }
@@ -36,17 +40,13 @@ impl Memory for FakeMemory {
     }
 
     fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
-        if let Some(fault) = self.fault {
-            return Err(fault);
-        }
+        self.writable()?;
         self.symbol_rate = Some(rate);
         Ok(())
     }
 
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
-        if let Some(fault) = self.fault {
-            return Err(fault);
-        }
+        self.writable()?;
         self.limit = limit;
         Ok(())
     }
@@ -55,7 +55,7 @@ impl Memory for FakeMemory {
 /// A transmitter in 2000 lx, with a table of L2A 2 everywhere.
 pub struct Fake {
     pub transmitter: Transmitter<RecordingMatrix>,
-    pub kept: FakeMemory,
+    pub memory: FakeMemory,
     service: Service,
 }
 
@@ -75,7 +75,7 @@ impl Fake {
         let Ok(_) = transmitter.sense(1000, SensorRange::Operating, light);
         Self {
             transmitter,
-            kept: FakeMemory::default(),
+            memory: FakeMemory::default(),
             service: Service::new(Identity {
                 firmware: "1.2.3",
                 board: "fake",
@@ -88,8 +88,8 @@ impl Fake {
         let mut answer = [0; ANSWER_MAX];
         let mut all = Vec::new();
         for &byte in bytes {
-            let (transmitter, kept) = (&mut self.transmitter, &mut self.kept);
-            if let Some(back) = self.service.receive(byte, transmitter, kept, &mut answer) {
+            let (transmitter, memory) = (&mut self.transmitter, &mut self.memory);
+            if let Some(back) = self.service.receive(byte, transmitter, memory, &mut answer) {
                 all.extend_from_slice(back);
             }
         }

@@ -21,12 +21,12 @@ const ERASED: u8 = 0xff;
 #[derive(Debug)]
 pub struct Flash {
     bytes: Vec<u8>,
-    file: Option<Kept>,
+    file: Option<LockedFile>,
 }
 
 /// The file that the bytes are in.
 #[derive(Debug)]
-struct Kept {
+struct LockedFile {
     path: PathBuf,
     /// Held, so that no other board has it.
     _lock: Option<File>,
@@ -58,7 +58,7 @@ impl Flash {
         } else {
             files::write(path, &flash.bytes)?;
         }
-        flash.file = Some(Kept::of(path)?);
+        flash.file = Some(LockedFile::open(path)?);
         Ok(flash)
     }
 
@@ -67,11 +67,11 @@ impl Flash {
         let place = offset..offset + to.len();
         let before = self.bytes[place.clone()].to_vec();
         self.bytes[place.clone()].copy_from_slice(to);
-        let kept = match &mut self.file {
-            Some(file) => file.keep(&self.bytes),
+        let replaced = match &mut self.file {
+            Some(file) => file.replace(&self.bytes),
             None => Ok(()),
         };
-        kept.map_err(|error| {
+        replaced.map_err(|error| {
             self.bytes[place].copy_from_slice(&before);
             output::tell(format_args!("vocc: {}", output::explain(&error)));
             Failure(NorFlashErrorKind::Other)
@@ -104,8 +104,8 @@ fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-impl Kept {
-    fn of(path: &Path) -> anyhow::Result<Self> {
+impl LockedFile {
+    fn open(path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let lock = outputs::lock(file, || {
             format!(
@@ -119,10 +119,10 @@ impl Kept {
         })
     }
 
-    /// Replaces the file, and holds the new one.
-    fn keep(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+    /// Replaces the file, and locks the new one.
+    fn replace(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
         files::write(&self.path, bytes)?;
-        *self = Self::of(&self.path)?;
+        *self = Self::open(&self.path)?;
         Ok(())
     }
 }

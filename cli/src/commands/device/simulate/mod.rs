@@ -1,7 +1,7 @@
 //! `vocc device simulate`: a serial port with a transmitter behind it, without hardware.
 //!
 //! The transmitter is the firmware's: [`board`] gives it a clock, [`flash`] a memory, [`light_sensor`] light, [`leds`] a panel and
-//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile; [`shown`] and [`film`] are what is to be seen of it.
+//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile; [`symbol_log`] and [`film`] record what it shows.
 
 mod board;
 mod film;
@@ -9,7 +9,7 @@ mod flash;
 mod leds;
 mod light_sensor;
 mod orders;
-mod shown;
+mod symbol_log;
 mod terminal;
 
 use std::path::PathBuf;
@@ -26,8 +26,8 @@ use board::Board;
 use film::{Camera, Reel};
 use flash::Flash;
 use light_sensor::LightSensor;
-use orders::{Heard, Order, Orders};
-use shown::Shown;
+use orders::{Input, Order, Orders};
+use symbol_log::SymbolLog;
 use terminal::{Link, Terminal};
 
 /// The most that the board's clock goes on at once, so that the port is answered while frames are drawn.
@@ -89,12 +89,6 @@ impl Clock {
     }
 }
 
-/// What is to be seen of the board.
-struct Views {
-    shown: Option<Shown>,
-    camera: Option<Camera>,
-}
-
 /// Serves until a signal, the film's last frame or, where those are not counted, the end of standard input.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     let mut scene = shared.scene(&arguments.scene)?;
@@ -116,17 +110,14 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     };
     let mut board = Board::start(flash, Duration::ZERO)?;
     let stop = stop();
-    let shown = arguments.symbols.as_deref().map(Shown::to).transpose()?;
+    let mut symbol_log = arguments.symbols.as_deref().map(SymbolLog::to).transpose()?;
     let reel = match (&arguments.frames, &arguments.film) {
         (Some(folder), _) => Some(Reel::folder(folder)?),
         (None, Some(pipe)) => Some(Reel::pipe(pipe)?),
         (None, None) => None,
     };
     let camera = reel.map(|reel| Camera::new(&scene, reel, shared.seed));
-    let mut views = Views {
-        shown,
-        camera: camera.transpose()?,
-    };
+    let mut camera = camera.transpose()?;
     let mut terminal = Terminal::open()?;
     let link = arguments.link.as_deref();
     let link = link.map(|path| Link::new(path, terminal.name()));
@@ -146,35 +137,35 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             terminal.write(&answers);
         }
         match orders.next() {
-            Heard::Line(line) => match line.parse() {
+            Input::Line(line) => match line.parse() {
                 Ok(Order::Restart) => board = board.restarted()?,
                 Ok(Order::Sensor(health)) => sensor.health = health,
                 Ok(Order::Light(lux)) => {
                     sensor.illuminance_lx = lux;
-                    if let Some(camera) = &mut views.camera {
+                    if let Some(camera) = &mut camera {
                         camera.set_light(lux)?;
                     }
                 }
                 Err(_) if line.is_empty() => {}
                 Err(told) => output::tell(format_args!("vocc: {told}")),
             },
-            Heard::End if arguments.count.is_none() => break,
-            Heard::Nothing | Heard::End => {}
+            Input::End if arguments.count.is_none() => break,
+            Input::Nothing | Input::End => {}
         }
         let now = clock.next();
         while let Some(symbol) = board.advance(now, &mut sensor) {
-            if let Some(shown) = &mut views.shown {
-                shown.tell(&symbol, shared.json)?;
+            if let Some(log) = &mut symbol_log {
+                log.write(&symbol, shared.json)?;
             }
-            if let Some(camera) = &mut views.camera {
+            if let Some(camera) = &mut camera {
                 camera.see(symbol, most)?;
             }
         }
-        if views.camera.as_ref().is_some_and(|camera| camera.frames() >= most) {
+        if camera.as_ref().is_some_and(|camera| camera.frames() >= most) {
             break;
         }
     }
-    views.shown.map_or(Ok(()), Shown::finish)?;
+    symbol_log.map_or(Ok(()), SymbolLog::finish)?;
     Ok(Answer::Yes)
 }
 

@@ -32,7 +32,7 @@ pub enum Order {
 
 /// What has come on standard input.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum Input {
     /// A line.
     Line(String),
     /// Nothing yet.
@@ -104,11 +104,11 @@ impl Orders {
     }
 
     /// What has come since.
-    pub fn next(&self) -> Heard {
+    pub fn next(&self) -> Input {
         match self.0.try_recv() {
-            Ok(line) => Heard::Line(line),
-            Err(TryRecvError::Empty) => Heard::Nothing,
-            Err(TryRecvError::Disconnected) => Heard::End,
+            Ok(line) => Input::Line(line),
+            Err(TryRecvError::Empty) => Input::Nothing,
+            Err(TryRecvError::Disconnected) => Input::End,
         }
     }
 }

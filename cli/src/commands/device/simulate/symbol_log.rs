@@ -1,4 +1,4 @@
-//! What the LEDs show, told symbol by symbol.
+//! The log of what the LEDs show, symbol by symbol.
 
 use std::fs::File;
 use std::io::Write;
@@ -11,8 +11,8 @@ use super::board::Symbol;
 use crate::files;
 use crate::output;
 
-/// Where it is told.
-pub enum Shown {
+/// Where it is written.
+pub enum SymbolLog {
     /// On standard output, at once.
     Output,
     /// To a pipe or a device, at once.
@@ -21,8 +21,8 @@ pub enum Shown {
     File(PathBuf, String),
 }
 
-impl Shown {
-    /// Tells it there; `-` is standard output.
+impl SymbolLog {
+    /// A log there; `-` is standard output.
     pub fn to(path: &Path) -> anyhow::Result<Self> {
         if path == Path::new("-") {
             return Ok(Self::Output);
@@ -35,20 +35,20 @@ impl Shown {
         Ok(Self::Pipe(pipe))
     }
 
-    /// Tells one symbol: its bits and the part of its full light that an On LED gives.
-    pub fn tell(&mut self, symbol: &Symbol, as_json: bool) -> anyhow::Result<()> {
+    /// Writes one symbol: its bits and the part of its full light that an On LED gives.
+    pub fn write(&mut self, symbol: &Symbol, as_json: bool) -> anyhow::Result<()> {
         let Symbol { at, panel, light } = symbol;
-        let told = if as_json {
+        let entry = if as_json {
             let bits = panel.to_string();
             json!({ "time_s": at.as_secs_f64(), "bits": bits, "light": light }).to_string()
         } else {
             format!("{panel} {light:.6}")
         };
         match self {
-            Self::Output => output::line(&told),
-            Self::Pipe(pipe) => Ok(writeln!(pipe, "{told}")?),
+            Self::Output => output::line(&entry),
+            Self::Pipe(pipe) => Ok(writeln!(pipe, "{entry}")?),
             Self::File(_, text) => {
-                text.push_str(&told);
+                text.push_str(&entry);
                 text.push('\n');
                 Ok(())
             }
