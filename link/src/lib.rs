@@ -47,7 +47,7 @@
 //! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
 //! it, the transmitter looks it up. [`serial`] is how it gets there: what a computer and a transmitter say to
 //! each other over a cable. [`symbol_rate`] is how often the panel changes, and which rate a camera follows.
-//! [`camera`] is what a receiver is told of the camera, and [`geometry`] what a panel tells of itself.
+//! [`camera`] is what a receiver is told of the camera, [`exposure`] how an automatic one exposes, and [`geometry`] what a panel tells of itself.
 //!
 //! # The frame format
 //!
@@ -80,6 +80,7 @@
 
 pub mod camera;
 pub mod checksum;
+pub mod exposure;
 pub mod fec;
 pub mod framing;
 pub mod geometry;

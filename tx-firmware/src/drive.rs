@@ -29,7 +29,7 @@
 //! step together to [`FIDELITY_PPM`] from 50 to 100 000 lx.
 
 use fixed::types::U1F31;
-use link::serial::Measured;
+use link::{exposure::AutoExposure, serial::Measured};
 
 use crate::dimming::Duty;
 
@@ -53,19 +53,21 @@ pub const EXPOSURE_SHORT_NS: u32 = 158_730;
 /// shortens.
 const ISO_FLOOR_LX: u32 = 15_873;
 
-/// The exposure of an automatic camera at an illuminance, ns: the longest until the ISO speed can
-/// fall no more, then in inverse proportion to the light.
+/// The [automatic exposure](AutoExposure) at an illuminance, ns.
 ///
 /// ```
 /// use tx_firmware::drive::exposure_ns;
 /// assert_eq!(exposure_ns(50), 1_000_000);
 /// assert_eq!(exposure_ns(100_000), 158_730);
 /// ```
-pub const fn exposure_ns(illuminance_lx: u32) -> u32 {
-    if illuminance_lx <= ISO_FLOOR_LX {
-        return EXPOSURE_LONG_NS;
-    }
-    (EXPOSURE_LONG_NS as u64 * ISO_FLOOR_LX as u64 / illuminance_lx as u64) as u32
+pub fn exposure_ns(illuminance_lx: u32) -> u32 {
+    let camera = AutoExposure {
+        longest_s: f64::from(EXPOSURE_LONG_NS) * 1e-9,
+        iso_min: 1.0,
+        iso_max: f64::INFINITY,
+    };
+    let (time_s, _) = camera.time_and_iso(camera.longest_s * f64::from(ISO_FLOOR_LX) / f64::from(illuminance_lx));
+    (time_s * 1e9 + 0.5) as u32
 }
 
 /// The longest period that an exposure bears, ns: what a calibration's period of the dimming should

@@ -5,6 +5,8 @@
 
 use std::f64::consts::PI;
 
+use link::exposure::AutoExposure;
+
 use crate::air::Air;
 use crate::scene::{Panel, Scene};
 
@@ -48,8 +50,12 @@ impl Exposure {
         // H·S/10 of 1 cd/m², by H = 10·L·t/(K·N²), for t = 1 s and S = 1.
         let per_second_iso = 1.0 / (camera.meter_constant * camera.f_number.powi(2));
         let wanted = 2f64.powf(camera.exposure_bias_ev) / (luminance * per_second_iso);
-        let iso = (wanted / camera.exposure_max_s).clamp(camera.iso_min, camera.iso_max);
-        let time_s = (wanted / iso).min(camera.exposure_max_s);
+        let automatic = AutoExposure {
+            longest_s: camera.exposure_max_s,
+            iso_min: camera.iso_min,
+            iso_max: camera.iso_max,
+        };
+        let (time_s, iso) = automatic.time_and_iso(wanted);
         let per_cd_m2 = time_s * iso * per_second_iso;
         Self {
             time_s,

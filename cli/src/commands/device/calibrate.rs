@@ -11,7 +11,7 @@ use link::serial::Measured;
 use rx_pipeline::corners::Corners;
 use serde_json::json;
 use studies::photometry::{self, Area, Calibrated, Estimate, PictureError, Shot, USUAL, View};
-use tx_firmware::calibration::{BENCH, Calibration};
+use tx_firmware::calibration::{BENCH, Calibration, INTERVAL};
 
 use super::calibration::filled_in;
 use crate::camera::{CameraArguments, CameraHints};
@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0.18, value_name = "R", value_parser = within::<2, 100>)]
     card_reflectance: f64,
     /// Gap between LEDs over their diameter, 0.5 to 3.
-    #[arg(long, default_value_t = 1.0, value_name = "I", value_parser = within::<50, 300>)]
+    #[arg(long, default_value_t = 1.0, value_name = "I", value_parser = interval)]
     interval: f64,
     /// Nanoseconds in a duty of 1, 100 to 10000000: the period of the dimming while the pictures were taken, a Pico's shortest by default.
     #[arg(long, default_value_t = 7776.0, value_name = "NS", value_parser = within::<10_000, 1_000_000_000>)]
@@ -65,7 +65,15 @@ pub struct Arguments {
 
 /// A number within bounds in hundredths.
 fn within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<f64, String> {
-    let (least, most) = (LEAST as f64 / 100.0, MOST as f64 / 100.0);
+    in_range(text, LEAST as f64 / 100.0, MOST as f64 / 100.0)
+}
+
+/// The interval of a panel that a transmitter can drive.
+fn interval(text: &str) -> Result<f64, String> {
+    in_range(text, INTERVAL.start().to_num(), INTERVAL.end().to_num())
+}
+
+fn in_range(text: &str, least: f64, most: f64) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if (least..=most).contains(&number) => Ok(number),
         _ => Err(format!("give {least} to {most}")),
