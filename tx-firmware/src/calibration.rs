@@ -104,18 +104,14 @@ pub enum CalibrationError {
 /// Measured values that have been found possible.
 ///
 /// ```
-/// use fixed::types::{U1F31, U12F20, U32F32};
-/// use link::l2a_table::Interval;
-/// use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
+/// use fixed::types::{U1F31, U32F32};
+/// use tx_firmware::calibration::{BENCH, Calibration, CalibrationError, Measured};
 ///
 /// let measured = Measured {
 ///     luminance_full_cd_m2: U32F32::lit("8000"),
-///     shortest_pulse_ns: 100,
 ///     pwm_period_ns: 20_000,
-///     reflectance: U1F31::lit("0.4"),
-///     interval: Interval::lit("1"),
-///     sensor_gain: U12F20::lit("1"),
 ///     low_current_share: U1F31::lit("1"),
+///     ..BENCH
 /// };
 /// let calibration = Calibration::new(measured)?;
 /// assert_eq!(calibration.luminance_floor_cd_m2(), 40);
@@ -255,10 +251,8 @@ mod tests {
         luminance_full_cd_m2: U32F32::lit("8000"),
         shortest_pulse_ns: 200,
         pwm_period_ns: 20_000,
-        reflectance: U1F31::lit("0.4"),
-        interval: Interval::ONE,
-        sensor_gain: U12F20::ONE,
         low_current_share: U1F31::ONE,
+        ..BENCH
     };
 
     #[test]

@@ -58,18 +58,16 @@ pub const DUTY_ERROR: f64 = 1.0 / (1u64 << 32) as f64 + LUMINANCE_ERROR_CD_M2;
 /// How bright the panel is, and why.
 ///
 /// ```
-/// use fixed::types::{U1F31, U12F20, U32F32};
-/// use link::l2a_table::{Illuminance, Interval, L2a};
-/// use tx_firmware::{calibration::{Calibration, Measured}, dimming::{Dimming, Duty, Limit}};
+/// use fixed::types::{U1F31, U32F32};
+/// use link::l2a_table::{Illuminance, L2a};
+/// use tx_firmware::{calibration::{BENCH, Calibration, Measured}, dimming::{Dimming, Duty, Limit}};
 ///
 /// let calibration = Calibration::new(Measured {
 ///     luminance_full_cd_m2: U32F32::lit("8000"),
-///     shortest_pulse_ns: 100,
 ///     pwm_period_ns: 20_000,
 ///     reflectance: U1F31::lit("0.5"),
-///     interval: Interval::lit("1"),
-///     sensor_gain: U12F20::lit("1"),
 ///     low_current_share: U1F31::lit("1"),
+///     ..BENCH
 /// })?;
 /// let l2a = L2a::lit("2");
 ///

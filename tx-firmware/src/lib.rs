@@ -7,26 +7,18 @@
 //! is reached through [`embedded_hal`] traits alone.
 //!
 //! ```
-//! use fixed::types::{I32F32, U1F31, U12F20, U32F32};
-//! use link::{fec::Code, l2a_table::{Interval, L2aTable}};
+//! use fixed::types::I32F32;
+//! use link::{fec::Code, l2a_table::L2aTable};
 //! use tx_firmware::{
 //!     ambient::Smoothing,
-//!     calibration::{Calibration, Measured},
+//!     calibration::{BENCH, Calibration},
 //!     light_watch::{LightSample, SensorRange},
 //!     matrix::RecordingMatrix,
 //!     schedule::Repeats,
 //!     transmitter::Transmitter,
 //! };
 //!
-//! let calibration = Calibration::new(Measured {
-//!     luminance_full_cd_m2: U32F32::lit("8000"),
-//!     shortest_pulse_ns: 100,
-//!     pwm_period_ns: 20_000,
-//!     reflectance: U1F31::lit("0.4"),
-//!     interval: Interval::lit("1"),
-//!     sensor_gain: U12F20::lit("1"),
-//!     low_current_share: U1F31::lit("1"),
-//! })?;
+//! let calibration = Calibration::new(BENCH)?;
 //! let matrix = RecordingMatrix::default();
 //! let mut transmitter =
 //!     Transmitter::new(matrix, calibration, L2aTable::shipped(), Smoothing::default());
