@@ -1,6 +1,6 @@
 //! What a transmitter asks of its LEDs.
 
-use link::panel::PanelFrame;
+use link::{panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate};
 
 use crate::dimming::Duty;
 
@@ -78,6 +78,12 @@ pub trait LedMatrix {
     /// # Errors
     /// When the hardware did not take the duty; it may still have the old one.
     fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error>;
+
+    /// Learns what was measured of the panel: duties to come are for that.
+    fn set_calibration(&mut self, _: &Measured) {}
+
+    /// Learns how often panels will change from the next one on.
+    fn set_symbol_rate(&mut self, _: SymbolRate) {}
 }
 
 /// A borrowed matrix is a matrix.
@@ -90,6 +96,14 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
 
     fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
         (**self).set_duty(duty)
+    }
+
+    fn set_calibration(&mut self, measured: &Measured) {
+        (**self).set_calibration(measured);
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        (**self).set_symbol_rate(rate);
     }
 }
 

@@ -12,7 +12,7 @@
 use link::{
     checksum::crc32c,
     fec::Code,
-    framing::{FramingError, MESSAGE_MAX},
+    framing::MESSAGE_MAX,
     intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{
@@ -33,85 +33,27 @@ use crate::{
 /// Bytes that an answer may take on the wire.
 pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
 
-/// What the service acts on. A [`Transmitter`] is one; a board that shares its transmitter with interrupts
-/// implements it with a lock around each method.
+/// What the service acts on: a [`Transmitter`], or a board that shares its own with interrupts, with a lock around each call.
 pub trait Device {
-    /// How the transmitter is; the serial port's counters are the service's affair.
-    fn status(&self) -> Status;
-    /// The running table.
-    fn table(&self) -> L2aTable;
-    /// Puts another table in place.
-    fn set_table(&mut self, table: L2aTable);
-    /// What was measured of the panel.
-    fn calibration(&self) -> Measured;
-    /// Takes other measured values; the intensity limit stays.
-    fn set_calibration(&mut self, calibration: Calibration);
-    /// How bright the panel may be; none where it may be as bright as it can.
-    fn intensity_limit(&self) -> Option<IntensityLimit>;
-    /// Takes another limit, or none.
-    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>);
-    /// How many symbols are shown a second.
-    fn symbol_rate(&self) -> SymbolRate;
-    /// Shows so many a second from the next change of symbols on.
-    fn set_symbol_rate(&mut self, rate: SymbolRate);
-    /// Shows a message from the next symbol on.
-    ///
-    /// # Errors
-    /// [`FramingError`] when it is empty or too long.
-    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError>;
-    /// Beacons from the next symbol on.
-    fn stop(&mut self);
-    /// Counts from 0 again.
-    fn reset_counters(&mut self);
+    /// The transmitter's LEDs.
+    type Matrix: LedMatrix;
+
+    /// What is read of the transmitter.
+    fn read<R>(&self, read: impl FnOnce(&Transmitter<Self::Matrix>) -> R) -> R;
+
+    /// Changes the transmitter.
+    fn change<R>(&mut self, change: impl FnOnce(&mut Transmitter<Self::Matrix>) -> R) -> R;
 }
 
 impl<M: LedMatrix> Device for Transmitter<M> {
-    fn status(&self) -> Status {
-        self.status()
+    type Matrix = M;
+
+    fn read<R>(&self, read: impl FnOnce(&Self) -> R) -> R {
+        read(self)
     }
 
-    fn table(&self) -> L2aTable {
-        self.table().clone()
-    }
-
-    fn set_table(&mut self, table: L2aTable) {
-        self.set_table(table);
-    }
-
-    fn calibration(&self) -> Measured {
-        *self.calibration().measured()
-    }
-
-    fn set_calibration(&mut self, calibration: Calibration) {
-        self.set_calibration(calibration);
-    }
-
-    fn intensity_limit(&self) -> Option<IntensityLimit> {
-        self.calibration().limit()
-    }
-
-    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
-        self.set_intensity_limit(limit);
-    }
-
-    fn symbol_rate(&self) -> SymbolRate {
-        self.symbol_rate()
-    }
-
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.set_symbol_rate(rate);
-    }
-
-    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
-        self.send(message, Code::for_length(message.len()), repeats)
-    }
-
-    fn stop(&mut self) {
-        self.stop();
-    }
-
-    fn reset_counters(&mut self) {
-        self.reset_counters();
+    fn change<R>(&mut self, change: impl FnOnce(&mut Self) -> R) -> R {
+        change(self)
     }
 }
 
@@ -231,7 +173,7 @@ impl Service {
             Err(error) => Err(error.into()),
             Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),
             Ok(Request::ReadTable { offset }) => {
-                table = device.table();
+                table = device.read(|transmitter| transmitter.table().clone());
                 Ok(Answer::Table(part(&table, offset)))
             }
             Ok(request) => conversation.act(sequence, request, device, memory),
@@ -254,7 +196,7 @@ impl Conversation {
     ) -> Result<Answer<'static>, Refusal> {
         match request {
             Request::Hello | Request::ReadTable { .. } => Err(Refusal::Unknown),
-            Request::Status => Ok(Answer::Status(self.status(device.status()))),
+            Request::Status => Ok(Answer::Status(self.status(device.read(Transmitter::status)))),
             Request::BeginTable { length, crc } => self.begin(length, crc),
             Request::WriteTable { offset, bytes } => self.write(offset, bytes),
             Request::CommitTable { crc } => self.commit(crc, device, memory),
@@ -262,21 +204,23 @@ impl Conversation {
                 self.staging = None;
                 Ok(Answer::Done)
             }
-            Request::ReadCalibration => Ok(Answer::Calibration(device.calibration())),
+            Request::ReadCalibration => Ok(Answer::Calibration(
+                device.read(|transmitter| *transmitter.calibration().measured()),
+            )),
             Request::WriteCalibration(measured) => calibrate(measured, device, memory),
             Request::Send { repeats, message } => self.send(sequence, repeats, message, device),
             Request::StopSending => {
-                device.stop();
+                device.change(Transmitter::stop);
                 Ok(Answer::Done)
             }
             Request::ResetCounters => {
                 self.counters = Counters::default();
-                device.reset_counters();
+                device.change(Transmitter::reset_counters);
                 Ok(Answer::Done)
             }
-            Request::ReadSymbolRate => Ok(shown(device)),
+            Request::ReadSymbolRate => Ok(symbol_rate(device)),
             Request::WriteSymbolRate { millihertz } => change_rate(millihertz, device, memory),
-            Request::ReadIntensityLimit => Ok(limit_of(device)),
+            Request::ReadIntensityLimit => Ok(intensity_limit(device)),
             Request::WriteIntensityLimit { most_mcd, led_diameter_um } => change_limit([most_mcd, led_diameter_um], device, memory),
         }
     }
@@ -332,7 +276,7 @@ impl Conversation {
         };
         let table = staging.table(crc)?;
         memory.save_table(&table).map_err(|_| Refusal::Store)?;
-        device.set_table(table);
+        device.change(|transmitter| transmitter.set_table(table));
         self.staging = None;
         self.committed = Some(crc);
         Ok(Answer::Committed { crc })
@@ -341,7 +285,9 @@ impl Conversation {
     fn send(&mut self, sequence: u32, repeats: Option<u32>, message: &[u8], device: &mut impl Device) -> Result<Answer<'static>, Refusal> {
         if self.message != Some(sequence) {
             let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
-            device.send(message, repeats).map_err(|_| Refusal::MessageLength {
+            let code = Code::for_length(message.len());
+            let sent = device.change(|transmitter| transmitter.send(message, code, repeats));
+            sent.map_err(|_| Refusal::MessageLength {
                 length: message.len() as u16,
                 most: MESSAGE_MAX as u16,
             })?;
@@ -416,7 +362,7 @@ fn calibrate(measured: Measured, device: &mut impl Device, memory: &mut impl Mem
         },
     })?;
     memory.save_calibration(&calibration).map_err(|_| Refusal::Store)?;
-    device.set_calibration(calibration);
+    device.change(|transmitter| transmitter.set_calibration(calibration));
     Ok(Answer::Done)
 }
 
@@ -427,13 +373,13 @@ fn change_rate(millihertz: u32, device: &mut impl Device, memory: &mut impl Memo
         most: SymbolRate::MAX.millihertz(),
     })?;
     memory.save_symbol_rate(rate).map_err(|_| Refusal::Store)?;
-    device.set_symbol_rate(rate);
-    Ok(shown(device))
+    device.change(|transmitter| transmitter.set_symbol_rate(rate));
+    Ok(symbol_rate(device))
 }
 
-fn shown(device: &impl Device) -> Answer<'static> {
+fn symbol_rate(device: &impl Device) -> Answer<'static> {
     Answer::SymbolRate {
-        millihertz: device.symbol_rate().millihertz(),
+        millihertz: device.read(Transmitter::symbol_rate).millihertz(),
     }
 }
 
@@ -441,12 +387,12 @@ fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl M
     let [most_mcd, led_diameter_um] = numbers;
     let limit = IntensityLimit::from_numbers(numbers).map_err(|_| Refusal::IntensityLimit { most_mcd, led_diameter_um })?;
     memory.save_intensity_limit(limit).map_err(|_| Refusal::Store)?;
-    device.set_intensity_limit(limit);
-    Ok(limit_of(device))
+    device.change(|transmitter| transmitter.set_intensity_limit(limit));
+    Ok(intensity_limit(device))
 }
 
-fn limit_of(device: &impl Device) -> Answer<'static> {
-    let [most_mcd, led_diameter_um] = IntensityLimit::numbers(device.intensity_limit());
+fn intensity_limit(device: &impl Device) -> Answer<'static> {
+    let [most_mcd, led_diameter_um] = IntensityLimit::numbers(device.read(|transmitter| transmitter.calibration().limit()));
     Answer::IntensityLimit { most_mcd, led_diameter_um }
 }
 

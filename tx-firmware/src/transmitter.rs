@@ -151,6 +151,7 @@ impl<M: LedMatrix> Transmitter<M> {
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.ambient.set_sensor_gain(calibration.measured().sensor_gain);
         self.calibration = calibration.limited_to(self.calibration.limit());
+        self.matrix.set_calibration(calibration.measured());
         self.faults.remove(Faults::NO_CALIBRATION);
     }
 
@@ -162,6 +163,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Takes another symbol rate: [`tick`](Self::tick) is to be called so often from the next symbol on.
     pub fn set_symbol_rate(&mut self, rate: SymbolRate) {
         self.symbol_rate = rate;
+        self.matrix.set_symbol_rate(rate);
     }
 
     /// Reports faults that only the board knows of, such as [`Faults::WATCHDOG`], or takes them back.
@@ -282,12 +284,12 @@ mod tests {
 
     use super::*;
     use crate::{
-        calibration::Measured,
+        calibration::{BENCH, Measured},
         dimming::{DUTY_ERROR, Duty},
         light_watch::{HOLD_MS, RECOVERY, STUCK_MS},
         matrix::RecordingMatrix,
     };
-    use fixed::types::{I32F32, U1F31, U12F20, U32F32};
+    use fixed::types::{I32F32, U1F31, U32F32};
     use link::{
         framing::{Deframer, Event},
         l2a_table::Interval,
@@ -298,12 +300,10 @@ mod tests {
 
     const MEASURED: Measured = Measured {
         luminance_full_cd_m2: U32F32::lit("8000"),
-        shortest_pulse_ns: 100,
         pwm_period_ns: 20_000,
         reflectance: U1F31::lit("0.5"),
-        interval: Interval::ONE,
-        sensor_gain: U12F20::ONE,
         low_current_share: U1F31::ONE,
+        ..BENCH
     };
 
     fn transmitter<M: LedMatrix>(matrix: M) -> Transmitter<M> {

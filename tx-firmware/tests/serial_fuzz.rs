@@ -10,90 +10,33 @@
 mod frames;
 
 use frames::{Random, contents, is_whole_request};
-use link::framing::FramingError;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
-use link::serial::{ANSWER_FRAME_MAX, Answer, Counters, Faults, FrameReader, Kind, Light, Measured, Request, Status, encode};
+use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
 use link::symbol_rate::SymbolRate;
+use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
-use tx_firmware::schedule::Repeats;
+use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Device, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
+use tx_firmware::transmitter::Transmitter;
 
 /// A transmitter that counts how often anything of it was changed.
 struct Recorder {
-    table: L2aTable,
-    calibration: Measured,
-    symbol_rate: SymbolRate,
-    limit: Option<IntensityLimit>,
+    transmitter: Transmitter<RecordingMatrix>,
     acts: u64,
 }
 
 impl Device for Recorder {
-    fn status(&self) -> Status {
-        Status {
-            uptime_s: 1,
-            light: Light::Measured,
-            illuminance_lx: None,
-            l2a: Default::default(),
-            luminance_cd_m2: Default::default(),
-            duty: Default::default(),
-            limited: None,
-            faults: Faults::empty(),
-            table_crc: 0,
-            sending: false,
-            counters: Counters::default(),
-        }
+    type Matrix = RecordingMatrix;
+
+    fn read<R>(&self, read: impl FnOnce(&Transmitter<RecordingMatrix>) -> R) -> R {
+        read(&self.transmitter)
     }
 
-    fn table(&self) -> L2aTable {
-        self.table.clone()
-    }
-
-    fn set_table(&mut self, table: L2aTable) {
+    fn change<R>(&mut self, change: impl FnOnce(&mut Transmitter<RecordingMatrix>) -> R) -> R {
         self.acts += 1;
-        self.table = table;
-    }
-
-    fn calibration(&self) -> Measured {
-        self.calibration
-    }
-
-    fn set_calibration(&mut self, calibration: Calibration) {
-        self.acts += 1;
-        self.calibration = *calibration.measured();
-    }
-
-    fn intensity_limit(&self) -> Option<IntensityLimit> {
-        self.limit
-    }
-
-    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
-        self.acts += 1;
-        self.limit = limit;
-    }
-
-    fn symbol_rate(&self) -> SymbolRate {
-        self.symbol_rate
-    }
-
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.acts += 1;
-        self.symbol_rate = rate;
-    }
-
-    fn send(&mut self, message: &[u8], _: Repeats) -> Result<(), FramingError> {
-        assert!(message.len() <= 1024);
-        self.acts += 1;
-        Ok(())
-    }
-
-    fn stop(&mut self) {
-        self.acts += 1;
-    }
-
-    fn reset_counters(&mut self) {
-        self.acts += 1;
+        change(&mut self.transmitter)
     }
 }
 
@@ -136,11 +79,9 @@ struct Tally {
 fn fuzz(frames: u64, seed: u64) -> Tally {
     println!("seed {seed}");
     let mut random = Random::new(seed);
+    let calibration = Calibration::new(BENCH).expect("possible values");
     let mut recorder = Recorder {
-        table: L2aTable::default(),
-        calibration: BENCH,
-        symbol_rate: SymbolRate::DEFAULT,
-        limit: None,
+        transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
         acts: 0,
     };
     let mut memory = Unsteady(0);

@@ -98,7 +98,7 @@ async fn main(_spawner: Spawner) {
     faults.set(Faults::WATCHDOG, was_reset);
 
     #[cfg(not(feature = "max7219"))]
-    let dimmer = Dimmer::dark(board.PWM_SLICE2, board.PIN_20, board.PIN_21, &calibration);
+    let dimmer = Dimmer::dark(board.PWM_SLICE2, board.PIN_20, board.PIN_21, calibration.measured());
     #[cfg(feature = "max7219")]
     let dimmer = Dimmer::default();
     let hardware = symbols::Hardware {

@@ -6,18 +6,9 @@ use embassy_sync::{
     blocking_mutex::{Mutex, raw::CriticalSectionRawMutex},
     once_lock::OnceLock,
 };
-use link::{
-    fec::Code,
-    framing::FramingError,
-    intensity::IntensityLimit,
-    l2a_table::L2aTable,
-    panel::PanelFrame,
-    serial::{Measured, Status},
-    symbol_rate::SymbolRate,
-};
+use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate};
 use tx_firmware::{
-    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix, schedule::Repeats, service::Device,
-    transmitter::Transmitter,
+    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix, service::Device, transmitter::Transmitter,
 };
 
 use crate::{
@@ -42,6 +33,14 @@ impl LedMatrix for Panel {
     fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
         self.dimmer.set(duty, &self.symbols);
         Ok(())
+    }
+
+    fn set_calibration(&mut self, measured: &Measured) {
+        self.dimmer.set_calibration(measured);
+    }
+
+    fn set_symbol_rate(&mut self, rate: SymbolRate) {
+        self.symbols.set_rate(rate);
     }
 }
 
@@ -95,58 +94,13 @@ impl Shared {
 }
 
 impl Device for &'static Shared {
-    fn status(&self) -> Status {
-        self.with(|transmitter| transmitter.status())
+    type Matrix = Panel;
+
+    fn read<R>(&self, read: impl FnOnce(&Transmitter<Panel>) -> R) -> R {
+        self.with(|transmitter| read(transmitter))
     }
 
-    fn table(&self) -> L2aTable {
-        self.with(|transmitter| transmitter.table().clone())
-    }
-
-    fn set_table(&mut self, table: L2aTable) {
-        self.with(|transmitter| transmitter.set_table(table));
-    }
-
-    fn calibration(&self) -> Measured {
-        self.with(|transmitter| *transmitter.calibration().measured())
-    }
-
-    fn set_calibration(&mut self, calibration: Calibration) {
-        self.with(|transmitter| {
-            transmitter.matrix_mut().dimmer.set_calibration(&calibration);
-            transmitter.set_calibration(calibration);
-        });
-    }
-
-    fn intensity_limit(&self) -> Option<IntensityLimit> {
-        self.with(|transmitter| transmitter.calibration().limit())
-    }
-
-    fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
-        self.with(|transmitter| transmitter.set_intensity_limit(limit));
-    }
-
-    fn symbol_rate(&self) -> SymbolRate {
-        self.with(|transmitter| transmitter.symbol_rate())
-    }
-
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.with(|transmitter| {
-            transmitter.matrix_mut().symbols.set_rate(rate);
-            transmitter.set_symbol_rate(rate);
-        });
-    }
-
-    fn send(&mut self, message: &[u8], repeats: Repeats) -> Result<(), FramingError> {
-        let code = Code::for_length(message.len());
-        self.with(|transmitter| transmitter.send(message, code, repeats))
-    }
-
-    fn stop(&mut self) {
-        self.with(Transmitter::stop);
-    }
-
-    fn reset_counters(&mut self) {
-        self.with(Transmitter::reset_counters);
+    fn change<R>(&mut self, change: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
+        self.with(change)
     }
 }

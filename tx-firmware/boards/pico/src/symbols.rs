@@ -103,7 +103,7 @@ impl Symbols {
 
     /// Another rate, from the next symbol on.
     pub fn set_rate(&mut self, rate: SymbolRate) {
-        self.wanted = Some(rate);
+        self.wanted = Some(rate).filter(|rate| *rate != self.rate);
     }
 
     /// Gives the symbol that has just begun the length that is wanted: to be called when a panel was shifted.

@@ -85,9 +85,6 @@ impl Board {
             let answer = self.service.receive(byte, transmitter, store, &mut room);
             answers.extend_from_slice(answer.unwrap_or_default());
         }
-        // What it is driven by may be another calibration now.
-        let measured = *self.transmitter.calibration().measured();
-        self.transmitter.matrix_mut().set_calibration(&measured);
         answers
     }
 

@@ -28,11 +28,6 @@ impl Leds {
         }
     }
 
-    /// Pulses as another calibration asks for, from the next duty on.
-    pub fn set_calibration(&mut self, calibration: &Measured) {
-        self.drive = Drive::new(calibration, CLOCK_HZ);
-    }
-
     /// The part of its full light that an On LED gives, whatever the calibration takes it for. Pulses shorter than the driver's shortest
     /// clean one lose light in proportion to what they lack.
     pub fn light(&self) -> f64 {
@@ -52,5 +47,9 @@ impl LedMatrix for Leds {
     fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
         self.pulses = self.drive.pulses(duty, self.pulses);
         Ok(())
+    }
+
+    fn set_calibration(&mut self, measured: &Measured) {
+        self.drive = Drive::new(measured, CLOCK_HZ);
     }
 }

@@ -13,7 +13,7 @@ use embassy_rp::{
 use fixed::types::{U1F31, U12F20, U32F32};
 use link::{l2a_table::Interval, panel::PanelFrame};
 use tx_firmware::{
-    calibration::{Calibration, Measured},
+    calibration::Measured,
     dimming::Duty,
     max7219::{controls, intensity, rows},
 };
@@ -78,7 +78,7 @@ pub struct Dimmer {
 
 impl Dimmer {
     /// The chip's steps are what they are, whatever was measured.
-    pub fn set_calibration(&mut self, _: &Calibration) {}
+    pub fn set_calibration(&mut self, _: &Measured) {}
 
     /// Lights On LEDs with this share of full luminance, from the next symbol on.
     pub fn set(&mut self, duty: Duty, symbols: &Symbols) {

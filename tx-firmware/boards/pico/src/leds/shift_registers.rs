@@ -11,7 +11,7 @@ use embassy_rp::{
 };
 use link::panel::PanelFrame;
 use tx_firmware::{
-    calibration::Calibration,
+    calibration::Measured,
     dimming::Duty,
     drive::{Drive, Pulses},
     shift_register::{LitBy, chain_bytes},
@@ -69,13 +69,13 @@ impl Dimmer {
         slice: Peri<'static, PWM_SLICE2>,
         output_enable: Peri<'static, PIN_20>,
         full_current: Peri<'static, PIN_21>,
-        calibration: &Calibration,
+        measured: &Measured,
     ) -> Self {
         let mut config = pwm::Config::default();
         config.invert_a = true;
         config.compare_a = 0;
         Self {
-            drive: drive_of(calibration),
+            drive: drive_of(measured),
             shown: Pulses::default(),
             full_current: Output::new(full_current, Level::High),
             _pwm: Pwm::new_output_a(slice, output_enable, config),
@@ -83,8 +83,8 @@ impl Dimmer {
     }
 
     /// Pulses by the rule for this panel, from the next duty on.
-    pub fn set_calibration(&mut self, calibration: &Calibration) {
-        self.drive = drive_of(calibration);
+    pub fn set_calibration(&mut self, measured: &Measured) {
+        self.drive = drive_of(measured);
     }
 
     /// Lights On LEDs with this share of full luminance.
@@ -113,8 +113,8 @@ impl Dimmer {
 }
 
 /// The pulses' rule for a panel on this board.
-fn drive_of(calibration: &Calibration) -> Drive {
-    Drive::new(calibration.measured(), clk_sys_freq())
+fn drive_of(measured: &Measured) -> Drive {
+    Drive::new(measured, clk_sys_freq())
 }
 
 /// The period first: until the pulse follows, the light errs to the dim side.
