@@ -354,9 +354,10 @@ mod tests {
             let shift = (ahead.translation_m(1.0) - behind.translation_m(1.0)) / step;
             let turn = rotation_vector(&(ahead.rotation() * behind.rotation().transpose())) / step;
             let moves = view.moves(1.0);
-            // What hardly turns the square turns it by the step's rounding.
+            // What hardly turns or shifts the square does so by the step's rounding.
             let least_turn = 1e-3 * if number < 2 { 1.0 } else { 1.0 / view.nearness() };
-            let off = (moves.fixed_view::<3, 1>(0, number) - shift).norm() / shift.norm()
+            let least_shift = least_turn / view.nearness();
+            let off = (moves.fixed_view::<3, 1>(0, number) - shift).norm() / shift.norm().max(least_shift)
                 + (moves.fixed_view::<3, 1>(3, number) - turn).norm() / turn.norm().max(least_turn);
             prop_assert!(off < 1e-6, "{off}");
         }
