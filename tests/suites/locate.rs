@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use vocc_tests::sightings::{photographs, search_empty, search_scenes};
+use vocc_tests::{all_cases, cases};
 
 const SIZE: [usize; 2] = [480, 360];
 
@@ -14,10 +15,11 @@ fn clutter() -> Vec<image::GrayImage> {
 #[test]
 fn panels_are_found_within_three_frames() {
     let mut failures = Vec::new();
-    let tally = search_scenes(0..60, SIZE, &clutter(), |line| failures.push(line.to_owned()));
-    let found: usize = tally.found_at.iter().sum();
+    // One in a hundred may be lost: this many are in two of a hundred cases.
+    let (count, lost) = if all_cases() { (60, 2) } else { (20, 1) };
+    let tally = search_scenes(0..count, SIZE, &clutter(), |line| failures.push(line.to_owned()));
     assert_eq!(tally.wrong, 0, "{failures:#?}");
-    assert!(found >= 58, "{found} of 60: {failures:#?}");
+    assert!(tally.lost <= lost, "{} of {count}: {failures:#?}", tally.lost);
     let mut errors = tally.errors_px;
     errors.sort_by(f64::total_cmp);
     assert!(errors[errors.len() / 2] < 0.15, "{errors:?}");
@@ -26,6 +28,6 @@ fn panels_are_found_within_three_frames() {
 #[test]
 fn photographs_without_a_panel_show_none() {
     let mut failures = Vec::new();
-    let seen = search_empty(0..40, SIZE, &clutter(), |line| failures.push(line.to_owned()));
+    let seen = search_empty(0..cases(10, 40).into(), SIZE, &clutter(), |line| failures.push(line.to_owned()));
     assert_eq!(seen, 0, "{failures:#?}");
 }
