@@ -35,7 +35,7 @@ mod planar;
 mod plane;
 mod posterior;
 
-pub use closing::{Closing, WANDER_M_S};
+pub use closing::Closing;
 pub use image_fit::PlaneFit;
 pub use lens::{Lens, LensError};
 pub use plane::PlaneImage;

@@ -1,12 +1,11 @@
 //! How fast a followed panel comes nearer, and when it would be here.
 
-use adskalman::{KalmanFilterNoControl, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl};
-use nalgebra::{Matrix3, SMatrix, SVector, U3, U6, Vector3};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, SVector, Vector3, Vector6};
 
 use super::{Known, Pose};
 
 /// How much the velocity wanders in a second, in m/s along each axis (standard deviation): traffic that brakes and pulls away.
-pub const WANDER_M_S: f64 = 1.0;
+const WANDER_M_S: f64 = 1.0;
 /// What is supposed of the velocity before two poses are known, in m/s along each axis (standard deviation).
 const ANY_SPEED_M_S: f64 = 50.0;
 /// After a longer gap it begins anew, in seconds.
@@ -39,7 +38,7 @@ const CLEARLY: f64 = 2.0;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Closing {
-    last: Option<(f64, StateAndCovariance<f64, U6>)>,
+    last: Option<(f64, Estimate)>,
     /// Whether two poses or more have told the velocity.
     is_known: bool,
 }
@@ -57,24 +56,14 @@ impl Closing {
     pub fn take(&mut self, time_s: f64, pose: &Pose) {
         let place = Vector3::from(pose.translation_m);
         let spread = Matrix3::from_fn(|i, j| pose.covariance[i][j]);
-        let next = self.last.as_ref().and_then(|(before_s, state)| {
+        let next = self.last.as_ref().and_then(|(before_s, estimate)| {
             let elapsed_s = time_s - before_s;
-            if !(elapsed_s > 0.0 && elapsed_s <= LONGEST_GAP_S) {
-                return None;
-            }
-            let (motion, sight) = (Motion::over(elapsed_s), Sight::of(spread));
-            let expected = motion.predict(state);
-            let off = place - expected.state().fixed_rows::<3>(0);
-            let known = expected.covariance().fixed_view::<3, 3>(0, 0) + spread;
-            let squared = off.dot(&known.cholesky()?.solve(&off));
-            if squared.is_nan() || squared > ANOTHER {
-                return None;
-            }
-            KalmanFilterNoControl::new(&motion, &sight).step(state, &place).ok()
+            let follows = elapsed_s > 0.0 && elapsed_s <= LONGEST_GAP_S;
+            follows.then(|| estimate.after(elapsed_s))?.corrected(&place, &spread)
         });
         self.is_known = next.is_some();
-        let state = next.unwrap_or_else(|| begin(&place, &spread));
-        self.last = Some((time_s, state));
+        let estimate = next.unwrap_or_else(|| Estimate::of_place(&place, &spread));
+        self.last = Some((time_s, estimate));
     }
 
     /// Forgets the panel.
@@ -99,44 +88,46 @@ impl Closing {
     /// A number of place and velocity, and its standard deviation by its slopes.
     fn told(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
         const STEP: f64 = 1e-5;
-        let (_, state) = self.last.as_ref().filter(|_| self.is_known)?;
-        let of = |state: &SVector<f64, 6>| number(state.fixed_rows::<3>(0).into_owned(), state.fixed_rows::<3>(3).into_owned());
+        let (_, Estimate { state, covariance }) = self.last.as_ref().filter(|_| self.is_known)?;
+        let of = |state: &Vector6<f64>| number(state.fixed_rows::<3>(0).into_owned(), state.fixed_rows::<3>(3).into_owned());
         let slopes = SVector::<f64, 6>::from_fn(|i, _| {
             let moved = |by: f64| {
-                let mut moved = *state.state();
+                let mut moved = *state;
                 moved[i] += by;
                 of(&moved)
             };
             (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
         });
-        let variance = slopes.dot(&(state.covariance() * slopes));
+        let variance = slopes.dot(&(covariance * slopes));
         let known = Known {
-            value: of(state.state()),
+            value: of(state),
             sigma: libm::sqrt(variance.max(0.0)),
         };
         (known.value.is_finite() && known.sigma.is_finite()).then_some(known)
     }
 }
 
-fn begin(place: &Vector3<f64>, spread: &Matrix3<f64>) -> StateAndCovariance<f64, U6> {
-    let mut state = SVector::<f64, 6>::zeros();
-    state.fixed_rows_mut::<3>(0).copy_from(place);
-    let mut covariance = SMatrix::<f64, 6, 6>::identity() * (ANY_SPEED_M_S * ANY_SPEED_M_S);
-    covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(spread);
-    StateAndCovariance::new(state, covariance)
+/// Place (m) and velocity (m/s) along each axis, and their covariance.
+#[derive(Clone, Debug)]
+struct Estimate {
+    state: Vector6<f64>,
+    covariance: Matrix6<f64>,
 }
 
-/// Constant velocity that wanders.
-struct Motion {
-    forward: SMatrix<f64, 6, 6>,
-    transposed: SMatrix<f64, 6, 6>,
-    wander: SMatrix<f64, 6, 6>,
-}
+impl Estimate {
+    /// A place at any velocity.
+    fn of_place(place: &Vector3<f64>, spread: &Matrix3<f64>) -> Self {
+        let mut state = Vector6::zeros();
+        state.fixed_rows_mut::<3>(0).copy_from(place);
+        let mut covariance = Matrix6::identity() * (ANY_SPEED_M_S * ANY_SPEED_M_S);
+        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(spread);
+        Self { state, covariance }
+    }
 
-impl Motion {
-    fn over(elapsed_s: f64) -> Self {
+    /// The prediction at constant velocity that wanders.
+    fn after(&self, elapsed_s: f64) -> Self {
         let of_blocks = |[[a, b], [c, d]]: [[f64; 2]; 2]| {
-            SMatrix::<f64, 6, 6>::from_fn(|i, j| match (i / 3, j / 3, i % 3 == j % 3) {
+            Matrix6::from_fn(|i, j| match (i / 3, j / 3, i % 3 == j % 3) {
                 (0, 0, true) => a,
                 (0, 1, true) => b,
                 (1, 0, true) => c,
@@ -147,58 +138,30 @@ impl Motion {
         let forward = of_blocks([[1.0, elapsed_s], [0.0, 1.0]]);
         let square = elapsed_s * elapsed_s;
         let shared = square / 2.0;
-        let wander = of_blocks([[square * elapsed_s / 3.0, shared], [shared, elapsed_s]]);
+        let wander = of_blocks([[square * elapsed_s / 3.0, shared], [shared, elapsed_s]]) * (WANDER_M_S * WANDER_M_S);
         Self {
-            forward,
-            transposed: forward.transpose(),
-            wander: wander * (WANDER_M_S * WANDER_M_S),
+            state: forward * self.state,
+            covariance: forward * self.covariance * forward.transpose() + wander,
         }
     }
-}
 
-impl TransitionModelLinearNoControl<f64, U6> for Motion {
-    fn F(&self) -> &SMatrix<f64, 6, 6> {
-        &self.forward
-    }
-
-    fn FT(&self) -> &SMatrix<f64, 6, 6> {
-        &self.transposed
-    }
-
-    fn Q(&self) -> &SMatrix<f64, 6, 6> {
-        &self.wander
-    }
-}
-
-/// The place alone is seen.
-struct Sight {
-    place: SMatrix<f64, 3, 6>,
-    transposed: SMatrix<f64, 6, 3>,
-    spread: Matrix3<f64>,
-}
-
-impl Sight {
-    fn of(spread: Matrix3<f64>) -> Self {
-        let place = SMatrix::<f64, 3, 6>::identity();
-        Self {
-            place,
-            transposed: place.transpose(),
-            spread,
+    /// The update by a place that is seen, its covariance in Joseph's form, which keeps it symmetric; `None` where another panel is seen.
+    fn corrected(&self, place: &Vector3<f64>, spread: &Matrix3<f64>) -> Option<Self> {
+        let off = place - self.state.fixed_rows::<3>(0);
+        let factor = (self.covariance.fixed_view::<3, 3>(0, 0) + spread).cholesky()?;
+        let squared = off.dot(&factor.solve(&off));
+        if squared.is_nan() || squared > ANOTHER {
+            return None;
         }
-    }
-}
-
-impl ObservationModel<f64, U6, U3> for Sight {
-    fn H(&self) -> &SMatrix<f64, 3, 6> {
-        &self.place
-    }
-
-    fn HT(&self) -> &SMatrix<f64, 6, 3> {
-        &self.transposed
-    }
-
-    fn R(&self) -> &Matrix3<f64> {
-        &self.spread
+        let seen: Matrix6x3<f64> = self.covariance.fixed_columns::<3>(0).into_owned();
+        let gain = seen * factor.inverse();
+        let mut rest = Matrix6::identity();
+        let mut of_place = rest.fixed_columns_mut::<3>(0);
+        of_place -= gain;
+        Some(Self {
+            state: self.state + gain * off,
+            covariance: rest * self.covariance * rest.transpose() + gain * spread * gain.transpose(),
+        })
     }
 }
 
