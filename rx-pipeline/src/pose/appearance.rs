@@ -3,14 +3,26 @@
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix2, Vector2};
 
-use super::equations::Sums;
-
 /// LEDs differ by this share of an On LED's light where nothing is known (standard deviation).
 const USUAL_SPREAD: f64 = 0.03;
 /// The least they are taken to: no LEDs are more alike, nor is any model of their images better.
 const LEAST_SPREAD: f64 = 0.01;
 /// The least variance of a pixel's noise: no camera has less.
 const LEAST_NOISE: f64 = 1e-9;
+
+/// Sums over all pixels that count.
+#[derive(Clone, Copy)]
+pub(super) struct Sums {
+    /// Squared misfits, over what light there is: for the noise.
+    pub misfit: [f64; 2],
+    pub light: [f64; 3],
+    pub pixels: f64,
+    /// Squared misfit over noise of what is around, and its pixels.
+    pub around: [f64; 2],
+    /// Squared pull on LEDs along x and y, and how much noise would pull.
+    pub pull: f64,
+    pub hold: f64,
+}
 
 /// How a panel looks in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,5 +120,21 @@ impl Appearance {
             _ => [alone[0], 0.0],
         };
         self.noise = [dark.max(LEAST_NOISE), of_light.max(0.0)];
+    }
+}
+
+impl Sums {
+    pub(super) const NONE: Self = Self {
+        misfit: [0.0; 2],
+        light: [0.0; 3],
+        pixels: 0.0,
+        around: [0.0; 2],
+        pull: 0.0,
+        hold: 0.0,
+    };
+
+    /// Squared pull on LEDs away from the lattice, over noise's.
+    pub(super) fn scatter(&self) -> f64 {
+        self.pull / self.hold
     }
 }

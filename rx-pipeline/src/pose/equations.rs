@@ -8,7 +8,7 @@ use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use super::PoseError;
-use super::appearance::Appearance;
+use super::appearance::{Appearance, Sums};
 use super::cut::Cut;
 use super::leds::{Leds, Shine};
 use super::pixels::Pixels;
@@ -33,20 +33,6 @@ const RUN: usize = 128;
 pub(super) const AROUND: f64 = 1.2;
 /// A pixel is not cut if more light adds at least this share of itself.
 const WHOLE: f64 = 0.999;
-
-/// Sums over all pixels that count.
-#[derive(Clone, Copy)]
-pub(super) struct Sums {
-    /// Squared misfits, over what light there is: for the noise.
-    pub misfit: [f64; 2],
-    pub light: [f64; 3],
-    pub pixels: f64,
-    /// Squared misfit over noise of what is around, and its pixels.
-    pub around: [f64; 2],
-    /// Squared pull on LEDs along x and y, and how much noise would pull.
-    pub pull: f64,
-    pub hold: f64,
-}
 
 /// The equations, and what else is summed on the way.
 pub(super) struct Equations {
@@ -274,22 +260,6 @@ impl Model<'_> {
     fn amplitude(&self, led: usize) -> f64 {
         self.look.levels[usize::from(self.bits.led(led))] + self.own[led]
     }
-}
-
-impl Sums {
-    /// Squared pull on LEDs away from the lattice, over noise's.
-    pub fn scatter(&self) -> f64 {
-        self.pull / self.hold
-    }
-
-    const NONE: Self = Self {
-        misfit: [0.0; 2],
-        light: [0.0; 3],
-        pixels: 0.0,
-        around: [0.0; 2],
-        pull: 0.0,
-        hold: 0.0,
-    };
 }
 
 impl Step {

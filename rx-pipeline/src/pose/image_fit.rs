@@ -17,8 +17,8 @@
 
 use link::panel::LEDS;
 
-use super::appearance::Appearance;
-use super::equations::{AROUND, Equations, Model, SHARED_COUNT, Step, Sums};
+use super::appearance::{Appearance, Sums};
+use super::equations::{AROUND, Equations, Model, SHARED_COUNT, Step};
 use super::leds::Leds;
 use super::pixels::Pixels;
 use super::plane::{PLANE, PlaneImage, Vector8};
