@@ -88,7 +88,7 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     /// As [`Frame::new`], and [`FrameError::StrideTooShort`] if `stride` is less than `width`.
-    pub fn with_stride(pixels: &'a [u8], width: usize, height: usize, stride: usize) -> Result<Self, FrameError> {
+    pub(crate) fn with_stride(pixels: &'a [u8], width: usize, height: usize, stride: usize) -> Result<Self, FrameError> {
         if width == 0 || height == 0 {
             return Err(FrameError::Empty { width, height });
         }

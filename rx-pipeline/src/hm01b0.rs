@@ -8,15 +8,15 @@ use embedded_hal::{delay::DelayNs, i2c::I2c};
 use serde::{Deserialize, Serialize};
 
 /// Its address on the bus, 7 bits.
-pub const ADDRESS: u8 = 0x24;
+const ADDRESS: u8 = 0x24;
 /// What its identity registers hold.
-pub const MODEL_ID: u16 = 0x01b0;
+const MODEL_ID: u16 = 0x01b0;
 /// From one of its pixels to the next, µm.
-pub const PIXEL_PITCH_UM: f32 = 3.6;
+const PIXEL_PITCH_UM: f32 = 3.6;
 /// The focal length of the lens that it is sold with (HM01B0-MNA-00FT870), µm.
-pub const FOCAL_LENGTH_UM: f32 = 870.0;
+const FOCAL_LENGTH_UM: f32 = 870.0;
 /// The clock that modules feed it, Hz.
-pub const MASTER_CLOCK_HZ: u32 = 24_000_000;
+const MASTER_CLOCK_HZ: u32 = 24_000_000;
 /// Pixel clocks in a line: the least that the sensor takes.
 pub const LINE_CLOCKS: u16 = 0x178;
 /// The pixel clock, Hz: an eighth of the master clock.
@@ -26,7 +26,7 @@ pub const BLACK_GREY: u8 = 8;
 /// The shortest exposure, lines.
 pub const LEAST_LINES: u16 = 2;
 /// After a software reset nothing is written for so long, ms.
-pub const RESET_MS: u32 = 100;
+const RESET_MS: u32 = 100;
 /// Lines of a frame's period that cannot be exposed.
 const UNEXPOSED_LINES: u16 = 2;
 
@@ -111,7 +111,7 @@ impl Mode {
     }
 
     /// The focal length of the module's own lens in pixels of a frame.
-    pub const fn focal_length_px(&self) -> f32 {
+    pub(crate) const fn focal_length_px(&self) -> f32 {
         let pixels_as_one = if self.is_binned { 2.0 } else { 1.0 };
         FOCAL_LENGTH_UM / (PIXEL_PITCH_UM * pixels_as_one)
     }
@@ -141,7 +141,7 @@ impl Exposure {
     pub const GAIN_MAX: u8 = 3;
 
     /// How long a pixel is exposed, µs.
-    pub const fn time_us(&self) -> u32 {
+    pub(crate) const fn time_us(&self) -> u32 {
         (self.lines as u64 * LINE_CLOCKS as u64 * 1_000_000 / PIXEL_CLOCK_HZ as u64) as u32
     }
 
@@ -224,7 +224,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
         Self { bus, delay, mode }
     }
 
-    /// Sets the camera up and starts its frames. Takes [`RESET_MS`] and some 60 transfers.
+    /// Sets the camera up and starts its frames. Takes 100 ms and some 60 transfers.
     ///
     /// # Errors
     /// [`CameraError`] if it is not there, is another one, or does not keep a setting.
@@ -258,7 +258,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
     ///
     /// # Errors
     /// [`CameraError::Silent`] or [`CameraError::WrongId`].
-    pub fn identify(&mut self) -> Result<(), CameraError> {
+    fn identify(&mut self) -> Result<(), CameraError> {
         let id = u16::from_be_bytes([self.read(MODEL_ID_HIGH)?, self.read(MODEL_ID_LOW)?]);
         if id == MODEL_ID { Ok(()) } else { Err(CameraError::WrongId { id }) }
     }

@@ -53,7 +53,7 @@ pub struct Mixture {
 
 impl Mixture {
     /// Two symbols that cannot be told apart.
-    pub const INSEPARABLE: Self = Self {
+    pub(crate) const INSEPARABLE: Self = Self {
         share: 0.5,
         #[cfg(feature = "read-lines")]
         growth: [0.0; 2],
