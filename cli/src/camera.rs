@@ -31,7 +31,7 @@ use link::camera::{Camera, Encoding};
 use reception::colour::Channel;
 use reception::{deep, learnt};
 use rx_pipeline::camera::Learnt;
-use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
+use rx_pipeline::likelihood::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
 use sim::input;
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
 use reception::deep;
 use rx_pipeline::camera::Learnt;
-use rx_pipeline::parameters::likelihood::lines::LINE_DELAY_MAX;
+use rx_pipeline::likelihood::LINE_DELAY_MAX;
 use rx_pipeline::pose::Lens;
 
 use crate::errors::{check, refused};

@@ -21,7 +21,6 @@ pub struct Learnt {
     pub line_delay: Option<f32>,
     /// LEDs that do not follow the message, bit 8·row + column each: dead, stuck, or far too dim. They are read as erased.
     pub broken: u64,
-    /// Frames that this was learnt from; older ones are forgotten, so that it counts to
-    /// [`MEMORY_FRAMES`](crate::parameters::likelihood::level_prior::MEMORY_FRAMES).
+    /// Frames that this was learnt from, 64 at most: older ones are forgotten.
     pub frames: u32,
 }

@@ -8,10 +8,15 @@ use crate::approximate::root;
 use crate::corners::{Corners, CornersError};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::coarse::{SAMPLES_ACROSS, SAMPLES_DOWN};
-use crate::parameters::spots::SIGMA_PX;
+use crate::spots::SIGMA_PX;
 use crate::spots::{LatticeModel, PIXEL_VARIANCE};
 use core::ops::Range;
+
+/// Samples along a larger pixel's row, at most (count), and a 2, 3 or 4 px wide one has no fewer than that. More:
+/// less noise, and slower.
+const SAMPLES_ACROSS: usize = 4;
+/// Samples along a larger pixel's column, at most (count). As above.
+const SAMPLES_DOWN: usize = 2;
 
 /// The variance of the binomial 1, 2, 1.
 const MIXING_VARIANCE: f32 = 0.5;

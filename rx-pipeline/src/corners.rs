@@ -1,7 +1,12 @@
 //! Where the panel lies in the frame: its four corner LEDs, and the homography they fix.
 
-use crate::parameters::reading::MIN_PITCH_PX;
 use link::panel::SIDE;
+
+/// The least pitch that is read (px).
+///
+/// A square cell holds a pixel centre wherever it lies and however it is turned once its inscribed circle has the
+/// radius √2/2, that is, from a side of √2 px on. 1.5 px keeps a little distance from that.
+pub(crate) const MIN_PITCH_PX: f32 = 1.5;
 
 /// The position of the last LED of a row or column in panel coordinates.
 const LAST: f64 = (SIDE - 1) as f64;

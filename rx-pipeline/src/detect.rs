@@ -15,7 +15,7 @@
 //! The log-likelihood ratio of a bit follows from Gaussian classes of one covariance, Σ: with x the cell's features,
 //! LLR = (μ_on − μ_off)ᵀ·Σ⁻¹·(x − (μ_on + μ_off)/2), without priors. Fisher learns μ and Σ in training. The others take
 //! them from the panel itself, by the classes they have just found, in standardised features. To Σ they add
-//! [`VARIANCE_FLOOR`](crate::parameters::detect::VARIANCE_FLOOR) on its diagonal, so that a frame without noise has finite values.
+//! a hundredth of each feature's variance in the panel on its diagonal, so that a frame without noise has finite values.
 //!
 //! The limits of that model: where the classes overlap, a split by the panel itself cuts their tails off, takes Σ for smaller
 //! than it is, and so claims to be surer than it may be. The errors of neighbouring cells, which the blur makes alike, count as
@@ -32,15 +32,19 @@ mod standardise;
 
 pub use detection::{Detection, Mixture};
 pub use error::DetectError;
+pub(crate) use error::MIN_CONTRAST_GREY;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
 pub(crate) use detection::{bits_where, lit, wrong_bits};
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;
-use crate::parameters::detect::{MIN_CONTRAST_GREY, WHITE_CELLS_MAX, WHITE_GREY};
+use error::WHITE_CELLS_MAX;
 use link::panel::PanelFrame;
 use standardise::standardised;
+
+/// A cell of a brighter mean is white, but for what a codec leaves of that (grey). Higher: ripples of white are read as bits.
+const WHITE_GREY: f32 = 248.0;
 
 /// How to tell On from Off.
 ///

@@ -8,9 +8,11 @@
 
 use crate::cells::{CellMap, MAX_WIDTH_PX, MapRow, NO_CELL};
 use crate::frame::Frame;
-use crate::parameters::detect::DARKEST_GREY;
 use core::array;
 use link::panel::{LEDS, SIDE};
+
+/// The darkest that a mean is taken for in a ratio (grey): half a level is what rounding leaves unknown.
+const DARKEST_GREY: f32 = 0.5;
 
 /// The features of the 64 cells of one panel, cell 8·row + column.
 ///

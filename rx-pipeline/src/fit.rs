@@ -1,9 +1,27 @@
 //! From a pose that is about right to the one that fits the pixels best (Levenberg 1944; Marquardt 1963).
 
 use crate::lattice::{Lattice, MIDDLE};
-use crate::parameters::fitting::*;
 use crate::spots::{LatticeModel, Observation, Residuals, Slope, Window};
 use link::panel::{LEDS, SIDE};
+
+/// A step that improves the sum of squares by less is the last one (share). Lower: more steps, and a pose nearer to
+/// the best.
+const SETTLED: f32 = 3e-3;
+/// The damping of the first step (share of the curvature). Higher: shorter steps.
+const DAMPING: f32 = 0.05;
+/// The least damping (share of the curvature).
+const LEAST_DAMPING: f32 = 0.01;
+/// What a step that improves multiplies the damping by (factor).
+const EASED: f32 = 0.3;
+/// What a step that does not improve makes of the damping: a multiple (factor), and this more (share of the
+/// curvature).
+const STIFFENED: (f32, f32) = (4.0, 0.2);
+/// With so much damping no step leads anywhere (share of the curvature). Higher: more steps before giving up.
+const STUCK: f32 = 50.0;
+/// Steps in which only the levels settle, since nothing else can before (count).
+pub(crate) const LEVELLING: usize = 3;
+/// Steps in which a near panel's tilt settles, at most (count).
+const TILTING: usize = 8;
 
 /// A model fitted to a frame, and how it differs from that.
 pub(crate) struct Fit {

@@ -1,8 +1,10 @@
 //! A lattice of 8×8 spots, seen in perspective where that shows.
 
 use crate::corners::Corners;
-use crate::parameters::search::SAME_LATTICE;
 use link::panel::SIDE;
+
+/// Lattices are the same if no corner differs by more (pitches).
+const SAME_LATTICE: f32 = 0.4;
 
 /// Where the LEDs of a panel lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,7 @@
 //! use link::fec::Code;
 //! use link::framing::{Event, Framer};
 //! use rx_pipeline::corners::Corners;
-//! use rx_pipeline::frame::Frame;
-//! use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
+//! use rx_pipeline::{Frame, FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 //!
 //! // What a camera would send: 96×96 pixels of a panel, a spot of light where an LED is On.
 //! let message = b"ice ahead";
@@ -60,8 +59,8 @@
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
-//! Beside them: [`parameters`] holds the numbers that locating, following and reading go by, [`profile`] tells how long each stage takes,
-//! and [`approximate`] has the roots and losses that loops over pixels compute quickly, with their bounds.
+//! Beside them: [`settings`] holds the numbers that a user may turn, [`profile`] tells how long each stage takes, and [`approximate`] has the
+//! roots and losses that loops over pixels compute quickly, with their bounds.
 //!
 //! All positions are in pixels; (0, 0) is the *centre* of the top-left pixel, x points right and y down. LED 8·row + column is
 //! bit 8·row + column, with row 0 at the top as the camera sees it.
@@ -76,6 +75,7 @@
 //! - **A panel whose place is known:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if it is always known; on a
 //!   microcontroller, or wherever a part of the frame is enough, [`receiver::Receiver::region`].
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
+//! - **How hard it tries**, and when it gives up: [`settings`].
 //! - **What the frames have told of the camera and of broken LEDs:** [`receiver::Receiver::learnt`].
 //! - **Single frames:** [`corners::Corners`], [`cells::CellMap`], [`features::Features`] and [`detect::Detector`], as in the latter's
 //!   example.
@@ -105,14 +105,17 @@ pub mod hm01b0;
 mod lattice;
 pub mod likelihood;
 pub mod locate;
-pub mod parameters;
 pub mod pose;
 pub mod profile;
 pub mod receiver;
+pub mod settings;
 mod spots;
 pub mod standalone;
 pub mod symbols;
 mod track;
+
+pub use frame::Frame;
+pub use receiver::{FrameSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 #[cfg(test)]
 mod synthetic;

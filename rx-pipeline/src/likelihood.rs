@@ -57,7 +57,7 @@
 //!
 //! # Two symbols in one exposure
 //!
-//! An exposure across a change shows LEDs that were On for a part of it. [`MaximumLikelihood::detect_after`] takes what is known of
+//! An exposure across a change shows LEDs that were On for a part of it. A receiver's detector takes what is known of
 //! the symbol before, and reads both: `likelihood/mixture.rs`. Where the camera's lines are exposed one after another, each row of LEDs was
 //! caught at another moment; how much later each line is, is learnt from such exposures, and kept: `likelihood/lines.rs`.
 //!
@@ -90,18 +90,14 @@ mod search;
 mod sphere_decoder;
 
 pub use experience::Experience;
+#[cfg(feature = "read-lines")]
+pub use lines::LINE_DELAY_MAX;
 
 use crate::camera::Learnt;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::LOOK_AROUND_FRAMES;
-use crate::parameters::likelihood::curve::CONFIDENCE_MIN;
-use crate::parameters::likelihood::leds::SATURATED_MAX;
-use crate::parameters::likelihood::level_prior::{LEARN_LEDS, LEARN_LLR};
-#[cfg(feature = "read-lines")]
-use crate::parameters::likelihood::lines::LINE_DELAY_MAX;
-use crate::parameters::likelihood::mixture::MIXED;
+use crate::settings::LikelihoodSettings;
 use crop::{Crop, Sight};
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
@@ -111,6 +107,22 @@ use lines::LineDelay;
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
+
+/// What is around the cells is looked at anew after so many (frames).
+const LOOK_AROUND_FRAMES: u32 = 8;
+/// LEDs of either kind in a panel of which levels are learnt, at least (count).
+const LEARN_LEDS: u32 = 8;
+/// How sure its bits are on the average, at least (nats). Lower: levels are learnt from wrong bits.
+const LEARN_LLR: f32 = 1.0;
+/// How sure a frame's bits are that is held against other curves, at least (share that is expected to be right). Lower: wrong bits and
+/// wrong places are explained by curves.
+const CONFIDENCE_MIN: f32 = 0.95;
+/// If two symbols share an exposure, some LED's flip costs less (nats): where α of it is the other symbol's, α² of a
+/// flip's cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an
+/// LED, 10 to 30. Below α = 1/8 the bits are certain all the same.
+const MIXED: f32 = 1000.0;
+/// LEDs are not measured in images of which more is saturated (share): how bright they are does not show there.
+const SATURATED_MAX: f32 = 0.05;
 
 /// The detector: maximum likelihood, searched for over bits and levels.
 ///
@@ -157,9 +169,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others: a search that
     /// begins from no blur at all may have no end.
     pub fn prepare(&mut self, camera: Camera) {
+        self.prepare_with(camera, LikelihoodSettings::DEFAULT);
+    }
+
+    /// The same with other settings.
+    pub fn prepare_with(&mut self, camera: Camera, settings: LikelihoodSettings) {
         let camera = camera.clamped();
         self.told = camera.encoding;
-        self.model.prepare(camera);
+        self.model.prepare(camera, settings);
         self.experience = Experience::NONE;
     }
 
@@ -236,7 +253,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// As [`Self::detect`].
     // Not inlined: the stack of those who read panels otherwise stays as it is.
     #[inline(never)]
-    pub fn detect_after(
+    pub(crate) fn detect_after(
         &mut self,
         before: &SoftPanel,
         frame: &Frame<'_>,
@@ -367,15 +384,16 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[inline(never)]
     fn learn_curve(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) {
         let now = self.model.camera.encoding;
+        let most_frames = self.model.settings.curve_frames.into();
         let Experience { levels, leds, curve, .. } = &mut self.experience;
         let tells = estimate.overlaps(&crop.scale) && levels.fits_surely(estimate.levels.noise);
-        let Some(tried) = curve.next(now).filter(|_| tells) else {
+        let Some(tried) = curve.next(now, most_frames).filter(|_| tells) else {
             return;
         };
         let Some(gain) = self.model.try_curve(tried, frame, crop, estimate) else {
             return;
         };
-        if curve.update(now, tried, &gain) {
+        if curve.update(now, tried, &gain, most_frames) {
             self.model.see_by(curve.encoding(self.told));
             let [from, to] = &gain.levels;
             levels.go_over(from, to);

@@ -34,21 +34,53 @@ use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::blob::SIDE_PX;
-use crate::parameters::coarse::{LEVEL_BUDGET, LEVEL_SIDE_MAX_PX};
-use crate::parameters::pose_candidates::POSE_CANDIDATES;
-use crate::parameters::search::*;
-use crate::parameters::survey::{BUSY_PEAKS, CHANGED_PEAKS};
 use crate::profile::{Profile, Stage};
+use crate::settings::{SearchSettings, SettingError};
 use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
-use blob::Blob;
+use blob::{Blob, SIDE_PX};
+use core::ops::RangeInclusive;
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, Sharpened, Trial, View};
+use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use suspects::Suspect;
 pub(crate) use suspects::Suspects;
-use verification::{Scope, Verified};
+use verification::Verified;
+
+/// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
+const CHANGED_PEAKS: usize = 4;
+/// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
+const BUSY_PEAKS: usize = 24;
+/// An LED's own extent before anything is known of it (px, standard deviation).
+const LED_SIGMA_PX: f32 = 0.6;
+/// Noise below is rounding (grey).
+const LEAST_NOISE_GREY: f32 = 0.3;
+/// Columns and rows around a known panel in which no other is looked for (pitches, from the first LED on).
+const KNOWN: RangeInclusive<f64> = -3.0..=10.0;
+/// A change fainter than this has to show in another search too (amplitude ratio): moving things may look like a panel once.
+const FAINT: f32 = 55.0;
+/// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
+/// look like anything.
+const FAINT_IN_MOTION: f32 = 200.0;
+/// Spots of another width than expected have to show so much more clearly (factor): any width fits some edge that moves.
+const UNEXPECTED: f32 = 2.5;
+/// The width expected, over that of the narrowest and of the widest LED under the blur that was told (ratio).
+const EXPECTED_WIDTH: (f32, f32) = (0.88, 1.15);
+/// The pitch over the diameter of the widest LEDs (ratio): they fill two thirds of it.
+const PITCH_OVER_LED: f32 = 1.5;
+/// The camera has moved when half of the frame changes by more: this many times its noise (factor), and this
+/// (grey).
+const IN_MOTION: (f32, f32) = (1.5, 0.5);
+/// Busy places looked at in every frame (count); and one more, another each time.
+const ALWAYS: usize = 2;
+/// Busy places are looked at for LEDs that are dark on a white board in every so many frames, in the others for bright ones (frames).
+const HOLES_EVERY: u64 = 4;
+/// The side of the largest panel looked for on a level (larger px): as large as the smallest on the next level, and a
+/// quarter. Larger: slower; smaller: panels fall between two levels.
+const LEVEL_SIDE_MAX_PX: f32 = 70.0;
+/// Poses of changed and of busy places tried on a level in a frame (count). More: near panels are found sooner, and
+/// each frame takes longer.
+const LEVEL_BUDGET: [u32; 2] = [1, 1];
 
 /// Finds panels in frames.
 ///
@@ -68,6 +100,7 @@ pub struct Locator {
     blur_sigma_px: f32,
     /// Whether it looks for panels so near that perspective shows.
     is_near: bool,
+    settings: SearchSettings,
 }
 
 /// A panel found.
@@ -115,10 +148,10 @@ pub enum Effort {
 }
 
 impl Effort {
-    fn budget(self, share: u32, level: u32) -> u32 {
+    fn budget(self, share: u16, level: u32) -> u32 {
         match self {
             Self::Full => u32::MAX,
-            Self::Share(_) => share,
+            Self::Share(_) => share.into(),
             Self::Level(_) => level,
         }
     }
@@ -143,7 +176,17 @@ impl Locator {
             metric: GreyMetric::new(&camera),
             blur_sigma_px: camera.blur_sigma_px,
             is_near: false,
+            settings: SearchSettings::DEFAULT,
         })
+    }
+
+    /// The same by other settings.
+    ///
+    /// # Errors
+    /// [`SettingError`] if one is out of its range.
+    pub fn with_settings(self, settings: SearchSettings) -> Result<Self, SettingError> {
+        settings.validate()?;
+        Ok(Self { settings, ..self })
     }
 
     /// Standard deviation of one LED's image before anything is known of it, in pixels.
@@ -215,7 +258,7 @@ impl Locator {
             failure: None,
             places: 0,
             largest_px: effort.largest_px(),
-            budget: effort.budget(CHANGED_BUDGET, LEVEL_BUDGET[0]),
+            budget: effort.budget(self.settings.changed_poses, LEVEL_BUDGET[0]),
         };
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
@@ -228,7 +271,7 @@ impl Locator {
                 };
                 let here = found.spots.lattice;
                 // Spots that overlap add up to anything smooth.
-                let apart = verification::apart(&found.spots);
+                let apart = found.spots.apart();
                 let surprise = if self.expects(&found.spots) { 1.0 } else { UNEXPECTED };
                 let enough = surprise * enough / (apart * apart);
                 let suspect = Suspect {
@@ -271,7 +314,7 @@ impl Locator {
             Effort::Level(_) => &[Ground::Around],
         };
         // Each has its own, as it is right of other panels.
-        let mut budgets = [effort.budget(BUSY_BUDGET, LEVEL_BUDGET[1]); 4];
+        let mut budgets = [effort.budget(self.settings.busy_poses, LEVEL_BUDGET[1]); 4];
         let ranked = survey.busy.iter().filter(unknown).enumerate();
         for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
             for (&ground, left) in grounds.iter().zip(&mut budgets) {
@@ -402,7 +445,7 @@ impl<const N: usize> Attempt<'_, N> {
 
     /// A pose that is a panel's in that scope; or within the panel's own outline, where only what is around it may speak against it.
     fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
-        let mut verify = |scope| verification::verify(self.residuals, view, &self.locator.metric, scope, pose);
+        let mut verify = |scope| verification::verify(self.residuals, view, self.locator, scope, pose);
         match verify(scope) {
             Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => verify(Scope::Board).map_err(|_| why),
             verified => verified,

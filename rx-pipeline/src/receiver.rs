@@ -18,7 +18,7 @@ mod view;
 
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
-pub use integer::{BlinkSearch, BlinkSearchError, FEATURE_ERROR_GREY, IntegerOutcome, IntegerReading, IntegerReceiver};
+pub use integer::{BlinkSearch, BlinkSearchError, IntegerOutcome, IntegerReading, IntegerReceiver};
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, LossKind, Outcome, Reading};
 pub use proof::Proof;
@@ -44,7 +44,7 @@ use search::Query;
 /// Frames to messages, of up to `PANELS` panels at a time; of one, if nothing else is said.
 ///
 /// A panel is looked for until it is found, and followed from then on: where it goes, as it grows, through short gaps. When it is lost for
-/// [`PATIENCE_FRAMES`](crate::parameters::tracking::PATIENCE_FRAMES) frames it is given up, and looked for anew from the next frame on. A
+/// [`patience_frames`](crate::settings::TrackingSettings::patience_frames) it is given up, and looked for anew from the next frame on. A
 /// frame in which it cannot be read in its expected place gives no reading but a [`Loss`] that says why.
 ///
 /// | parameter | what it says |
@@ -126,12 +126,12 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
     pub fn new(settings: ReceiverSettings, mut memory: M, search: S) -> Result<Self, ReceiverError> {
-        let (clock, locator) = (settings.clock()?, Locator::new(settings.camera)?);
+        let (clock, locator) = (settings.clock()?, settings.locator()?);
         memory.borrow_mut().prepare(&settings);
         Ok(Self {
             locator,
             panels: core::array::from_fn(|_| Panel {
-                reader: Reader::new(settings.method),
+                reader: Reader::new(settings.method, settings.tracking),
                 decoder: MessageDecoder::of(clock.clone()),
             }),
             memory,
@@ -147,10 +147,10 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     // Not inlined: what it takes of a microcontroller's stack is free again before the next frame comes.
     #[inline(never)]
     pub fn begin(&mut self, settings: &ReceiverSettings) -> Result<(), ReceiverError> {
-        let (clock, locator) = (settings.clock()?, Locator::new(settings.camera)?);
+        let (clock, locator) = (settings.clock()?, settings.locator()?);
         self.locator = locator;
         for panel in &mut self.panels {
-            panel.reader = Reader::new(settings.method);
+            panel.reader = Reader::new(settings.method, settings.tracking);
             panel.decoder.restart(clock.clone());
         }
         self.memory.borrow_mut().prepare(settings);
@@ -284,7 +284,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
 
     /// Goes by lines of the camera that are each exposed later than the one above by `delay` exposures, until frames show otherwise:
     /// negative where lines are read from below; 0, which is final, where all are exposed at once. A delay beyond
-    /// ±[`LINE_DELAY_MAX`](crate::parameters::likelihood::lines::LINE_DELAY_MAX) is not taken.
+    /// ±[`LINE_DELAY_MAX`](crate::likelihood::LINE_DELAY_MAX) is not taken.
     ///
     /// ```
     /// use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory, ReceiverSettings};

@@ -26,13 +26,14 @@ mod spot_table;
 mod window;
 
 pub(crate) use grey_metric::GreyMetric;
-pub(crate) use lattice_model::LatticeModel;
+pub(crate) use lattice_model::{LatticeModel, SIGMA_PX};
 pub(crate) use outline::Outline;
+pub(crate) use profile::REACH_FITTED;
 pub(crate) use residuals::{Observation, Residuals};
 pub(crate) use root_metric::RootMetric;
 pub(crate) use slope::Slope;
-pub(crate) use spot_table::SpotTable;
-pub(crate) use window::{LANES, Window, dot};
+pub(crate) use spot_table::{OVERLAP, SpotTable};
+pub(crate) use window::{LANES, SPOT_PX, Window, dot};
 
 /// The variance of a place within a pixel, in px².
 pub(crate) const PIXEL_VARIANCE: f32 = 1.0 / 12.0;

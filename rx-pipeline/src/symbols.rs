@@ -1,7 +1,7 @@
 //! Readings to symbols: which frames show the same panel, and how many panels went by unseen.
 //!
 //! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if the two correlate:
-//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least [`REPEAT_CORRELATION`]. Error rates at this threshold:
+//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least 0.6. Error rates at this threshold:
 //!
 //! - Two different symbols of random bits agree in 32 ± 4 LEDs, so ρ = 0 ± 1/8. 52 must agree for ρ ≥ 0.6: one pair in 5 million.
 //! - The same symbol read twice with bit error rate ε correlates with ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: at ε = 2 %
@@ -28,11 +28,30 @@ mod shared;
 pub use decoder::{Decoded, MessageDecoder};
 
 use crate::detect::{Mixture, correlation};
-use crate::parameters::symbols::{
-    CLOCK_TOLERANCE, DOUBTFUL_MAX, EXPOSURE_MAX, EXPOSURE_USUAL, FRAMES_KEPT, OTHER_CORRELATION, REPEAT_CORRELATION, SURE_LLR,
-};
 use lateness::Lateness;
 use link::panel::{Llr, SoftPanel};
+
+/// The correlation from which a reading is the last symbol again (1 for the same, 0 for another). Higher: symbols
+/// are taken for two; lower: two are taken for one. The tests compute both.
+pub(crate) const REPEAT_CORRELATION: f32 = 0.6;
+/// The correlation of two sure readings up to which they are of two symbols, however soon one follows the other: frames were lost that
+/// nobody counted. Higher: noise makes symbols; lower: one in a hundred such losses, and more, is not seen.
+const OTHER_CORRELATION: f32 = 0.3;
+/// By how much the two clocks may disagree (share): rates that are off by 500 ppm are followed, and crystals of 100 ppm beside.
+/// Higher: gaps are counted less surely; lower: symbols are counted twice where a film's rate is off by more.
+const CLOCK_TOLERANCE: f64 = 6e-4;
+/// The longest exposure of usual cameras (share of the frame period). Higher: gaps are counted less surely, and chance is taken for two
+/// symbols more often; lower: more frames that catch two have to show that exposures are longer.
+const EXPOSURE_USUAL: f64 = 0.1;
+/// The longest exposure that is followed (share of the frame period): with more, hardly a frame shows one symbol.
+const EXPOSURE_MAX: f64 = 0.8;
+/// The frames that tell how long exposures are: after so many (count) they count half. Higher: surer; lower: follows a changing camera.
+const FRAMES_KEPT: u32 = 128;
+/// The soft value of an LED below which it is doubtful (quarters of a nat). Higher: more symbols are lost that other light makes look
+/// like two; lower: exposures that two symbols shared evenly are taken for one.
+const SURE_LLR: u8 = 64;
+/// Doubtful LEDs of a reading that shows a single symbol, at most (count). Higher: as a lower [`SURE_LLR`].
+const DOUBTFUL_MAX: usize = 8;
 
 /// One symbol, of all the frames that showed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,12 +7,69 @@
 use crate::coarse::Grid;
 use crate::corners::{Corners, CornersError};
 use crate::detect::DetectError;
-use crate::fit;
+use crate::fit::{self, LEVELLING};
 use crate::lattice::Lattice;
-use crate::parameters::fitting::LEVELLING;
-use crate::parameters::tracking::*;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use link::panel::LEDS;
+
+/// Frames further apart say nothing of each other (frames).
+const LONGEST_GAP_FRAMES: u64 = 25;
+/// α and β of the place: what is taken of a frame's correction for the place itself, and for its speed (share).
+/// Higher: follows turns sooner, and noise too.
+const PLACE_GAINS: [f32; 2] = [0.8, 0.3];
+/// α and β of the shape, which changes more slowly (share).
+const SHAPE_GAINS: [f32; 2] = [0.6, 0.12];
+/// α of the spots' width, which hardly changes from frame to frame (share). A frame is asked for it with the levels
+/// as they were, and for the levels with the width as it was, so that both answer for the same light: more of it,
+/// and they would answer each other.
+const WIDTH_GAIN: f32 = 0.1;
+/// A prediction off by more may have led to wrong bits (pitches). Higher: jumps are followed, one in them by a line
+/// too far.
+const FARTHEST: f32 = 0.3;
+/// Room around the lattice (pitches).
+pub(crate) const RIM: f32 = 0.6;
+/// Of what frames usually explain, a panel where it is expected explains this much, at least (share of the light
+/// there).
+const GATE_SHARE: f32 = 0.85;
+/// The same where it also looks likeliest to be, or has lately been on course: a frame that straddles two symbols explains this little.
+const GATE_SHARE_LIKELIEST: f32 = 0.5;
+/// What it explains as long as it is not known what is usual, at least (share of the light there).
+const GATE_LEAST: f32 = 0.25;
+/// The same where the panel is not expected: clutter explains some of itself too.
+const GATE_LEAST_ELSEWHERE: f32 = 0.7;
+/// A frame shows the panel too if it leaves less of each pixel than this (multiple of what frames usually leave), and explains more
+/// than this (share of what they usually explain): a symbol with few LEDs On. Higher and lower: what is no panel is followed.
+const LEFT_MOST: f32 = 1.3;
+/// See there.
+const SIGNAL_LEAST: f32 = 0.3;
+/// A panel that has lately been nearer to where it was expected has not jumped by a line (pitches). Lower: slower where
+/// cameras shake.
+const ON_COURSE: f32 = 0.1;
+/// One that has lately been farther, and explains less than this share of what it usually does, may be seen halfway between two lines:
+/// it is looked for around too (pitches; share). Lower and higher: as above.
+const NEAR_COURSE: f32 = 0.2;
+/// See there.
+const LESS_THAN_USUAL: f32 = 0.95;
+/// What of the farthest that it was from there still counts in the next frame (share). Higher: slower after a jump, and when a
+/// panel has just been found.
+const ASTRAY_SHARE: f32 = 0.8;
+/// A panel that has jumped is taken to be a line beside where it was seen if that promises to leave less (share of what it leaves
+/// there). Higher: LEDs that are Off along a side move it.
+const LINE_LEFT: f32 = 0.8;
+/// What frames usually explain is the mean over about so many (frames).
+const MEMORY_FRAMES: f32 = 16.0;
+/// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
+/// track, since simpler bits are too often wrong, and a fit in several steps, since place, width and levels hang together. Higher:
+/// slower.
+const BLURRED: f32 = 2.0;
+/// Steps of that fit, at most (count). More: slower, and larger corrections are right.
+const BLURRED_STEPS: usize = 6;
+/// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
+const ROUNDS: usize = 3;
+/// What explains more is settled (share of what frames usually explain).
+const SETTLED: f32 = 0.9;
+/// The damping of the steps (share of the curvature).
+const DAMPING: f32 = 0.05;
 
 /// How much of the light in a place the panel has to explain there to be taken for it.
 #[derive(Clone, Copy, Debug)]
@@ -210,9 +267,9 @@ impl Track {
     }
 
     /// Counts a frame that did not show the panel; whether to go on looking.
-    pub fn miss(&mut self) -> bool {
+    pub fn miss(&mut self, patience_frames: u32) -> bool {
         self.missed += 1;
-        self.missed <= PATIENCE_FRAMES
+        self.missed <= patience_frames
     }
 
     /// Whether the prediction holds for frame `number`.

@@ -150,6 +150,7 @@ impl Road {
                 camera: settings.camera,
                 method: settings.method,
                 symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
+                ..ReceiverSettings::default()
             },
             Box::default(),
             FrameSearch::with_history(Box::default(), history),

@@ -57,6 +57,7 @@ impl ReceptionSettings {
             camera: self.camera,
             method: self.method,
             symbols_per_frame: self.symbol_rate_hz() / self.fps,
+            ..ReceiverSettings::default()
         }
     }
 

@@ -1,9 +1,12 @@
 //! The log-likelihood ratio of two Gaussian classes of one covariance, which is linear in the features.
 
 use super::error::DetectError;
-use crate::parameters::detect::VARIANCE_FLOOR;
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{RealField, SMatrix, SVector};
+
+/// What is added to each standardised feature's variance within a class (share of its variance in the panel). Higher:
+/// all soft values are less sure; none: those of a frame without noise are infinite.
+const VARIANCE_FLOOR: f32 = 0.01;
 
 /// LLR = `weights`ᵀ·x + `offset`.
 pub(super) struct Discriminant<T, const N: usize> {

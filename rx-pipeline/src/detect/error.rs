@@ -1,7 +1,13 @@
 //! Why a panel could not be read.
 
-use crate::parameters::detect::{MIN_CONTRAST_GREY, WHITE_CELLS_MAX};
 use link::panel::{LEDS, PanelFrame};
+
+/// The least difference between the brightest and the darkest cell's mean that can be told from rounding (grey). Higher:
+/// faint panels are refused; lower: rounding is read as bits.
+pub(crate) const MIN_CONTRAST_GREY: f32 = 0.5;
+/// White cells of a panel that is read, at most (count): scrambled bits light 32 ± 4 LEDs. Higher: what shines over from its
+/// neighbours is read as an LED; lower: bright panels with many LEDs On are refused.
+pub(super) const WHITE_CELLS_MAX: usize = 48;
 
 /// Why a panel could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -3,10 +3,15 @@
 use super::discriminant::Discriminant;
 use super::standardise::standardised;
 use crate::features::Features;
-use crate::parameters::detect::{FISHER_CELLS, FISHER_FLOOR};
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+
+/// Cells of either class from which a covariance is taken, at least (count). Fewer: discriminants of little training.
+const FISHER_CELLS: u64 = 16;
+/// A feature's variance within its class, at least (share of that between the classes): below, the training frames had
+/// no noise.
+const FISHER_FLOOR: f64 = 1e-6;
 
 /// Which features the discriminant weighs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -3,8 +3,11 @@
 use super::detection::bits_where;
 use super::error::{DetectError, two_classes};
 use super::standardise::sum;
-use crate::parameters::detect::KMEANS_ROUNDS;
 use link::panel::{LEDS, PanelFrame};
+
+/// Rounds of Lloyd's algorithm, at most (count): it ends when no cell changes sides, which 64 cells in two groups have
+/// always done in far fewer.
+const KMEANS_ROUNDS: usize = 32;
 
 /// A point in the plane of AGR and GRI.
 type Point = [f32; 2];

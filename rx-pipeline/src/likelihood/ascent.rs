@@ -6,12 +6,21 @@ use super::gauss_newton::SchurFactor;
 use super::image::{Image, SIDE_MAX, censored_loss, root};
 use super::leds::LedLevels;
 use super::levels::Levels;
-use crate::parameters::likelihood::flip_search::MISFIT_MAX;
-use crate::parameters::likelihood::leds::LIGHT_SWEEPS;
-use crate::parameters::likelihood::search::{ASCENT_ROUNDS, LEAST_GAIN, NEIGHBOURS};
-use crate::parameters::spots::SPOT_PX;
+use crate::spots::SPOT_PX;
 use crate::spots::{LANES, SpotTable, dot};
 use link::panel::{LEDS, SIDE};
+
+/// Rounds of flipping single LEDs, at most (count): an ascent has always ended in far fewer.
+const ASCENT_ROUNDS: usize = 12;
+/// LEDs of such a group, at most (count). More: slower.
+const NEIGHBOURS: usize = 4;
+/// Smaller gains are rounding (nats).
+pub(super) const LEAST_GAIN: f32 = 1e-2;
+/// What is left of an LED's image counts up to this for how well the model fits (multiple of the noise). Higher: a single
+/// broken LED makes all others doubtful.
+pub(super) const MISFIT_MAX: f32 = 100.0;
+/// Sweeps over the LEDs in which their light is measured (count).
+const LIGHT_SWEEPS: usize = 2;
 
 /// An ascent in progress: the image holds what is expected of `share` and `levels`.
 pub(super) struct Ascent<'a, const PIXELS: usize> {

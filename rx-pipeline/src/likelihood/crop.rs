@@ -3,11 +3,21 @@
 use core::ops::Range;
 
 use crate::corners::Corners;
+use crate::corners::MIN_PITCH_PX;
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::{PITCH_MAX_PX, RIM_PX, SIGMA_MAX_PX, WIDE_PITCH_MIN_PX};
-use crate::parameters::reading::MIN_PITCH_PX;
 use crate::spots::{LANES, PIXEL_VARIANCE, Window};
 use link::panel::{LEDS, SIDE};
+
+/// Pixels beyond the cells (px), where the frame has them: what the blur carries there tells of the outermost LEDs,
+/// and of the background. More: slower, and what stands around the panel counts.
+const RIM_PX: f32 = 2.0;
+/// The widest pitch that is looked at pixel by pixel (px): farther apart, larger pixels say as much. Wider: slower.
+const PITCH_MAX_PX: f32 = 8.0;
+/// Spots are looked at in larger pixels until their standard deviation is at most this (px), as larger pixels say as
+/// much. Wider: slower, and spots are cut off where they should not be.
+const SIGMA_MAX_PX: f32 = 2.4;
+/// But not in such that LEDs would be nearer (px).
+const WIDE_PITCH_MIN_PX: f32 = 2.6;
 
 /// What is known of a panel's image before it is looked at.
 #[derive(Clone, Copy, Debug)]

@@ -14,9 +14,25 @@ use super::level_prior::LevelPrior;
 use super::levels::Levels;
 use super::model::Model;
 use crate::frame::Frame;
-use crate::parameters::likelihood::curve::*;
 use crate::spots::RootMetric;
 use link::camera::{Camera, Encoding};
+
+/// The exponents that are tried. More of them: a curve is learnt the later, and nearer ones are hard to tell apart and change few bits.
+const GAMMAS: [f32; 5] = [1.0, 1.4, 1.8, 2.2, 2.6];
+/// Fits of the levels under another curve (count). Fewer: faster, and other curves look worse than they are.
+const FITS: usize = 2;
+/// Each curve is tried so often before the best of them is tried again (frames). Fewer: by chance that is not the best.
+const FIRST_FRAMES: u32 = 2;
+/// A curve is taken after so many frames in which it was tried, at least (frames).
+const FRAMES_MIN: u32 = 3;
+/// By how many of its own standard deviations a curve's gain differs from none, at least. Higher: curves are learnt later; lower: by
+/// chance.
+const DEVIATIONS: f32 = 4.0;
+/// What a better curve may lose of what is expected in one unit (share of what it gains). Higher: a codec's or filter's errors are
+/// taken for a curve.
+const LOSS_MAX: f32 = 0.2;
+/// A curve under which frames are less likely by this is tried no more (nats).
+const GIVEN_UP: f32 = 32.0;
 
 /// What frames have told of curves other than the one that they are read by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,18 +113,18 @@ impl CurveEvidence {
     }
 
     /// The curve to try next beside the one that frames are read by, by its number: one hardly tried yet, or the best so far; none once
-    /// enough is known.
-    pub fn next(&self, now: Encoding) -> Option<usize> {
+    /// enough is known: after `most_frames` in which others were tried.
+    pub fn next(&self, now: Encoding, most_frames: u32) -> Option<usize> {
         let promise = |i: usize| self.others[i].promise();
         let open = self.open(now).max_by(|&a, &b| promise(a).total_cmp(&promise(b)));
-        open.filter(|_| self.frames < FRAMES_MAX)
+        open.filter(|_| self.frames < most_frames)
     }
 
     /// Takes in what a frame has gained by another curve, and goes over to that if it is better beyond doubt; whether it does.
-    pub fn update(&mut self, now: Encoding, tried: usize, gain: &Gain) -> bool {
+    pub fn update(&mut self, now: Encoding, tried: usize, gain: &Gain, most_frames: u32) -> bool {
         self.frames += 1;
         self.others[tried].add(gain);
-        let goes_over = self.others[tried].is_better() && self.next(now) == Some(tried);
+        let goes_over = self.others[tried].is_better() && self.next(now, most_frames) == Some(tried);
         if goes_over {
             self.gamma = GAMMAS[tried];
             self.others = [Tally::NONE; GAMMAS.len()];

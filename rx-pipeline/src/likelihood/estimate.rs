@@ -3,9 +3,11 @@
 use super::crop::Scale;
 use super::levels::Levels;
 use crate::detect::bits_where;
-use crate::parameters::likelihood::search::DECIDED;
-use crate::parameters::spots::OVERLAP;
+use crate::spots::OVERLAP;
 use link::panel::{LEDS, PanelFrame};
+
+/// LEDs so close to On or Off are decided on (share of the exposure). Higher: faster, and less sure.
+const DECIDED: f32 = 0.02;
 
 /// Bits and levels, as far as a search has come.
 #[derive(Clone, Copy)]

@@ -6,7 +6,9 @@ use super::leds::LedMoments;
 use super::level_prior::LevelPrior;
 #[cfg(feature = "read-lines")]
 use super::lines::LineDelay;
-use crate::parameters::likelihood::camera::BLUR_MIN;
+
+/// The least blur by which its deviation is reckoned from that of the spots' variance (px).
+const BLUR_MIN: f32 = 0.3;
 
 /// What a detector has learnt from a panel's frames. It can be taken out, kept and given back, to the same detector or to another.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Flips of many LEDs at once, for what single ones leave wrong; and what each bit's flip costs in the end.
 
+use super::ascent::{LEAST_GAIN, MISFIT_MAX};
 use super::estimate::Estimate;
 use super::flips::FlipSet;
 use super::gauss_newton::{NormalEquations, SchurFactor};
@@ -7,9 +8,23 @@ use super::level_prior::LevelPrior;
 use super::model::Model;
 use super::sphere_decoder;
 use crate::detect::wrong_bits;
-use crate::parameters::likelihood::flip_search::{BEYOND_DOUBT, CLEAR, DOUBT_LISTED, LIST_HOLDS, ROUNDS, TRIES};
-use crate::parameters::likelihood::search::LEAST_GAIN;
 use link::panel::LEDS;
+use link::panel::LLR_STEP;
+
+/// If the flips of any LEDs cost more, none need be tried (nats): all soft values are at their ends.
+const CLEAR: f32 = 127.0 * LLR_STEP;
+/// Where all flips cost more than this, no misfit makes them doubtful (nats).
+const BEYOND_DOUBT: f32 = MISFIT_MAX * CLEAR;
+/// Rounds, at most (count). More: slower, and fewer wrong bits where LEDs overlap.
+const ROUNDS: usize = 12;
+/// Sets of flips tried in a round (count).
+const TRIES: usize = 4;
+/// So many wrong bits of a panel (count, as its soft values have it) are the whole doubt that the list holds; with so many, it holds
+/// [`DOUBT_LISTED`] of what there is, and no less with more. Lower: soft values are less sure than they may be; higher: surer.
+const LIST_HOLDS: [f32; 2] = [1.0, 3.0];
+/// What doubtful soft values are worth then (share). Lower, higher: as before. It leaves least surprise over 16 noisy and crowded
+/// scenes.
+const DOUBT_LISTED: f32 = 0.4;
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
@@ -64,10 +79,11 @@ impl<const PIXELS: usize> Model<PIXELS> {
         prior: &LevelPrior,
         flip_cost: &mut [f32; LEDS],
     ) -> bool {
+        let list_sets = self.settings.list_sets.into();
         let (ascent, gains) = self.ascent_and_gains(estimate);
         ascent.gains_by_slopes(schur, gains);
         *flip_cost = ascent.flip_costs();
-        let Some(mut candidates) = sphere_decoder::candidates(gains) else {
+        let Some(mut candidates) = sphere_decoder::candidates(gains, list_sets) else {
             return false;
         };
         let likeliest = candidates.as_mut_slice();

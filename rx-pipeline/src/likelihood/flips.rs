@@ -1,7 +1,9 @@
 //! Sets of LEDs to flip, and what that gains.
 
-use crate::parameters::likelihood::flip_search::GROUP_LEDS;
 use link::panel::LEDS;
+
+/// LEDs of a group that grows by couplings, at most (count).
+const GROUP_LEDS: usize = 8;
 
 /// Which LEDs flip, one bit each, and by how much that raises the likelihood, in nats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

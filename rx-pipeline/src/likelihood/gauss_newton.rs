@@ -3,11 +3,25 @@
 use super::image::{Image, SIDE_MAX};
 use super::leds::LedLevels;
 use super::level_prior::LevelPrior;
+use super::level_prior::VARIANCE_PX2;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
-use crate::parameters::likelihood::fitting::*;
-use crate::parameters::spots::SPOT_PX;
+use crate::spots::SPOT_PX;
 use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
+
+/// A usual deviation of the spots' variance (share), where no earlier frame has told it; no step is longer. Wider:
+/// a frame that says little of the blur changes it more.
+const USUAL_VARIANCE: f32 = 0.5;
+/// The same of the LEDs' places (px).
+const USUAL_SHIFT_PX: f32 = 0.2;
+/// The most that one step shifts the LEDs (px).
+const SHIFT_MAX_PX: f32 = 0.5;
+/// The darkest background (light, 1 at middle grey).
+const BACKGROUND_MIN: f32 = 1e-4;
+/// What is added to the diagonal of what is scaled to ones there: f32 can tell no less.
+const RIDGE: f32 = 1e-4;
+/// Levels that follow flips by more are no longer linear in them (share of the contrast).
+const TRUSTED: f32 = 0.03;
 
 /// A row of slopes for each, and one of what is to be explained.
 const ROWS: usize = LEVELS + 1;

@@ -4,8 +4,16 @@
 //! lights tell both, no bit being known: a surface as smooth as that does not look like random bits.
 
 use super::least_squares::two_groups;
-use crate::parameters::likelihood::ground::*;
 use link::panel::{LEDS, SIDE};
+
+/// Where LEDs of one state differ by less, the ground is plain (standard deviation, share of the step from Off to On). Lower:
+/// slower.
+const CLEAR: f32 = 0.1;
+/// Rounds of telling the surface and the bits from each other (count). More: slower.
+const ROUNDS: usize = 8;
+/// What a surface leaves of the LEDs' light, at most (share of what two states alone leave). Higher: noise looks like a
+/// surface, which has five unknowns more.
+const UNEVEN: f32 = 0.5;
 
 /// What the ground adds to the light of each LED, 0 on the average; 0 throughout where it is plain, or what is left of the `light`
 /// would not be much less. LEDs that do not follow the message tell nothing.

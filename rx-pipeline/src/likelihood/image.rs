@@ -5,9 +5,17 @@
 use super::crop::Crop;
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::{APART_PX, FULL_GROUND, OVEREXPOSED};
 use crate::spots::{LANES, RootMetric, SpotTable};
 use link::panel::{LEDS, SIDE};
+
+/// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
+/// flips are listed by a form that saturation bends; lower: fewer sets are looked at.
+const OVEREXPOSED: f32 = 0.2;
+/// Of the 49 places between four LEDs, so many at grey 255 make the ground white (count). Fewer: LEDs that run together count
+/// as ground; more: a hot or dead pixel, or clutter, hides that it is.
+const FULL_GROUND: usize = 45;
+/// Nearer LEDs run together where they are overexposed, and what is between them is no ground (px of the image).
+const APART_PX: f32 = 4.0;
 
 /// Root light that is seen, and expected, of pixels that are left out: they are so bright that no LED changes them, and so
 /// nothing has to ask for them.

@@ -2,9 +2,16 @@
 
 use super::image::Image;
 use super::levels::Levels;
-use crate::parameters::likelihood::least_squares::{RIDGE, ROUNDS, SETTLED};
 use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
+
+/// Rounds, at most (count).
+const ROUNDS: usize = 20;
+/// No more rounds are made where no LED's light changes by more (share of the range of all). Lower: slower.
+const SETTLED: f32 = 0.01;
+/// What is added to the diagonal (share of it): the closer LEDs are, the less their difference can be told from
+/// noise. Higher: less contrast; lower: more noise.
+const RIDGE: f32 = 0.05;
 
 /// The light of each LED above a common background, times its area, and that background, by least squares with a ridge that
 /// draws LEDs towards their mean.

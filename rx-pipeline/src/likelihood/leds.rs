@@ -7,8 +7,38 @@
 //!
 //! Only panels that were not seen lately count. A short message that repeats leaves many an LED in one state, and is no sign of a defect.
 
-use crate::parameters::likelihood::leds::*;
+use core::ops::RangeInclusive;
 use link::panel::{LEDS, PanelFrame};
+
+/// Light that is neither On nor Off (contrasts).
+const BETWEEN: RangeInclusive<f32> = 0.25..=0.75;
+/// More LEDs of such light are a mixture of symbols (count).
+const BETWEEN_MAX: usize = 18;
+/// Panels that are remembered, so that they do not count twice (count).
+const SEEN_PANELS: usize = 16;
+/// A panel is new if so many LEDs differ from each of those (count).
+const NEW_LEDS: u32 = 16;
+/// The light of LEDs is averaged over about so many new panels (count).
+const MEMORY_PANELS: u32 = 48;
+/// After so many, LEDs have levels of their own (count).
+const LEARN_PANELS: u32 = 5;
+/// After so many without any change, an LED is broken (count): a sound one stays as it is so long once in 2¹⁵.
+const BROKEN_PANELS: u32 = 16;
+/// How LEDs of one panel differ in brightness (share). Lower: they are held to be more alike.
+const SPREAD: f32 = 0.15;
+/// By how much moments beyond the first are less sure (per contrast² of noise). Lower: in noise, LEDs get levels that are
+/// not theirs.
+const HIGH_MOMENTS: f32 = 20.0;
+/// Gains so near to 1 need no proof (share).
+const USUAL_GAIN: f32 = 0.35;
+/// LEDs of other gains must have been in either state in more panels than this (count): one may have been a mixture.
+const SEEN_IN_BOTH: f32 = 1.5;
+/// Levels nearer to each other are one (contrasts).
+const GAP_MIN: f32 = 0.15;
+/// Light beyond is cut off there (contrasts): it is no LED's.
+const LIT_MAX: f32 = 3.0;
+/// The most skewed that levels are taken to be (no unit): one state in a dozen panels.
+const SKEWNESS_MAX: f32 = 3.0;
 
 /// What the light of each LED is in terms of the panel's levels: `offset` above Off and, if On, `gain` times the contrast more.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,31 @@
 
 use super::crop::Scale;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
-use crate::parameters::likelihood::fitting::VARIANCE_PX2;
-use crate::parameters::likelihood::level_prior::*;
+use core::ops::RangeInclusive;
+
+/// The spots' variance (px²).
+pub(super) const VARIANCE_PX2: RangeInclusive<f32> = 0.2..=20.0;
+/// Levels are averaged over about so many (frames). More: surer, and changes of light are followed later.
+const MEMORY_FRAMES: u32 = 64;
+/// After more that do not fit, all is forgotten (frames in a row).
+const MISFITS_MAX: u32 = 4;
+/// A frame fits if its noise is at most this (multiple of what it was). Higher: mixtures of symbols pass for one.
+pub(super) const NOISIER: f32 = 1.3;
+/// What was learnt in frames of more noise was learnt from a worse fit (multiple of a frame's).
+const QUIETER: f32 = 2.0;
+/// After so many the noise is known (frames).
+const FRAMES_MIN: u32 = 4;
+/// The levels' deviations, at least: of background, Off, contrast, variance (share; Off in terms of the contrast), x
+/// and y (px). Less: a changed frame is held to the levels of others.
+const LEAST_SPREAD: [f32; 6] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
+/// Those after the first frame.
+const FIRST_SPREAD: [f32; 6] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
+/// Levels known so well are sure (share of the contrast): then panels are read whose LEDs are all alike.
+const SURE: f32 = 0.1;
+/// How far beside the usual levels searches begin too, where these are not sure (standard deviations).
+const SPREAD: f32 = 1.2;
+/// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
+const RIDGE: f32 = 1e-4;
 
 /// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
 ///

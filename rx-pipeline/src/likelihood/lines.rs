@@ -12,8 +12,33 @@ mod reading;
 mod share;
 mod split;
 
-use crate::parameters::likelihood::lines::*;
 use link::panel::{LEDS, SIDE};
+
+/// The greatest time between two lines that is reckoned with (exposures).
+pub const LINE_DELAY_MAX: f32 = 2.0;
+/// By how much α may differ between a panel's middle and its ends, to begin with where nothing is known. More of them: slower.
+const SPREADS: [f32; 5] = [0.15, 0.35, 0.8, 1.8, 4.0];
+/// As many, read from above and from below.
+const SLOPES: usize = 2 * SPREADS.len();
+/// How far what a person tells may be off (share of it, one standard deviation).
+const TOLD_UNSURE: f32 = 0.3;
+/// How far what a frame shows may be off beyond what noise explains (share of it, one standard deviation).
+const SEEN_UNSURE: f32 = 0.1;
+/// What earlier frames say of the slope is kept from one to the next (share): exposures change with the light. Higher: surer.
+const KEEP: f32 = 0.9;
+/// After so many changes that all lines saw at once, all lines are exposed at once (frames).
+const AT_ONCE_FRAMES: u32 = 8;
+/// As far as panels up to this height can show (multiple of that of the highest that showed one).
+const HIGHER: f32 = 1.5;
+/// A change crosses a panel within a row or two of LEDs where α would differ by so much between its middle and its ends.
+const STEEP: f32 = 1.5;
+/// What it takes to see two symbols in a clean reading (nats): where nothing is known of the lines, and where they are known to be
+/// that slow. Lower: chance is taken for a part of the symbol before.
+const SPLIT: f32 = 15.0;
+/// How far the steepness of a clean edge may be off (share of it, one standard deviation).
+const EDGE_UNSURE: f32 = 0.7;
+/// See [`SPLIT`].
+const SPLIT_KNOWN: f32 = 4.0;
 
 /// What frames have told of the time between lines.
 #[derive(Clone, Copy, Debug, PartialEq)]

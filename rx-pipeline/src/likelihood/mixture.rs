@@ -14,8 +14,27 @@ use super::level_prior::LevelPrior;
 use super::model::Model;
 use crate::detect::{DetectError, Detection, Mixture, bits_where, correlation, lit, soft_panel};
 use crate::frame::Frame;
-use crate::parameters::likelihood::mixture::*;
+use core::ops::RangeInclusive;
 use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
+
+/// Fits of α and the levels, each with sweeps (count).
+const ROUNDS: usize = 6;
+/// Sweeps over the LEDs in each (count).
+const SWEEPS: usize = 2;
+/// α; beyond it is one symbol's exposure (share).
+pub(super) const SHARE: RangeInclusive<f32> = 0.03..=0.97;
+/// Half the width of the parabola by which α is improved (share).
+pub(super) const PARABOLA: f32 = 0.02;
+/// The most that one step changes α (share).
+pub(super) const STEP_MAX: f32 = 0.2;
+/// What two symbols leave, at most (share of the noise that one leaves): they have 65 unknowns more. Higher: noise
+/// is taken for a second symbol.
+pub(super) const LEFT: f32 = 0.87;
+/// What leaves less is explained, even where other frames left less still (share of the noise that one leaves).
+const NEXT_TO_NOTHING: f32 = 0.25;
+/// How well the symbol that ended agrees with the one known before, at least (correlation): a panel in other light
+/// looks like two symbols too, but the first then is anything.
+const SAME: f32 = 0.5;
 
 /// α of each LED, the part of its exposure that is the next symbol's: one number where all lines are exposed at once.
 pub(super) trait Shares: Copy {

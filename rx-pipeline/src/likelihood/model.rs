@@ -12,11 +12,16 @@ use super::level_prior::LevelPrior;
 use super::levels::{LEVELS, Levels};
 use crate::detect::DetectError;
 use crate::frame::Frame;
-use crate::parameters::likelihood::crop::PLAIN;
-use crate::parameters::likelihood::search::OFFSET_STEP;
+use crate::settings::LikelihoodSettings;
 use crate::spots::{RootMetric, SpotTable};
 use link::camera::{Camera, Encoding};
 use link::panel::LEDS;
+
+/// What is around the cells is plain if the mean square that is left there is at most this (multiple of that in the
+/// cells). Higher: what stands around counts; lower: noise hides that nothing does.
+const PLAIN: f32 = 1.5;
+/// The offset under the root follows the noise by steps of this (share). Smaller: the frame is taken in more often.
+const OFFSET_STEP: f32 = 0.2;
 
 /// What is fitted beside noise: the LEDs, and the levels.
 const FITTED: usize = LEDS + LEVELS;
@@ -30,10 +35,17 @@ const DARK: Camera = Camera {
     read_noise_e: 0.0,
 };
 
+/// Settings that do nothing: all zeros.
+const NOTHING: LikelihoodSettings = LikelihoodSettings {
+    list_sets: 0,
+    curve_frames: 0,
+};
+
 /// The image of a panel, and what it takes to explain it.
 pub(super) struct Model<const PIXELS: usize> {
     /// The camera as it was told, but for the curve, which frames tell.
     pub camera: Camera,
+    pub settings: LikelihoodSettings,
     /// The side of the pixels it sees in px of the camera's, and the variance of what mixes them with their neighbours, in px².
     pub pixels: [f32; 2],
     pub metric: RootMetric,
@@ -50,6 +62,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     pub const fn new() -> Self {
         Self {
             camera: DARK,
+            settings: NOTHING,
             pixels: [0.0; 2],
             metric: RootMetric::DARK,
             image: Image::new(),
@@ -61,8 +74,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 
     /// Gets ready for frames of `camera`.
-    pub fn prepare(&mut self, camera: Camera) {
-        self.camera = camera;
+    pub fn prepare(&mut self, camera: Camera, settings: LikelihoodSettings) {
+        (self.camera, self.settings) = (camera, settings);
         self.set_leds(LedLevels::ALIKE);
         self.pixels = [1.0, 0.0];
         self.metric = RootMetric::new(&camera);

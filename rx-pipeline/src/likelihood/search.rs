@@ -7,12 +7,28 @@ use super::level_prior::LevelPrior;
 use super::levels::Levels;
 use super::model::Model;
 use crate::detect::DetectError;
+use crate::detect::MIN_CONTRAST_GREY;
 use crate::frame::Frame;
-use crate::parameters::detect::MIN_CONTRAST_GREY;
-use crate::parameters::likelihood::search::{
-    FIRST_BLURS_PX, FIRST_CONTRASTS, FIRST_NOISE, FIRST_SWEEPS, NEIGHBOUR_ROUNDS, ROUNDS, SWEEPS, VARIANCE_PITCH,
-};
 use link::panel::LEDS;
+
+/// The variance of root light that is assumed of a first frame.
+const FIRST_NOISE: f32 = 1e-3;
+/// Blurs that a first search may begin with beside the one that is told (px), in rising order. More of them: slower.
+const FIRST_BLURS_PX: [f32; 5] = [0.7, 1.1, 1.7, 2.5, 3.6];
+/// The widest spots of which neighbours can be told apart (variance over the squared pitch).
+const VARIANCE_PITCH: f32 = 0.5;
+/// Searches begin at these multiples of the contrast found: least squares shrink it, and saturation does. More of
+/// them: slower.
+const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
+/// Sweeps over the LEDs before the levels are fitted (count).
+const FIRST_SWEEPS: usize = 3;
+/// Fits of the levels, each with sweeps, at most (count). More: slower.
+const ROUNDS: usize = 5;
+/// Sweeps over the LEDs in each (count).
+const SWEEPS: usize = 2;
+/// Rounds of flipping groups of neighbours, at most (count): one or two do, but levels that are fitted in between
+/// may take back what flips gained, without end.
+const NEIGHBOUR_ROUNDS: usize = 32;
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and

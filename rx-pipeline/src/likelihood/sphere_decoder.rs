@@ -6,8 +6,13 @@
 //! bit has, which adds the same to the cost of all bits.
 
 use super::flips::{FlipGains, FlipSet};
-use crate::parameters::likelihood::flip_search::{LIST_MARGIN, LIST_SETS};
 use link::panel::LEDS;
+
+/// The most sets that the sphere decoder keeps (count).
+const LIST_SETS: usize = 64;
+/// Sets that cost more than the bits found so far by this much are given up (nats): so sure a soft value need not
+/// be. Lower: faster, and bits on which all sets agree lose their soft values.
+const LIST_MARGIN: f32 = 24.0;
 
 /// The inverse variance of a fair bit.
 const PRECISION: f32 = 4.0;
@@ -42,8 +47,10 @@ impl Candidates {
     }
 }
 
-/// The cheapest sets of flips; none where the form has no minimum. The gains are used up.
-pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
+/// The cheapest sets of flips, as many as that, of the [`LIST_SETS`] that there may be; none where the form has no minimum. The gains are
+/// used up.
+pub(super) fn candidates(flip_gains: &mut FlipGains, list_sets: usize) -> Option<Candidates> {
+    let list_sets = list_sets.clamp(1, LIST_SETS);
     let target = factorise(flip_gains)?;
     let rows = &flip_gains.pair;
     let nothing: f32 = target.iter().map(|t| 0.5 * t * t).sum();
@@ -64,9 +71,9 @@ pub(super) fn candidates(flip_gains: &mut FlipGains) -> Option<Candidates> {
             };
         }
         count *= 2;
-        if count > LIST_SETS {
-            sets[..count].select_nth_unstable_by(LIST_SETS, |a, b| b.gain.total_cmp(&a.gain));
-            count = LIST_SETS;
+        if count > list_sets {
+            sets[..count].select_nth_unstable_by(list_sets, |a, b| b.gain.total_cmp(&a.gain));
+            count = list_sets;
         }
         // Not dearer than no flips at all, by more than the margin.
         let mut kept = 0;
@@ -176,7 +183,7 @@ mod tests {
         ) {
             let flip_gains = form(&mixing, &slope);
             let most = (0..1 << DOUBTFUL).map(|flips| gain(&flip_gains, flips)).fold(f32::NEG_INFINITY, f32::max);
-            let mut sets = candidates(&mut form(&mixing, &slope)).unwrap();
+            let mut sets = candidates(&mut form(&mixing, &slope), LIST_SETS).unwrap();
             let best = sets.as_mut_slice()[0];
             prop_assert!((best.gain - gain(&flip_gains, best.flips)).abs() < 1e-2, "{best:?}");
             prop_assert!((best.gain - most).abs() < 1e-2, "{} of {most}", best.gain);

@@ -12,11 +12,12 @@
 //! what the panel's bits explain and how long they are, against the same of free brightnesses. On a lattice with right angles G is a
 //! Kronecker product, so that the eigenvectors of two 8×8 matrices are all that is needed.
 
-use super::verification::apart;
-use crate::parameters::verification::LED_SPREAD;
 use crate::spots::{LatticeModel, Slope};
 use link::panel::{LEDS, SIDE};
 use nalgebra::SMatrix;
+
+/// How unequal LEDs of one state are (share of the step from Off to On, standard deviation). Higher: more that is no panel passes.
+const LED_SPREAD: f32 = 0.12;
 
 type Square = SMatrix<f32, SIDE, SIDE>;
 
@@ -51,7 +52,7 @@ pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
         0.5 * (explained - length)
     };
     // Of a scrambled bit's standard deviation, which is a half.
-    let spread = if apart(spots) < 1.0 {
+    let spread = if spots.apart() < 1.0 {
         0.0
     } else {
         4.0 * LED_SPREAD * LED_SPREAD * prior

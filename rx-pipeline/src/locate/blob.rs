@@ -2,8 +2,31 @@
 
 use super::survey::Peak;
 use crate::frame::Frame;
-use crate::parameters::blob::*;
+use core::ops::RangeInclusive;
 use heapless::Vec;
+
+/// Cells along one side of the neighbourhood looked at, at most 64 (count). More: larger panels, and more time for
+/// each peak.
+const CELLS: usize = 48;
+/// Side of a cell (px). Larger: larger panels, and the size of small ones less sure.
+const CELL_PX: usize = 4;
+/// What a cell of the blob has, at least (share of what the busiest cell has beyond the noise): each is tried.
+/// Before clutter only a high share sets a panel apart; in a large panel only a low one joins its LEDs.
+const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
+/// What a cell of the blob has, at least (multiple of the median cell). Higher: faint panels are lost; lower: noise
+/// belongs to the blob.
+const LEAST_OVER_MEDIAN: f32 = 2.0;
+/// How far from a peak its busiest cell is looked for (cells). Farther: a brighter neighbour may be taken for it.
+const NEAR: usize = 4;
+/// Reach of the first difference that makes a cell busy (px). Longer: tuned to larger LEDs.
+const REACH: usize = 2;
+/// By how much light spilling over and the smoothing of cells make a blob wider (px). More: smaller panels are
+/// supposed.
+const SPILL_PX: f32 = 6.0;
+/// Sides of the smallest and of the largest panel looked for (px). Wider: more that is no panel is tried.
+pub(super) const SIDE_PX: RangeInclusive<f32> = 14.0..=110.0;
+/// A blob smaller than another by less is no other one (ratio of sides). Higher: fewer sizes are tried.
+const DISTINCT: f32 = 1.25;
 
 /// A connected patch.
 #[derive(Clone, Copy, Debug, PartialEq)]

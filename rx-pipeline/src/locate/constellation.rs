@@ -4,14 +4,24 @@
 //! board and what is around it: the autocorrelation has a peak at each of the lattice's steps. The shortest two of them are its columns
 //! and rows, and the panel is where 64 such places hold most.
 
-use super::patch::Patch;
+use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;
-use crate::parameters::constellation::*;
-use crate::parameters::pose_candidates::PATCH_SIDE as SAMPLES;
 use heapless::Vec;
 use link::panel::LEDS;
 
-type Samples = [[f32; SAMPLES]; SAMPLES];
+/// The shortest step from LED to LED (samples). Shorter: slower, and more that repeats is tried.
+const SHORTEST: i32 = 2;
+/// The longest (samples). Longer: as above.
+const LONGEST: i32 = 12;
+/// How far rows lean, or columns (tangent). More: slower, and diagonals are taken for rows.
+const STEEPEST: f32 = 0.45;
+/// Steps along rows and along columns that are paired (count). More: slower.
+const PEAKS: usize = 4;
+/// Of pairs of steps that agree nearly as well the shortest are taken (share of the best's agreement). Lower: clutter
+/// makes steps shorter; higher: every other LED is left out.
+const AS_GOOD: f32 = 0.6;
+
+type Samples = [[f32; PATCH_SIDE]; PATCH_SIDE];
 
 /// From a place to one like it, in samples, and how much they agree.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +32,7 @@ struct Step {
 
 /// The lattice of the most striking 64 spots, in samples; `None` where nothing repeats.
 pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
-    let mean = patch.sample.iter().flatten().sum::<f32>() / (SAMPLES * SAMPLES) as f32;
+    let mean = patch.sample.iter().flatten().sum::<f32>() / (PATCH_SIDE * PATCH_SIDE) as f32;
     let spots = patch.sample.map(|row| row.map(|sample| sample - mean));
     let (column, row) = steps(&spots)?;
     let [column, row] = [column, row].map(|step| refined(&spots, step));
@@ -135,23 +145,23 @@ fn centred(spots: &Samples, [dx, dy]: [i32; 2]) -> [f32; 2] {
 /// The mean product of samples that far apart.
 fn agreement(spots: &Samples, [dx, dy]: [i32; 2]) -> f32 {
     let [across, down] = [dx, dy].map(|c| c.unsigned_abs() as usize);
-    if across >= SAMPLES || down >= SAMPLES {
+    if across >= PATCH_SIDE || down >= PATCH_SIDE {
         return 0.0;
     }
     let (here, there) = if dx >= 0 {
-        (0..SAMPLES - across, across..SAMPLES)
+        (0..PATCH_SIDE - across, across..PATCH_SIDE)
     } else {
-        (across..SAMPLES, 0..SAMPLES - across)
+        (across..PATCH_SIDE, 0..PATCH_SIDE - across)
     };
     let (from, to) = if dy >= 0 { (0, down) } else { (down, 0) };
-    let mut products = [0.0f32; SAMPLES];
+    let mut products = [0.0f32; PATCH_SIDE];
     for (upper, lower) in spots[from..].iter().zip(&spots[to..]) {
         let pairs = upper[here.clone()].iter().zip(&lower[there.clone()]);
         for (sum, (a, b)) in products.iter_mut().zip(pairs) {
             *sum += a * b;
         }
     }
-    products.iter().sum::<f32>() / ((SAMPLES - across) * (SAMPLES - down)) as f32
+    products.iter().sum::<f32>() / ((PATCH_SIDE - across) * (PATCH_SIDE - down)) as f32
 }
 
 /// The lattice of that shape whose places hold most.
@@ -160,7 +170,7 @@ fn fullest(spots: &Samples, shape: &Lattice) -> Option<Lattice> {
     let room = |axis: usize| {
         let ends = corners.iter().map(|corner| corner[axis]);
         let (low, high) = ends.fold((0.0f32, 0.0f32), |(low, high), c| (low.min(c), high.max(c)));
-        1 - low as i32..SAMPLES as i32 - 1 - high as i32
+        1 - low as i32..PATCH_SIDE as i32 - 1 - high as i32
     };
     let places: [[f32; 2]; LEDS] = core::array::from_fn(|led| shape.position((led % 8) as f32, (led / 8) as f32));
     let mut best = (0.0, None);
@@ -168,7 +178,7 @@ fn fullest(spots: &Samples, shape: &Lattice) -> Option<Lattice> {
         let held: f32 = places
             .iter()
             .map(|place| {
-                let at = |c: f32, offset: i32| (round(c) + offset).clamp(0, SAMPLES as i32 - 1) as usize;
+                let at = |c: f32, offset: i32| (round(c) + offset).clamp(0, PATCH_SIDE as i32 - 1) as usize;
                 spots[at(place[1], y)][at(place[0], x)]
             })
             .sum();
@@ -190,7 +200,7 @@ mod tests {
     use link::scramble::split_mix64;
 
     fn patch_of(lattice: &Lattice, bits: u64) -> Patch {
-        let mut sample = [[0.0; SAMPLES]; SAMPLES];
+        let mut sample = [[0.0; PATCH_SIDE]; PATCH_SIDE];
         for (j, row) in sample.iter_mut().enumerate() {
             for (i, sample) in row.iter_mut().enumerate() {
                 for led in 0..LEDS {
@@ -241,7 +251,7 @@ mod tests {
     #[test]
     fn nothing_is_seen_where_nothing_repeats() {
         let mut patch = patch_of(&Lattice::turned([32.0; 2], 5.0, 5.0, 0.0), 0);
-        patch.sample = [[1.0; SAMPLES]; SAMPLES];
+        patch.sample = [[1.0; PATCH_SIDE]; PATCH_SIDE];
         assert!(lattice(&patch).is_none());
     }
 }

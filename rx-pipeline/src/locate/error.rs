@@ -1,7 +1,11 @@
 //! Why no panel was found.
 
+use super::blob::SIDE_PX;
 use crate::corners::CornersError;
-use crate::parameters::{blob, verification};
+
+/// A single frame in which what lies around the panel was taken for its ground is looked at within the panel's outline too if it leaves
+/// no more than this (ratio to what would do). Higher: slower.
+const NEARLY_FITS: f32 = 1.25;
 
 /// Why no panel was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -13,8 +17,8 @@ pub enum LocateError {
     /// Nothing that stands out has the size of a panel.
     #[error(
         "no candidate: of {places} places that stand out none is {} to {} px large; move the camera or crop the frame",
-        blob::SIDE_PX.start(),
-        blob::SIDE_PX.end()
+        SIDE_PX.start(),
+        SIDE_PX.end()
     )]
     NoCandidate {
         /// Places looked at.
@@ -45,13 +49,12 @@ pub enum LocateError {
         needed: f32,
     },
     /// The panel is white throughout.
-    #[error(
-        "saturated: {percent} % of the panel's pixels are at grey 255, at most {} % may be; expose less",
-        verification::MAX_SATURATED_PERCENT
-    )]
+    #[error("saturated: {percent} % of the panel's pixels are at grey 255, at most {max_percent} % may be; expose less")]
     Saturated {
         /// Share of pixels at 255, in percent.
         percent: u8,
+        /// The most that may be.
+        max_percent: u8,
     },
     /// Too few LEDs are On, or too many, or they form a picture.
     #[error(
@@ -124,7 +127,7 @@ impl LocateError {
             Self::GridDoesNotFit {
                 residual_grey,
                 allowed_grey,
-            } => *residual_grey < verification::NEARLY_FITS * allowed_grey,
+            } => *residual_grey < NEARLY_FITS * allowed_grey,
             _ => false,
         }
     }

@@ -8,14 +8,13 @@
 //! b is the patch convolved with g, looked up at the lattice's places: one convolution serves all poses. On a lattice whose rows and
 //! columns are at right angles G is the Kronecker product of two 8×8 matrices; λ is shared out between them.
 
-use super::patch::Patch;
+use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;
-use crate::parameters::pose_candidates::PATCH_SIDE as SAMPLES;
 use link::panel::SIDE;
 
 /// A patch made ready for the evidence of many poses.
 pub(super) struct Evidence {
-    response: [[f32; SAMPLES]; SAMPLES],
+    response: [[f32; PATCH_SIDE]; PATCH_SIDE],
     sigma: f32,
     noise: f32,
     /// √λ relative to a spot's energy.
@@ -55,7 +54,7 @@ impl Evidence {
 
     fn at(&self, x: f32, y: f32) -> Option<f32> {
         let (i, j) = (x as i32, y as i32);
-        if i < 0 || j < 0 || i as usize + 1 >= SAMPLES || j as usize + 1 >= SAMPLES {
+        if i < 0 || j < 0 || i as usize + 1 >= PATCH_SIDE || j as usize + 1 >= PATCH_SIDE {
             return None;
         }
         let (i, j) = (i as usize, j as usize);

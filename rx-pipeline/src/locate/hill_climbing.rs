@@ -2,7 +2,14 @@
 
 use super::evidence::Evidence;
 use crate::lattice::Lattice;
-use crate::parameters::hill_climbing::{LAST_STEP, LINES, MARGIN};
+
+/// A climb ends when its step is shorter (pitches). Shorter: more rounds, and a pose nearer to the top.
+const LAST_STEP: f32 = 0.02;
+/// Climbs from one lattice to that of a line more, less or further on, at most (count). More: slower, and worse
+/// starts are mended.
+const LINES: usize = 4;
+/// Evidence that counts as more for such a lattice (natural logarithm). Higher: lattices a line off stay.
+const MARGIN: f32 = 1.0;
 
 /// A pose in five numbers.
 #[derive(Clone, Copy, Debug)]

@@ -5,14 +5,68 @@ use super::blob::Blob;
 use super::constellation;
 use super::evidence::Evidence;
 use super::hill_climbing::{self, Pose};
-use super::patch::Patch;
-use super::verification::Scope;
+use super::patch::{PATCH_SIDE, Patch};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::hill_climbing::{FINE, FIRST_OF_A_WIDTH, FROM_SEED, NEAR};
-use crate::parameters::pose_candidates::{PATCH_SIDE as SAMPLES, *};
 use heapless::Vec;
 use link::panel::LEDS;
+
+/// What is smoother than this counts as ground in a single frame (pitches, standard deviation). More: boards and
+/// gradients show; less: LEDs of one state side by side are taken for ground.
+const GROUND_SIGMA: f32 = 1.5;
+/// The least pitch at which LEDs are looked for as spots by themselves (px).
+const LEAST_RESOLVED_PX: f32 = 2.2;
+/// The size of the patch in which only spots are left (multiple of the blob's side). More: LEDs are not resolved; less:
+/// lattices beside the blob's middle leave it.
+const SPOTS_ROOM: f32 = 1.6;
+/// Widths of spots that are tried at the frame's own resolution (pitches, standard deviation). More: slower, and the
+/// width is better known.
+const WIDTHS: [f32; 3] = [0.2, 0.34, 0.55];
+/// The least of them (px): a point under a sharp lens.
+const LEAST_SIGMA_PX: f32 = 0.6;
+/// Candidates for the pose of one blob, at most (count). More: slower, and a panel's pose is seldom missed.
+pub(super) const POSE_CANDIDATES: usize = 6;
+/// Side of a panel in the coarsened patch, at least (samples). More: hills are narrower, and may be missed between
+/// the seeds.
+const COARSE_SIDE: f32 = 20.0;
+/// The blur of the coarsened patch's spots, at least (pitches, standard deviation): LEDs run into each other. More:
+/// hills are wider, and lines are told apart less.
+const COARSE_SIGMA: f32 = 0.55;
+/// The size of the fine patch (multiple of the blob's side). More: coarser samples; less: lattices a line off leave
+/// it.
+const FINE_ROOM: f32 = 1.3;
+/// The size of the patch in which a followed panel is looked for again (multiple of the panel's side). More:
+/// farther, and coarser.
+const NEAR_ROOM: f32 = 2.6;
+/// Seeds to either side in there (count). More: farther and slower.
+const NEAR_STEPS: i32 = 10;
+/// From one of these seeds to the next (pitches). Longer: farther, and hills may be missed between them.
+const NEAR_STEP: f32 = 0.6;
+/// √λ of the evidence: how faint LEDs are supposed to be beside the noise (share of a spot's energy). Higher:
+/// overlapping spots share less of each other's light.
+const RIDGE: f32 = 0.1;
+/// What counts as noise beside the camera's: spots of equal width on an even ground do not explain it (share of the
+/// patch's contrast). Higher: hills are flatter, and the best pose less sure.
+const MISMATCH: f32 = 0.1;
+/// Sizes of the seeds (logarithm of the ratio to the blob's). More of them, and of the next two: slower, and fewer
+/// hills are missed.
+const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
+/// Turns of the seeds (rad).
+const ROLLS_RAD: [f32; 4] = [-0.21, -0.07, 0.07, 0.21];
+/// Centres of the seeds along either axis (pitches).
+const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
+/// By how much narrower than high the seeds are (logarithm of the ratio): halfway to how a panel looks from 30°
+/// aside.
+const FORESHORTENING: f32 = 0.06;
+/// A climb's first step (pitches) and most rounds (count), from a seed. Longer steps leave the hill they are on, shorter ones and fewer
+/// rounds do not reach its top.
+const FROM_SEED: (f32, usize) = (0.3, 25);
+/// First step and rounds where a followed panel is looked for again.
+const NEAR: (f32, usize) = (0.3, 12);
+/// First step and rounds at the frame's own resolution.
+const FINE: (f32, usize) = (0.12, 40);
+/// First step and rounds with each width of spots, before the best of them is known.
+const FIRST_OF_A_WIDTH: (f32, usize) = (0.12, 8);
 
 /// A view of a place in one frame, or in the difference of two.
 #[derive(Clone, Copy)]
@@ -102,7 +156,7 @@ impl View<'_, '_> {
 
     /// The lattice of the spots in a blob.
     fn on_spots(&self, blob: &Blob) -> Option<Lattice> {
-        let step = (libm::ceilf(blob.side_px * SPOTS_ROOM / SAMPLES as f32) as usize).max(1);
+        let step = (libm::ceilf(blob.side_px * SPOTS_ROOM / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(blob, step);
         constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice))
     }
@@ -127,7 +181,7 @@ impl View<'_, '_> {
             centre: expected.centre,
             side_px: 8.0 * across.max(down),
         };
-        let step = (libm::ceilf(blob.side_px * NEAR_ROOM / SAMPLES as f32) as usize).max(1);
+        let step = (libm::ceilf(blob.side_px * NEAR_ROOM / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(&blob, step);
         let pitch = across.max(down) / step as f32;
         let evidence = self.evidence(
@@ -161,7 +215,7 @@ impl View<'_, '_> {
             centre: start.centre,
             side_px: 8.0 * across.max(down),
         };
-        let step = (libm::ceilf(blob.side_px * FINE_ROOM / SAMPLES as f32) as usize).max(1);
+        let step = (libm::ceilf(blob.side_px * FINE_ROOM / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(&blob, step);
         let step = step as f32;
         let pitch = [across, down].map(|pitch| pitch / step);
@@ -196,6 +250,23 @@ impl View<'_, '_> {
             lattice: patch.to_frame_lattice(&lattice),
             spot_sigma_px: sigma * step,
         })
+    }
+}
+
+/// What a lattice is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// The change between two frames: all that stands still is gone from it.
+    Change,
+    /// A single frame, in which what lies between the LEDs goes on around them.
+    Ground,
+    /// A single frame as far as a board is sure to reach, whatever is around it.
+    Board,
+}
+
+impl Scope {
+    pub fn is_single(self) -> bool {
+        self != Self::Change
     }
 }
 

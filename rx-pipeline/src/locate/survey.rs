@@ -6,8 +6,19 @@
 //! - the differences from an earlier frame, where there is one: before what stands still, only a panel's LEDs change.
 
 use crate::frame::Frame;
-use crate::parameters::survey::*;
 use heapless::Vec;
+
+/// Side of a tile in frames of up to [`TILES`] of them (px). Larger: faster, and small panels drown in what is
+/// around them.
+const TILE_PX: usize = 16;
+/// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser
+/// tiles in large frames.
+const TILES: usize = if cfg!(feature = "large-frames") { 128 } else { 32 };
+/// Reach of the second difference (sums of 2×2 px). Longer: tuned to larger LEDs.
+const LAG: usize = 2;
+/// What a peak has beyond half of all tiles, at least (share of what those have). Higher: faint panels are passed
+/// over; lower: noise makes peaks. The mean of a tile's 64 differences varies by a tenth.
+const STANDS_OUT: f32 = 0.25;
 
 /// Sums of 2×2 pixels along a tile's side.
 const TILE_SUMS: usize = TILE_PX / 2;

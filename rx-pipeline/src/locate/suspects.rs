@@ -1,7 +1,14 @@
 //! Changes that may be a panel's, but are not sure: what is seen again is one.
 
 use crate::lattice::Lattice;
-use crate::parameters::search::{LOOKS_BACK, REMEMBERED, SIGHTINGS};
+
+/// Searches back in which it may have shown (count). More: faint panels are found sooner.
+const LOOKS_BACK: usize = 3;
+/// Searches back in which a lattice may have shown that leaves too much, or is faint while the camera moves, and those in which it has
+/// to (count). More of the first: such panels are found sooner; of the second: more surely.
+const REMEMBERED: usize = 8;
+/// See there.
+const SIGHTINGS: usize = 2;
 
 /// A change that may be a panel's.
 #[derive(Clone, Copy, Debug)]

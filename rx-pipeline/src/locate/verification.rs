@@ -6,16 +6,32 @@ mod lines;
 mod settling;
 
 use super::bimodality;
-use super::pose_candidates::{self, Ground, Sharpened, View};
-use super::{LocateError, Location};
+use super::pose_candidates::{self, Ground, Scope, Sharpened, View};
+use super::{LocateError, Location, Locator};
 use crate::corners::Corners;
 use crate::fit::Fit;
-use crate::parameters::verification::*;
-use crate::spots::{GreyMetric, LatticeModel, Observation, Residuals};
-use criteria::{Passed, examine};
+use crate::spots::{LatticeModel, Observation, Residuals};
+use criteria::{DISTINCT, Passed, examine};
 use led_likeness::LedLikeness;
 use link::panel::LEDS;
 use settling::Settling;
+
+/// Room around the lattice where two lines more could lie, and where none (pitches). More: clutter around the panel
+/// counts.
+const WIDE: f32 = 1.8;
+/// The same for no more than the cells (pitches).
+const NARROW: f32 = 0.6;
+/// Rounding, and what else no camera is free of (variance, grey²). Higher: noiseless frames are judged more mildly.
+const ROUNDING: f32 = 0.1;
+/// The least pitch at which the ground shows between spots (standard deviations of a spot): amid four there is 0.4 of one then.
+const GROUND_BETWEEN: f32 = 3.0;
+/// Places next to the lattice that look like LEDs, at most (count; in the change between two frames, and in a single frame): more belong to something that goes on.
+const LIT_AROUND: [u32; 2] = [2, 3];
+/// What is left is next to nothing but noise (amplitude ratio): no other pose is tried. Higher: faster, and the
+/// second best pose may stay.
+const BEYOND_DOUBT: f32 = 1.25;
+/// The noise around the panel counts as no less (share of the variance of the whole frame's).
+const LEAST_NOISE_AROUND: f32 = 0.3;
 
 /// A lattice that is a panel.
 pub(super) struct Verified {
@@ -60,22 +76,7 @@ impl Verified {
     }
 }
 
-/// What a lattice is held against.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scope {
-    /// The change between two frames: all that stands still is gone from it.
-    Change,
-    /// A single frame, in which what lies between the LEDs goes on around them.
-    Ground,
-    /// A single frame as far as a board is sure to reach, whatever is around it.
-    Board,
-}
-
 impl Scope {
-    pub fn is_single(self) -> bool {
-        self != Self::Change
-    }
-
     /// Room around the lattice in which it is fitted.
     fn rim(self) -> f32 {
         if self.is_single() { NARROW } else { WIDE }
@@ -86,7 +87,7 @@ impl Scope {
 pub(super) fn verify<const N: usize>(
     residuals: &mut Residuals<N>,
     view: &View<'_, '_>,
-    metric: &GreyMetric,
+    locator: &Locator,
     scope: Scope,
     Sharpened {
         lattice,
@@ -94,6 +95,7 @@ pub(super) fn verify<const N: usize>(
         spot_sigma_px,
     }: &Sharpened,
 ) -> Result<Verified, LocateError> {
+    let Locator { metric, settings, .. } = locator;
     let state = match scope {
         Scope::Change => pose_candidates::three_states(brightness),
         _ => pose_candidates::two_states(brightness),
@@ -139,7 +141,7 @@ pub(super) fn verify<const N: usize>(
         residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
-    let Passed { signal_to_noise, misfit } = examine(&fitted, noise, scope)?;
+    let Passed { signal_to_noise, misfit } = examine(&fitted, noise, scope, settings)?;
     let lit_around = match scope {
         Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
         _ => residuals.lit_around(&fitted.spots, window),
@@ -149,7 +151,7 @@ pub(super) fn verify<const N: usize>(
     }
     if single {
         let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);
-        if log_odds.is_nan() || log_odds < least_log_odds(&fitted, scope) {
+        if log_odds.is_nan() || may_be_no_panel(&fitted, scope) && log_odds < settings.min_log_odds {
             return Err(LocateError::Indistinct { log_odds });
         }
     }
@@ -164,13 +166,9 @@ pub(super) fn verify<const N: usize>(
     })
 }
 
-/// How much likelier than spots of any brightness the panel has to be.
-fn least_log_odds(fitted: &Fit, scope: Scope) -> f32 {
-    if apart(&fitted.spots) < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT {
-        LEAST_LOG_ODDS
-    } else {
-        f32::NEG_INFINITY
-    }
+/// Whether spots of any brightness could explain as much.
+fn may_be_no_panel(fitted: &Fit, scope: Scope) -> bool {
+    fitted.spots.apart() < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT
 }
 
 /// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
@@ -204,10 +202,4 @@ fn shows_off(spots: &LatticeModel) -> bool {
     let [across, down] = spots.lattice.pitch();
     let shows_ground = across.min(down) > GROUND_BETWEEN * spots.sigma;
     shows_ground && spots.off.abs() > (spots.off + spots.contrast).abs()
-}
-
-/// How far apart the spots are: 1 where they stand alone, less where they overlap.
-pub(super) fn apart(spots: &LatticeModel) -> f32 {
-    let [across, down] = spots.lattice.pitch();
-    (across.min(down) / (CLOSE * spots.sigma)).min(1.0)
 }

@@ -7,6 +7,7 @@
 mod blinking;
 mod decision;
 mod following;
+mod outline;
 mod samples;
 #[cfg(test)]
 mod tests;
@@ -18,17 +19,19 @@ use super::settings::ReceiverError;
 use crate::corners::Corners;
 use crate::detect::Mixture;
 use crate::frame::Frame;
-use crate::parameters::tracking::PATIENCE_FRAMES;
 use crate::profile::{Profile, Stage};
+use crate::settings::TrackingSettings;
 use crate::symbols::{MessageDecoder, SymbolClock};
 use decision::Decision;
-use following::Outline;
 use link::framing::Event;
 use link::panel::SoftPanel;
+use outline::Outline;
 use samples::Samples;
 
 pub use blinking::{BlinkSearch, BlinkSearchError};
-pub use decision::FEATURE_ERROR_GREY;
+
+/// Frames in a row that may miss the panel before it is given up.
+const PATIENCE_FRAMES: u32 = TrackingSettings::DEFAULT.patience_frames as u32;
 
 /// One frame's panel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,10 +9,13 @@ use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Suspects, Workspace};
-use crate::parameters::coarse::LEVEL_SIDE;
 use crate::profile::Profile;
 use crate::spots::Residuals;
 use heapless::Vec;
+
+/// From one level of the search to the next, pixels grow to so many times their side. Larger: fewer levels, between
+/// whose ranges panels fall.
+const LEVEL_SIDE: usize = 4;
 
 /// Levels beside the frame itself.
 const LEVELS: usize = 2;

@@ -73,7 +73,7 @@ impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
     pub(super) fn prepare(&mut self, settings: &ReceiverSettings) {
         if settings.method == Method::MaximumLikelihood {
             for panel in &mut self.panels {
-                panel.likelihood.prepare(settings.camera);
+                panel.likelihood.prepare_with(settings.camera, settings.likelihood);
             }
         }
     }

@@ -4,6 +4,7 @@ use crate::camera::Learnt;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection};
 use crate::frame::Frame;
+use crate::settings::LikelihoodSettings;
 use link::camera::Camera;
 use link::panel::SoftPanel;
 
@@ -18,7 +19,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Self
     }
 
-    pub fn prepare(&mut self, _: Camera) {}
+    pub fn prepare_with(&mut self, _: Camera, _: LikelihoodSettings) {}
 
     pub fn go_on_in_pixels(&mut self, _: usize, _: f32) {}
 

@@ -37,13 +37,12 @@ pub enum Loss {
     #[error(transparent)]
     Detect(#[from] DetectError),
     /// The panel that was followed is not seen; it is looked for where it should be.
-    #[error(
-        "coasting, frame {missed} of {} without the panel: {why}",
-        crate::parameters::tracking::PATIENCE_FRAMES
-    )]
+    #[error("coasting, frame {missed} of {patience} without the panel: {why}")]
     Coasting {
         /// Frames missed in a row, from 1.
         missed: u32,
+        /// How many may be before it is given up.
+        patience: u32,
         /// Why this one did not show it.
         why: TrackError,
     },
@@ -128,7 +127,11 @@ pub struct Outcome<'a> {
 
 impl From<TrackError> for Loss {
     fn from(why: TrackError) -> Self {
-        Self::Coasting { missed: 0, why }
+        Self::Coasting {
+            missed: 0,
+            patience: 0,
+            why,
+        }
     }
 }
 

@@ -14,12 +14,25 @@ use crate::lattice::Lattice;
 #[cfg(feature = "maximum-likelihood")]
 pub(crate) use crate::likelihood::MaximumLikelihood;
 use crate::locate::{Location, Locator};
-use crate::parameters::reading::{CLEARLY, CLEARLY_LEFT, LINE_ROOM, LINES_MOVED, SAME_CELLS};
-use crate::parameters::tracking::TRUST_LEAST;
 use crate::profile::{Profile, Stage};
+use crate::settings::TrackingSettings;
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::track::{Gate, Track, TrackError};
 use link::panel::SoftPanel;
+
+/// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
+/// hardly notices. Higher: faster, and cells that are off.
+const SAME_CELLS: f32 = 0.03;
+/// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
+/// there).
+const CLEARLY: f32 = 0.05;
+/// Room that a panel which should be partly out of the picture has to have where it is seen instead (pitches): for
+/// another line, which is not there. Less: what is left of it is read as a panel a line off.
+const LINE_ROOM: f32 = 1.5;
+/// Lines by which a panel that has jumped is moved, at most (count). More: slower where cameras shake.
+const LINES_MOVED: usize = 3;
+/// Or what it leaves of what is left at the expected one (share).
+const CLEARLY_LEFT: f32 = 0.6;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -54,6 +67,7 @@ struct Input<'a, 'f, 't, const N: usize> {
 #[derive(Clone, Debug)]
 pub(crate) struct Reader {
     method: Method,
+    settings: TrackingSettings,
     track: Option<Track>,
     /// What of the frame the track, the cells and the likelihood are in.
     view: View,
@@ -65,9 +79,10 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    pub fn new(method: Method) -> Self {
+    pub fn new(method: Method, settings: TrackingSettings) -> Self {
         Self {
             method,
+            settings,
             track: None,
             view: View::whole((0, 0)),
             frame_size: (0, 0),
@@ -170,7 +185,7 @@ impl Reader {
 
     /// From now on looks at a panel on `lattice` of the frame, in pixels of the right size; `None` if it is outside.
     fn look_at<const N: usize>(&mut self, lattice: &Lattice, tools: &mut Tools<'_, N>) -> Option<View> {
-        let now = self.view.of(lattice, self.frame_size, N)?;
+        let now = self.view.of(lattice, self.settings.max_pitch_px, self.frame_size, N)?;
         let before = core::mem::replace(&mut self.view, now);
         if before == now {
             return Some(now);
@@ -267,11 +282,13 @@ impl Reader {
 
     /// Counts a frame in which the panel was not seen; says so, or that it is given up.
     fn miss(&mut self, mut track: Track, loss: Loss) -> Loss {
-        let going_on = track.miss();
+        let patience = self.settings.patience_frames.into();
+        let going_on = track.miss(patience);
         self.track = going_on.then_some(track);
         match loss {
             Loss::Coasting { why, .. } if going_on => Loss::Coasting {
                 missed: track.missed(),
+                patience,
                 why,
             },
             Loss::Coasting { why, .. } => Loss::Lost(why),
@@ -282,7 +299,7 @@ impl Reader {
     /// Whether bits are so unsure that what is followed may be no panel, or lie beside one. Other methods than maximum likelihood do not
     /// tell.
     pub fn is_doubtful(&self) -> bool {
-        let is_unsure = |track: &Track| track.trust() < TRUST_LEAST;
+        let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence;
         self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 

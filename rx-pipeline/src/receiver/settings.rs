@@ -1,6 +1,8 @@
 //! What a receiver is told before its first frame.
 
 use crate::detect::Method;
+use crate::locate::Locator;
+use crate::settings::{LikelihoodSettings, SearchSettings, SettingError, TrackingSettings};
 use crate::symbols::{SymbolClock, SymbolRateError};
 use link::camera::{Camera, CameraError};
 
@@ -13,6 +15,12 @@ pub struct ReceiverSettings {
     pub method: Method,
     /// Symbols the panel shows in a camera's frame period: above 0, at most 1.
     pub symbols_per_frame: f32,
+    /// How panels are looked for.
+    pub search: SearchSettings,
+    /// How they are followed.
+    pub tracking: TrackingSettings,
+    /// How maximum likelihood reads them.
+    pub likelihood: LikelihoodSettings,
 }
 
 impl Default for ReceiverSettings {
@@ -22,6 +30,9 @@ impl Default for ReceiverSettings {
             camera: Camera::default(),
             method: Method::default(),
             symbols_per_frame: 1.0,
+            search: SearchSettings::DEFAULT,
+            tracking: TrackingSettings::DEFAULT,
+            likelihood: LikelihoodSettings::DEFAULT,
         }
     }
 }
@@ -41,7 +52,16 @@ impl ReceiverSettings {
         if self.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood")) {
             return Err(ReceiverError::LeftOut);
         }
-        Ok(SymbolClock::new(self.symbols_per_frame)?)
+        let clock = SymbolClock::new(self.symbols_per_frame)?;
+        self.search.validate()?;
+        self.tracking.validate()?;
+        self.likelihood.validate()?;
+        Ok(clock)
+    }
+
+    /// What looks for panels.
+    pub(super) fn locator(&self) -> Result<Locator, ReceiverError> {
+        Ok(Locator::new(self.camera)?.with_settings(self.search)?)
     }
 }
 
@@ -58,4 +78,7 @@ pub enum ReceiverError {
     /// The symbols cannot be followed at this rate.
     #[error(transparent)]
     SymbolRate(#[from] SymbolRateError),
+    /// A number is out of its range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
 }

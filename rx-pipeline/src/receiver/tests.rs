@@ -6,7 +6,7 @@ use super::*;
 use crate::detect::Method;
 use crate::lattice::Lattice;
 use crate::locate::LocateError;
-use crate::parameters::tracking::PATIENCE_FRAMES;
+use crate::settings::TrackingSettings;
 use crate::synthetic::Scene;
 use link::camera::Camera;
 use link::fec::Code;
@@ -15,6 +15,8 @@ use link::panel::PanelFrame;
 use properties::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
+
+const PATIENCE_FRAMES: u32 = TrackingSettings::DEFAULT.patience_frames as u32;
 
 const MESSAGE: &[u8] = b"lane closed after the bridge";
 

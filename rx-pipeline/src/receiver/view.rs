@@ -6,9 +6,14 @@ use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
-use crate::parameters::coarse::{HYSTERESIS, PITCH_MAX, ROOM};
-use crate::parameters::tracking::RIM;
-use crate::track::TrackError;
+use crate::track::{RIM, TrackError};
+
+/// Pixels change their size only where the pitch is beyond the limit by more (share). Higher: they change less
+/// often as a panel grows and shrinks.
+const HYSTERESIS: f32 = 0.1;
+/// Room around the panel that is drawn in larger pixels, and the part of it that has to be left before it is drawn
+/// anew around another place (pitches). More: farther jumps are followed, and slower.
+const ROOM: [f32; 2] = [2.0, 1.0];
 
 /// The frame itself, or part of it in larger pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,11 +43,11 @@ impl View {
 
     /// The view of a panel expected on `lattice`, in pixels of a frame of that size, so that `capacity` pixels hold it: this one as long as
     /// it serves. `None` where the panel is not in the frame at all.
-    pub fn of(&self, lattice: &Lattice, frame_size: (usize, usize), capacity: usize) -> Option<Self> {
+    pub fn of(&self, lattice: &Lattice, max_pitch_px: f32, frame_size: (usize, usize), capacity: usize) -> Option<Self> {
         let [across, down] = lattice.pitch();
         let pitch = across.max(down);
         let longest = frame_size.0.max(frame_size.1) as f32;
-        let side = (pitch <= longest).then(|| self.side_for(lattice, pitch, capacity))?;
+        let side = (pitch <= longest).then(|| self.side_for(lattice, max_pitch_px, capacity))?;
         if side == 1 {
             return Some(Self::whole(frame_size));
         }
@@ -62,14 +67,15 @@ impl View {
     }
 
     /// The side of the larger pixels.
-    fn side_for(&self, lattice: &Lattice, pitch: f32, capacity: usize) -> usize {
-        let now = self.grid.side as f32;
-        let widest = PITCH_MAX * (1.0 + HYSTERESIS);
-        let narrowest = PITCH_MAX * (1.0 - HYSTERESIS) * (now - 1.0) / now;
+    fn side_for(&self, lattice: &Lattice, max_pitch_px: f32, capacity: usize) -> usize {
+        let [across, down] = lattice.pitch();
+        let (pitch, now) = (across.max(down), self.grid.side as f32);
+        let widest = max_pitch_px * (1.0 + HYSTERESIS);
+        let narrowest = max_pitch_px * (1.0 - HYSTERESIS) * (now - 1.0) / now;
         let mut side = if (narrowest..widest).contains(&(pitch / now)) {
             now
         } else {
-            libm::ceilf(pitch / PITCH_MAX).max(1.0)
+            libm::ceilf(pitch / max_pitch_px).max(1.0)
         };
         let [width, height] = lattice.extent(RIM);
         let pixels = |side: f32| (width / side + 3.0) * (height / side + 3.0);
@@ -128,8 +134,9 @@ impl View {
         };
         match loss {
             Loss::Cells(error) => Loss::Cells(self.error_in_frame(error, frame_size)),
-            Loss::Coasting { missed, why } => Loss::Coasting {
+            Loss::Coasting { missed, patience, why } => Loss::Coasting {
                 missed,
+                patience,
                 why: in_frame(why),
             },
             Loss::Lost(why) => Loss::Lost(in_frame(why)),
@@ -202,8 +209,10 @@ fn part(lattice: &Lattice, room: f32, side: usize, (width, height): (usize, usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::settings::TrackingSettings;
     use properties::prelude::*;
 
+    const PITCH_MAX: f32 = TrackingSettings::DEFAULT.max_pitch_px;
     const CAPACITY: usize = 96 * 96;
 
     #[test]
@@ -214,7 +223,7 @@ mod tests {
         for step in (0..200).chain((0..200).rev()) {
             let pitch = 4.0 * 1.02f32.powi(step);
             let lattice = Lattice::turned([2000.0; 2], pitch, pitch, 0.0);
-            view = view.of(&lattice, frame_size, CAPACITY).unwrap();
+            view = view.of(&lattice, PITCH_MAX, frame_size, CAPACITY).unwrap();
             sides.push(view.grid.side);
         }
         let changes = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
@@ -230,7 +239,7 @@ mod tests {
         ) {
             let frame_size = (4000, 3000);
             let lattice = Lattice::turned(at, pitch, pitch, roll);
-            if let Some(view) = View::whole(frame_size).of(&lattice, frame_size, capacity) {
+            if let Some(view) = View::whole(frame_size).of(&lattice, PITCH_MAX, frame_size, capacity) {
                 prop_assert!(view.is_whole() || view.size[0] * view.size[1] <= capacity);
                 prop_assert!(pitch / view.grid.side as f32 <= PITCH_MAX * (1.0 + HYSTERESIS));
                 // The whole panel is in it, as far as it is in the frame.
@@ -243,7 +252,7 @@ mod tests {
                 }
                 let [x, y] = lattice.centre;
                 if (0.0..4000.0).contains(&x) && (0.0..3000.0).contains(&y) {
-                    prop_assert_eq!(view.of(&lattice, frame_size, capacity), Some(view));
+                    prop_assert_eq!(view.of(&lattice, PITCH_MAX, frame_size, capacity), Some(view));
                 }
             }
         }
@@ -252,7 +261,7 @@ mod tests {
         fn no_lattice_panics(centre in prop::array::uniform2(prop::num::f32::ANY), steps in prop::array::uniform4(prop::num::f32::ANY)) {
             let [a, b, c, d] = steps;
             let lattice = Lattice { centre, column: [a, b], row: [c, d], tilt: [a, d] };
-            let _ = View::whole((640, 480)).of(&lattice, (640, 480), CAPACITY);
+            let _ = View::whole((640, 480)).of(&lattice, PITCH_MAX, (640, 480), CAPACITY);
         }
     }
 }

@@ -1,8 +1,11 @@
 //! Differences of light, weighed by the grey levels that they make: for noise of as many grey levels in all pixels.
 
 use super::light_table::LightTable;
-use crate::parameters::spots::DARKEST_GREY;
 use link::camera::Camera;
+
+/// Darker pixels count as uncertain as one of this level (grey): there the encoding is so steep that not the grey level
+/// but the sensor's own noise says how sure the light is. Lower: dark pixels decide.
+const DARKEST_GREY: usize = 48;
 
 /// How much a difference of light counts at each grey level.
 #[derive(Clone, Debug)]

@@ -10,9 +10,15 @@
 
 use super::slope::Slope;
 use crate::lattice::{Lattice, MIDDLE};
-use crate::parameters::spots::SIGMA_PX;
+use core::ops::RangeInclusive;
 use link::panel::{LEDS, SIDE};
 use nalgebra::{SMatrix, SVector};
+
+/// A spot's standard deviation (px). Wider: blurs are fitted that no panel is read in.
+pub(crate) const SIGMA_PX: RangeInclusive<f32> = 0.4..=4.8;
+
+/// Spots nearer to each other overlap (standard deviations of a spot).
+const APART: f32 = 2.2;
 
 /// The model's unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +49,12 @@ impl LatticeModel {
             line(|i| SIDE * i + SIDE - 1),
         ];
         lines.into_iter().fold(f32::INFINITY, f32::min)
+    }
+
+    /// How far apart the spots are: 1 where they stand alone, less where they overlap.
+    pub fn apart(&self) -> f32 {
+        let [across, down] = self.lattice.pitch();
+        (across.min(down) / (APART * self.sigma)).min(1.0)
     }
 
     pub fn amplitude(&self, led: usize) -> f32 {

@@ -3,9 +3,12 @@
 use super::lattice_model::LatticeModel;
 use super::window::Window;
 use crate::lattice::Lattice;
-use crate::parameters::verification::CARRIED;
 use core::ops::Range;
 use link::panel::SIDE;
+
+/// How far light is carried across a board's end (standard deviations of a spot): so much less than half a pitch beyond
+/// the outer LEDs counts in a single frame. More: what is around a board without a margin disturbs less, and less is seen.
+const CARRIED: f32 = 0.8;
 
 /// A convex quadrilateral in the frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,8 +6,13 @@
 use super::lattice_model::LatticeModel;
 use super::slope::Slope;
 use crate::lattice::MIDDLE;
-use crate::parameters::tracking::{TILT_MAX, TILT_STEP};
 use link::panel::{LEDS, SIDE};
+
+/// The most that a near panel's tilt changes in a step (share of its distance, per LED). Higher: followed sooner, and
+/// noise too.
+const TILT_STEP: f32 = 0.01;
+/// The most that it is (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° aside.
+const TILT_MAX: f32 = 0.05;
 
 impl LatticeModel {
     /// The lattice's tilt one step down the slope.

@@ -1,7 +1,11 @@
 //! One spot within a window: what it adds to an image, and its sums with what is left to explain.
 
+use super::window::SPOT_PX;
 use super::window::{LANES, Window, clipped, gaussian};
-use crate::parameters::spots::{REACH_FITTED, SPOT_PX};
+
+/// Where a spot ends for a fit of the lattice (standard deviations): 3 % of its height is left. Farther: slower by the
+/// square.
+pub(crate) const REACH_FITTED: f32 = 2.65;
 
 /// Sums of one spot g times the weighted residual, and of the weights.
 #[derive(Clone, Copy, Default)]

@@ -7,8 +7,14 @@ use super::profile::Profile;
 use super::slope::Slope;
 use super::window::{LANES, Window};
 use crate::frame::Frame;
-use crate::parameters::spots::{ENOUGH_PIXELS, NEAR_LATTICE};
+use core::ops::RangeInclusive;
 use link::panel::{LEDS, SIDE};
+
+/// Columns and rows within which an LED's light is felt (pitches, from the first LED on): beyond is what stands around.
+const NEAR_LATTICE: RangeInclusive<f32> = -1.1..=8.1;
+/// Pixels around the lattice that make a mean square worth having (count). More: near the frame's rim the noise of the
+/// whole frame has to do.
+const ENOUGH_PIXELS: u32 = 60;
 
 /// What the frame shows.
 #[derive(Clone, Copy)]

@@ -6,8 +6,12 @@
 //! is nearly a root.
 
 use super::light_table::LightTable;
-use crate::parameters::spots::ROOT_OFFSET;
+use core::ops::RangeInclusive;
 use link::camera::Camera;
+
+/// What is added to light under the root (light, 1 at middle grey). Wider: frames that the model does not explain look
+/// as if they were noisier or less noisy than any camera's.
+const ROOT_OFFSET: RangeInclusive<f32> = 1e-3..=1.0;
 
 /// What of a camera decides on root light and its noise.
 #[derive(Clone, Debug)]

@@ -1,8 +1,15 @@
 //! The spots of 64 LEDs of one width, wherever they are: in one factor for the columns and one for the rows.
 
+use super::window::SPOT_PX;
 use super::window::{LANES, gaussian, whole};
-use crate::parameters::spots::{OVERLAP, REACH_READ, SPOT_PX};
 use link::panel::{LEDS, SIDE};
+
+/// Where it ends for reading (standard deviations), as far as [`SPOT_PX`] allows. Nearer: light of an LED counts as its
+/// neighbour's.
+const REACH_READ: f32 = 3.3;
+/// The squared distance from which spots do not overlap (variances of a spot): there the product of two has fallen to
+/// exp(−5) = 0.7 %. Farther: slower.
+pub(crate) const OVERLAP: f32 = 20.0;
 
 /// The images of 64 LEDs of light 1.
 pub(crate) struct SpotTable {

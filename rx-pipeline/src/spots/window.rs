@@ -1,6 +1,7 @@
 //! Which pixels an LED's spot covers, and its height in them.
 
-use crate::parameters::spots::SPOT_PX;
+/// The most pixels of a spot in a row or column (px); a multiple of 4. More: wider spots, and more memory.
+pub(crate) const SPOT_PX: usize = 20;
 
 /// Part of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

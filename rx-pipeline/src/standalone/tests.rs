@@ -119,6 +119,7 @@ fn follower(mode: Mode) -> Follower {
         },
         method: Detector::KMeans.into(),
         symbols_per_frame: 1.0,
+        ..ReceiverSettings::default()
     };
     let memory = Box::<ReceiverMemory<4096>>::default();
     Box::leak(Box::new(PanelReceiver {

@@ -4,8 +4,17 @@
 //! the 32 ± 4 On LEDs of one, another has half by chance, and nine in ten, as is asked for, once in 360 000 pairs.
 
 use crate::detect::correlation;
-use crate::parameters::symbols::{SHARED_LEAST, SHARED_OFF, SHARED_ON};
 use link::panel::{PanelFrame, SoftPanel};
+
+/// The correlation of a symbol's On LEDs from which a reading shows it and another (1 where all are On, 0 in another symbol). Higher:
+/// noise hides shared exposures; lower: more symbols that only look like one. The tests compute how many.
+const SHARED_ON: f32 = 0.8;
+/// That of its Off LEDs up to which it does (0 where half of them are On, 1 where the symbol is shown alone). Higher: noisy repeats are
+/// taken for shared exposures; lower: shared exposures that add few On LEDs are taken for repeats.
+const SHARED_OFF: f32 = 0.5;
+/// LEDs of a symbol known to be On, and known to be Off, from which it can be told in another reading (count). Higher: fewer symbols
+/// can; lower: chance tells.
+const SHARED_LEAST: u32 = 20;
 
 /// What `shown` says of another symbol than `one`, if it shows the On LEDs of both: nothing of those that are On in `one`. None if it
 /// shows a single symbol.

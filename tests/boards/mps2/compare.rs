@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use link::camera::Camera;
-use rx_pipeline::parameters::tracking::PATIENCE_FRAMES;
+use rx_pipeline::settings::TrackingSettings;
 
 use crate::board;
 use crate::film::Shots;
@@ -12,6 +12,7 @@ use crate::measure::{Costs, KMEANS_STACK_MAX, STACK_MAX};
 
 /// Symbols in a frame period of the shots.
 const SYMBOLS_PER_FRAME: f32 = 0.9;
+const PATIENCE_FRAMES: u32 = TrackingSettings::DEFAULT.patience_frames as u32;
 
 /// Has the board read regions of `side` px around the panel: the same bits, soft values and corners as here, and the bits that were sent.
 fn show(image: &Path, shots: &Shots, side: u16, method: MethodChoice) -> Costs {

@@ -78,6 +78,7 @@ impl Head {
                 MethodChoice::MaximumLikelihood => Method::MaximumLikelihood,
             },
             symbols_per_frame: self.symbols_per_frame,
+            ..ReceiverSettings::default()
         }
     }
 }

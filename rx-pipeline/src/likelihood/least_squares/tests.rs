@@ -61,7 +61,7 @@ fn inverse(image: &Image<PIXELS>, centre: &[[f32; 2]; LEDS], variance: f64) -> [
 #[test]
 fn merged_leds_are_told_apart_where_the_inverse_amplifies_noise() {
     let mut model = Box::new(Model::<PIXELS>::new());
-    model.prepare(Camera::default());
+    model.prepare(Camera::default(), crate::settings::LikelihoodSettings::DEFAULT);
     let (mut ours, mut naive) = (0, 0);
     for panel in 0..PANELS {
         let scene = scene(panel);

@@ -8,7 +8,7 @@ use crate::likelihood::MaximumLikelihood;
 use crate::likelihood::crop::Crop;
 use crate::likelihood::experience::Experience;
 use crate::likelihood::mixture::TwoSymbols;
-use crate::parameters::symbols::REPEAT_CORRELATION;
+use crate::symbols::REPEAT_CORRELATION;
 use link::panel::{LEDS, SoftPanel};
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {

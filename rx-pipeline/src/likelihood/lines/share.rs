@@ -1,5 +1,6 @@
 //! α that grows from line to line, and two symbols that share an exposure so.
 
+use super::super::mixture::{LEFT, PARABOLA, SHARE, STEP_MAX};
 use super::split::agreement_nats;
 use super::{LineDelay, Rows};
 use crate::detect::{DetectError, Detection, Mixture, bits_where, soft_panel};
@@ -9,9 +10,16 @@ use crate::likelihood::estimate::Estimate;
 use crate::likelihood::level_prior::LevelPrior;
 use crate::likelihood::mixture::{Guess, Shares, TwoSymbols, within_range};
 use crate::likelihood::model::Model;
-use crate::parameters::likelihood::lines::*;
-use crate::parameters::likelihood::mixture::{LEFT, PARABOLA, SHARE, STEP_MAX};
 use link::panel::{LEDS, SoftPanel};
+
+/// Values of α in the panel's middle that are tried with each (count).
+const MIDDLES: usize = 32;
+/// Half the width of the parabola by which the slope is improved (share of it).
+const LINE_STEP: f32 = 0.05;
+/// The most that one step changes the slope (share of it).
+const SLOPE_STEP_MAX: f32 = 0.4;
+/// How sure an LED must be read to tell whether it is the symbol's before (nats).
+const TELLING_NATS: f32 = 4.0;
 
 /// α of each LED: that of one in the panel's middle, and by how much it grows from one image pixel to the one below it.
 #[derive(Clone, Copy)]

@@ -1,9 +1,22 @@
 //! Two symbols in a frame in which every LED is as good as On or Off: the one above a line, the other below.
 
+use super::super::level_prior::NOISIER;
 use super::{LineDelay, Rows};
-use crate::parameters::likelihood::level_prior::NOISIER;
-use crate::parameters::likelihood::lines::*;
+use super::{SPLIT, SPLIT_KNOWN};
 use link::panel::{LEDS, PanelFrame, SoftPanel};
+
+/// By how much α differs so where nothing but a clean edge was seen.
+const STEP_ROWS: f32 = 7.0;
+/// A change that nearly has a clean edge may have caught LEDs that are so near to it (share of half the panel): a row.
+const BESIDE: f32 = 0.25;
+/// Places of an edge that are looked at, one less (count).
+const EDGES: usize = 16;
+/// How much likelier an LED that agrees is its symbol's than one by chance (nats): wrong in one of 50.
+const SAME_NATS: f32 = 0.67;
+/// How much less likely one that does not (nats).
+const OTHER_NATS: f32 = 3.2;
+/// LEDs that differ from the symbol before in the rest of the reading, at least (count).
+const DIFFER: u32 = 2;
 
 /// Read from above, and from below.
 const SIGNS: [f32; 2] = [1.0, -1.0];

@@ -1,12 +1,65 @@
 //! What a fitted lattice has to be like to be a panel, one criterion a function.
 
-use super::{Scope, apart, distinctness, shows_off};
+use super::{Scope, distinctness, shows_off};
 use crate::fit::Fit;
 use crate::lattice::Lattice;
 use crate::locate::LocateError;
-use crate::parameters::verification::*;
+use crate::settings::SearchSettings;
 use crate::spots::{LatticeModel, Slope};
+use core::ops::RangeInclusive;
 use link::framing::SYNC;
+
+// Where there are two values, the first is for the change between two frames, the second for a single frame, which holds all the clutter.
+
+/// What may be left unexplained (multiple of the camera's noise): what stands behind the panel counts too in a
+/// single frame, but its noise is better known. Higher: more that is no panel passes.
+const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
+/// What may be left unexplained beside (share of the signal's energy). Higher: more that is no panel passes; lower:
+/// panels seen askew do not.
+const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
+/// The same in the change between two frames, and within a board, where LEDs are of two brightnesses and none between: discs under a
+/// sharp lens, sharpening, codecs and white make spots that are not quite Gaussian. More in proportion, the more distinct they are.
+const EXCUSED_IF_DISTINCT: f32 = 0.17;
+/// But no more than that.
+const EXCUSED_MOST: f32 = 0.3;
+/// What a lattice in the change between two frames may leave, if it is then seen there again and again (multiple of what is excused).
+/// Higher: lenses and codecs of other kinds are excused, and more that is no panel is remembered.
+const MOST_MISFIT: f32 = 2.5;
+/// LEDs are distinct if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64
+/// brightnesses spread evenly, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
+pub(super) const DISTINCT: f32 = 7.5;
+/// What the spots explain, at least (energy ratio): LEDs seen this clearly are no accident. Higher: faint panels
+/// wait for other frames.
+const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
+/// The same for the dimmest outer line of LEDs (energy ratio): below, the lattice may as well be a line off.
+const LEAST_EDGE: f32 = 25.0;
+/// LEDs that are On, or have changed (count). Scrambled bits have 32 ± 4.
+const LIT: RangeInclusive<u32> = 8..=56;
+/// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
+/// smooth, far fewer.
+const DIFFERENT: RangeInclusive<u32> = 40..=84;
+/// How much a single frame's bits repeat, at most (squared deviations of random ones): 1 of 10 000 panels does more. Higher: windows,
+/// text and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
+const MOST_REPETITION: u32 = 19;
+/// Outer lines without an LED that stands out in a single frame, being On or, on a bright board, Off, at most (count): 1 of 10 000
+/// panels has more, and so has a lattice that is larger than the panel. Higher: such lattices pass.
+const MOST_DARK_EDGES: usize = 1;
+/// Columns and rows after which bits may repeat, at most (count).
+const FARTHEST_REPEAT: u32 = 4;
+/// Off LEDs darker than the ground by more are none, without a board and with one (share of the step from Off to On).
+const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
+/// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
+const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
+/// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
+/// patch looks like them.
+const LEAST_PITCH_PX: f32 = 2.0;
+/// Rows and columns are no further from right angles (cosine).
+const MOST_SHEAR: f32 = 0.2;
+/// Rows are turned by no more (rad): 23°.
+const MOST_ROLL_RAD: f32 = 0.4;
+/// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other
+/// the widest. Wider: more that is no panel passes.
+const SPOT_OVER_PITCH: RangeInclusive<f32> = 0.08..=0.85;
 
 /// What a lattice that passes is like.
 pub(super) struct Passed {
@@ -16,9 +69,9 @@ pub(super) struct Passed {
 }
 
 /// All that needs nothing but the fit, with `noise` the variance of a pixel.
-pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<Passed, LocateError> {
+pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchSettings) -> Result<Passed, LocateError> {
     let Fit { spots, slope } = fitted;
-    unsaturated(slope)?;
+    unsaturated(slope, settings.max_saturated_percent)?;
     let misfit = explained_down_to_noise(fitted, noise, scope)?;
     let signal_to_noise = clear(slope, noise, scope)?;
     random(spots, scope)?;
@@ -36,11 +89,11 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope) -> Result<Passed, 
     Ok(Passed { signal_to_noise, misfit })
 }
 
-fn unsaturated(slope: &Slope) -> Result<(), LocateError> {
+fn unsaturated(slope: &Slope, max_percent: u8) -> Result<(), LocateError> {
     let share = slope.pixels as f32 / slope.window_pixels.max(1) as f32;
     let percent = (100.0 * (1.0 - share)) as u8;
-    if percent > MAX_SATURATED_PERCENT {
-        return Err(LocateError::Saturated { percent });
+    if percent > max_percent {
+        return Err(LocateError::Saturated { percent, max_percent });
     }
     Ok(())
 }
@@ -52,7 +105,7 @@ fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32
     let signal = (slope.total - noise * pixels).max(0.0);
     let mode = usize::from(scope.is_single());
     // Spots that overlap can stand in for each other: the closer they are the less may be left.
-    let apart = apart(spots);
+    let apart = spots.apart();
     let distinctness = distinctness(fitted);
     let excused = if scope != Scope::Ground && distinctness > DISTINCT {
         (EXCUSED_IF_DISTINCT * distinctness / DISTINCT).min(EXCUSED_MOST)

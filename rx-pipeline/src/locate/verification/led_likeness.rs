@@ -6,11 +6,26 @@
 use super::shows_off;
 use crate::frame::Frame;
 use crate::locate::verification::Observation;
-use crate::parameters::spots::REACH_FITTED;
-use crate::parameters::verification::{JUST_LIKE, LEAST_DIM, LEAST_LINES_LEAD, LEAST_OFF, OFF_WITHIN, SEEN};
 use crate::spots::LatticeModel;
+use crate::spots::REACH_FITTED;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
+
+/// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 3 if it is just
+/// like one, 1 for one that is Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
+const LEAST_LINES_LEAD: i32 = 3;
+/// A place is just like an LED that stands out if it differs from these by less (share of what they have). Higher: a hot
+/// pixel or a corner may make a line; lower: lines that one LED shows are doubted.
+const JUST_LIKE: f32 = 0.3;
+/// An LED of a line that is dimmer than the others shows more than these, being Off, usually do, at least by this (share of an LED
+/// that is On). Higher: panels with a dim outer line are a line off; lower: noise makes lines.
+const LEAST_DIM: f32 = 0.25;
+/// LEDs that are Off show if their places stand out by more (share of an LED that is On).
+pub(super) const LEAST_OFF: f32 = 0.1;
+/// The same (multiple of their median deviation, for eight of them together).
+const SEEN: f32 = 4.0;
+/// A place looks like an LED that is Off if it differs from what these usually show by less (share of it).
+const OFF_WITHIN: f32 = 0.5;
 
 /// Places along a side: the lattice's, and one more at either end.
 const PLACES: usize = SIDE + 2;

@@ -1,8 +1,12 @@
 //! Is it the right line? A lattice beside those that are counted from a neighbouring row or column.
 
 use crate::fit;
-use crate::parameters::verification::{LIKELIEST, STEPS_COMPARED};
 use crate::spots::{LatticeModel, Observation, Residuals, Window};
+
+/// Steps of the fits that are compared: of the lattice itself, and of one a line beside it (count).
+const STEPS_COMPARED: [usize; 2] = [2, 3];
+/// Lattices a line beside that are fitted: those that look best before (count).
+const LIKELIEST: usize = 2;
 
 /// How a lattice fits, and how the best one counted from a neighbouring line does.
 pub(super) struct Lines {

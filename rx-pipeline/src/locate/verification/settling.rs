@@ -1,12 +1,35 @@
 //! From a pose that is about right to the lattice that the pixels show, counted from the right line.
 
+use super::led_likeness::LEAST_OFF;
 use super::led_likeness::LedLikeness;
 use super::lines::Lines;
+use super::{BEYOND_DOUBT, NARROW, ROUNDING, WIDE};
 use super::{LocateError, Scope};
 use crate::fit::{self, Fit};
-use crate::parameters::verification::*;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use link::panel::SIDE;
+
+/// Steps of the first fit, at most (count). Higher, as of the next: slower, and worse starts are mended.
+const STEPS: usize = 20;
+/// Steps of the fit of a lattice that has moved by a line, at most (count).
+const STEPS_MOVED: usize = 12;
+/// Lines by which a single frame's lattice is moved to where LEDs are On, at most (count).
+const LINES_MOVED: usize = 2;
+/// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
+/// for other frames.
+const LINES_CLEARLY_WORSE: f32 = 1.6;
+/// Lattices that are compared by their fits, at most (count).
+const LINES_COMPARED: usize = 4;
+/// A fit that leaves no more than noise is trusted at once where the signal is greater (energy ratio, per pixel).
+const CLEAR: f32 = 8.0;
+/// A single frame of which a fit leaves more is not compared with lattices a line beside (share of the signal).
+const HALF_EXPLAINED: f32 = 0.5;
+/// A lattice one line off leaves this much less when it is taken for the right one, and as much more when it is
+/// ruled out (energy ratio).
+const WORTH_A_MOVE: f32 = 40.0;
+/// In a single frame a lattice one line off has to leave more, or the frame does not tell them apart (share of the
+/// signal).
+const CLEARLY_WORSE: f32 = 0.01;
 
 /// What is fitted, and where.
 pub(super) struct Settling<'r, 'a, 'f, const N: usize> {

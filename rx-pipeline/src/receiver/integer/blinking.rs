@@ -10,7 +10,7 @@
 use core::borrow::BorrowMut;
 
 use super::super::blinked::Area;
-use super::following::Outline;
+use super::outline::Outline;
 use super::samples::{GREY, Samples};
 use crate::corners::Corners;
 use crate::frame::Frame;

@@ -5,6 +5,7 @@ use link::panel::{LEDS, LLR_STEP, SoftPanel};
 
 /// By how much a feature in whole numbers may differ from the same in real ones, grey levels: places are cut to 1/256 of a pixel, where
 /// the light changes by up to 120 grey levels from one to the next.
+#[cfg(test)]
 pub const FEATURE_ERROR_GREY: f64 = 0.5;
 /// Rounds of the clustering, at most.
 const ROUNDS: usize = 8;

@@ -1,11 +1,9 @@
 //! The light at some points of a panel.
 
-use super::following::{Outline, Point};
+use super::outline::{Outline, Point};
 use crate::frame::Frame;
 use link::panel::{LEDS, SIDE};
 
-/// One pixel, in the steps of positions: 65 536.
-pub const PIXEL: i32 = 1 << 16;
 /// One grey level, in the steps of samples: 256.
 pub const GREY: i32 = 1 << 8;
 /// Samples on each LED: its centre, a quarter of a pitch to the left and right, above and below.

@@ -1,6 +1,7 @@
 //! Whole numbers against real ones.
 
-use super::following::Outline;
+use super::decision::FEATURE_ERROR_GREY;
+use super::outline::Outline;
 use super::samples::Samples;
 use super::*;
 use crate::cells::CellMap;

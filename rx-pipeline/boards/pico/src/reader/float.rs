@@ -25,6 +25,7 @@ pub fn take() -> Option<&'static mut Reader> {
         camera: CAMERA,
         method: Detector::KMeans.into(),
         symbols_per_frame: 1.0,
+        ..ReceiverSettings::default()
     };
     let reader = READER.init_with(|| {
         Ok(PanelReceiver {
