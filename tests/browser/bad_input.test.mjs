@@ -13,7 +13,6 @@ async function says(page, pattern) {
   await page.waitForFunction(
     ([places, source]) => [...document.querySelectorAll(places)].some((place) => new RegExp(source).test(place.textContent)),
     [SAYS, pattern.source],
-    { timeout: 60_000 },
   ).catch(async () => {
     throw new Error(`the page says ${JSON.stringify(await page.locator(SAYS).allTextContents())}, and not ${pattern}`);
   });

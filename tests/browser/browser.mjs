@@ -4,10 +4,26 @@ import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
+import { after } from "node:test";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
 const { VOCC, VOCC_PAGE, CHROMIUM } = process.env;
+
+/** Longer than anything takes on a busy computer. */
+export const PATIENCE_MS = 300_000;
+
+/** The browsers that run, by their flags. */
+const browsers = new Map();
+after(async () => {
+  for (const browser of browsers.values()) await (await browser).close();
+});
+
+function launched(flags) {
+  const name = flags.join(" ");
+  if (!browsers.has(name)) browsers.set(name, chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...flags], timeout: PATIENCE_MS }));
+  return browsers.get(name);
+}
 
 /** Where pictures of the page are left. */
 export const shots = path.dirname(VOCC_PAGE);
@@ -44,8 +60,9 @@ export function film(folder, fps, words, name = "film.y4m") {
  * @param {{address?: string, flags?: string[], context?: object}} how
  */
 export async function open(t, { address = "", flags = [], context = {} } = {}) {
-  const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...flags] });
-  const page = await (await browser.newContext(context)).newPage();
+  const browsing = await (await launched(flags)).newContext(context);
+  browsing.setDefaultTimeout(PATIENCE_MS);
+  const page = await browsing.newPage();
   const own = pathToFileURL(VOCC_PAGE).href;
   const wrong = [];
   page.on("console", (message) => message.type() === "error" && wrong.push(message.text()));
@@ -55,7 +72,7 @@ export async function open(t, { address = "", flags = [], context = {} } = {}) {
     if (!isOwn) wrong.push(`asks for ${request.url()}`);
   });
   t.after(async () => {
-    await browser.close();
+    await browsing.close();
     if (wrong.length) throw new Error(`the page complains: ${wrong.join("; ")}`);
   });
   await page.goto(own + address);
@@ -73,12 +90,11 @@ export async function ask(page, request, bytes) {
 }
 
 /** The text of an element, once it fits. */
-export async function textOf(page, selector, pattern, timeout = 60_000) {
+export async function textOf(page, selector, pattern) {
   const element = page.locator(selector);
   await page.waitForFunction(
     ([selector, source]) => new RegExp(source).test(document.querySelector(selector)?.textContent ?? ""),
     [selector, pattern.source],
-    { timeout },
   ).catch(async () => {
     throw new Error(`${selector} says ${JSON.stringify(await element.textContent())}, and not ${pattern}`);
   });

@@ -52,9 +52,9 @@ test("all of it is one file of less than 1 MB, packed", () => {
 
 test("how good: both detectors are counted, and the curve has its best", async (t) => {
   const page = await open(t, { address: "#mode=good&scene=night&panel.interval=0.5" });
-  await textOf(page, "#ber-kmeans", /\d/, 120_000);
-  await textOf(page, "#ber-best", /\d/, 120_000);
-  await textOf(page, "#curve-text", /[Bb]est of the curve/, 120_000);
+  await textOf(page, "#ber-kmeans", /\d/);
+  await textOf(page, "#ber-best", /\d/);
+  await textOf(page, "#curve-text", /[Bb]est of the curve/);
   assert.ok((await page.locator("#curve-table tbody tr").count()) > 5);
 });
 
@@ -91,14 +91,14 @@ test("send: a text goes, and arrives", async (t) => {
   await page.fill("#message", "Grüße von der Brücke");
   await page.selectOption("#send-pace", "0");
   await page.click("#send-start");
-  await textOf(page, "#send-arrived", /Grüße von der Brücke/, 120_000);
+  await textOf(page, "#send-arrived", /Grüße von der Brücke/);
 });
 
 test("send: where nothing arrives it says why", async (t) => {
   const page = await open(t, { address: "#mode=send&scene=night&pose.distance_m=150&camera.width_px=320&camera.height_px=240" });
   await page.selectOption("#send-pace", "0");
   await page.click("#send-start");
-  await textOf(page, "#send-advice", /bits were wrong|no panel was read/, 120_000);
+  await textOf(page, "#send-advice", /bits were wrong|no panel was read/);
 });
 
 test("receive: pictures are decoded as vocc decode does", async (t) => {
@@ -131,7 +131,7 @@ test("receive: the webcam films a panel, and the text appears", async (t) => {
   const flags = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream", `--use-file-for-fake-video-capture=${file}`];
   const page = await open(t, { address: "#mode=receive&fps=30&rate=27", flags });
   await page.click("#webcam");
-  await textOf(page, "#texts", new RegExp(TEXT), 120_000);
+  await textOf(page, "#texts", new RegExp(TEXT));
   assert.equal(await page.inputValue("#command"), "vocc receive recording.mp4 --fps 30 --symbol-rate 27");
   // Who goes elsewhere is not filmed any longer.
   await page.evaluate(() => {
