@@ -5,9 +5,10 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::Measurement;
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
+use super::point::Point;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;

@@ -4,11 +4,12 @@ use rx_pipeline::detect::Method;
 
 use super::Measurement;
 use super::counts;
-use super::diagram::{CostUnit, Diagram, Point};
+use super::diagram::{CostUnit, Diagram};
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
 use super::panels::{Panels, Reader};
 use super::pareto;
+use super::point::Point;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;

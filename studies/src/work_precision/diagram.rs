@@ -3,12 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::pareto::mark_front;
-use super::quartiles::Quartiles;
+use super::point::Point;
 use super::scale::Scale;
 use super::timing::{Candidate, time_by_turns};
-
-/// What stands for none where a share is shown on a logarithmic axis: half of one.
-const NONE: f64 = 0.5;
 
 /// A question and what was measured to answer it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,78 +77,4 @@ pub enum CostUnit {
     Instructions,
     /// Cycles of an emulated processor.
     Cycles,
-}
-
-/// One variant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// Its name.
-    pub variant: String,
-    /// The curve it is on, a variant with a knob that is turned; empty for one that stands alone.
-    pub curve: String,
-    /// Its error.
-    pub error: f64,
-    /// Its root mean square, where `error` is the greatest.
-    pub rms: Option<f64>,
-    /// The 95 % interval of an error that was sampled.
-    pub error_95: Option<[f64; 2]>,
-    /// Whether the error is a bound, and no value: it is at most `error`.
-    pub at_most: bool,
-    /// What it costs.
-    pub cost: Quartiles,
-    /// The same over the baseline's, turn by turn.
-    pub ratio: Quartiles,
-    /// Whether it is what costs are divided by.
-    pub is_baseline: bool,
-    /// Whether it is what the project does unless told otherwise.
-    pub is_default: bool,
-    /// Whether no other is at least as good in both error and cost, and better in one.
-    pub on_front: bool,
-    /// What else is worth knowing of it; may be empty.
-    pub note: String,
-}
-
-impl Point {
-    /// A variant that stands alone.
-    pub fn new(variant: impl Into<String>, error: f64) -> Self {
-        Self {
-            variant: variant.into(),
-            curve: String::new(),
-            error,
-            rms: None,
-            error_95: None,
-            at_most: false,
-            cost: Quartiles::default(),
-            ratio: Quartiles::default(),
-            is_baseline: false,
-            is_default: false,
-            on_front: false,
-            note: String::new(),
-        }
-    }
-
-    /// One whose error is a share of `count`, with its 95 % interval; where nothing was wrong, a bound.
-    pub(super) fn share(variant: impl Into<String>, wrong: f64, count: f64, interval_95: impl FnOnce() -> [f64; 2]) -> Self {
-        let at_most = wrong == 0.0;
-        Self {
-            error_95: (!at_most).then(interval_95),
-            at_most,
-            ..Self::new(variant, wrong.max(NONE) / count)
-        }
-    }
-
-    /// On a curve.
-    pub(super) fn on(self, curve: &str) -> Self {
-        let curve = curve.into();
-        Self { curve, ..self }
-    }
-
-    /// The default, which the others' costs are divided by, or one of the others.
-    pub(super) fn as_default(self, is_default: bool) -> Self {
-        Self {
-            is_default,
-            is_baseline: is_default,
-            ..self
-        }
-    }
 }

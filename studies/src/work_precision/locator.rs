@@ -9,9 +9,10 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 
 use super::Measurement;
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{percent, rounded, variant};
+use super::point::Point;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};

@@ -27,6 +27,7 @@ mod monte_carlo;
 mod numbers;
 mod panels;
 mod pareto;
+mod point;
 mod pose;
 mod quartiles;
 mod renderer;
@@ -37,8 +38,9 @@ mod transmitter;
 
 pub use counts::rows as counted_rows;
 pub use detectors::{PLACES, scene_at, scene_in_clear_air};
-pub use diagram::{CostUnit, Diagram, Part, Point};
+pub use diagram::{CostUnit, Diagram, Part};
 pub use error::PrecisionError;
+pub use point::Point;
 pub use quartiles::Quartiles;
 pub use scale::Scale;
 pub use steps::{Finished, Steps};

@@ -3,9 +3,10 @@
 use rand::Rng;
 
 use super::Measurement;
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{range, variant};
+use super::point::Point;
 use super::quartiles::Quartiles;
 use super::scale::Scale;
 use super::steps::Steps;

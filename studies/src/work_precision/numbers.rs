@@ -1,6 +1,7 @@
 //! Numbers of diagrams as the text beside them states them: worked out from the points, so that they cannot part.
 
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
+use super::point::Point;
 
 /// The variant of that name.
 pub fn variant<'a>(diagram: &'a Diagram, name: &str) -> Option<&'a Point> {

@@ -13,8 +13,8 @@ use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 
-use super::diagram::Point;
 use super::error::PrecisionError;
+use super::point::Point;
 use super::timing::Candidate;
 use crate::monte_carlo::{Evaluator, PANEL_PIXELS, Settings, measure as features};
 use crate::statistics::FrameErrors;

@@ -1,6 +1,6 @@
 //! The Pareto front of error and cost.
 
-use super::diagram::Point;
+use super::point::Point;
 
 /// Marks the points that no other beats: none is at least as good in both and better in one.
 ///

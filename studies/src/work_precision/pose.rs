@@ -16,9 +16,10 @@ use sim::road::camera_of;
 use sim::scene::Scene;
 
 use super::Measurement;
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
+use super::point::Point;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::Candidate;

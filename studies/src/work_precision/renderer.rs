@@ -7,9 +7,10 @@ use link::panel::PanelFrame;
 use rand::Rng;
 
 use super::Measurement;
-use super::diagram::{Diagram, Point};
+use super::diagram::Diagram;
 use super::error::PrecisionError;
 use super::numbers::{range, rounded, variant};
+use super::point::Point;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use sim::timing::{Work, by_turns, system_clock};
 
-use super::diagram::Point;
+use super::point::Point;
 use super::quartiles::Quartiles;
 
 /// A variant and the work that is timed.
