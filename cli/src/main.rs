@@ -42,7 +42,7 @@ use anyhow::Context;
 use clap::{Parser, Subcommand};
 
 use options::Shared;
-use output::Answer;
+use output::Verdict;
 
 /// Optical camera communication between vehicles: simulate, evaluate, send and receive.
 ///
@@ -106,17 +106,17 @@ fn main() -> ExitCode {
     }
 }
 
-fn print(told: &clap::Error) -> anyhow::Result<Answer> {
+fn print(told: &clap::Error) -> anyhow::Result<Verdict> {
     told.print()?;
     std::io::stdout().flush()?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// The exit status, and why it is no other.
-fn end(answer: anyhow::Result<Answer>) -> ExitCode {
+fn end(answer: anyhow::Result<Verdict>) -> ExitCode {
     match answer {
-        Ok(Answer::Yes) => ExitCode::SUCCESS,
-        Ok(Answer::No) => ExitCode::from(1),
+        Ok(Verdict::Yes) => ExitCode::SUCCESS,
+        Ok(Verdict::No) => ExitCode::from(1),
         // Whoever reads the output has had enough.
         Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
@@ -126,7 +126,7 @@ fn end(answer: anyhow::Result<Answer>) -> ExitCode {
     }
 }
 
-fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Answer> {
+fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
     stop::watch()?;
     // Made here, as who needs them first could not say that there is no room for them. 0: as many as there are processors.
     rayon::ThreadPoolBuilder::new()

@@ -13,7 +13,7 @@ use crate::numbers::two_decimals;
 
 /// How a command that did its work ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum Verdict {
     /// Exit status 0.
     Yes,
     /// Exit status 1.

@@ -18,7 +18,7 @@ use signal_hook::iterator::Signals;
 use signal_hook::low_level::emulate_default_handler;
 use studies::stop::Stop;
 
-use crate::output::{self, Answer};
+use crate::output::{self, Verdict};
 
 /// Whether the program was asked to end.
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -82,12 +82,12 @@ pub fn stop() -> Stop {
 }
 
 /// Tells where a command that was asked to end has kept what is finished, and that only `--resume` draws it.
-pub fn interrupted(kept: &Path) -> Answer {
+pub fn interrupted(kept: &Path) -> Verdict {
     output::tell(format_args!(
         "interrupted: {} keeps what is finished; go on with --resume, which draws it",
         kept.display()
     ));
-    Answer::No
+    Verdict::No
 }
 
 /// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.

@@ -13,8 +13,8 @@ use crate::decode;
 use crate::explore::{Explore, Sight};
 use crate::fault::Fault;
 use crate::receive::{self, Film, Format};
+use crate::scene_text::SceneText;
 use crate::send::Sending;
-use crate::told::Told;
 
 /// The most frames that are added at a time: a worker that counts hears nothing meanwhile.
 const FRAMES_MAX: u64 = 1_000_000;
@@ -27,7 +27,7 @@ pub(crate) const LARGE: usize = 1 << 24;
 enum Request {
     Presets,
     Open {
-        scene: Told,
+        scene: SceneText,
         #[serde(default)]
         level: Level,
         #[serde(default = "one")]
@@ -42,7 +42,7 @@ enum Request {
         frame: u64,
     },
     Count {
-        scene: Told,
+        scene: SceneText,
         #[serde(default)]
         level: Level,
         detector: DetectorChoice,
@@ -53,7 +53,7 @@ enum Request {
         frames: u64,
     },
     Curve {
-        scene: Told,
+        scene: SceneText,
         #[serde(default)]
         level: Level,
         measure: Measure,
@@ -66,7 +66,7 @@ enum Request {
         frames: u64,
     },
     Optimum {
-        scene: Told,
+        scene: SceneText,
         measure: Measure,
         detector: DetectorChoice,
         frames: u64,
@@ -74,7 +74,7 @@ enum Request {
         seed: u64,
     },
     Send {
-        scene: Told,
+        scene: SceneText,
         #[serde(default)]
         level: Level,
         message: String,

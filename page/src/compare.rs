@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use sim::accuracy::Level;
 use sim::cost;
 use sim::renderer::canvas::Region;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::timing::{Work, by_turns};
 use studies::baselines::{Panel, straightforward};
 
@@ -110,7 +110,7 @@ struct Frame<'a> {
     region: Region,
     seed: u64,
     number: u64,
-    shown: Vec<Shown>,
+    shown: Vec<PanelExposure>,
 }
 
 impl Frame<'_> {

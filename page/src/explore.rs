@@ -13,12 +13,12 @@ use serde_json::Value;
 use sim::accuracy::Level;
 use sim::plan::Plan;
 use sim::renderer::canvas::Region;
-use sim::renderer::{LinearImage, Renderer, Shown};
+use sim::renderer::{LinearImage, PanelExposure, Renderer};
 use sim::road::camera_of;
 use sim::scene::Scene;
 
 use crate::fault::Fault;
-use crate::told::Settings;
+use crate::scene_text::Settings;
 
 /// What is seen of a frame.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ pub struct Explore {
     /// Of the panel in the region; why there are none.
     corners: Result<Corners, String>,
     image: LinearImage,
-    shown: Vec<Shown>,
+    shown: Vec<PanelExposure>,
     /// The camera's grey levels in the region.
     pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,

@@ -23,7 +23,7 @@ unsafe extern "C" {
 const NUMBERS: usize = 64 + 64 + 3 + 1 + 3;
 
 /// The page and what JavaScript reads and writes of it.
-struct Desk {
+struct Buffers {
     page: Page,
     text: Vec<u8>,
     bytes: Vec<u8>,
@@ -33,7 +33,7 @@ struct Desk {
 }
 
 thread_local! {
-    static DESK: RefCell<Desk> = RefCell::new(Desk {
+    static DESK: RefCell<Buffers> = RefCell::new(Buffers {
         page: Page::default(),
         text: Vec::new(),
         bytes: Vec::new(),
@@ -43,7 +43,7 @@ thread_local! {
     });
 }
 
-fn at_desk<T>(work: impl FnOnce(&mut Desk) -> T) -> T {
+fn at_desk<T>(work: impl FnOnce(&mut Buffers) -> T) -> T {
     static HOOKED: Once = Once::new();
     HOOKED.call_once(|| {
         std::panic::set_hook(Box::new(|why| {

@@ -36,8 +36,8 @@ mod explore;
 mod exports;
 mod fault;
 mod receive;
+mod scene_text;
 mod send;
-mod told;
 
 use std::time::Duration;
 

@@ -13,7 +13,7 @@ use studies::statistics::FrameErrors;
 
 use crate::explore::Place;
 use crate::fault::Fault;
-use crate::told::Settings;
+use crate::scene_text::Settings;
 
 /// How often a message is shown before it is given up.
 const REPEATS: f64 = 2.0;

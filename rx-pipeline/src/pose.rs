@@ -125,7 +125,7 @@ impl From<Geometry> for PanelSize {
 
 /// A panel that was read in a frame, and what is known of it and of the camera.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct PanelObservation<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
     /// Where the panel is in it, to half a pitch.
@@ -330,7 +330,7 @@ impl Default for PoseMemory {
 /// use link::camera::Camera;
 /// use link::panel::PanelFrame;
 /// use rx_pipeline::{corners::Corners, frame::Frame};
-/// use rx_pipeline::pose::{Lens, PanelSize, PoseEstimator, Seen};
+/// use rx_pipeline::pose::{Lens, PanelSize, PoseEstimator, PanelObservation};
 /// // 96 × 96 pixels of a panel before grey, a spot of light where an LED is On.
 /// let bits = PanelFrame::from_bits(0x9a3c_5e71_0f96_c3a5);
 /// let corners = Corners::new([[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]])?;
@@ -347,7 +347,7 @@ impl Default for PoseMemory {
 /// let mut estimator = Box::new(PoseEstimator::<16384>::new());
 /// let frame = Frame::new(&pixels, 96, 96)?;
 /// let size = PanelSize::new(0.03, 1.0)?;
-/// let pose = estimator.pose(&Seen { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size })?;
+/// let pose = estimator.pose(&PanelObservation { frame: &frame, corners: &corners, bits, camera: &Camera::default(), lens: &lens, size })?;
 /// // Pitches of 60 mm are seen 4.5 px apart.
 /// let range_m = pose.numbers().range_m;
 /// assert!((range_m.value - 3636.0 * 0.06 / 4.5).abs() < 4.0 * range_m.sigma && range_m.sigma < 0.2);
@@ -390,7 +390,7 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
     ///
     /// # Errors
     /// [`PoseError`] says why a pose is not known.
-    pub fn pose(&mut self, seen: &Seen<'_>) -> Result<Pose, PoseError> {
+    pub fn pose(&mut self, seen: &PanelObservation<'_>) -> Result<Pose, PoseError> {
         let fit = self.image(seen)?;
         self.posterior.pose(&fit, seen.size.half_side_m())
     }
@@ -399,7 +399,7 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
     ///
     /// # Errors
     /// As there.
-    pub fn image(&mut self, seen: &Seen<'_>) -> Result<PlaneFit, PoseError> {
+    pub fn image(&mut self, seen: &PanelObservation<'_>) -> Result<PlaneFit, PoseError> {
         self.fit.fit(seen)
     }
 }

@@ -11,7 +11,7 @@ use rand::Rng;
 
 use crate::random::{Purpose, stream};
 use crate::renderer::canvas::Canvas;
-use crate::renderer::{Renderer, Shown};
+use crate::renderer::{PanelExposure, Renderer};
 use crate::timing::{Clock, Work, by_turns};
 
 /// What including one effect costs.
@@ -76,12 +76,12 @@ fn warm(renderer: &Renderer) -> Work<'_> {
 }
 
 /// What all panels show in a frame.
-fn shown(renderer: &Renderer, frame: u64) -> Vec<Shown> {
+fn shown(renderer: &Renderer, frame: u64) -> Vec<PanelExposure> {
     let mut random = stream(1, frame, Purpose::Bits);
     let shift_px = [frame as f64 / FRAMES as f64; 2];
     let panels = 0..renderer.view().panels.len();
     panels
-        .map(|index| Shown {
+        .map(|index| PanelExposure {
             symbols: std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64())),
             shift_px,
             ..renderer.steady(index, PanelFrame::default())

@@ -28,7 +28,7 @@ use crate::camera::curve::Curve;
 use crate::l2a::{self, L2aError};
 use crate::random::{Purpose, stream};
 use crate::renderer::canvas::Canvas;
-use crate::renderer::{Renderer, Shown};
+use crate::renderer::{PanelExposure, Renderer};
 use crate::scene::Scene;
 use crate::view::ViewError;
 
@@ -242,8 +242,8 @@ impl Road {
     }
 
     /// What all panels show around a moment: the first the transmitter's symbols, the others random ones.
-    fn shown(&mut self, moment: &Moment) -> Vec<Shown> {
-        let mut shown: Vec<Shown> = (0..self.scene.panels.len())
+    fn shown(&mut self, moment: &Moment) -> Vec<PanelExposure> {
+        let mut shown: Vec<PanelExposure> = (0..self.scene.panels.len())
             .map(|index| self.renderer.steady(index, PanelFrame::default()))
             .collect();
         for (index, shown) in shown.iter_mut().enumerate() {

@@ -13,7 +13,7 @@ use rx_pipeline::receiver::{FrameSearch, Reading, Receiver, ReceiverMemory, Rece
 use sim::accuracy::Level;
 use sim::camera::clock::WINDOW;
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::road::calibrated_camera_of;
 use sim::scene::Scene;
 use sim::view::View;
@@ -109,7 +109,7 @@ impl RandomFilm {
         let renderer = &self.renderer;
         let moment = renderer.moment(number);
         let first = moment.symbol as usize;
-        let shown = Shown {
+        let shown = PanelExposure {
             symbols: std::array::from_fn(|ahead| self.symbols[first + ahead]),
             ..renderer.steady(0, PanelFrame::default())
         };

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use sim::accuracy::Level;
 use sim::input;
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Scene, SceneError};
 use sim::view::{View, ViewError};
 
@@ -218,7 +218,7 @@ impl RandomScene {
         for frame in 0..count {
             let moment = renderer.moment(frame);
             let steady = renderer.steady(0, PanelFrame::default());
-            let shown = Shown {
+            let shown = PanelExposure {
                 symbols: std::array::from_fn(|ahead| PanelFrame::from_bits(symbols[moment.symbol as usize + ahead])),
                 ..steady
             };

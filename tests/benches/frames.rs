@@ -12,7 +12,7 @@ use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 use studies::baselines::supersampled;
 use studies::baselines::{Panel, straightforward};
@@ -73,7 +73,7 @@ fn render_only(bencher: Bencher, level: Level) {
     let moment = renderer.moment(0);
     let mut shown = renderer.steady(0, PanelFrame::from_bits(BITS));
     bencher.bench_local(|| {
-        shown = Shown {
+        shown = PanelExposure {
             shift_px: [(shown.shift_px[0] + 0.37) % 1.0, (shown.shift_px[1] + 0.73) % 1.0],
             ..shown
         };

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{L2a, Scene, SceneError};
 use sim::view::ViewError;
 
@@ -144,7 +144,7 @@ impl Eye {
                 Box::new(Renderer::new(&scene, Level::Fast).map_err(EyeError::View)?)
             }
         };
-        let shown = Shown {
+        let shown = PanelExposure {
             symbols,
             light: renderer.lit(0, pulses.luminance_cd_m2()),
             shift_px: [0.0; 2],

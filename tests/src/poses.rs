@@ -9,7 +9,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Lens, PanelSize, PlaneImage, Pose, PoseEstimator, PoseMemory, Seen};
+use rx_pipeline::pose::{Lens, PanelObservation, PanelSize, PlaneImage, Pose, PoseEstimator, PoseMemory};
 use sim::accuracy::Level;
 use sim::renderer::Renderer;
 use sim::renderer::canvas::Canvas;
@@ -170,7 +170,7 @@ impl Trials {
             .corner_leds_px(0)
             .map(|corner| corner.map(|c| (c + random.random_range(-0.2..0.2)) as f32));
         let size = PanelSize::new(0.03, 1.0).expect("a panel's size");
-        let seen = Seen {
+        let seen = PanelObservation {
             frame: &Frame::new(&pixels, side, side).expect("a frame"),
             corners: &Corners::new(corners)?,
             bits,

@@ -8,7 +8,7 @@ use sim::accuracy::Level;
 use sim::effects;
 use sim::plan::Plan;
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Encoding, Pose, Scene};
 use vocc_tests::cases;
 
@@ -70,11 +70,11 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
 fn draw(scene: &Scene, region: Region, frame: u64) -> Vec<f64> {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(frame);
-    let shown = (0..scene.panels.len()).map(|index| Shown {
+    let shown = (0..scene.panels.len()).map(|index| PanelExposure {
         symbols: std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64())),
         ..renderer.steady(index, PanelFrame::default())
     });
-    let shown: Vec<Shown> = shown.collect();
+    let shown: Vec<PanelExposure> = shown.collect();
     let mut canvas = Canvas::<f64>::new(region);
     renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
     canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear)).collect()

@@ -5,7 +5,7 @@ use properties::prelude::prop::sample::select;
 use properties::prelude::*;
 use sim::accuracy::Level;
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Encoding, Scene};
 use vocc_tests::cases;
 
@@ -57,8 +57,8 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
 }
 
 /// What the first panel shows, moved by a part of a pixel.
-fn shown(renderer: &Renderer, bits: u64, shift_px: [f64; 2]) -> Shown {
-    Shown {
+fn shown(renderer: &Renderer, bits: u64, shift_px: [f64; 2]) -> PanelExposure {
+    PanelExposure {
         shift_px,
         ..renderer.steady(0, PanelFrame::from_bits(bits))
     }

@@ -7,7 +7,7 @@ use sim::camera::exposure::LedLight;
 use sim::camera::grey;
 use sim::disc::kernel::Exact;
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 use vocc_tests::{ReferenceFrame, reference_frames};
 
@@ -29,12 +29,12 @@ fn renderer(frame: &ReferenceFrame, level: Level) -> Renderer {
 }
 
 /// What the panel shows, its first LED moved to where the frame has it.
-fn shown(renderer: &Renderer, frame: &ReferenceFrame) -> Shown {
+fn shown(renderer: &Renderer, frame: &ReferenceFrame) -> PanelExposure {
     let origin = frame.truth.image_origin_in_sensor_px;
     let corner = frame.truth.led_corner_centres_px[0];
     let projection = &renderer.view().panels[0].projection;
     let here = projection.pixel(projection.led_m(0.0, 0.0));
-    Shown {
+    PanelExposure {
         light: LedLight {
             off: frame.truth.lin_off,
             on: frame.truth.lin_on,

@@ -116,7 +116,7 @@ fn a_table_out_of_order_is_refused_and_changes_nothing() {
 
     bench.expect(&Request::BeginTable { length, crc }, &Answer::Staged { received: 0 });
     bench.expect(&first, &Answer::Staged { received: 100 });
-    for (offset, bytes) in [(101, &image[101..200]), (u16::MAX, &image[..100]), (100, &image[..])] {
+    for (offset, bytes) in [(101, &image[101..200]), (u16::MAX, &image[..100]), (100, image)] {
         bench.expect(&Request::WriteTable { offset, bytes }, &refused(Refusal::Offset { expected: 100 }));
     }
     bench.expect(

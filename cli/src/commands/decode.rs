@@ -15,7 +15,7 @@ use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::pose::{self, PanelArguments};
 
 /// Arguments of `vocc decode`.
@@ -57,7 +57,7 @@ struct PanelReading {
 }
 
 /// Decodes each image; a bad one does not keep the others from being decoded.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let hints = arguments.camera.hints(arguments.pixels)?;
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut decoder = Decoder {
@@ -66,13 +66,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         meter: PoseMeter::new(arguments.panel.size()?),
     };
     let with_pose = arguments.panel.is_told() || hints.calibration.is_told();
-    let mut answer = Answer::Yes;
+    let mut answer = Verdict::Yes;
     let mut bad = 0;
     for path in &arguments.images {
         match decoder.decode(&mut pictures, path, arguments.corners) {
             Ok(read) => {
                 if read.is_err() {
-                    answer = Answer::No;
+                    answer = Verdict::No;
                 }
                 report(path, read, with_pose, shared)?;
             }

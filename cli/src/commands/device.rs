@@ -12,7 +12,7 @@ use tx_firmware::dimming::Duty;
 
 use crate::device::port;
 use crate::options::{Connection, Message, Port, Shared, seconds};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
 mod calibrate;
@@ -101,7 +101,7 @@ enum Action {
 }
 
 /// Lists, asks or sends.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::List => list(shared),
         Action::Status { port } => {
@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
             let mut client = client.transmitter().with_context(|| port.name())?;
             report(&status(&mut client, port)?, &mut client, port, shared)?;
-            Ok(Answer::Yes)
+            Ok(Verdict::Yes)
         }
         Action::Watch(arguments) => watch(arguments, shared),
         Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
@@ -141,7 +141,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     }
 }
 
-fn list(shared: &Shared) -> anyhow::Result<Answer> {
+fn list(shared: &Shared) -> anyhow::Result<Verdict> {
     let ports = port::list().context("cannot list the serial ports")?;
     for listed in &ports {
         if shared.json {
@@ -153,12 +153,12 @@ fn list(shared: &Shared) -> anyhow::Result<Answer> {
     }
     if ports.is_empty() {
         output::tell("no serial ports: plug a transmitter in");
-        return Ok(Answer::No);
+        return Ok(Verdict::No);
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
-fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
+fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     const NAP: Duration = Duration::from_millis(50);
     let Watch { port, count, readings, .. } = arguments;
     let (stop, interval) = (stop(), arguments.interval());
@@ -186,10 +186,10 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
             std::thread::sleep(NAP.min(interval.saturating_sub(asked.elapsed())));
         }
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
-fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<Answer> {
+fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<Verdict> {
     let mut client = port.greet_transmitter()?;
     client
         .ask(request, |answer| (answer == serial::Answer::Done).then_some(()))
@@ -199,7 +199,7 @@ fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<A
     } else {
         line(&format!("{}: done", port.name()))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 fn status(client: &mut Connection, port: &Port) -> anyhow::Result<Status> {

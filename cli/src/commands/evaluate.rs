@@ -11,7 +11,7 @@ use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::camera::CameraArguments;
 use crate::options::Shared;
-use crate::output::{self, Answer};
+use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::progress::Progress;
 use crate::results;
@@ -63,7 +63,7 @@ pub fn single_precision(text: &str) -> Result<Level, String> {
 }
 
 /// Evaluates and prints.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let settings = Settings {
         frames: arguments.frames,
         seed: shared.seed,
@@ -112,5 +112,5 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     if done.is_ok() || results.chunks_of(0) > 0 {
         output::is_read(output::evaluation(&results, Some(seconds), shared.json))?;
     }
-    Ok(if done? { Answer::Yes } else { Answer::No })
+    Ok(if done? { Verdict::Yes } else { Verdict::No })
 }

@@ -17,7 +17,7 @@ use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
 use crate::options::{Message, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
 use crate::progress::Progress;
@@ -83,14 +83,14 @@ struct FrameCounts {
 }
 
 /// The run without arguments: a short link on the paper's scene.
-pub fn demonstrate(shared: &Shared) -> anyhow::Result<Answer> {
+pub fn demonstrate(shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene("paper")?;
     let settings = settings(&scene, MESSAGE.into(), DetectorChoice::Best, Level::Fine, shared)?;
     send(&scene, &settings, None, None, shared)
 }
 
 /// Sends, films, receives and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
     let scene = shared.scene(&arguments.scene)?;
     let settings = LinkSettings {
@@ -112,7 +112,7 @@ fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Le
     })
 }
 
-fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
+fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     let mut road = Road::new(scene, settings)?;
     let frames = match frames {
         Some(frames) => frames,
@@ -185,9 +185,9 @@ fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Optio
         return Err(error);
     }
     Ok(if received.is_some_and(|received| received.message == settings.message) {
-        Answer::Yes
+        Verdict::Yes
     } else {
-        Answer::No
+        Verdict::No
     })
 }
 

@@ -9,7 +9,7 @@ use studies::table::TableFile;
 use super::optimize;
 use super::sweep::{self, folder};
 use crate::options::Shared;
-use crate::output::{self, Answer, tell};
+use crate::output::{self, Verdict, tell};
 use crate::{files, report, results};
 
 /// Arguments of `vocc merge`.
@@ -25,7 +25,7 @@ pub struct Arguments {
 }
 
 /// Merges and prints; what is missing, doubled or of another run is refused.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let is_table = |path: &PathBuf| path.extension().is_some_and(|kind| kind == "toml");
     if arguments.files.iter().all(is_table) {
         return merge_tables(&arguments.files, arguments.out.as_deref());
@@ -63,11 +63,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     } else {
         report::sweep::print(&results, shared.json)?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Puts the parts of a table together; what is missing is told.
-fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Answer> {
+fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict> {
     let out = out.context("name the table that they make with --out")?;
     results::check(out, "toml", &[], parts.iter().cloned())?;
     let mut whole: Option<TableFile> = None;
@@ -90,7 +90,7 @@ fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Answer>
         tell(format_args!(
             "vocc: the entry at {illuminance_lx} lx and interval {interval} is missing"
         ));
-        answer = Answer::No;
+        answer = Verdict::No;
     }
     Ok(answer)
 }

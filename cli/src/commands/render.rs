@@ -6,12 +6,12 @@ use anyhow::{Context, ensure};
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::renderer::canvas::Region;
-use sim::renderer::{LinearImage, Renderer, Shown};
+use sim::renderer::{LinearImage, PanelExposure, Renderer};
 
 use link::panel::PanelFrame;
 
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
 
@@ -73,7 +73,7 @@ fn hexadecimal(text: &str) -> Result<u64, String> {
 }
 
 /// Renders, writes and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     outputs::check(
         [&arguments.out].into_iter().chain(&arguments.linear).cloned(),
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     report(arguments, shared, &renderer, region, shown.first().context("a scene has a panel")?)
 }
 
-fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &Shown) -> anyhow::Result<Answer> {
+fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &PanelExposure) -> anyhow::Result<Verdict> {
     let corners_px = renderer.corner_leds_in(region);
     let [top_left, top_right, ..] = corners_px;
     let report = Report {
@@ -130,7 +130,7 @@ fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: R
     };
     if shared.json {
         output::json(&report)?;
-        return Ok(Answer::Yes);
+        return Ok(Verdict::Yes);
     }
     output::plan(&report.plan)?;
     line(&format!("bits     {}", report.bits))?;
@@ -161,5 +161,5 @@ fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: R
         region.x,
         region.y
     ))?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }

@@ -2,7 +2,7 @@
 
 use sim::scene::{PRESETS, preset_toml};
 
-use crate::output::{Answer, line};
+use crate::output::{Verdict, line};
 
 /// Arguments of `vocc scene`.
 #[derive(clap::Args)]
@@ -12,7 +12,7 @@ pub struct Arguments {
 }
 
 /// Prints the preset, or the list of presets.
-pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments) -> anyhow::Result<Verdict> {
     match &arguments.name {
         Some(name) => {
             let known = || PRESETS.map(|preset| preset.name).join(", ");
@@ -25,5 +25,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Answer> {
             }
         }
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }

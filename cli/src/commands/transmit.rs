@@ -15,7 +15,7 @@ use link::raw;
 
 use crate::files;
 use crate::options::{Message, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::outputs;
 
 /// Arguments of `vocc transmit`.
@@ -57,7 +57,7 @@ impl Arguments {
 }
 
 /// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
     if arguments.flickering.flicker {
         let file = arguments.message.file();
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
                 line(&panel.to_string())?;
             }
         }
-        return Ok(Answer::Yes);
+        return Ok(Verdict::Yes);
     };
     files::write_with(path, |file| {
         for panel in panels {
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
         Ok(())
     })?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// The panels one after another: as many as are asked for, or the message once.

@@ -3,7 +3,7 @@
 use link::camera::Camera;
 use link::geometry::Geometry;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Closing, Known, Lens, PanelSize, PanelSizeError, Pose, PoseEstimator, Seen};
+use rx_pipeline::pose::{Closing, Known, Lens, PanelObservation, PanelSize, PanelSizeError, Pose, PoseEstimator};
 use rx_pipeline::receiver::{Loss, Reading};
 
 /// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
@@ -74,7 +74,7 @@ impl PoseMeter {
 
     fn fit(&mut self, input: &PoseInput, lens: &Lens, size: PanelSize) -> PoseResult {
         let estimator = self.estimator.get_or_insert_with(|| Box::new(PoseEstimator::new()));
-        let pose = estimator.pose(&Seen {
+        let pose = estimator.pose(&PanelObservation {
             frame: input.frame,
             corners: &input.reading.corners,
             bits: input.reading.detection.bits,

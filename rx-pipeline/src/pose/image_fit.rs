@@ -22,7 +22,7 @@ use super::equations::{AROUND, Equations, Model, SHARED_COUNT, Step};
 use super::leds::Leds;
 use super::pixels::Pixels;
 use super::plane::{PLANE, PlaneImage, Vector8};
-use super::{PoseError, Seen};
+use super::{PanelObservation, PoseError};
 use crate::corners::Corners;
 
 /// Rounds in which only light is fitted.
@@ -96,7 +96,7 @@ impl<const N: usize> ImageFit<N> {
     }
 
     /// Fits the image of a panel that was read.
-    pub fn fit(&mut self, seen: &Seen<'_>) -> Result<PlaneFit, PoseError> {
+    pub fn fit(&mut self, seen: &PanelObservation<'_>) -> Result<PlaneFit, PoseError> {
         self.pixels.take(seen.frame, seen.corners, seen.camera)?;
         let side = self.pixels.side;
         let start = PlaneImage::through(seen.corners, seen.lens).ok_or(PoseError::NoRay)?;
@@ -111,7 +111,7 @@ impl<const N: usize> ImageFit<N> {
     }
 
     /// Fits it from a start (Gauss and Newton).
-    fn settle(&mut self, seen: &Seen<'_>, start: &PlaneImage, look: Appearance) -> Result<PlaneFit, PoseError> {
+    fn settle(&mut self, seen: &PanelObservation<'_>, start: &PlaneImage, look: Appearance) -> Result<PlaneFit, PoseError> {
         let mut now = Estimate {
             plane: *start,
             look,

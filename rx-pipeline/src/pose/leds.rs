@@ -6,7 +6,7 @@ use super::disc::{Ellipse, Light, Patch};
 use super::gauss::Gauss;
 use super::pixels::Pixels;
 use super::plane::{PLANE, PlaneImage};
-use super::{PoseError, Seen};
+use super::{PanelObservation, PoseError};
 
 /// Images of LEDs are known to this share of their light, where the noise is less: discs are drawn to 0.002 (see the test in
 /// `disc`), no lamp is an even disc, and neither averages out over LEDs as noise does.
@@ -39,7 +39,13 @@ impl Leds {
     };
 
     /// Draws them where the plane shows them, under a blur of `sigma` px.
-    pub fn draw<const N: usize>(&mut self, plane: &PlaneImage, sigma: f64, pixels: &Pixels<N>, panel: &Seen<'_>) -> Result<(), PoseError> {
+    pub fn draw<const N: usize>(
+        &mut self,
+        plane: &PlaneImage,
+        sigma: f64,
+        pixels: &Pixels<N>,
+        panel: &PanelObservation<'_>,
+    ) -> Result<(), PoseError> {
         self.gauss.prepare();
         self.uneven = 0.0;
         // In half sides of the panel.

@@ -7,7 +7,7 @@ use crate::hm01b0::Mode;
 ///
 /// A view along the line of sight shows the panel's plane shortened in one direction at most: the greatest stretch of a step from LED to
 /// LED, at right angles to that line, is what the distance leaves of it, however the panel is turned. So it is exact for a lens without
-/// distortion; what corners are off, it is off by. The lens is the module's own, see [`Mode::focal_length_px`].
+/// distortion; what corners are off, it is off by. The lens is the module's own, see `Mode::focal_length_px`.
 pub fn range_pitches(corners: &Corners, mode: Mode) -> f32 {
     let focal_length_px = mode.focal_length_px();
     let [centre, along_row, along_column, _] = corners.homography().about_middle();

@@ -2,7 +2,7 @@
 //!
 //! - [`overlap`]: a sharp disc's share of each pixel, in closed form. [`outline`]: discs and boards under any blur, pixel by pixel.
 //! - [`kernel`]: the blur's integral over a pixel. [`chords`]: a blurred disc as a few lines, which a blur makes enough.
-//! - [`spread`]: blurs of other shapes.
+//! - `spread`: blurs of other shapes.
 //! - [`gauss`]: nodes of quadratures. `phase_table`: functions tabulated at sub-pixel phases.
 
 pub mod chords;

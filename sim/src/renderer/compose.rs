@@ -3,7 +3,7 @@
 use glam::DVec2;
 use link::panel::LEDS;
 
-use super::{Renderer, Shown};
+use super::{PanelExposure, Renderer};
 use crate::accuracy::Level;
 use crate::camera::clock::Moment;
 use crate::disc::kernel::{Kernel, Real};
@@ -48,7 +48,7 @@ impl Renderer {
         &self,
         kernel: &K,
         moment: &Moment,
-        shown: &[Shown],
+        shown: &[PanelExposure],
         canvas: &mut Canvas<K::Real>,
         paint: impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
     ) {
@@ -76,7 +76,7 @@ impl Renderer {
         &self,
         kernel: &K,
         moment: &Moment,
-        shown: &[Shown],
+        shown: &[PanelExposure],
         colour: Option<usize>,
         canvas: &mut Canvas<K::Real>,
         paint: &impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
@@ -169,7 +169,7 @@ impl Renderer {
     }
 
     /// The linear value of each LED of a panel through the air, as pixels of a colour see it.
-    fn led_light(&self, index: usize, moment: &Moment, shown: &Shown, colour: Option<usize>) -> [f64; LEDS] {
+    fn led_light(&self, index: usize, moment: &Moment, shown: &PanelExposure, colour: Option<usize>) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
         let mut own: [f64; LEDS] = if self.formation.mix_symbols {
             std::array::from_fn(|led| {

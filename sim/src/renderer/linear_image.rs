@@ -1,7 +1,7 @@
 //! A linear image in the precision of its renderer's level.
 
 use super::canvas::{Canvas, Region};
-use super::{Renderer, Shown};
+use super::{PanelExposure, Renderer};
 use crate::accuracy::Level;
 
 /// The linear values of a region.
@@ -33,7 +33,7 @@ impl Renderer {
     }
 
     /// Draws frame `frame` as [`draw`](Self::draw) or [`draw_exact`](Self::draw_exact) does.
-    pub fn draw_frame(&self, frame: u64, shown: &[Shown], image: &mut LinearImage) {
+    pub fn draw_frame(&self, frame: u64, shown: &[PanelExposure], image: &mut LinearImage) {
         let moment = self.moment(frame);
         match image {
             LinearImage::Single(canvas) => self.draw(&moment, shown, canvas),

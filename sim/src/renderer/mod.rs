@@ -41,7 +41,7 @@ pub use linear_image::LinearImage;
 
 /// What one panel shows during one exposure.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown {
+pub struct PanelExposure {
     /// The symbol at the exposure's start and those after it.
     pub symbols: [PanelFrame; WINDOW],
     /// Its LEDs' light, without the air between.
@@ -242,8 +242,8 @@ impl Renderer {
     }
 
     /// What panel `index` shows where its symbol does not change: the scene's own light, in its pose.
-    pub fn steady(&self, index: usize, bits: PanelFrame) -> Shown {
-        Shown {
+    pub fn steady(&self, index: usize, bits: PanelFrame) -> PanelExposure {
+        PanelExposure {
             symbols: [bits; WINDOW],
             light: self.view.panels[index].light,
             shift_px: [0.0; 2],
@@ -279,12 +279,12 @@ impl Renderer {
     /// assert!(brightest > 3.0 && brightest < 8.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn draw(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
+    pub fn draw(&self, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f32>) {
         dispatch!(fearless_simd::Level::new(), _simd => self.draw_f32(moment, shown, canvas));
     }
 
     #[inline(always)]
-    fn draw_f32(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>) {
+    fn draw_f32(&self, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f32>) {
         self.expose(
             &self.table,
             moment,
@@ -301,7 +301,7 @@ impl Renderer {
 
     /// Draws the linear image in double precision, by the error function. The renderer must have been made for
     /// [`Level::Reference`] to be as exact as that.
-    pub fn draw_exact(&self, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f64>) {
+    pub fn draw_exact(&self, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f64>) {
         self.expose(&self.exact, moment, shown, canvas, |layout, shift, light, canvas| {
             self.paint(&self.exact, layout, shift, light, canvas);
         });

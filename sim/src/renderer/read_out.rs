@@ -5,8 +5,8 @@ use std::sync::Arc;
 use fearless_simd::dispatch;
 use rand::Rng;
 
+use super::PanelExposure;
 use super::Renderer;
-use super::Shown;
 use super::backdrop::Backdrop;
 use super::canvas::{Canvas, Region};
 use crate::camera::clock::Moment;
@@ -44,7 +44,7 @@ impl Renderer {
 
     /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
     /// [`Renderer::lit_region`], for the part that is drawn.
-    pub fn frame(&self, seed: u64, moment: &Moment, shown: &[Shown], canvas: &mut Canvas<f32>, grey: &mut [u8]) {
+    pub fn frame(&self, seed: u64, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f32>, grey: &mut [u8]) {
         self.draw(moment, shown, canvas);
         let Region { x, y, width, height } = canvas.region();
         let sensor = self.sensor();

@@ -3,20 +3,20 @@
 use link::panel::{LEDS, PanelFrame};
 use rand::Rng;
 
-use super::{Renderer, Shown};
+use super::{PanelExposure, Renderer};
 use crate::camera::clock::Moment;
 use crate::random::{Purpose, stream};
 
 impl Renderer {
     /// What all panels show in frame `frame` of a seed: random bits, but for the first panel's where they are given.
-    pub fn shown(&self, seed: u64, frame: u64, bits: Option<PanelFrame>) -> Vec<Shown> {
+    pub fn shown(&self, seed: u64, frame: u64, bits: Option<PanelFrame>) -> Vec<PanelExposure> {
         let mut shown = Vec::new();
         self.show(seed, frame, bits, &mut shown);
         shown
     }
 
     /// The same into what was made for the frame before.
-    pub fn show(&self, seed: u64, frame: u64, bits: Option<PanelFrame>, shown: &mut Vec<Shown>) {
+    pub fn show(&self, seed: u64, frame: u64, bits: Option<PanelFrame>, shown: &mut Vec<PanelExposure>) {
         let mut random = stream(seed, frame, Purpose::Bits);
         let of_panel = |panel| {
             let drawn = PanelFrame::from_bits(random.next_u64());
@@ -28,7 +28,7 @@ impl Renderer {
     }
 
     /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
-    pub fn truth(&self, index: usize, moment: &Moment, shown: &Shown) -> PanelFrame {
+    pub fn truth(&self, index: usize, moment: &Moment, shown: &PanelExposure) -> PanelFrame {
         if self.formation.row_delay_s == 0.0 {
             return shown.symbols[moment.middle_symbol(0.0)];
         }

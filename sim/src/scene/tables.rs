@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use link::camera::{Camera as Told, Encoding as Standard};
+use link::camera::{Camera as LinkCamera, Encoding as Standard};
 use link::panel::{LEDS, SIDE};
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +59,7 @@ table! {
         /// The grey level of no light.
         black_grey: f64 = 0.0, in 0.0..=64.0, unit "grey levels";
         /// Standard deviation of the lens blur: the geometric mean of that along x and that along y.
-        blur_sigma_px: f64 = Told::USUAL_BLUR_SIGMA_PX, in 0.0..=20.0, unit "px";
+        blur_sigma_px: f64 = LinkCamera::USUAL_BLUR_SIGMA_PX, in 0.0..=20.0, unit "px";
         /// The shape of the blur.
         psf: Psf = Psf::Gauss, # "disc: of a radius of 2 blur_sigma_px";
         /// The blur along x over that along y.
@@ -71,7 +71,7 @@ table! {
         /// Electrons of a pixel at grey 255 and ISO 100.
         full_well_e: f64 = 20_000.0, in 100.0..=1e7, unit "electrons", # "electrons at grey 255, ISO 100";
         /// Read noise.
-        read_noise_e: f64 = Told::USUAL_READ_NOISE_E, in 0.0..=1000.0, unit "electrons";
+        read_noise_e: f64 = LinkCamera::USUAL_READ_NOISE_E, in 0.0..=1000.0, unit "electrons";
         /// Time from the first row's exposure to the last's; 0 is a global shutter. At most one frame period.
         readout_s: f64 = 0.0, in 0.0..=1.0 / camera.frame_rate_hz, unit "s", # "0: global shutter";
         /// Radial distortion: a point at radius ρ (in units of the focal length) is imaged at ρ·(1 + k₁·ρ²).

@@ -3,7 +3,7 @@
 use rand::Rng;
 use sim::random::{Purpose, stream, uniform};
 
-use super::reading::{Blur, Disc, Order, Reading};
+use super::reading::{Blur, Disc, Interpretation, Order};
 
 const SEED: u64 = 1;
 const DIAMETER_M: f64 = 0.03;
@@ -30,7 +30,7 @@ pub struct Scene {
 
 impl Scene {
     /// Bits, phase and reflectance of frame `frame`.
-    pub fn random(reading: &Reading, interval: f64, distance_m: f64, frame: u64) -> Self {
+    pub fn random(reading: &Interpretation, interval: f64, distance_m: f64, frame: u64) -> Self {
         let mut random = stream(SEED, frame, Purpose::Phase);
         let px = reading.focal_mm * 1e-3 / PIXEL_M / distance_m;
         let pitch_px = (1.0 + interval) * DIAMETER_M * px;
@@ -51,7 +51,7 @@ impl Scene {
     }
 
     /// The coverage of the pixels by all LEDs and by the On ones, blurred if the blur comes first.
-    pub fn light(&self, reading: &Reading) -> Light<'_> {
+    pub fn light(&self, reading: &Interpretation) -> Light<'_> {
         let (mut all, mut on) = (vec![0.0; self.side * self.side], vec![0.0; self.side * self.side]);
         for led in 0..64 {
             self.add_disc(reading.disc, led, &mut all);
@@ -133,7 +133,7 @@ pub struct Light<'a> {
 
 impl Light<'_> {
     /// The 8-bit frame at the ratio `r`.
-    pub fn grey(&self, reading: &Reading, r: f64) -> Vec<f64> {
+    pub fn grey(&self, reading: &Interpretation, r: f64) -> Vec<f64> {
         let Scene { off, .. } = self.scene;
         let own = off * reading.contrast * r;
         let behind = reading.background;

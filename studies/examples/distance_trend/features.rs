@@ -1,10 +1,10 @@
 //! AGR and GRI of each cell by their definitions.
 
 use super::drawing::Scene;
-use super::reading::{Cells, Reading};
+use super::reading::{Cells, Interpretation};
 
 /// (AGR, GRI) of the 64 cells.
-pub fn measure(reading: &Reading, scene: &Scene, grey: &[f64]) -> [[f64; 2]; 64] {
+pub fn measure(reading: &Interpretation, scene: &Scene, grey: &[f64]) -> [[f64; 2]; 64] {
     let (start, width) = cells(reading.cells, scene);
     let cell_of = |x: usize, y: usize| {
         let place = [x as f64 - start[0], y as f64 - start[1]].map(|place| (place / width).floor());

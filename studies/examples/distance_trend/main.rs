@@ -11,7 +11,7 @@ mod reading;
 mod statistic;
 
 use rayon::prelude::*;
-use reading::{READINGS, Reading};
+use reading::{Interpretation, READINGS};
 use statistic::{Clouds, STATISTICS};
 
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -50,7 +50,7 @@ fn main() {
 }
 
 /// The features at every interval, distance and ratio.
-fn clouds(reading: &Reading, frames: u64) -> Vec<Vec<Vec<Clouds>>> {
+fn clouds(reading: &Interpretation, frames: u64) -> Vec<Vec<Vec<Clouds>>> {
     let at = |interval: f64| {
         let along = DISTANCES_M.par_iter();
         along.map(|&d| clouds_at(reading, interval, d, frames)).collect()
@@ -59,7 +59,7 @@ fn clouds(reading: &Reading, frames: u64) -> Vec<Vec<Vec<Clouds>>> {
 }
 
 /// The features at one interval and distance, for each ratio: the same frames for all.
-fn clouds_at(reading: &Reading, interval: f64, distance_m: f64, frames: u64) -> Vec<Clouds> {
+fn clouds_at(reading: &Interpretation, interval: f64, distance_m: f64, frames: u64) -> Vec<Clouds> {
     let mut clouds = vec![Clouds::default(); RATIOS];
     for frame in 0..frames {
         let scene = drawing::Scene::random(reading, interval, distance_m, frame);

@@ -48,7 +48,7 @@ pub enum Cells {
 
 /// One reading.
 #[derive(Clone, Copy)]
-pub struct Reading {
+pub struct Interpretation {
     pub name: &'static str,
     pub disc: Disc,
     pub order: Order,
@@ -66,7 +66,7 @@ pub struct Reading {
     pub random_phase: bool,
 }
 
-const PLAIN: Reading = Reading {
+const PLAIN: Interpretation = Interpretation {
     name: "plain",
     disc: Disc::Area,
     order: Order::BlurGammaClip,
@@ -80,7 +80,7 @@ const PLAIN: Reading = Reading {
     random_phase: true,
 };
 
-impl Reading {
+impl Interpretation {
     /// Whether nothing is read otherwise than by the simulator.
     pub fn is_plain(&self) -> bool {
         self.name == PLAIN.name
@@ -89,35 +89,35 @@ impl Reading {
 
 /// All readings; the first is the simulator's.
 #[rustfmt::skip]
-pub const READINGS: [Reading; 30] = [
+pub const READINGS: [Interpretation; 30] = [
     PLAIN,
-    Reading { name: "discs by pixel centres", disc: Disc::Point, ..PLAIN },
-    Reading { name: "LED centres rounded to pixels", disc: Disc::Rounded, ..PLAIN },
-    Reading { name: "phase fixed", random_phase: false, ..PLAIN },
-    Reading { name: "blur 0.5 px", blur: Blur::Pixels(0.5), ..PLAIN },
-    Reading { name: "blur 1 px", blur: Blur::Pixels(1.0), ..PLAIN },
-    Reading { name: "blur 2 px", blur: Blur::Pixels(2.0), ..PLAIN },
-    Reading { name: "blur 3 px", blur: Blur::Pixels(3.0), ..PLAIN },
-    Reading { name: "blur cut to 3 x 3", blur: Blur::Cut(1.5, 1), ..PLAIN },
-    Reading { name: "blur cut to 5 x 5", blur: Blur::Cut(1.5, 2), ..PLAIN },
-    Reading { name: "blur cut to 7 x 7", blur: Blur::Cut(1.5, 3), ..PLAIN },
-    Reading { name: "blur grows with the image", blur: Blur::WithImage(1.5), ..PLAIN },
-    Reading { name: "light clipped before blur", order: Order::ClipBlurGamma, ..PLAIN },
-    Reading { name: "gamma before blur", order: Order::GammaBlurClip, ..PLAIN },
-    Reading { name: "gamma and clip before blur", order: Order::GammaClipBlur, ..PLAIN },
-    Reading { name: "no gamma", gamma: 1.0, ..PLAIN },
-    Reading { name: "cells of the discs' square", cells: Cells::Discs, ..PLAIN },
-    Reading { name: "cells with a border", cells: Cells::Border, ..PLAIN },
-    Reading { name: "gradient within the cell", gradient_within_cell: true, ..PLAIN },
-    Reading { name: "black behind the LEDs", background: 0.1, ..PLAIN },
-    Reading { name: "contrast 1 + r", contrast: 1.0, ..PLAIN },
-    Reading { name: "18 mm", focal_mm: 18.0, ..PLAIN },
-    Reading { name: "contrast 1 + r, 18 mm", contrast: 1.0, focal_mm: 18.0, ..PLAIN },
-    Reading { name: "contrast 1 + r, 3 x 3", contrast: 1.0, blur: Blur::Cut(1.5, 1), ..PLAIN },
-    Reading { name: "contrast 1 + r, blur 0.5 px", contrast: 1.0, blur: Blur::Pixels(0.5), ..PLAIN },
-    Reading { name: "contrast 1 + r, gamma, clip, blur", contrast: 1.0, order: Order::GammaClipBlur, ..PLAIN },
-    Reading { name: "3 x 3, gamma and clip first", blur: Blur::Cut(1.5, 1), order: Order::GammaClipBlur, ..PLAIN },
-    Reading { name: "3 x 3, border", blur: Blur::Cut(1.5, 1), cells: Cells::Border, ..PLAIN },
-    Reading { name: "blur 2 px, border", blur: Blur::Pixels(2.0), cells: Cells::Border, ..PLAIN },
-    Reading { name: "points, phase fixed, 7 x 7", disc: Disc::Point, random_phase: false, blur: Blur::Cut(1.5, 3), ..PLAIN },
+    Interpretation { name: "discs by pixel centres", disc: Disc::Point, ..PLAIN },
+    Interpretation { name: "LED centres rounded to pixels", disc: Disc::Rounded, ..PLAIN },
+    Interpretation { name: "phase fixed", random_phase: false, ..PLAIN },
+    Interpretation { name: "blur 0.5 px", blur: Blur::Pixels(0.5), ..PLAIN },
+    Interpretation { name: "blur 1 px", blur: Blur::Pixels(1.0), ..PLAIN },
+    Interpretation { name: "blur 2 px", blur: Blur::Pixels(2.0), ..PLAIN },
+    Interpretation { name: "blur 3 px", blur: Blur::Pixels(3.0), ..PLAIN },
+    Interpretation { name: "blur cut to 3 x 3", blur: Blur::Cut(1.5, 1), ..PLAIN },
+    Interpretation { name: "blur cut to 5 x 5", blur: Blur::Cut(1.5, 2), ..PLAIN },
+    Interpretation { name: "blur cut to 7 x 7", blur: Blur::Cut(1.5, 3), ..PLAIN },
+    Interpretation { name: "blur grows with the image", blur: Blur::WithImage(1.5), ..PLAIN },
+    Interpretation { name: "light clipped before blur", order: Order::ClipBlurGamma, ..PLAIN },
+    Interpretation { name: "gamma before blur", order: Order::GammaBlurClip, ..PLAIN },
+    Interpretation { name: "gamma and clip before blur", order: Order::GammaClipBlur, ..PLAIN },
+    Interpretation { name: "no gamma", gamma: 1.0, ..PLAIN },
+    Interpretation { name: "cells of the discs' square", cells: Cells::Discs, ..PLAIN },
+    Interpretation { name: "cells with a border", cells: Cells::Border, ..PLAIN },
+    Interpretation { name: "gradient within the cell", gradient_within_cell: true, ..PLAIN },
+    Interpretation { name: "black behind the LEDs", background: 0.1, ..PLAIN },
+    Interpretation { name: "contrast 1 + r", contrast: 1.0, ..PLAIN },
+    Interpretation { name: "18 mm", focal_mm: 18.0, ..PLAIN },
+    Interpretation { name: "contrast 1 + r, 18 mm", contrast: 1.0, focal_mm: 18.0, ..PLAIN },
+    Interpretation { name: "contrast 1 + r, 3 x 3", contrast: 1.0, blur: Blur::Cut(1.5, 1), ..PLAIN },
+    Interpretation { name: "contrast 1 + r, blur 0.5 px", contrast: 1.0, blur: Blur::Pixels(0.5), ..PLAIN },
+    Interpretation { name: "contrast 1 + r, gamma, clip, blur", contrast: 1.0, order: Order::GammaClipBlur, ..PLAIN },
+    Interpretation { name: "3 x 3, gamma and clip first", blur: Blur::Cut(1.5, 1), order: Order::GammaClipBlur, ..PLAIN },
+    Interpretation { name: "3 x 3, border", blur: Blur::Cut(1.5, 1), cells: Cells::Border, ..PLAIN },
+    Interpretation { name: "blur 2 px, border", blur: Blur::Pixels(2.0), cells: Cells::Border, ..PLAIN },
+    Interpretation { name: "points, phase fixed, 7 x 7", disc: Disc::Point, random_phase: false, blur: Blur::Cut(1.5, 3), ..PLAIN },
 ];

@@ -21,7 +21,7 @@ use sim::camera::clock::Moment;
 use sim::camera::curve::Curve;
 use sim::camera::noise::{Noise, electrons_per_linear};
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 
 /// Steps of the table of probabilities, evenly spaced in the root of the linear value.
 const STEPS: usize = 1024;
@@ -141,7 +141,7 @@ impl<'a> Genie<'a> {
         renderer: &Renderer,
         likelihood: &'a LikelihoodTable,
         moment: &Moment,
-        shown: &[Shown],
+        shown: &[PanelExposure],
         region: Region,
         grey: &'a [u8],
     ) -> Self {

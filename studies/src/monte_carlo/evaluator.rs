@@ -14,7 +14,7 @@ use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use sim::accuracy::Level;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::road::camera_of;
 use sim::scene::Scene;
 use sim::view::{View, ViewError};
@@ -123,7 +123,7 @@ pub struct Workspace {
     pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
-    pub(crate) shown: Vec<Shown>,
+    pub(crate) shown: Vec<PanelExposure>,
 }
 
 impl Workspace {
@@ -409,7 +409,7 @@ impl Evaluator {
     }
 
     /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
-    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [Shown]) {
+    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [PanelExposure]) {
         let mut random = stream(seed, frame, Purpose::Phase);
         let view = self.renderer.view();
         for (index, shown) in shown.iter_mut().enumerate() {

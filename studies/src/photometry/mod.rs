@@ -40,7 +40,7 @@ mod picture;
 mod tests;
 
 pub use estimate::Estimate;
-pub use picture::{Area, PictureError, Reading, Unevenness, View};
+pub use picture::{Area, CameraSetup, CardReading, PictureError, Unevenness};
 
 use crate::statistics::student_97_5;
 use estimate::Line;
@@ -68,7 +68,7 @@ pub struct Shot {
     /// The duty, above 0 to 1.
     pub duty: f64,
     /// What was read of it.
-    pub reading: Reading,
+    pub reading: CardReading,
 }
 
 /// What pictures tell of a panel.
@@ -196,7 +196,7 @@ impl Shot {
 
     /// By how many times as much an On LED's own light is off as the encoding's power is.
     fn bent(&self) -> f64 {
-        let Reading { off, own, .. } = self.reading;
+        let CardReading { off, own, .. } = self.reading;
         let on = off + own;
         (on * on.ln() - off * off.ln()) / own
     }

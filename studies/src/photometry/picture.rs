@@ -39,7 +39,7 @@ pub struct Area {
 
 /// Where things are in all pictures, and how the camera encodes light.
 #[derive(Clone, Copy, Debug)]
-pub struct View {
+pub struct CameraSetup {
     /// The panel.
     pub corners: Corners,
     /// Gap between LEDs over their diameter.
@@ -67,7 +67,7 @@ pub struct Unevenness {
 
 /// What a picture tells; light is in units of the card's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct CardReading {
     /// The card's light, in units of grey 118's.
     pub card: f64,
     /// Light of Off LEDs.
@@ -177,12 +177,12 @@ impl Sum {
     }
 }
 
-impl View {
+impl CameraSetup {
     /// Reads a picture of `width` columns.
     ///
     /// # Errors
     /// [`PictureError`] where it tells nothing.
-    pub fn read(&self, grey: &[u8], width: usize) -> Result<Reading, PictureError> {
+    pub fn read(&self, grey: &[u8], width: usize) -> Result<CardReading, PictureError> {
         let found = f64::from(self.corners.pitch_px()) / (1.0 + self.interval);
         let needed = 2.0 * FREE_OF_BLUR * self.blur_sigma_px / (1.0 - MIDDLE);
         if found < needed {
@@ -215,7 +215,7 @@ impl View {
             shifts.sum::<f64>() / leds.len() as f64
         };
         let everywhere = self.shift(&card) + REST + self.unevenness.map_or(0.0, |uneven| uneven.rounding);
-        Ok(Reading {
+        Ok(CardReading {
             card: card.mean(),
             off: off_mean / card.mean(),
             own: own / card.mean(),

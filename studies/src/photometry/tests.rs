@@ -48,8 +48,8 @@ fn bench(settings: &[&str]) -> Renderer {
     Renderer::new(&scene, Level::Fine).expect("in view")
 }
 
-fn view(bench: &Renderer) -> View {
-    View {
+fn view(bench: &Renderer) -> CameraSetup {
+    CameraSetup {
         corners: bench.corners_in(bench.sensor()).expect("in view"),
         interval: 1.0,
         card: Area {
@@ -102,7 +102,7 @@ fn pictures(bench: &Renderer, seed: u64, pulses_ns: &[f64]) -> Vec<(f64, Vec<u8>
 }
 
 /// Those of them that can be read.
-fn shots(bench: &Renderer, view: &View, pictures: &[(f64, Vec<u8>)]) -> Vec<Shot> {
+fn shots(bench: &Renderer, view: &CameraSetup, pictures: &[(f64, Vec<u8>)]) -> Vec<Shot> {
     let width = bench.sensor().width;
     let shot = |(duty, grey): &(f64, Vec<u8>)| {
         let reading = view.read(grey, width).ok()?;
@@ -111,15 +111,15 @@ fn shots(bench: &Renderer, view: &View, pictures: &[(f64, Vec<u8>)]) -> Vec<Shot
     pictures.iter().filter_map(shot).collect()
 }
 
-fn calibrated(bench: &Renderer, view: &View, seed: u64) -> Result<Calibrated, PhotometryError> {
+fn calibrated(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated, PhotometryError> {
     let pictures = pictures(bench, seed, &PULSES_NS);
     calibrate(&shots(bench, view, &pictures), CARD, PERIOD_NS)
 }
 
 /// The same in doubt of the encoding.
-fn doubted(bench: &Renderer, view: &View, seed: u64) -> Result<Calibrated, PhotometryError> {
+fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated, PhotometryError> {
     let pictures = pictures(bench, seed, &PULSES_NS);
-    let by = |encoding: Encoding| shots(bench, &View { encoding, ..*view }, &pictures);
+    let by = |encoding: Encoding| shots(bench, &CameraSetup { encoding, ..*view }, &pictures);
     let others = USUAL.iter().filter(|&&usual| usual != view.encoding);
     let others: Vec<Vec<Shot>> = others.map(|&usual| by(usual)).collect();
     calibrate_in_doubt(&by(view.encoding), &others, CARD, PERIOD_NS)
@@ -249,7 +249,7 @@ fn a_camera_of_another_usual_encoding_is_refused_or_doubted_enough() {
     ] {
         let bench = bench(&[&format!("camera.encoding={name}"), &format!("camera.exposure_bias_ev={exposure}")]);
         for encoding in USUAL {
-            let view = View { encoding, ..view(&bench) };
+            let view = CameraSetup { encoding, ..view(&bench) };
             let what = format!("{encoding:?} for {name}");
             match doubted(&bench, &view, 1) {
                 Ok(found) => {
@@ -274,7 +274,7 @@ fn a_camera_of_another_usual_encoding_is_refused_or_doubted_enough() {
 #[test]
 fn a_shoulder_that_on_leds_reach_may_be_taken_for_srgb() {
     let bench = bench(&["camera.encoding=shoulder"]);
-    let view = View {
+    let view = CameraSetup {
         encoding: Encoding::Srgb,
         ..view(&bench)
     };
@@ -332,7 +332,7 @@ fn a_sheet_evens_vignetting() {
     let sheet = exposed(&sheet, 1, 0, dark, 0.0);
     let uneven = view(&bench);
     let width = bench.sensor().width;
-    let even = View {
+    let even = CameraSetup {
         unevenness: Some(uneven.read_sheet(&sheet, width).expect("a sheet")),
         ..uneven
     };
@@ -384,7 +384,7 @@ fn leds_that_differ_are_averaged_honestly() {
 #[test]
 fn another_encoding_than_the_cameras_is_noticed() {
     let bench = bench(&[]);
-    let wrong = View {
+    let wrong = CameraSetup {
         encoding: Encoding::Gamma(1.8),
         ..view(&bench)
     };
@@ -401,7 +401,7 @@ fn pictures_that_tell_nothing_are_refused() {
     let clipped = good.read(&of(8.0), width);
     assert!(matches!(clipped, Err(PictureError::Clipped(_))), "{clipped:?}");
     assert_eq!(good.read(&of(0.0), width), Err(PictureError::Alike));
-    let outside = View {
+    let outside = CameraSetup {
         card: Area { x: 600, ..good.card },
         ..good
     };

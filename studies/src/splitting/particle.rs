@@ -5,7 +5,7 @@ use rand::Rng;
 
 use sim::camera::noise::PixelLaw;
 use sim::random::uniform;
-use sim::renderer::Shown;
+use sim::renderer::PanelExposure;
 use sim::renderer::canvas::Region;
 
 /// A frame, one LED of which is looked at.
@@ -16,7 +16,7 @@ pub struct Particle {
     /// The LED.
     pub led: usize,
     /// What the panels show, and the first one's phase and reflectance.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<PanelExposure>,
     /// For each pixel which part of all readings are lower.
     pub noise: Vec<f32>,
     /// Each pixel's light.

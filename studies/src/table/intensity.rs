@@ -34,7 +34,7 @@ impl Bounds {
         }
     }
 
-    /// Those of a lamp in [`LAMPS`].
+    /// Those of a lamp in `LAMPS`.
     ///
     /// # Errors
     /// Names the lamps that there are.

@@ -187,7 +187,7 @@ fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Estimate>], ov
             error: (squares.sum::<f64>() / turns.len() as f64).sqrt(),
             cost: Quartiles::of(runs.map(|run| run.ns)),
             ratio: Quartiles::of(turns.iter().map(|turn| turn[number].ns / turn[yardstick].ns)),
-            ..way.point().as_default(number == yardstick)
+            ..way.point().with_default(number == yardstick)
         }
     };
     let points = ways.iter().enumerate().map(point).collect();

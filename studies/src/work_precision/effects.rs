@@ -15,7 +15,7 @@ use sim::accuracy::Level;
 use sim::effects;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 
 const PRESETS: [&str; 4] = ["paper", "day", "night", "fog"];
@@ -130,7 +130,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
                 [] => "nothing left out".into(),
                 names => format!("left out: {}", names.join(" ")),
             },
-            ..Point::new(name(tolerance), error.max(NOTHING_GREY)).as_default(tolerance == DEFAULT)
+            ..Point::new(name(tolerance), error.max(NOTHING_GREY)).with_default(tolerance == DEFAULT)
         };
         bounds.push(bound_grey(&renderer));
         candidates.push(Candidate::new(point.on("true error"), 1.0, drive.work(renderer)));
@@ -147,7 +147,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
             error: bound.max(NOTHING_GREY),
             at_most: bound < NOTHING_GREY,
             on_front: false,
-            ..point.clone().as_default(false)
+            ..point.clone().with_default(false)
         })
         .collect();
     diagram.points.extend(promised);
@@ -168,7 +168,7 @@ fn bound_grey(renderer: &Renderer) -> f64 {
 struct Drive {
     preset: &'static str,
     region: Region,
-    frames: Vec<Shown>,
+    frames: Vec<PanelExposure>,
     exact: Vec<Vec<f64>>,
 }
 
@@ -192,7 +192,7 @@ impl Drive {
         drive.region = full.surroundings(0);
         let mut random = stream(scale.seed, 0, Purpose::Phase);
         drive.frames = (0..scale.of(FRAMES, 2))
-            .map(|_| Shown {
+            .map(|_| PanelExposure {
                 symbols: std::array::from_fn(|_| PanelFrame::from_bits(random.next_u64())),
                 shift_px: [uniform(&mut random), uniform(&mut random)],
                 ..full.steady(0, PanelFrame::default())

@@ -152,7 +152,7 @@ impl Search {
         let missed = count - errors.len() as f64;
         let point = Point::share(name(self.share, self.decimation), missed, count, || wilson_95(missed, count))
             .on(if self.share { "share" } else { "full" })
-            .as_default(self.decimation == 1 && self.share);
+            .with_default(self.decimation == 1 && self.share);
         let timed = &panels[..TIMED.min(panels.len())];
         let earlier: Vec<_> = timed.iter().map(|panel| self.smaller(panel, 0)).collect();
         let candidate = Candidate::new(point, timed.len() as f64, move || {

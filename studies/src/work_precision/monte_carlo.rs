@@ -63,7 +63,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. Shown is half \
+            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. PanelExposure is half \
              the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
              batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, \
              bootstrap of 64 batches), and of the bit error rate of k-means at \

@@ -72,7 +72,7 @@ impl Point {
     }
 
     /// The default, which the others' costs are divided by, or one of the others.
-    pub(super) fn as_default(self, is_default: bool) -> Self {
+    pub(super) fn with_default(self, is_default: bool) -> Self {
         Self {
             is_default,
             is_baseline: is_default,

@@ -7,7 +7,7 @@ use link::panel::PanelFrame;
 use rand::{Rng, RngExt};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Lens, PanelSize, PlaneFit, PlaneImage, PoseEstimator, Seen};
+use rx_pipeline::pose::{Lens, PanelObservation, PanelSize, PlaneFit, PlaneImage, PoseEstimator};
 use sim::accuracy::Level;
 use sim::random::{Purpose, stream};
 use sim::renderer::Renderer;
@@ -109,7 +109,7 @@ fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram,
             Ok((squares.sum::<f64>() / references.len() as f64 / 8.0).sqrt())
         })?;
         let timed = &panels[..TIMED.min(panels.len())];
-        let point = Point::new(name(tolerance), error).as_default(tolerance == Estimator::TOLERANCE);
+        let point = Point::new(name(tolerance), error).with_default(tolerance == Estimator::TOLERANCE);
         candidates.push(Candidate::new(point, timed.len() as f64, move || {
             for panel in timed {
                 let _ = black_box(panel.seen(|seen| estimator.pose(seen)));
@@ -175,8 +175,8 @@ impl Panel {
     }
 
     /// Does something with what is seen.
-    fn seen<T>(&self, of: impl FnOnce(&Seen) -> T) -> Option<T> {
-        Some(of(&Seen {
+    fn seen<T>(&self, of: impl FnOnce(&PanelObservation) -> T) -> Option<T> {
+        Some(of(&PanelObservation {
             frame: &Frame::new(&self.pixels, self.side, self.side).ok()?,
             corners: self.corners.as_ref()?,
             bits: self.bits,

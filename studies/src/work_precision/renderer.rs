@@ -19,7 +19,7 @@ use crate::baselines::{Panel, straightforward};
 use sim::accuracy::{Accuracy, Level};
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 use sim::view::View;
 
@@ -142,7 +142,7 @@ struct TestScene {
     scene: Scene,
     reference: Renderer,
     region: Region,
-    frames: Vec<Shown>,
+    frames: Vec<PanelExposure>,
     /// Unrounded grey levels of each frame.
     exact: Vec<Vec<f64>>,
 }
@@ -166,8 +166,8 @@ impl TestScene {
             ..around
         };
         let mut random = stream(scale.seed, 0, Purpose::Phase);
-        let frames: Vec<Shown> = (0..scale.of(FRAMES, 2))
-            .map(|_| Shown {
+        let frames: Vec<PanelExposure> = (0..scale.of(FRAMES, 2))
+            .map(|_| PanelExposure {
                 shift_px: [uniform(&mut random), uniform(&mut random)],
                 ..reference.steady(0, PanelFrame::from_bits(random.next_u64()))
             })
@@ -228,7 +228,7 @@ impl TestScene {
         let mut variants = vec![
             (Point::new("fine", 0.0), Way::Single(Renderer::of(self.view(), Level::Fine))),
             (
-                Point::new("fast", 0.0).as_default(true),
+                Point::new("fast", 0.0).with_default(true),
                 Way::Single(Renderer::of(self.view(), Level::Fast)),
             ),
             (Point::new("straightforward", 0.0), Way::Straightforward),
@@ -330,7 +330,7 @@ impl TestScene {
     }
 
     /// The panel as rasters take it.
-    fn panel(&self, shown: Shown) -> Panel {
+    fn panel(&self, shown: PanelExposure) -> Panel {
         let corners = self.reference.corner_leds_px(0).map(DVec2::from_array);
         let origin = DVec2::new(self.region.x as f64, self.region.y as f64);
         let first = corners[0] - origin + DVec2::from_array(shown.shift_px);

@@ -11,7 +11,7 @@ use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 
-use crate::format::{Head, MethodChoice, Reading, Region};
+use crate::format::{Head, MethodChoice, Region, RegionReading};
 
 pub use crate::format::{BYTES, START};
 
@@ -109,7 +109,7 @@ impl Shots {
                 let [x, y] = reading.corners.centre_px();
                 centre = [x + f32::from(square.origin[0]), y + f32::from(square.origin[1])];
             }
-            readings.push(reading.map(Reading::from));
+            readings.push(reading.map(RegionReading::from));
             squares.push(square);
         }
         Film {
@@ -127,7 +127,7 @@ pub struct Film {
     head: Head,
     side: u16,
     squares: Vec<Square>,
-    pub readings: Vec<Option<Reading>>,
+    pub readings: Vec<Option<RegionReading>>,
     /// The bits that each region shows, but where the exposure caught two symbols.
     pub sent: Vec<Option<u64>>,
 }

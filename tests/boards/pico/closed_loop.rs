@@ -7,7 +7,7 @@ use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSetti
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 
 use link::framing::Event as Received;
@@ -94,7 +94,13 @@ impl Film {
     }
 
     /// What the LEDs do during the exposure of a frame; none when the symbols end before.
-    fn exposure(&self, symbols: &[Symbol], luminance_cd_m2: impl Fn(u64) -> f64, from_ns: u64, number: u64) -> Option<(Moment, Shown)> {
+    fn exposure(
+        &self,
+        symbols: &[Symbol],
+        luminance_cd_m2: impl Fn(u64) -> f64,
+        from_ns: u64,
+        number: u64,
+    ) -> Option<(Moment, PanelExposure)> {
         let moment = self.renderer.moment(number);
         let start_ns = from_ns + (moment.start_s * 1e9) as u64;
         let symbol = symbols.partition_point(|symbol| symbol.ns <= start_ns).checked_sub(1)?;
@@ -105,7 +111,7 @@ impl Film {
             symbol_s: (window[1].ns - window[0].ns) as f64 / 1e9,
             ..moment
         };
-        let shown = Shown {
+        let shown = PanelExposure {
             symbols: window.map(|symbol| symbol.panel),
             light: self.renderer.lit(0, luminance_cd_m2(start_ns)),
             shift_px: [0.0; 2],

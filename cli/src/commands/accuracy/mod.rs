@@ -15,7 +15,7 @@ use studies::work_precision::{CostUnit, Diagram, Measurable, PARTS, Part, Point,
 use crate::checkpoint::{Resumable as _, hold_folder};
 use crate::files;
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
@@ -56,7 +56,7 @@ fn part_name(name: &str) -> Result<String, String> {
 }
 
 /// Measures, draws and writes.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     ensure!(
         shared.set.is_empty(),
         "vocc accuracy measures scenes of its own: leave --set {} out",
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     for part in measured {
         print(part, shared.json)?;
     }
-    Ok(if finished { Answer::Yes } else { interrupted(&path) })
+    Ok(if finished { Verdict::Yes } else { interrupted(&path) })
 }
 
 /// What need not be measured again.
@@ -188,8 +188,11 @@ fn options(arguments: &Arguments, scale: &Scale) -> String {
     }
 }
 
+/// A column of a part's numbers: its heading, and the cell of a point.
+type Column = (&'static str, fn(&Diagram, &Point) -> String);
+
 /// The columns of a part's numbers.
-const COLUMNS: [(&str, fn(&Diagram, &Point) -> String); 20] = [
+const COLUMNS: [Column; 20] = [
     ("diagram", |diagram, _| diagram.title.clone()),
     ("variant", |_, point| point.variant.clone()),
     ("curve", |_, point| point.curve.clone()),

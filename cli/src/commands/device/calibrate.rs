@@ -10,7 +10,7 @@ use link::l2a_table::Interval;
 use link::serial::Measured;
 use rx_pipeline::corners::Corners;
 use serde_json::json;
-use studies::photometry::{self, Area, Calibrated, Estimate, PictureError, Shot, USUAL, View};
+use studies::photometry::{self, Area, Calibrated, CameraSetup, Estimate, PictureError, Shot, USUAL};
 use tx_firmware::calibration::{BENCH, Calibration, INTERVAL};
 
 use super::calibration::filled_in;
@@ -21,7 +21,7 @@ use crate::frames::PixelArguments;
 use crate::frames::files as pictures;
 use crate::frames::picture::PictureReader;
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 
 /// What a picture's name says before its duty.
 const DUTY: &str = "duty-";
@@ -92,7 +92,7 @@ fn area(text: &str) -> Result<Area, String> {
 }
 
 /// Reads the pictures, and reports what they tell.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(path) = &arguments.out {
         files::check_new(path)?;
     }
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         Calibration::new(measured).context("this is no panel that a transmitter can drive")?;
         files::write(path, filled_in(&measured))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Pictures of one camera at one place.
@@ -148,7 +148,7 @@ struct Series<'a> {
     /// The first picture's size, and whether it is deep.
     first: Option<(u32, u32, bool)>,
     /// By the encoding that was told, and by the others that there may be.
-    views: Vec<View>,
+    views: Vec<CameraSetup>,
     /// By each of them.
     shots: [Vec<Shot>; 1 + USUAL.len()],
     left_out: Vec<serde_json::Value>,
@@ -211,13 +211,13 @@ impl Series<'_> {
 }
 
 /// By the encoding that was told, and by the others that there may be: raw pictures leave no doubt.
-fn views(arguments: &Arguments, hints: &CameraHints, is_deep: bool) -> Vec<View> {
+fn views(arguments: &Arguments, hints: &CameraHints, is_deep: bool) -> Vec<CameraSetup> {
     let camera = hints.of_pixels(is_deep);
     let is_raw = hints.encoding == Some(Encoding::LINEAR);
     let is_other = |usual: &Encoding| !is_raw && *usual != camera.encoding;
     std::iter::once(camera.encoding)
         .chain(USUAL.into_iter().filter(is_other))
-        .map(|encoding| View {
+        .map(|encoding| CameraSetup {
             corners: arguments.corners,
             interval: arguments.interval,
             card: arguments.card,

@@ -14,7 +14,7 @@ use tx_firmware::calibration::{BENCH, Calibration, INTERVAL, LOW_CURRENT_SHARE, 
 use super::limit;
 use crate::files;
 use crate::options::{Port, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 
 /// The values in numbers that people read; `tx_firmware::calibration` knows their ranges.
 #[derive(Debug, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ struct Values {
 }
 
 /// Prints the values, after writing those of the file if there is one.
-pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     let wanted = file.map(read).transpose()?;
     let mut client = port.greet_transmitter()?;
     if let Some((measured, limit)) = wanted {
@@ -60,11 +60,11 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
     } else {
         line(toml::to_string(&values)?.trim_end())?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Prints a file to fill in, or writes it where no file is yet.
-pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     match file {
         None if shared.json => output::json(&Values::of(&BENCH))?,
         None => line(filled_in(&BENCH).trim_end())?,
@@ -81,7 +81,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Answer> 
             }
         }
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// A file of these values that says what each of them is.

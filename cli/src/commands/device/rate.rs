@@ -8,7 +8,7 @@ use serde_json::json;
 use super::receiver;
 use crate::device::DeviceError;
 use crate::options::{Connection, Port, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 
 /// The rate that is wanted, if any.
 #[derive(clap::Args)]
@@ -39,7 +39,7 @@ impl Wanted {
 }
 
 /// Tells the rate, after changing it if another one is wanted.
-pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
     let wanted = wanted.hz()?;
     let client = port.greet()?;
     let rate_hz = if client.identity().is_receiver() {
@@ -52,7 +52,7 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Answ
     } else {
         line(&format!("{}: {rate_hz} symbols a second", port.name()))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 fn of_transmitter(client: Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {

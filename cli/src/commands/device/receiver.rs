@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::device::Client;
 use crate::options::{Connection, Port, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::pictures::write_png;
 
 mod reading;
@@ -47,7 +47,7 @@ struct Picture {
 }
 
 /// Prints how the receiver is, how its camera is set, its last message and what it reads.
-pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Result<Verdict> {
     let name = port.name();
     let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut values = as_json(&asked_status(client, &name)?);
@@ -69,7 +69,7 @@ pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Resul
     values["firmware"] = client.identity().firmware.clone().into();
     if shared.json {
         output::json(&values)?;
-        return Ok(Answer::Yes);
+        return Ok(Verdict::Yes);
     }
     for (key, value) in values.as_object().into_iter().flatten() {
         let value = match value {
@@ -79,7 +79,7 @@ pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Resul
         };
         line(&format!("{key:<16} {value}"))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// The symbols a second that the receiver expects, after telling it others if `wanted`.
@@ -104,7 +104,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
 }
 
 /// Writes what the camera sees.
-pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Verdict> {
     let Snapshot { port, out } = arguments;
     let mut client = port.greet_receiver()?;
     let picture = fetch(&mut client, &port.name())?;
@@ -132,7 +132,7 @@ pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Answer>
             },
         ))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// A picture, part by part; anew where another one has taken its place.

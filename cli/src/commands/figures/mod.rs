@@ -19,7 +19,7 @@ use crate::checkpoint::{NowAndThen, Resumable as _, hold_folder};
 use crate::files;
 use crate::numbers::{number, with_interval};
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::progress::Progress;
 use crate::report::claims::{self, ReadingClaims};
@@ -67,7 +67,7 @@ struct Part {
 }
 
 /// Computes, draws and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let frames = match (arguments.frames, arguments.quick) {
         (None, true) => QUICK_FRAMES,
         (None, false) => FULL_FRAMES,
@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
     files::write(&arguments.out.join("report.md"), report.markdown())?;
     files::write(&arguments.out.join("report.html"), report.html())?;
     print(&claims, shared.json)?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// A study that Ctrl-C ends.

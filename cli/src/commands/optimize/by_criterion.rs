@@ -9,7 +9,7 @@ use studies::table::{CriterionSurvey, Rule};
 use super::places::search;
 use super::{Arguments, chart};
 use crate::options::Shared;
-use crate::output::Answer;
+use crate::output::Verdict;
 use crate::stop::stop;
 
 /// Distances where none are given, m.
@@ -51,7 +51,7 @@ impl Arguments {
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<Verdict> {
     let survey = arguments.survey(shared, scene, criterion)?;
     search(arguments, &survey, scene, shared.json, |file| chart::draw(file, &survey))
 }

@@ -9,7 +9,7 @@ use studies::table::{Bounds, ReachSurvey};
 use super::Arguments;
 use super::places::search;
 use crate::options::Shared;
-use crate::output::Answer;
+use crate::output::Verdict;
 use crate::report;
 use crate::stop::stop;
 
@@ -122,7 +122,7 @@ impl Arguments {
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Verdict> {
     let survey = arguments.by_reach(shared, scene)?;
     search(arguments, &survey, scene, shared.json, report::table::draw)
 }

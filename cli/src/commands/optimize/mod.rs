@@ -18,7 +18,7 @@ use studies::table::{Rule, TableFile};
 
 use crate::commands::evaluate::single_precision;
 use crate::options::Shared;
-use crate::output::{Answer, tell};
+use crate::output::{Verdict, tell};
 use crate::{files, outputs, results};
 
 /// How long it takes, and how it is done in parts.
@@ -182,17 +182,17 @@ impl Arguments {
 }
 
 /// Whether something is known of every ratio found; what is not is told.
-pub fn verdict(file: &TableFile) -> Answer {
-    let mut answer = Answer::Yes;
+pub fn verdict(file: &TableFile) -> Verdict {
+    let mut answer = Verdict::Yes;
     for unknown in file.unknown() {
         tell(format_args!("vocc: {unknown}"));
-        answer = Answer::No;
+        answer = Verdict::No;
     }
     answer
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     arguments.check_out(&scene)?;
     match arguments.criterion {

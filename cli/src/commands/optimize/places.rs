@@ -6,7 +6,7 @@ use studies::table::{InFile, News, TableFile};
 
 use super::rounds::{About, Rounds};
 use super::{Arguments, as_toml, verdict};
-use crate::output::Answer;
+use crate::output::Verdict;
 use crate::plot::{self, Drawing};
 use crate::report::optimum::{Presentation, Report, interrupted};
 use crate::results;
@@ -18,7 +18,7 @@ pub fn search<S: Presentation>(
     scene: &Scene,
     as_json: bool,
     draw: impl FnOnce(&TableFile) -> anyhow::Result<Drawing>,
-) -> anyhow::Result<Answer> {
+) -> anyhow::Result<Verdict> {
     let empty = TableFile::of(survey, scene);
     let settings = as_toml(&empty)?;
     let mut file = arguments.begun(empty)?;
@@ -33,7 +33,7 @@ pub fn search<S: Presentation>(
     for place @ [illuminance_lx, interval] in missing {
         // What is written may be read later.
         if out.is_none() && !report.is_read() {
-            return Ok(Answer::Yes);
+            return Ok(Verdict::Yes);
         }
         let about = About {
             table: &settings,
@@ -52,7 +52,7 @@ pub fn search<S: Presentation>(
         })?;
         let Some((entry, details)) = found else {
             interrupted(out);
-            return Ok(Answer::No);
+            return Ok(Verdict::No);
         };
         let printed = report.entry(&entry, &details);
         file.add(entry, details);

@@ -10,7 +10,7 @@ use sim::renderer::Renderer;
 use sim::timing::system_clock;
 
 use crate::options::Shared;
-use crate::output::{self, Answer};
+use crate::output::{self, Verdict};
 
 /// Arguments of `vocc plan`.
 #[derive(clap::Args)]
@@ -33,7 +33,7 @@ struct Row<'a> {
 }
 
 /// Prints the plan.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = arguments.scene.as_deref();
     if let Some(camera) = arguments.signalling.camera() {
         return arguments.signalling.run(scene, camera, shared);
@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
                 cost_frames: cost.frames,
             })?;
         }
-        return Ok(Answer::Yes);
+        return Ok(Verdict::Yes);
     }
     output::line("effect           bound (grey)  simulated  cost (frames)     (µs)  why")?;
     for (decision, cost) in rows {
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         "cost: of including the effect, measured now (below 0: without it a frame takes longer);\n\
          a frame is the panels' part of the picture, drawn and read out as planned",
     )?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Rounded to a part of one, and no zero below zero.

@@ -9,7 +9,7 @@ use sim::scene::Scene;
 use studies::signalling::{Advice, DimmingBeat, Search, SignallingError, TrialError, TrialOutcome};
 
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 use crate::stop::stop;
 
@@ -68,7 +68,7 @@ impl Options {
     }
 
     /// Tries and prints.
-    pub fn run(&self, scene: Option<&str>, camera: &str, shared: &Shared) -> anyhow::Result<Answer> {
+    pub fn run(&self, scene: Option<&str>, camera: &str, shared: &Shared) -> anyhow::Result<Verdict> {
         let mut scene = Scene::load(scene.unwrap_or(SCENE), &[])?;
         let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
         scene.camera = of_camera.camera;
@@ -99,7 +99,7 @@ impl Options {
         let advice = match advice {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
                 output::tell("interrupted: what was tried is printed");
-                return Ok(Answer::No);
+                return Ok(Verdict::No);
             }
             advice => advice?,
         };
@@ -109,8 +109,8 @@ impl Options {
             as_text(&scene, &advice, Code::for_length(search.bytes))?;
         }
         Ok(match advice.best().delivered {
-            0 => Answer::No,
-            _ => Answer::Yes,
+            0 => Verdict::No,
+            _ => Verdict::Yes,
         })
     }
 }

@@ -20,7 +20,7 @@ use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film};
 use crate::frames::picture::PictureReader;
 use crate::options::Shared;
-use crate::output::{self, Answer};
+use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
@@ -121,7 +121,7 @@ impl<'a> Source<'a> {
 }
 
 /// Reads all frames and prints the messages; exit status 1 where there was none.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let source = Source::of(&arguments.sources)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
@@ -169,7 +169,7 @@ fn receive_stream(
     mut session: Session,
     mut stream: Stream<impl BufRead>,
     ended: impl FnOnce() -> anyhow::Result<()>,
-) -> anyhow::Result<Answer> {
+) -> anyhow::Result<Verdict> {
     let stop = stop();
     let (width, height) = stream.size();
     if let Some(rate) = stream.rate() {
@@ -191,7 +191,7 @@ fn receive_stream(
 }
 
 /// Receives a file after the other.
-fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> anyhow::Result<Answer> {
+fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> anyhow::Result<Verdict> {
     let stop = stop();
     if let Some(rate) = frames.rate {
         session.set_stamped_fps(rate, frames.doubled)?;

@@ -9,7 +9,7 @@ use rx_pipeline::receiver::Reading;
 
 use super::Arguments;
 use super::places::Places;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::pose;
 use crate::progress::Progress;
 use crate::recording::Recording;
@@ -89,7 +89,7 @@ impl<'a> Report<'a> {
     ///
     /// # Errors
     /// When a picture could not be drawn, or something not be recorded.
-    pub fn end(mut self, advice: &[String]) -> anyhow::Result<Answer> {
+    pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
         if let Some(recording) = self.recording.take() {
             let about = recording.about();
             recording.finish().context(about)?;
@@ -98,14 +98,14 @@ impl<'a> Report<'a> {
             return Err(error);
         }
         if self.messages > 0 {
-            return Ok(Answer::Yes);
+            return Ok(Verdict::Yes);
         }
         let frames = self.places.count();
         self.say(&format!("no message in {frames} frames"));
         for line in advice {
             self.say(line);
         }
-        Ok(Answer::No)
+        Ok(Verdict::No)
     }
 
     /// The place of the frame at hand among all.

@@ -8,7 +8,7 @@ use super::report::Report;
 use super::stage_times::StageTimes;
 use crate::camera::CameraHints;
 use crate::options::{self, Shared};
-use crate::output::Answer;
+use crate::output::Verdict;
 
 /// A reception and its report.
 pub struct Session<'a> {
@@ -103,7 +103,7 @@ impl<'a> Session<'a> {
     }
 
     /// Tells what is left, and whether there was a message.
-    pub fn finish(mut self) -> anyhow::Result<Answer> {
+    pub fn finish(mut self) -> anyhow::Result<Verdict> {
         for (panel, event) in self.reception.finish() {
             self.report.event(panel, &event);
         }

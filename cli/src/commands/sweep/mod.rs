@@ -13,7 +13,7 @@ use sim::input;
 use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::Shared;
-use crate::output::Answer;
+use crate::output::Verdict;
 use crate::outputs;
 use crate::report::sweep::Report;
 use crate::stop::stop;
@@ -64,7 +64,7 @@ pub struct Arguments {
 }
 
 /// Does what was asked for.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(folder) = &arguments.status {
         return status::run(folder, shared.json);
     }
@@ -110,7 +110,7 @@ fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
 }
 
 /// One shard of it.
-fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> anyhow::Result<Answer> {
+fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> anyhow::Result<Verdict> {
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
     let results = begun(&plan.sweep, &path, arguments.resume)?;
@@ -121,7 +121,7 @@ fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> 
 }
 
 /// What is left of a shard.
-fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) -> anyhow::Result<Answer> {
+fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) -> anyhow::Result<Verdict> {
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?.until(stop());
     let mut report = Report::silent();
     report.begin_at(run.frames_done(&results));
@@ -132,11 +132,11 @@ fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) ->
         |results| place.keep(|path| results::write(results, path)),
         |news| report.heard(news).map(|()| true),
     )?;
-    Ok(if done { Answer::Yes } else { Answer::No })
+    Ok(if done { Verdict::Yes } else { Verdict::No })
 }
 
 /// All of it.
-fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json: bool) -> anyhow::Result<Answer> {
+fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json: bool) -> anyhow::Result<Verdict> {
     let path = folder.map(folder::whole);
     let mut results = match &path {
         Some(path) => begun(&plan.sweep, path, arguments.resume)?,
@@ -162,7 +162,7 @@ fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json:
     // A reader who has left has had enough.
     let enough = done || path.is_none() && !report.is_read();
     report.end(&results)?;
-    Ok(if enough { Answer::Yes } else { Answer::No })
+    Ok(if enough { Verdict::Yes } else { Verdict::No })
 }
 
 /// Writes results, with a table and a plot beside them.

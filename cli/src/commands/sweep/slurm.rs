@@ -9,7 +9,7 @@ use studies::sweep::{MOST_SHARDS, PlanFile};
 use super::folder;
 use super::time_limit::TimeLimit;
 use crate::files;
-use crate::output::{Answer, line};
+use crate::output::{Verdict, line};
 
 /// Options of jobs.
 #[derive(clap::Args)]
@@ -90,7 +90,7 @@ impl Options {
 }
 
 /// Writes the scripts, and submits them if asked to.
-pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Answer> {
+pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Verdict> {
     options.check()?;
     plan.sweep.check()?;
     folder::begin(path, &plan, options.shards)?;
@@ -113,7 +113,7 @@ pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Ans
             merge = quoted(&merge)?
         ))?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Hands a script to sbatch and returns the job's number.

@@ -8,7 +8,7 @@ use studies::monte_carlo::Standing;
 use studies::sweep::{Partition, Results, Shard, Sweep, Work};
 
 use super::folder;
-use crate::output::{Answer, json, line};
+use crate::output::{Verdict, json, line};
 use crate::report;
 use crate::results;
 
@@ -36,7 +36,7 @@ struct Status {
 }
 
 /// Prints how each shard is, and what to do about those that are not done; of a sweep that was not divided, how each cell is.
-pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
+pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Verdict> {
     if !folder::plan(path).exists() && folder::whole(path).exists() {
         return undivided(&folder::whole(path), as_json);
     }
@@ -69,17 +69,17 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
             line(&format!("to do again what is not running: --array={list}"))?;
         }
     }
-    Ok(if open.is_empty() { Answer::Yes } else { Answer::No })
+    Ok(if open.is_empty() { Verdict::Yes } else { Verdict::No })
 }
 
-fn undivided(path: &Path, as_json: bool) -> anyhow::Result<Answer> {
+fn undivided(path: &Path, as_json: bool) -> anyhow::Result<Verdict> {
     let results = results::read(path)?;
     report::sweep::print(&results, as_json)?;
     let mut cells = 0..results.sweep().cells();
     Ok(if cells.all(|cell| results.summary(cell).finished) {
-        Answer::Yes
+        Verdict::Yes
     } else {
-        Answer::No
+        Verdict::No
     })
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use studies::table::TableFile;
 
 use super::regret;
-use crate::output::{Answer, json, line};
+use crate::output::{Verdict, json, line};
 
 /// Two tables at one light and interval.
 #[derive(Serialize)]
@@ -23,7 +23,7 @@ struct Difference {
 }
 
 /// Compares them where either has an entry.
-pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyhow::Result<Answer> {
+pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyhow::Result<Verdict> {
     let scene = scene.map(regret::by_reach).transpose()?;
     let (old, old_table) = TableFile::read_with_table(old)?;
     let (new, new_table) = TableFile::read_with_table(new)?;
@@ -40,12 +40,12 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
     if !as_json {
         line("illuminance  interval     old      new   change       reach")?;
     }
-    let mut answer = Answer::Yes;
+    let mut answer = Verdict::Yes;
     for &illuminance_lx in &lights {
         for &interval in &intervals {
             let difference = Difference::at(&tables, &known, illuminance_lx, interval);
             if difference.old_l2a != difference.new_l2a {
-                answer = Answer::No;
+                answer = Verdict::No;
             }
             match as_json {
                 true => json(&difference)?,

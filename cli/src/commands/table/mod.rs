@@ -16,7 +16,7 @@ use studies::table::TableFile;
 use self::regret::Regret;
 use self::transfer::Transfer;
 use crate::options::Shared;
-use crate::output::{Answer, json, line};
+use crate::output::{Verdict, json, line};
 use crate::{outputs, plot, report};
 
 /// Arguments of `vocc table`.
@@ -75,7 +75,7 @@ struct CarriedTable {
 }
 
 /// Shows, checks or transfers.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::Show {
             file: Some(path),
@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
             }
         }
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Prints a table, the one that the firmware ships with where there is no file, and draws it where that is asked for.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use studies::table::{AtPlace, ReachEntry, TableFile};
 
 use crate::commands::optimize::{as_toml, verdict};
-use crate::output::{Answer, json, line};
+use crate::output::{Verdict, json, line};
 use crate::{files, outputs, report};
 
 /// Arguments of `vocc table regret`.
@@ -50,7 +50,7 @@ fn factor(text: &str) -> Result<f64, String> {
 
 impl Regret {
     /// Prints the reach lost at each light and interval, scene by scene, and the ratios that lose least over all of them.
-    pub fn run(&self, as_json: bool) -> anyhow::Result<Answer> {
+    pub fn run(&self, as_json: bool) -> anyhow::Result<Verdict> {
         outputs::check(self.out.clone(), self.scenes.iter().chain([&self.table]).cloned())?;
         if let Some(path) = &self.out {
             ensure!(
@@ -88,7 +88,7 @@ impl Regret {
             }
             return Ok(verdict(&robust));
         }
-        Ok(Answer::Yes)
+        Ok(Verdict::Yes)
     }
 
     /// What the table's ratio times each factor loses of an entry.

@@ -11,7 +11,7 @@ use sim::l2a::{read_table, table_file};
 use crate::device::table::{pull, push};
 use crate::files;
 use crate::options::{Port, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 
 /// A table and a transmitter.
@@ -25,7 +25,7 @@ pub struct Transfer {
 
 impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
-    pub fn push(&self, shared: &Shared) -> anyhow::Result<Answer> {
+    pub fn push(&self, shared: &Shared) -> anyhow::Result<Verdict> {
         let table = self.table()?;
         let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
@@ -35,7 +35,7 @@ impl Transfer {
     }
 
     /// Reads the table that the transmitter uses.
-    pub fn pull(&self, shared: &Shared) -> anyhow::Result<Answer> {
+    pub fn pull(&self, shared: &Shared) -> anyhow::Result<Verdict> {
         if let Some(path) = &self.file {
             ensure!(
                 !path.is_file() || is_pulled(path),
@@ -55,13 +55,13 @@ impl Transfer {
             None if shared.json => self.report(&table, shared, ""),
             None => {
                 line(text.trim_end())?;
-                Ok(Answer::Yes)
+                Ok(Verdict::Yes)
             }
         }
     }
 
     /// Whether the transmitter uses this table.
-    pub fn verify(&self, shared: &Shared) -> anyhow::Result<Answer> {
+    pub fn verify(&self, shared: &Shared) -> anyhow::Result<Verdict> {
         let wanted = self.table()?;
         let mut client = self.port.greet_transmitter()?;
         let found = pull(&mut client).with_context(|| self.port.name())?;
@@ -86,7 +86,7 @@ impl Transfer {
                 line(&format!("  {difference}"))?;
             }
         }
-        Ok(if same { Answer::Yes } else { Answer::No })
+        Ok(if same { Verdict::Yes } else { Verdict::No })
     }
 
     /// The table of the file, or the one that a transmitter ships with.
@@ -94,7 +94,7 @@ impl Transfer {
         self.file.as_deref().map_or_else(|| Ok(L2aTable::default()), read)
     }
 
-    fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Answer> {
+    fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Verdict> {
         let (rows, columns) = (table.illuminances_lx().len(), table.intervals().len());
         if shared.json {
             output::json(&json!({
@@ -110,7 +110,7 @@ impl Transfer {
                 crc(table)
             ))?;
         }
-        Ok(Answer::Yes)
+        Ok(Verdict::Yes)
     }
 }
 

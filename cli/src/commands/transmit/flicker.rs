@@ -10,7 +10,7 @@ use studies::flicker::{Flicker, Practice, Spectrum, Visibility, manchester, pane
 use super::chart;
 use crate::numbers::digits;
 use crate::options::Shared;
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::{outputs, plot};
 
 /// Symbol rates that are looked at where none is given: those of usual cameras, the highest of a transmitter, and beyond.
@@ -93,7 +93,7 @@ struct LowestRates {
 }
 
 /// Prints what is seen of a message, or of beacons where there is none; `file` is that which the message comes from.
-pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, shared: &Shared) -> anyhow::Result<Verdict> {
     let stem = options.plot.as_deref();
     outputs::check(stem.map(plot::files_of).into_iter().flatten(), file)?;
     let panels = panels(message)?;
@@ -121,7 +121,7 @@ pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, sha
     } else {
         print(&report)?;
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 impl Rate {

@@ -47,7 +47,7 @@ pub struct Region<'a> {
 /// What the board says of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    pub reading: Option<Reading>,
+    pub reading: Option<RegionReading>,
     /// From grey levels to bits, in ticks of the board's clock.
     pub ticks: u32,
     /// Of these, what each stage took.
@@ -58,7 +58,7 @@ pub struct Report {
 
 /// A panel that was read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reading {
+pub struct RegionReading {
     /// The corner LEDs in pixels of the region.
     pub corners: [[f32; 2]; 4],
     pub bits: u64,
@@ -83,7 +83,7 @@ impl Head {
     }
 }
 
-impl From<receiver::Reading> for Reading {
+impl From<receiver::Reading> for RegionReading {
     fn from(reading: receiver::Reading) -> Self {
         let receiver::Reading { corners, detection } = reading;
         let mut soft = [[0; SIDE]; SIDE];

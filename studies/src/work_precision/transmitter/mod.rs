@@ -118,7 +118,7 @@ fn points(scale: &Scale) -> Vec<Point> {
         Some(Point {
             cost: cycles,
             ratio: cycles.times(1.0 / baseline),
-            ..point.as_default(*name == PATHS[0].0)
+            ..point.with_default(*name == PATHS[0].0)
         })
     });
     counted.collect()

@@ -46,7 +46,7 @@ use tx_firmware::{
 use crate::{
     leds::Dimmer,
     light_sensor::LightSensor,
-    ports::{Desk, SharedStore},
+    ports::{RequestContext, SharedStore},
     shared::{Panel, Shared},
     symbols::Symbols,
 };
@@ -130,14 +130,14 @@ async fn main(_spawner: Spawner) {
         RECEIVE.init([0; 256]),
         uart::Config::default(),
     );
-    let desk = Desk {
+    let context = RequestContext {
         shared,
         store: STORE.init(Mutex::new(store)),
     };
     interrupt::SWI_IRQ_0.set_priority(Priority::P3);
     let ports = PORTS.start(interrupt::SWI_IRQ_0);
     // There is room for one, and one is begun.
-    if let Ok(task) = ports::serve(uart, board.USB, desk) {
+    if let Ok(task) = ports::serve(uart, board.USB, context) {
         ports.spawn(task);
     }
 

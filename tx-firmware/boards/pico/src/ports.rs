@@ -28,7 +28,7 @@ pub type SharedStore = Mutex<CriticalSectionRawMutex, Store<SteadyFlash>>;
 
 /// What a request is carried out with.
 #[derive(Clone, Copy)]
-pub struct Desk {
+pub struct RequestContext {
     pub shared: &'static Shared,
     pub store: &'static SharedStore,
 }
@@ -47,21 +47,21 @@ impl Clerk {
         }
     }
 
-    async fn receive(&mut self, byte: u8, desk: &mut Desk) -> Option<&[u8]> {
-        let mut store = desk.store.lock().await;
-        self.service.receive(byte, &mut desk.shared, &mut *store, &mut self.answer)
+    async fn receive(&mut self, byte: u8, context: &mut RequestContext) -> Option<&[u8]> {
+        let mut store = context.store.lock().await;
+        self.service.receive(byte, &mut context.shared, &mut *store, &mut self.answer)
     }
 }
 
 /// Serves both ports.
 #[embassy_executor::task]
-pub async fn serve(uart: BufferedUart, controller: Peri<'static, USB>, desk: Desk) {
+pub async fn serve(uart: BufferedUart, controller: Peri<'static, USB>, context: RequestContext) {
     let (transmit, receive) = uart.split();
     let (mut device, port) = usb::port(Driver::new(controller, Irqs), "vocc transmitter");
-    join3(serve_uart(receive, transmit, desk), serve_usb(port, desk), device.run()).await;
+    join3(serve_uart(receive, transmit, context), serve_usb(port, context), device.run()).await;
 }
 
-async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, mut desk: Desk) {
+async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, mut context: RequestContext) {
     static CLERK: StaticCell<Clerk> = StaticCell::new();
     let clerk = CLERK.init_with(Clerk::new);
     let mut bytes = [0; 32];
@@ -71,14 +71,14 @@ async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, m
             continue;
         };
         for &byte in bytes.iter().take(count) {
-            if let Some(answer) = clerk.receive(byte, &mut desk).await {
+            if let Some(answer) = clerk.receive(byte, &mut context).await {
                 let _ = transmit.write_all(answer).await;
             }
         }
     }
 }
 
-async fn serve_usb(mut port: Port, mut desk: Desk) {
+async fn serve_usb(mut port: Port, mut context: RequestContext) {
     static CLERK: StaticCell<Clerk> = StaticCell::new();
     let clerk = CLERK.init_with(Clerk::new);
     let mut bytes = [0; PACKET];
@@ -86,7 +86,7 @@ async fn serve_usb(mut port: Port, mut desk: Desk) {
         port.wait_connection().await;
         while let Ok(count) = port.read_packet(&mut bytes).await {
             for &byte in bytes.iter().take(count) {
-                if let Some(answer) = clerk.receive(byte, &mut desk).await {
+                if let Some(answer) = clerk.receive(byte, &mut context).await {
                     let _ = write_packets(&mut port, answer).await;
                 }
             }

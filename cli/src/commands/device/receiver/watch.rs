@@ -13,7 +13,7 @@ use super::{Message, as_json, asked_message, asked_status, message_as_json, shor
 use crate::commands::device::Watch;
 use crate::device::Client;
 use crate::options::{Connection, Shared};
-use crate::output::{self, Answer, line};
+use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
 /// From one look for messages to the next: sooner than another one can be complete.
@@ -22,7 +22,7 @@ const POLL: Duration = Duration::from_millis(250);
 const NAP: Duration = Duration::from_millis(50);
 
 /// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
-pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     let Watch { port, count, readings, .. } = arguments;
     let (stop, name) = (stop(), port.name());
     let client = &mut client.receiver().with_context(|| name.clone())?;
@@ -54,7 +54,7 @@ pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::
             status = asked_status(client, &name)?;
         }
     }
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Waits until messages are to be looked for; whether that is before `due`, and nobody wants to stop.

@@ -11,7 +11,7 @@ use link::symbol_rate::SymbolRate;
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
-use sim::renderer::{Renderer, Shown};
+use sim::renderer::{PanelExposure, Renderer};
 use sim::road::moved;
 use sim::scene::Scene;
 use tx_firmware::calibration::BENCH;
@@ -127,7 +127,7 @@ impl Camera {
             let in_view = &self.symbols;
             let middle = in_view[moment.middle_symbol(0.0)];
             let others = self.scene.panels.len();
-            let mut shown: Vec<Shown> = (0..others)
+            let mut shown: Vec<PanelExposure> = (0..others)
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect();
             shown[0].symbols = std::array::from_fn(|ahead| in_view[ahead].panel);

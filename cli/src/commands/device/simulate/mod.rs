@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use crate::options::Shared;
-use crate::output::{self, Answer};
+use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::stop::stop;
 
@@ -90,7 +90,7 @@ impl Clock {
 }
 
 /// Serves until a signal, the film's last frame or, where those are not counted, the end of standard input.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let mut scene = shared.scene(&arguments.scene)?;
     if let Some(lux) = arguments.light_lx {
         scene.ambient.illuminance_lx = lux;
@@ -166,7 +166,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Answer> {
         }
     }
     symbol_log.map_or(Ok(()), SymbolLog::finish)?;
-    Ok(Answer::Yes)
+    Ok(Verdict::Yes)
 }
 
 /// Tells the port's name, and on a terminal what can be done now.

@@ -9,7 +9,7 @@ use crate::fault::Fault;
 
 /// A preset or a file's text, with what is set apart from it: `KEY=VALUE`, as `vocc --set` takes it.
 #[derive(Clone, Debug, Deserialize)]
-pub struct Told {
+pub struct SceneText {
     name: String,
     #[serde(default)]
     toml: Option<String>,
@@ -17,7 +17,7 @@ pub struct Told {
     set: Vec<String>,
 }
 
-impl Told {
+impl SceneText {
     /// The scene.
     pub fn scene(&self) -> Result<Scene, Fault> {
         Ok(match &self.toml {
