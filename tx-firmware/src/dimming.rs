@@ -32,11 +32,13 @@
 //! up to 130 000 lx, any R of a [`Calibration`] and r up to 4: `cargo test -p vocc-tx-firmware dimming`.
 //! What limits a panel at night is its driver: [`drive`](crate::drive).
 
-use fixed::types::{U0F32, U32F32};
+use fixed::types::U32F32;
 use link::l2a_table::{self, Illuminance, L2a};
 pub use link::serial::Limit;
 
 use crate::{ambient::BRIGHTEST_LX, calibration::Calibration};
+
+pub use crate::matrix::Duty;
 
 /// The greatest L2A that a panel is ever driven to, that of tables: the end of the range that Do & Yoo 2020, Table 1, examine, beyond
 /// which LEDs flare.
@@ -48,9 +50,6 @@ pub const NIGHT_LX: Illuminance = Illuminance::lit("50");
 
 /// Bound of the wanted luminance's error, cd/m²: one step of its type.
 pub const LUMINANCE_ERROR_CD_M2: f64 = 1.0 / (1u64 << 32) as f64;
-
-/// The share of full luminance that a panel gives, 0 to 1; the greatest number of its type stands for 1.
-pub type Duty = U0F32;
 
 /// Bound of the duty's error: one step of its type, and what the luminance's error adds on a panel of 1 cd/m².
 pub const DUTY_ERROR: f64 = 1.0 / (1u64 << 32) as f64 + LUMINANCE_ERROR_CD_M2;

@@ -31,7 +31,7 @@
 use fixed::types::U1F31;
 use link::{exposure::AutoExposure, serial::Measured};
 
-use crate::dimming::Duty;
+use crate::matrix::Duty;
 
 /// The ripple that periods are chosen for, in parts per million of the light; the rest of
 /// [`FIDELITY_PPM`] is the step's.

@@ -1,8 +1,10 @@
 //! What a transmitter asks of its LEDs.
 
+use fixed::types::U0F32;
 use link::{panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate};
 
-use crate::dimming::Duty;
+/// The share of full luminance that a panel gives, 0 to 1; the greatest number of its type stands for 1.
+pub type Duty = U0F32;
 
 /// 64 LEDs that can be switched as one panel and dimmed together.
 ///
