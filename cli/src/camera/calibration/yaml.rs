@@ -98,10 +98,20 @@ impl Yaml {
         };
         let number = |value: &Self| {
             let text = value.text()?;
-            let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
-            number.with_context(|| format!("{text:?} is no number"))
+            float(text.trim()).with_context(|| format!("{text:?} is no number"))
         };
         list.iter().map(number).collect()
+    }
+}
+
+/// A number as YAML 1.2 writes it, section 10.2.1.4.
+fn float(text: &str) -> Option<f64> {
+    match text.to_ascii_lowercase().as_str() {
+        ".nan" => Some(f64::NAN),
+        ".inf" | "+.inf" => Some(f64::INFINITY),
+        "-.inf" => Some(f64::NEG_INFINITY),
+        // Without the dot, `nan` and `inf` are text in YAML.
+        _ => text.parse().ok().filter(|number: &f64| number.is_finite()),
     }
 }
 
@@ -125,6 +135,14 @@ mod tests {
     }
 
     #[test]
+    fn numbers_that_are_not_finite_are_written_with_a_dot() {
+        let yaml = Yaml::read("a: [.inf, -.Inf, .NaN]\n").unwrap();
+        let numbers = yaml.get("a").unwrap().unwrap().numbers().unwrap();
+        assert_eq!(numbers[..2], [f64::INFINITY, f64::NEG_INFINITY]);
+        assert!(numbers[2].is_nan());
+    }
+
+    #[test]
     fn what_is_none_of_these_is_refused() {
         for (text, wrong) in [
             ("", "it is empty"),
@@ -133,7 +151,7 @@ mod tests {
             ("- 1\n", "it has no keys"),
             ("a: 1\na: 2\n", "a is told twice"),
             ("b: &b [1]\na: *b\n", "it is no list"),
-            ("a: [1, .inf]\n", "\".inf\" is no number"),
+            ("a: [1, inf]\n", "\"inf\" is no number"),
             ("b: &b 1\na: [1, *b]\n", "refers to another value"),
         ] {
             let numbers = Yaml::read(text).and_then(|yaml| yaml.get("a")?.context("nothing")?.numbers());
