@@ -3,10 +3,13 @@
 use link::camera::Camera;
 use link::geometry::Geometry;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Closing, Known, Lens, PanelObservation, PanelSize, PanelSizeError, Pose, PoseEstimator};
+use rx_pipeline::pose::{Closing, Known, Lens, PanelSize, PanelSizeError, Pose};
+#[cfg(feature = "poses")]
+use rx_pipeline::pose::{PanelObservation, PoseEstimator};
 use rx_pipeline::receiver::{Loss, Reading};
 
 /// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
+#[cfg(feature = "poses")]
 const POSE_PIXELS: usize = 128 * 128;
 /// The scenes' LEDs, m, and their interval: what half a size is checked with.
 const USUAL: (f64, f64) = (0.03, 1.0);
@@ -47,13 +50,18 @@ pub struct PoseInput<'a> {
 pub struct PoseMeter {
     size: Option<PanelSize>,
     /// Made with the first pose: it is large.
+    #[cfg(feature = "poses")]
     estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
 }
 
 impl PoseMeter {
     /// Of panels of a known size, or of panels that have to tell it.
     pub const fn new(size: Option<PanelSize>) -> Self {
-        Self { size, estimator: None }
+        Self {
+            size,
+            #[cfg(feature = "poses")]
+            estimator: None,
+        }
     }
 
     /// The pose of a panel in a single frame.
@@ -72,6 +80,7 @@ impl PoseMeter {
             .ok_or_else(|| "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them".into())
     }
 
+    #[cfg(feature = "poses")]
     fn fit(&mut self, input: &PoseInput, lens: &Lens, size: PanelSize) -> PoseResult {
         let estimator = self.estimator.get_or_insert_with(|| Box::new(PoseEstimator::new()));
         let pose = estimator.pose(&PanelObservation {
@@ -83,6 +92,11 @@ impl PoseMeter {
             size,
         });
         pose.map_err(|why| why.to_string())
+    }
+
+    #[cfg(not(feature = "poses"))]
+    fn fit(&mut self, _: &PoseInput, _: &Lens, _: PanelSize) -> PoseResult {
+        Err("this program measures no poses".into())
     }
 }
 
