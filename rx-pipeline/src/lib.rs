@@ -111,6 +111,7 @@ pub mod receiver;
 pub mod settings;
 mod spots;
 pub mod standalone;
+mod surroundings;
 pub mod symbols;
 mod track;
 

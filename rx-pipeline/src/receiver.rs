@@ -169,7 +169,12 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         profile: &mut impl Profile,
         mut tell: impl FnMut(usize, Outcome<'a>),
     ) {
-        let ReceiverMemory { panels, residuals, canvas } = self.memory.borrow_mut();
+        let ReceiverMemory {
+            panels,
+            residuals,
+            canvas,
+            tiles,
+        } = self.memory.borrow_mut();
         let mut known = Vec::<Corners, PANELS>::new();
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
@@ -177,7 +182,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         let mut doubtful = None;
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, decoder } = panel;
-            let tools = &mut memory.tools(residuals, decoder.before(number));
+            let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
             // Two tracks on one panel are one too many.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
@@ -220,7 +225,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             if let Ok(location) = &found
                 && (vacant.is_none() || is_here(location))
             {
-                let tools = &mut memory.tools(residuals, decoder.before(number));
+                let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
                 let again = reader.find_again(number, frame, location, tools, canvas, profile);
                 reading = again.map_or(reading, Ok);
                 found = Err(Loss::NoPlace);
@@ -231,7 +236,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         let Some((index, reader, decoder, memory)) = vacant else {
             return;
         };
-        let tools = &mut memory.tools(residuals, decoder.before(number));
+        let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
         let reading = found.and_then(|location| reader.begin(number, frame, &location, tools, canvas, profile));
         if reader.is_following() && known.len() + 1 == PANELS {
             self.search.forget();
@@ -357,10 +362,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
         let ReceiverMemory {
             panels: [memory],
             residuals,
+            tiles,
             ..
         } = self.memory.borrow_mut();
         let [panel] = &mut self.panels;
-        let tools = &mut memory.tools(residuals, SoftPanel::ERASED);
+        let tools = &mut memory.tools(residuals, tiles, SoftPanel::ERASED);
         panel.reader.place(corners, size, &self.locator, tools)
     }
 

@@ -33,6 +33,8 @@ pub(crate) const RIM: f32 = 0.6;
 const GATE_SHARE: f32 = 0.85;
 /// The same where it also looks likeliest to be, or has lately been on course: a frame that straddles two symbols explains this little.
 const GATE_SHARE_LIKELIEST: f32 = 0.5;
+/// The same where it has been placed by its surroundings.
+const GATE_SHARE_PLACED: f32 = 0.7;
 /// What it explains as long as it is not known what is usual, at least (share of the light there).
 const GATE_LEAST: f32 = 0.25;
 /// The same where the panel is not expected: clutter explains some of itself too.
@@ -58,6 +60,16 @@ const ASTRAY_SHARE: f32 = 0.8;
 const LINE_LEFT: f32 = 0.8;
 /// What frames usually explain is the mean over about so many (frames).
 const MEMORY_FRAMES: f32 = 16.0;
+/// How far a panel just found may move (pitches squared).
+const WANDER: f32 = 0.25;
+/// What a frame changes of how far the panel wanders (share). Higher: the camera's shake is known sooner, and less surely.
+const WANDER_GAIN: f32 = 0.3;
+/// One that wanders less is where it is expected (pitches). Higher: faster, and a jump by a line is noticed later.
+const STEADY: f32 = 0.1;
+/// A panel that moves as it does now stays near to where it was if its speed makes it miss by more (ratio of mean squares).
+const STILL: f32 = 1.2;
+/// It goes on at its speed through a gap if that makes it miss by less (ratio of mean squares).
+const STEADILY: f32 = 0.25;
 /// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
 /// track, since simpler bits are too often wrong, and a fit in several steps, since place, width and levels hang together. Higher:
 /// slower.
@@ -150,6 +162,8 @@ pub(crate) struct Track {
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
     missed: u32,
+    /// How far from its prediction it was lately, with its speed and without (mean square, pitches squared).
+    wander: [f32; 2],
     /// Whether what is around it is no ground that its LEDs stand on, and so does not count.
     is_amid_clutter: bool,
     /// Whether it is seen in larger pixels, and so near that its tilt shows.
@@ -205,6 +219,7 @@ impl Track {
             last_seen: number,
             any_number: false,
             missed: 0,
+            wander: [WANDER; 2],
             is_amid_clutter: false,
             is_near: false,
             frame_size,
@@ -281,7 +296,38 @@ impl Track {
     /// The lattice expected in frame `number`.
     pub fn predicted(&self, number: u64) -> Lattice {
         let elapsed = number.saturating_sub(self.last_seen) as f32;
-        moved(&self.spots.lattice, &self.speed, [elapsed; 2])
+        let [moving, still] = self.wander;
+        let by_speed = if moving <= STEADILY * still {
+            elapsed
+        } else if moving <= STILL * still {
+            elapsed.min(1.0)
+        } else {
+            0.0
+        };
+        moved(&self.spots.lattice, &self.speed, [by_speed, elapsed])
+    }
+
+    /// How far from where it is expected it usually is (pitches).
+    pub fn spread(&self) -> f32 {
+        let [moving, still] = self.wander;
+        libm::sqrtf(moving.min(still))
+    }
+
+    /// Whether it is where it is expected, but for what hardly shows.
+    pub fn is_steady(&self) -> bool {
+        self.spread() < STEADY
+    }
+
+    /// Mean squares of how far off predictions were, with another that was seen after so many frames.
+    fn wander_with(&self, seen: &Lattice, elapsed: f32) -> [f32; 2] {
+        let pitch = seen.pitch()[0];
+        let mut wander = self.wander;
+        for (square, frames) in wander.iter_mut().zip([elapsed, 0.0]) {
+            let expected = moved(&self.spots.lattice, &self.speed, [frames; 2]);
+            let [dx, dy] = difference(seen, &expected).centre;
+            *square += WANDER_GAIN * ((dx * dx + dy * dy) / (pitch * pitch) - *square);
+        }
+        wander
     }
 
     /// The panel as it was last seen.
@@ -300,13 +346,13 @@ impl Track {
         self.spots.sigma
     }
 
-    /// Compares frame `number` with the panel on `lattice`, each LED On for its share of the exposure, and corrects the track if that
-    /// fits; with the share of the light that it explains.
+    /// Compares frame `number` with the panel on `lattice`, which was `expected`, each LED On for its share of the exposure, and corrects
+    /// the track if that fits; with the share of the light that it explains.
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
         observation: Observation<'_, '_>,
-        lattice: Lattice,
+        [lattice, expected]: [Lattice; 2],
         state: [f32; LEDS],
         gate: Gate,
         residuals: &mut Residuals<N>,
@@ -341,8 +387,8 @@ impl Track {
         let seen = moved(&lattice, &off, [PLACE_GAINS[0], SHAPE_GAINS[0]]);
         Corners::new(seen.corners())?;
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
-        let speed = self.corrected_speed(&seen, &off, elapsed);
-        let [dx, dy] = difference(&shaped.lattice, &self.predicted(number)).centre;
+        let speed = self.corrected_speed(&seen, &self.off_course(&shaped.lattice, &off, elapsed), elapsed);
+        let [dx, dy] = difference(&shaped.lattice, &expected).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
         let usual = match self.usual {
             // What few LEDs explain is not what to expect of others.
@@ -359,6 +405,7 @@ impl Track {
             },
             speed,
             speed_known: true,
+            wander: self.wander_with(&seen, elapsed),
             usual: Some(usual),
             astray: self.astray.map(|before| astray.max(ASTRAY_SHARE * before)),
             last_seen: number,
@@ -372,6 +419,34 @@ impl Track {
     /// Whether it has been where it was expected, so that it cannot be a line off.
     pub fn is_on_course(&self) -> bool {
         self.astray.is_none_or(|astray| astray < ON_COURSE)
+    }
+
+    /// Checks that what the panel explains of the light where it was placed is what a single symbol explains.
+    ///
+    /// # Errors
+    /// [`TrackError::DoesNotFit`] if it is less.
+    pub fn check(&self, explained: f32) -> Result<(), TrackError> {
+        let needed = GATE_SHARE_PLACED * self.usual.map_or(0.0, |usual| usual.explained);
+        if explained < needed {
+            return Err(TrackError::DoesNotFit { explained, needed });
+        }
+        Ok(())
+    }
+
+    /// The same where frame `number` shows it on `lattice`, and nothing else of it is known.
+    pub fn carried(&self, number: u64, lattice: Lattice) -> Self {
+        let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
+        let shape = difference(&lattice, &lattice);
+        Self {
+            spots: LatticeModel { lattice, ..self.spots },
+            speed: self.corrected_speed(&lattice, &self.off_course(&lattice, &shape, elapsed), elapsed),
+            speed_known: true,
+            wander: self.wander_with(&lattice, elapsed),
+            last_seen: number,
+            any_number: false,
+            missed: 0,
+            ..*self
+        }
     }
 
     /// How sure its bits were of late, on average: the probability that one is right.
@@ -463,6 +538,15 @@ impl Track {
             shaped.lattice = moved(&shaped.lattice, &tilt, [1.0; 2]);
         }
         Some(shaped)
+    }
+
+    /// By how much a panel `seen` now is off the place where its speed alone would have led it, and off the shape by as much as `off`.
+    fn off_course(&self, seen: &Lattice, off: &Lattice, elapsed: f32) -> Lattice {
+        let led = moved(&self.spots.lattice, &self.speed, [elapsed; 2]);
+        Lattice {
+            centre: difference(seen, &led).centre,
+            ..*off
+        }
     }
 
     /// The change of the lattice in a frame, where the panel is `seen` now, `off` the prediction over `elapsed` frames.

@@ -9,6 +9,7 @@ pub mod naive;
 pub mod offset;
 pub mod poses;
 pub mod programs;
+pub mod shaken;
 pub mod sightings;
 pub mod terminal;
 pub mod trials;

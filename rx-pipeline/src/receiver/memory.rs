@@ -7,12 +7,13 @@ use crate::camera::Learnt;
 use crate::cells::CellMap;
 use crate::detect::Method;
 use crate::spots::Residuals;
+use crate::surroundings::{Surroundings, Tiles};
 use link::panel::SoftPanel;
 
 /// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in
 /// larger pixels, so that `9216`, 96×96, serves panels of any size.
 ///
-/// For one panel 31 bytes a pixel and 30 kB: 316 kB for 96×96 pixels; for each further one 22 bytes a pixel and 30 kB. It begins as
+/// For one panel 31 bytes a pixel and 43 kB: 329 kB for 96×96 pixels; for each further one 22 bytes a pixel and 33 kB. It begins as
 /// nothing but zeros: as a `static` it takes no room in flash. On a computer, `Box::default()` makes it where it stays, and takes no room
 /// for it on the stack.
 pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
@@ -20,18 +21,21 @@ pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
     pub(super) residuals: Residuals<PIXELS>,
     /// Where a near panel's surroundings are drawn in larger pixels.
     pub(super) canvas: [u8; PIXELS],
+    pub(super) tiles: Tiles,
 }
 
 /// What each panel has of its own.
 pub(super) struct PanelMemory<const PIXELS: usize> {
     pub map: CellMap<PIXELS>,
     likelihood: MaximumLikelihood<PIXELS>,
+    surroundings: Surroundings,
 }
 
 impl<const PIXELS: usize> PanelMemory<PIXELS> {
     const EMPTY: Self = Self {
         map: CellMap::empty(),
         likelihood: MaximumLikelihood::empty(),
+        surroundings: Surroundings::UNKNOWN,
     };
 
     /// What has been learnt of the camera and the panel.
@@ -46,11 +50,13 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
     }
 
     /// What the panel is read with in a frame, `before` which that symbol was shown.
-    pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, before: SoftPanel) -> Tools<'a, PIXELS> {
+    pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, tiles: &'a mut Tiles, before: SoftPanel) -> Tools<'a, PIXELS> {
         Tools {
             map: &mut self.map,
             residuals,
+            tiles,
             likelihood: &mut self.likelihood,
+            surroundings: &mut self.surroundings,
             before,
         }
     }
@@ -62,6 +68,7 @@ impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
         panels: [const { PanelMemory::EMPTY }; PANELS],
         residuals: Residuals::new(),
         canvas: [0; PIXELS],
+        tiles: Tiles::EMPTY,
     };
 
     /// Memory that holds nothing yet.

@@ -17,6 +17,7 @@ use crate::locate::{Location, Locator};
 use crate::profile::{Profile, Stage};
 use crate::settings::TrackingSettings;
 use crate::spots::{LatticeModel, Observation, Residuals};
+use crate::surroundings::{Placement, Surroundings, Tiles};
 use crate::track::{Gate, Track, TrackError};
 use link::panel::SoftPanel;
 
@@ -33,6 +34,14 @@ const LINE_ROOM: f32 = 1.5;
 const LINES_MOVED: usize = 3;
 /// Or what it leaves of what is left at the expected one (share).
 const CLEARLY_LEFT: f32 = 0.6;
+
+/// Surroundings are learnt with bits that are surer (probability that one is right).
+const SURE: f32 = 0.98;
+
+/// A panel is not where it is expected if it is likelier elsewhere by more (nats).
+const CLEARLY_ELSEWHERE: f32 = 6.0;
+/// Two places are read if one is not likelier by more (nats).
+const RIVAL: f32 = 15.0;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -51,6 +60,8 @@ pub(crate) struct Tools<'a, const N: usize> {
     pub map: &'a mut CellMap<N>,
     pub residuals: &'a mut Residuals<N>,
     pub likelihood: &'a mut MaximumLikelihood<N>,
+    pub surroundings: &'a mut Surroundings,
+    pub tiles: &'a mut Tiles,
     /// What is known of the symbol that the frame may show the end of.
     pub before: SoftPanel,
 }
@@ -59,6 +70,10 @@ pub(crate) struct Tools<'a, const N: usize> {
 struct Input<'a, 'f, 't, const N: usize> {
     number: u64,
     frame: &'a Frame<'f>,
+    /// Where the panel should be.
+    expected: Lattice,
+    /// Whether the picture says so, and not only how it moved before.
+    is_placed: bool,
     locator: &'a Locator,
     tools: &'a mut Tools<'t, N>,
 }
@@ -137,50 +152,105 @@ impl Reader {
             self.track = None;
             return None;
         }
-        let before = self.view.grid;
-        let expected = before.lattice_to_frame(&track.predicted(number));
-        let out_of_frame = Loss::from(TrackError::OutOfFrame);
-        let Some(view) = self.look_at(&expected, tools) else {
-            return Some(Err(self.miss(track, out_of_frame)));
-        };
-        let track = track.seen_in(&before, &view.grid, view.frame_size());
-        let Some(drawn) = profile.timed(Stage::Cells, || view.draw(frame, canvas)) else {
-            return Some(Err(self.miss(track, out_of_frame)));
-        };
+        let grid = self.view.grid;
+        let expected = grid.lattice_to_frame(&track.predicted(number));
+        let is_known = tools.surroundings.is_known();
+        let is_steady = track.is_steady() && tools.surroundings.agrees(frame, &expected);
+        let place = |tools: &mut Tools<'_, N>| tools.surroundings.place(frame, &expected, track.spread(), tools.tiles);
+        let placement = (is_known && !is_steady)
+            .then(|| place(tools))
+            .filter(|placed| placed.is_off(&expected));
         let mut input = Input {
             number,
-            frame: &drawn,
+            frame,
+            expected,
+            is_placed: false,
             locator,
             tools,
         };
-        let followed = self.correct(&track, &mut input, profile);
-        let is_read_well = self.reads_well_at_once(&track);
-        let read = followed.and_then(|(track, reading, _)| {
-            let spots = track.spots();
-            if is_read_well {
-                let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
-                return Ok((track, Reading { corners, ..reading }));
+        let mut followed = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
+        let mut track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+        let is_in_place = matches!(&followed, Ok((track, _)) if track.is_on_course());
+        if is_known && is_steady && !is_in_place {
+            let placement = Some(place(input.tools)).filter(|placed| placed.gain > CLEARLY_ELSEWHERE && placed.is_off(&expected));
+            if placement.is_some() {
+                let grid = self.view.grid;
+                let again = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
+                track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+                followed = again.or(followed);
             }
-            let reading = self.read_well(&drawn, spots, reading, tools, profile)?;
-            Ok((track, reading))
-        });
-        Some(match read {
-            Ok((corrected, reading)) => {
-                let track = match &reading.detection.mixed {
-                    None => corrected,
-                    Some(mixture) => {
-                        let observation = observation(&drawn, locator);
-                        corrected_by_both(&track, mixture, number, observation, tools.residuals)
-                    }
-                };
-                self.track = Some(match reading.detection.mixed {
-                    None => track.read_with(reading.detection.confidence),
-                    Some(_) => track,
-                });
+        }
+        Some(match followed {
+            Ok((followed, reading)) => {
+                self.track = Some(followed);
+                if reading.detection.mixed.is_none() && reading.detection.confidence > SURE {
+                    let lattice = self.view.grid.lattice_to_frame(&followed.spots().lattice);
+                    input.tools.surroundings.learn(frame, &lattice, reading.detection.bits);
+                }
                 self.in_frame(reading)
             }
-            Err(loss) => Err(self.miss(track, view.loss_in_frame(loss, self.frame_size))),
+            Err(loss) => {
+                let loss = self.view.loss_in_frame(loss, self.frame_size);
+                Err(self.miss(track, loss))
+            }
         })
+    }
+
+    /// Reads the panel where it is expected in the frame, or where it has been placed.
+    fn follow_to<const N: usize>(
+        &mut self,
+        track: &Track,
+        expected: &Lattice,
+        placement: Option<&Placement>,
+        input: &mut Input<'_, '_, '_, N>,
+        canvas: &mut [u8],
+        profile: &mut impl Profile,
+    ) -> Result<(Track, Reading), Loss> {
+        let place = placement.map_or(expected, |placement| &placement.lattice);
+        let before = self.view.grid;
+        let out_of_frame = Loss::from(TrackError::OutOfFrame);
+        let view = self.look_at(place, input.tools).ok_or(out_of_frame)?;
+        let track = track.seen_in(&before, &view.grid, view.frame_size());
+        let drawn = profile.timed(Stage::Cells, || view.draw(input.frame, canvas)).ok_or(out_of_frame)?;
+        let mut input = Input {
+            number: input.number,
+            frame: &drawn,
+            expected: view.grid.lattice_from_frame(place),
+            is_placed: placement.is_some(),
+            locator: input.locator,
+            tools: input.tools,
+        };
+        let here = self.correct(&track, &mut input, profile);
+        let (corrected, reading, explained) = match placement.and_then(|placement| placement.rival) {
+            Some((rival, behind)) if behind < RIVAL => {
+                let rival = view.grid.lattice_from_frame(&rival);
+                better(here, self.attempt(&track, rival, Gate::STILL, &mut input, profile))
+            }
+            _ => here,
+        }?;
+        let spots = corrected.spots();
+        let reading = if self.reads_well_at_once(&track) {
+            let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
+            Reading { corners, ..reading }
+        } else {
+            self.read_well(&drawn, spots, reading, input.tools, profile)?
+        };
+        let track = match &reading.detection.mixed {
+            None if input.is_placed => {
+                track.check(explained)?;
+                corrected.read_with(reading.detection.confidence)
+            }
+            None => corrected.read_with(reading.detection.confidence),
+            Some(mixture) => match corrected_by_both(&track, mixture, &mut input) {
+                Some(track) => track,
+                None if input.is_placed => {
+                    track.check(explained)?;
+                    track.carried(input.number, input.expected)
+                }
+                None => track,
+            },
+        };
+        Ok((track, reading))
     }
 
     /// From now on looks at a panel on `lattice` of the frame, in pixels of the right size; `None` if it is outside.
@@ -219,12 +289,13 @@ impl Reader {
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
-        let expected = track.predicted(input.number);
+        let expected = input.expected;
+        let is_known = track.speed_known() || input.is_placed;
         let here = self.attempt(track, expected, Gate::SURE, input, profile);
         // As long as it is not known how the panel moves, its bits may look right a line off.
         let here = match here {
-            Ok(here) if track.speed_known() && here.0.is_on_course() => return Ok(here),
-            Ok(here) if track.speed_known() => {
+            Ok(here) if is_known && here.0.is_on_course() => return Ok(here),
+            Ok(here) if is_known => {
                 let here = self.on_its_line(track, Ok(here), input, profile);
                 if !matches!(&here, Ok((now, _, explained)) if now.may_be_elsewhere(*explained)) {
                     return here;
@@ -235,7 +306,7 @@ impl Reader {
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },
                 ..
-            }) if track.speed_known() && track.is_on_course() => match self.attempt(track, expected, Gate::STILL, input, profile) {
+            }) if is_known && track.is_on_course() => match self.attempt(track, expected, Gate::STILL, input, profile) {
                 Ok(here) if here.0.is_on_course() => return Ok(here),
                 here => here,
             },
@@ -319,7 +390,7 @@ impl Reader {
             self.track = Some(track.trusted());
             return None;
         }
-        let (before, learnt) = (self.clone(), tools.likelihood.experience());
+        let (before, learnt, around) = (self.clone(), tools.likelihood.experience(), *tools.surroundings);
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
         let is_surer = |reading: &Reading| reading.detection.confidence > track.trust();
@@ -327,6 +398,7 @@ impl Reader {
         if found.is_none() {
             self.go_back(before, tools);
             tools.likelihood.set_experience(learnt);
+            *tools.surroundings = around;
         }
         found
     }
@@ -357,6 +429,7 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
         self.watch((frame.width(), frame.height()));
+        *tools.surroundings = Surroundings::UNKNOWN;
         let out_of_frame = TrackError::OutOfFrame;
         let view = self.look_at(&location.spots.lattice, tools);
         let view = view.ok_or(out_of_frame)?;
@@ -368,6 +441,7 @@ impl Reader {
             .read(&drawn, &spots.lattice, tools.map, profile)
             .and_then(|reading| self.read_well(&drawn, spots, reading, tools, profile))
             .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
+        tools.surroundings.learn(frame, &location.spots.lattice, reading.detection.bits);
         self.track = Some(track);
         self.in_frame(reading)
     }
@@ -402,7 +476,14 @@ impl Reader {
         let bits = reading.detection.bits;
         let observation = observation(input.frame, input.locator);
         let corrected = profile.timed(Stage::Follow, || {
-            track.corrected(input.number, observation, lattice, bits.shares(), gate, input.tools.residuals)
+            track.corrected(
+                input.number,
+                observation,
+                [lattice, input.expected],
+                bits.shares(),
+                gate,
+                input.tools.residuals,
+            )
         });
         let (track, explained) = corrected?;
         Ok((track, reading, explained))
@@ -478,6 +559,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
         (self.track, self.cells, self.seen) = (None, None, None);
+        *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
         let lattice = Lattice::through(&corners);
         let spots = LatticeModel {
@@ -501,18 +583,12 @@ impl Reader {
 }
 
 /// A track corrected by what two symbols show together, as far as that is known: held against one, it would be corrected wrongly.
-fn corrected_by_both<const N: usize>(
-    track: &Track,
-    mixture: &Mixture,
-    number: u64,
-    observation: Observation<'_, '_>,
-    residuals: &mut Residuals<N>,
-) -> Track {
-    let expected = track.predicted(number);
-    let corrected = mixture
-        .lit()
-        .and_then(|lit| track.corrected(number, observation, expected, lit, Gate::SURE, residuals).ok());
-    corrected.map_or(*track, |(corrected, _)| corrected)
+fn corrected_by_both<const N: usize>(track: &Track, mixture: &Mixture, input: &mut Input<'_, '_, '_, N>) -> Option<Track> {
+    let (number, place) = (input.number, input.expected);
+    let observation = observation(input.frame, input.locator);
+    let residuals = &mut *input.tools.residuals;
+    let corrected = track.corrected(number, observation, [place; 2], mixture.lit()?, Gate::SURE, residuals);
+    corrected.ok().map(|(corrected, _)| corrected)
 }
 
 fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observation<'a, 'f> {

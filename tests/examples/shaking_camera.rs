@@ -1,0 +1,151 @@
+//! How a panel is followed before a camera that shakes, by how far it moves from frame to frame.
+//!
+//! `cargo run --release -p vocc-tests --example shaking_camera -- [FILMS] [FIRST SEED] [random|smooth|turn] [PITCH PX] [STEP]`
+//!
+//! Of each cell: films whose message came, frames read, frames read at least 0.6 pitches off, and those of them said to be more than 90 %
+//! sure. Steps are in pitches, and in degrees of a turn. With a pitch and a step it tells of each film.
+
+use rayon::prelude::*;
+use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
+use rx_pipeline::frame::Frame;
+use std::ops::Add;
+use vocc_tests::shaken::{Drawing, FPS, Film, MESSAGE, SYMBOL_RATE_HZ, Shake};
+
+/// A place farther from the truth is another line's (pitches).
+const LINE_OFF: f64 = 0.6;
+/// Such a reading should not be said to be surer (probability).
+const SURE: f32 = 0.9;
+const FRAMES: usize = 90;
+const PITCHES_PX: [f64; 6] = [4.0, 5.5, 8.0, 11.0, 20.0, 40.0];
+const STEPS_PITCHES: [f64; 7] = [0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 2.0];
+const TURNS_DEG: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+
+/// What came of films.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fate {
+    delivered: usize,
+    frames: usize,
+    read: usize,
+    line_off: usize,
+    surely: usize,
+    wrong_bits: usize,
+}
+
+impl Add for Fate {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            delivered: self.delivered + other.delivered,
+            frames: self.frames + other.frames,
+            read: self.read + other.read,
+            line_off: self.line_off + other.line_off,
+            surely: self.surely + other.surely,
+            wrong_bits: self.wrong_bits + other.wrong_bits,
+        }
+    }
+}
+
+fn receive(film: Film, verbose: bool) -> Fate {
+    let mut drawing = Drawing::new(film);
+    let side = drawing.side();
+    let settings = ReceptionSettings {
+        fps: FPS as f32,
+        symbol_rate_hz: Some(SYMBOL_RATE_HZ as f32),
+        ..ReceptionSettings::default()
+    };
+    let mut reception = Reception::new(settings).expect("settings");
+    let no_lens = Err(String::from("no lens"));
+    let mut fate = Fate::default();
+    let mut came = |event: &PanelEvent| matches!(event, PanelEvent::Message(message) if message.data == MESSAGE);
+    for number in 0..film.frames {
+        let taken = drawing.take(number);
+        let frame = Frame::new(&taken.grey, side, side).expect("a frame");
+        fate.frames += 1;
+        let stamp = Stamp::of(number as u64);
+        let reports = reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report");
+        for report in &reports {
+            if report.events.iter().any(&mut came) {
+                fate.delivered = 1;
+            }
+            match &report.reading {
+                Ok(reading) => {
+                    let points = reading.corners.points();
+                    let centre = [0, 1].map(|i| points.iter().map(|point| f64::from(point[i])).sum::<f64>() / 4.0);
+                    let off = (centre[0] - taken.centre_px[0]).hypot(centre[1] - taken.centre_px[1]) / film.pitch_px;
+                    let wrong = (reading.detection.bits.bits() ^ taken.bits).count_ones() as usize;
+                    fate.read += 1;
+                    if reading.detection.mixed.is_none() && off < LINE_OFF {
+                        fate.wrong_bits += wrong;
+                    }
+                    if off > LINE_OFF {
+                        fate.line_off += 1;
+                        fate.surely += usize::from(reading.detection.confidence > SURE);
+                    }
+                    if verbose {
+                        let sure = reading.detection.confidence;
+                        println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure");
+                    }
+                }
+                Err(loss) if verbose => println!("  {number:3} {loss}"),
+                Err(_) => {}
+            }
+        }
+    }
+    if reception.finish().iter().any(|(_, event)| came(event)) {
+        fate.delivered = 1;
+    }
+    fate
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |i: usize| arguments.get(i).and_then(|text| text.parse::<f64>().ok());
+    let films = number(0).unwrap_or(20.0) as u64;
+    let first = number(1).unwrap_or(1.0) as u64;
+    let (pitch, step) = (number(3), number(4));
+    for (shake, name) in [(Shake::Random, "random"), (Shake::Smooth, "smooth"), (Shake::Turn, "turn")] {
+        if arguments.get(2).is_some_and(|wanted| wanted != name && wanted != "all") {
+            continue;
+        }
+        let steps = if shake == Shake::Turn { &TURNS_DEG[..] } else { &STEPS_PITCHES[..] };
+        let unit = if shake == Shake::Turn { "° a frame" } else { "pitches" };
+        println!(
+            "{name} shake: delivered of {films} / frames read of all, % / line off / of them surely / bits wrong of readings in place"
+        );
+        for &pitch_px in PITCHES_PX.iter().filter(|&&of| pitch.is_none_or(|wanted| wanted == of)) {
+            for &by in steps.iter().filter(|&&of| step.is_none_or(|wanted| wanted == of)) {
+                let film = |seed| Film {
+                    seed,
+                    pitch_px,
+                    shake,
+                    step: if shake == Shake::Turn { by } else { by * pitch_px },
+                    frames: FRAMES,
+                };
+                let is_one = pitch.is_some() && step.is_some();
+                let fates: Vec<Fate> = (first..first + films)
+                    .into_par_iter()
+                    .map(|seed| receive(film(seed), is_one && films == 1))
+                    .collect();
+                if is_one {
+                    fates
+                        .iter()
+                        .enumerate()
+                        .for_each(|(i, fate)| println!("  seed {}: {fate:?}", first + i as u64));
+                }
+                let Fate {
+                    delivered,
+                    frames,
+                    read,
+                    line_off,
+                    surely,
+                    wrong_bits,
+                } = fates.into_iter().fold(Fate::default(), Add::add);
+                let share = 100.0 * read as f64 / frames as f64;
+                println!(
+                    "pitch {pitch_px:4} px, step {by:4} {unit}: {delivered:3} / {share:5.1} / {line_off:4} / {surely:4} / {wrong_bits}"
+                );
+            }
+        }
+    }
+}
