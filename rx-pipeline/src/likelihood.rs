@@ -36,6 +36,10 @@
 //! What a panel's levels were in earlier frames is a [prior](Experience) of those of the next one: it makes them surer, and reads panels
 //! whose LEDs are all alike. They follow the distance: light fills more pixels of a nearer panel.
 //!
+//! A frame whose place shows much less contrast than usual teaches nothing, and one that shows hardly any is not read
+//! (`likelihood/proven.rs`): a wiper is before the panel, or its lamps are dark. What was learnt is doubted when bits stay unsure that were
+//! sure before: the frame is also read by what was known when they were, and by nothing, and what makes its bits surest holds from then on.
+//!
 //! Of each LED, its two levels are learnt from the moments of its light over panels that differ, no bit being known: unequal LEDs, a dim
 //! row, bright patches behind an open frame. An LED of one level does not follow the message; it is named and erased
 //! (`likelihood/leds.rs`). [`MaximumLikelihood::learnt`] tells what has been learnt.
@@ -86,6 +90,7 @@ mod levels;
 mod lines;
 mod mixture;
 mod model;
+mod proven;
 mod search;
 mod sphere_decoder;
 
@@ -107,6 +112,7 @@ use lines::LineDelay;
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SoftPanel};
 use model::Model;
+use proven::Proven;
 
 /// What is around the cells is looked at anew after so many (frames).
 const LOOK_AROUND_FRAMES: u32 = 8;
@@ -117,6 +123,9 @@ const LEARN_LLR: f32 = 1.0;
 /// How sure a frame's bits are that is held against other curves, at least (share that is expected to be right). Lower: wrong bits and
 /// wrong places are explained by curves.
 const CONFIDENCE_MIN: f32 = 0.95;
+/// A search that goes by no levels shows that the light is another where it leaves less noise by this (factor). Lower: what is read anew
+/// because two symbols share it loses the usual levels, too.
+const OTHER_LIGHT: f32 = 2.0;
 /// If two symbols share an exposure, some LED's flip costs less (nats): where α of it is the other symbol's, α² of a
 /// flip's cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an
 /// LED, 10 to 30. Below α = 1/8 the bits are certain all the same.
@@ -127,7 +136,7 @@ const SATURATED_MAX: f32 = 0.05;
 /// The detector: maximum likelihood, searched for over bits and levels.
 ///
 /// `PIXELS` is the largest image of a panel, [a few pixels](self) wider than its cells; LEDs more than 8 px apart are binned
-/// before that. It takes 12 bytes a pixel and about 30 kB: 80 kB for 64×64.
+/// before that. It takes 12 bytes a pixel and about 32 kB: 82 kB for 64×64.
 ///
 /// ```
 /// use link::camera::Camera;
@@ -145,6 +154,7 @@ pub struct MaximumLikelihood<const PIXELS: usize> {
     /// The curve that was told.
     told: Encoding,
     experience: Experience,
+    proven: Proven,
     model: Model<PIXELS>,
 }
 
@@ -162,6 +172,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Self {
             told: Encoding::Gamma(0.0),
             experience: Experience::NONE,
+            proven: Proven::NONE,
             model: Model::new(),
         }
     }
@@ -177,7 +188,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let camera = camera.clamped();
         self.told = camera.encoding;
         self.model.prepare(camera, settings);
-        self.experience = Experience::NONE;
+        (self.experience, self.proven) = (Experience::NONE, Proven::NONE);
     }
 
     /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
@@ -185,7 +196,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn go_on_in_pixels(&mut self, side: usize, mixing_variance: f32) {
         self.model.pixels = [side as f32, mixing_variance];
-        self.experience.levels = LevelPrior::NONE;
+        self.experience.forget_levels();
+        self.proven.forget_levels();
     }
 
     /// Goes on with LEDs of which nothing is known, as those of another place are.
@@ -240,7 +252,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     ///
     /// # Errors
     /// [`DetectError::ContrastTooLow`] if all pixels look alike, [`DetectError::OutsideMemory`] if the panel's image is not in
-    /// the frame or does not fit into `PIXELS`.
+    /// the frame or does not fit into `PIXELS`, [`DetectError::Covered`] if its place shows hardly any of the contrast that it had before.
     pub fn detect(&mut self, frame: &Frame<'_>, corners: &Corners) -> Result<Detection, DetectError> {
         self.detect_after(&SoftPanel::ERASED, frame, corners, None)
     }
@@ -260,6 +272,50 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         corners: &Corners,
         spot_sigma_px: Option<f32>,
     ) -> Result<Detection, DetectError> {
+        let detection = self.read(before, frame, corners, spot_sigma_px)?;
+        if detection.mixed.is_none() && self.proven.doubts(detection.confidence) {
+            return Ok(self.read_by_others(before, frame, corners, spot_sigma_px, detection));
+        }
+        Ok(detection)
+    }
+
+    /// Reads a panel whose bits are unsure `here` by what was learnt when they were surer, and by nothing; goes on with what makes them
+    /// surest.
+    #[cold]
+    #[inline(never)]
+    fn read_by_others(
+        &mut self,
+        before: &SoftPanel,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        spot_sigma_px: Option<f32>,
+        here: Detection,
+    ) -> Detection {
+        let learnt = self.experience;
+        let (mut surest, mut best) = (here, learnt);
+        for other in [self.proven.experience(), learnt.of_lines()] {
+            self.set_experience(other);
+            if let Ok(found) = self.read(before, frame, corners, spot_sigma_px)
+                && found.mixed.is_none()
+                && found.confidence > surest.confidence
+            {
+                (surest, best) = (found, self.experience);
+            }
+        }
+        self.set_experience(best);
+        surest
+    }
+
+    /// Reads the panel by what was learnt so far, and learns from it.
+    #[inline(never)]
+    fn read(
+        &mut self,
+        before: &SoftPanel,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        spot_sigma_px: Option<f32>,
+    ) -> Result<Detection, DetectError> {
+        let was_plain_around = self.experience.is_plain_around;
         let (mut crop, variance) = self.look(frame, corners, spot_sigma_px)?;
         self.experience.set_scale(crop.scale);
         let Experience { leds, light_noise, .. } = &self.experience;
@@ -268,6 +324,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if self.look_around(frame, corners, &mut crop, &mut best)? {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
+        let mut is_other_light = false;
         if !self.experience.levels.fits(best.levels.noise) {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             let noise = best.levels.noise;
@@ -281,10 +338,16 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
             let anew = self.model.search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
             if anew.levels.noise < best.levels.noise {
+                is_other_light = OTHER_LIGHT * anew.levels.noise < best.levels.noise;
                 best = anew;
             }
         }
-        let flip_cost = self.model.ascend_in_groups(&mut best, &self.experience.levels);
+        let prior = if is_other_light {
+            &LevelPrior::NONE
+        } else {
+            &self.experience.levels
+        };
+        let flip_cost = self.model.ascend_in_groups(&mut best, prior);
         let least = self.model.least_cost(&flip_cost);
         let flip_cost = self.model.tempered(&mut best, flip_cost);
         let found = best.bits();
@@ -305,10 +368,23 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr.map(|llr| llr * worth))
         };
+        let shown = self.proven.contrast_shown(&best.levels);
+        let is_random = (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on());
+        let teaches = sure && is_random && self.proven.teaches(shown);
+        if !teaches {
+            self.experience.is_plain_around = was_plain_around;
+            // All LEDs Off, or On, explain whatever does not show them, but not well.
+            let is_blank = !is_random && !self.experience.levels.fits(best.levels.noise);
+            if is_blank || Proven::is_covered(shown) {
+                let percent = if is_blank { 0 } else { (100.0 * shown) as u8 };
+                return Err(DetectError::Covered { percent });
+            }
+        }
         #[cfg(feature = "read-lines")]
         let detection = self.split(detection, &crop, before, best.levels.noise);
-        if sure && (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on()) {
+        if teaches {
             let read = best;
+            self.proven.read_by(&self.experience, detection.confidence);
             self.learn(&mut best);
             if cfg!(feature = "learn-curve") && detection.confidence > CONFIDENCE_MIN {
                 self.learn_curve(frame, &crop, &read);
@@ -358,7 +434,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
             return Ok(!self.experience.is_plain_around);
         }
-        if !self.experience.levels.frames().is_multiple_of(LOOK_AROUND_FRAMES) {
+        if !self.experience.levels.age().is_multiple_of(LOOK_AROUND_FRAMES) {
             return Ok(false);
         }
         let wider = Crop::new(frame, corners, PIXELS, sight(true));

@@ -34,6 +34,11 @@ pub(crate) struct Scene {
     pub gain: fn(usize) -> f32,
     /// Light of the background at a place, in pixels.
     pub background: fn([f32; 2]) -> f32,
+    /// All light over what it is by the other fields: by the exposure.
+    pub exposure: f32,
+    /// What lies before the columns from the first to the last but one: a wiper, which lets a share of the light through and sheds some of
+    /// its own.
+    pub wiper: ([usize; 2], f32, f32),
 }
 
 impl Scene {
@@ -55,6 +60,8 @@ impl Scene {
         gamma: 2.2,
         gain: |_| 1.0,
         background: |_| 1.0,
+        exposure: 1.0,
+        wiper: ([0; 2], 1.0, 0.0),
     };
 
     pub fn corners(&self) -> Corners {
@@ -99,6 +106,13 @@ impl Scene {
                     *light += (surface - 1.0) * height * (-exponent).exp();
                 }
             }
+        }
+        let ([from, to], passes, own) = self.wiper;
+        for (i, light) in light.iter_mut().enumerate() {
+            if (from..to).contains(&(i % self.width)) {
+                *light = passes * *light + own;
+            }
+            *light *= self.exposure;
         }
         let mut random = Random(self.bits | 1);
         if self.shot_noise > 0.0 {

@@ -28,6 +28,12 @@ pub enum DetectError {
         /// Cells in the brighter group, 0 or 64.
         on: u32,
     },
+    /// The panel's place shows hardly any of the contrast that it had.
+    #[error("the panel shows {percent} % of its usual contrast: it is covered, or dark")]
+    Covered {
+        /// The contrast of its LEDs over the usual one, in percent.
+        percent: u8,
+    },
     /// Next to all cells are white.
     #[error(
         "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or \

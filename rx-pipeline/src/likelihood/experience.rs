@@ -28,6 +28,20 @@ pub struct Experience {
 }
 
 impl Experience {
+    /// What tells of the camera's lines alone.
+    pub(super) fn of_lines(&self) -> Self {
+        Self {
+            #[cfg(feature = "read-lines")]
+            line_delay: self.line_delay,
+            ..Self::NONE
+        }
+    }
+
+    /// Goes on with levels of which nothing is known.
+    pub(super) fn forget_levels(&mut self) {
+        self.levels = LevelPrior::NONE;
+    }
+
     /// The standard deviation of spots, in px of the frame; none before the first frame.
     pub(super) fn spot_sigma_px(&self) -> Option<f32> {
         let levels = self.levels.mean_levels()?;

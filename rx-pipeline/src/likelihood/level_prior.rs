@@ -15,7 +15,7 @@ pub(super) const NOISIER: f32 = 1.3;
 /// What was learnt in frames of more noise was learnt from a worse fit (multiple of a frame's).
 const QUIETER: f32 = 2.0;
 /// After so many the noise is known (frames).
-const FRAMES_MIN: u32 = 4;
+pub(super) const FRAMES_MIN: u32 = 4;
 /// The levels' deviations, at least: of background, Off, contrast, variance (share; Off in terms of the contrast), x
 /// and y (px). Less: a changed frame is held to the levels of others.
 const LEAST_SPREAD: [f32; 6] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
@@ -39,6 +39,8 @@ pub(super) struct LevelPrior {
     precision: [[f32; LEVELS]; LEVELS],
     noise: f32,
     frames: u32,
+    /// The same, with older ones.
+    age: u32,
     misfits: u32,
 }
 
@@ -50,6 +52,7 @@ impl LevelPrior {
         precision: [[0.0; LEVELS]; LEVELS],
         noise: 0.0,
         frames: 0,
+        age: 0,
         misfits: 0,
     };
 
@@ -61,6 +64,11 @@ impl LevelPrior {
     /// Frames that it was learnt from, as far as they count.
     pub fn frames(&self) -> u32 {
         self.frames
+    }
+
+    /// All frames since the first of them.
+    pub fn age(&self) -> u32 {
+        self.age
     }
 
     /// The standard deviation of the spots' variance, in px².
@@ -185,6 +193,7 @@ impl LevelPrior {
         }
         self.misfits = 0;
         self.frames = (self.frames + 1).min(MEMORY_FRAMES);
+        self.age = self.age.wrapping_add(1);
         let gain = 1.0 / self.frames as f32;
         let difference = now - Vector::from(self.mean);
         self.mean = (Vector::from(self.mean) + gain * difference).into();

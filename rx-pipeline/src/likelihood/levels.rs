@@ -26,6 +26,18 @@ impl Levels {
         lit.map(|lit| self.off + self.contrast * lit)
     }
 
+    /// By how much light the middle of an On LED exceeds that of an Off one.
+    pub fn peak(&self) -> f32 {
+        self.contrast / (core::f32::consts::TAU * self.variance)
+    }
+
+    /// The same as a share of all light there: exposures change nothing of it.
+    pub fn modulation(&self) -> f32 {
+        let off = self.off.max(0.0) / (core::f32::consts::TAU * self.variance);
+        let peak = self.peak();
+        peak / (self.background.max(0.0) + off + peak).max(f32::MIN_POSITIVE)
+    }
+
     /// All but the noise.
     pub fn values(&self) -> [f32; LEVELS] {
         let [x, y] = self.shift;

@@ -1,3 +1,5 @@
+mod interruptions;
+
 use super::*;
 use crate::synthetic::Scene;
 use link::camera::Camera;

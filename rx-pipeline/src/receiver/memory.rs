@@ -13,7 +13,7 @@ use link::panel::SoftPanel;
 /// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in
 /// larger pixels, so that `9216`, 96×96, serves panels of any size.
 ///
-/// For one panel 31 bytes a pixel and 43 kB: 329 kB for 96×96 pixels; for each further one 22 bytes a pixel and 33 kB. It begins as
+/// For one panel 31 bytes a pixel and 45 kB: 331 kB for 96×96 pixels; for each further one 22 bytes a pixel and 35 kB. It begins as
 /// nothing but zeros: as a `static` it takes no room in flash. On a computer, `Box::default()` makes it where it stays, and takes no room
 /// for it on the stack.
 pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
