@@ -1,5 +1,6 @@
 //! The whole pipeline: camera frames in, messages out.
 
+mod backoff;
 mod blinked;
 mod history;
 mod integer;
@@ -30,10 +31,12 @@ use core::borrow::BorrowMut;
 use crate::camera::Learnt;
 use crate::cells::CellsError;
 use crate::corners::Corners;
+use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::locate::{LocateError, Location, Locator};
 use crate::profile::{Profile, Stage};
 use crate::symbols::{Decoded, MessageDecoder};
+use backoff::Backoff;
 use heapless::Vec;
 use link::framing::Event;
 use link::panel::SoftPanel;
@@ -97,10 +100,17 @@ pub struct Receiver<const PIXELS: usize, M, S = NoSearch, const PANELS: usize = 
 struct Panel {
     reader: Reader,
     decoder: MessageDecoder,
+    /// When it is looked for although it is followed.
+    again: Backoff,
 }
 
 /// What a frame brought of a panel: its reading goes into the panel's decoder.
 fn outcome<'a>(decoder: &'a mut MessageDecoder, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
+    // No symbol of a message leaves all LEDs Off.
+    let reading = reading.and_then(|reading| match reading.detection.bits.count_on() {
+        0 => Err(DetectError::Covered { percent: 0 }.into()),
+        _ => Ok(reading),
+    });
     profile.timed(Stage::Decode, || match reading {
         Ok(reading) => {
             let detection = &reading.detection;
@@ -133,6 +143,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             panels: core::array::from_fn(|_| Panel {
                 reader: Reader::new(settings.method, settings.tracking),
                 decoder: MessageDecoder::of(clock.clone()),
+                again: Backoff::NONE,
             }),
             memory,
             search,
@@ -152,6 +163,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         for panel in &mut self.panels {
             panel.reader = Reader::new(settings.method, settings.tracking);
             panel.decoder.restart(clock.clone());
+            panel.again = Backoff::NONE;
         }
         self.memory.borrow_mut().prepare(settings);
         self.search.forget();
@@ -179,17 +191,22 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         // The first panel that is not followed, unless this frame has just ended it.
         let mut vacant = None;
         // The first panel that may not be where it is followed, and what was read there.
-        let mut doubtful = None;
+        let (mut doubtful, mut is_any_doubtful) = (None, false);
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
-            let Panel { reader, decoder } = panel;
+            let Panel { reader, decoder, again } = panel;
             let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
+            let is_doubtful = reader.is_doubtful();
+            is_any_doubtful |= is_doubtful;
+            if !is_doubtful {
+                again.calm_down();
+            }
             // Two tracks on one panel are one too many.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
-                Some(reading) if !twice && reader.is_doubtful() && doubtful.is_none() => {
-                    doubtful = Some((index, reader, decoder, memory, reading));
+                Some(reading) if !twice && doubtful.is_none() && is_doubtful && again.is_due() => {
+                    doubtful = Some((index, reader, decoder, again, memory, reading));
                 }
                 Some(reading) if !twice => {
                     known.extend(reader.corners());
@@ -206,7 +223,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         }
         let (are_all_followed, vacant) = (vacant.is_none(), vacant.flatten());
         if vacant.is_none() && doubtful.is_none() {
-            if are_all_followed {
+            if are_all_followed && !is_any_doubtful {
                 self.search.forget();
             }
             return;
@@ -219,17 +236,19 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             residuals,
         };
         let mut found = self.search.find(query, profile);
-        if let Some((index, reader, decoder, memory, mut reading)) = doubtful {
+        if let Some((index, reader, decoder, again, memory, mut reading)) = doubtful {
             let place = reader.corners();
             let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
             if let Ok(location) = &found
                 && (vacant.is_none() || is_here(location))
             {
                 let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
-                let again = reader.find_again(number, frame, location, tools, canvas, profile);
-                reading = again.map_or(reading, Ok);
+                if let Some(elsewhere) = reader.find_again(number, frame, location, tools, canvas, profile) {
+                    (reading, *again) = (Ok(elsewhere), Backoff::NONE);
+                }
                 found = Err(Loss::NoPlace);
             }
+            again.wait_longer();
             known.extend(reader.corners());
             tell(index, outcome(decoder, number, reading, profile));
         }
