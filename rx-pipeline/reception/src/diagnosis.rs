@@ -13,6 +13,8 @@ const MOST: f32 = 0.7;
 const SURE: f32 = 0.98;
 /// LEDs nearer to each other than so many standard deviations of the blur run into each other.
 const APART: f32 = 2.0;
+/// A panel that is covered in so large a share of the frames is not read for that reason.
+const OFTEN_COVERED: f32 = 0.05;
 /// A message of a few words, sent twice over, takes so many symbols about.
 const SHORT: usize = 20;
 
@@ -108,8 +110,18 @@ impl Diagnosis {
         lines
     }
 
+    /// Frames in which the panel was covered or dark.
+    fn covered(&self) -> usize {
+        self.losses.get(&LossKind::Covered).map_or(0, |(count, _)| *count)
+    }
+
     fn advice(&self, confidence: f32, frames: usize, blur: Option<f32>, doubt: &str) -> String {
+        let covered = self.covered();
         match blur {
+            _ if covered as f32 > OFTEN_COVERED * frames as f32 => format!(
+                "the panel was covered or dark in {covered} of {frames} frames, as behind a wiper: keep what comes before it away, or make \
+                 the film longer"
+            ),
             _ if (self.read as f32) < MOST * frames as f32 => {
                 "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
             }
@@ -133,6 +145,11 @@ impl Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rx_pipeline::cells::CellMap;
+    use rx_pipeline::corners::Corners;
+    use rx_pipeline::detect::{DetectError, Detector};
+    use rx_pipeline::features::Features;
+    use rx_pipeline::frame::Frame;
     use rx_pipeline::locate::LocateError;
 
     #[test]
@@ -154,5 +171,38 @@ mod tests {
             lines[1].starts_with("no panel was found") && !lines[1].contains("vocc"),
             "{lines:?}"
         );
+    }
+
+    /// A reading of sure bits.
+    fn reading() -> Reading {
+        let corners = Corners::new([[6.0, 6.0], [34.0, 6.0], [34.0, 34.0], [6.0, 34.0]]).unwrap();
+        let grey = |i: usize| if i % 40 % 8 < 4 { 200 } else { 60 };
+        let pixels: Vec<u8> = (0..40 * 40).map(grey).collect();
+        let map = CellMap::<2048>::new(&corners, 40, 40).unwrap();
+        let features = Features::measure(&Frame::new(&pixels, 40, 40).unwrap(), &map).unwrap();
+        let detection = Detector::KMeans.detect(&features).unwrap();
+        Reading { corners, detection }
+    }
+
+    #[test]
+    fn a_panel_behind_a_wiper_is_not_said_to_be_underexposed() {
+        let mut diagnosis = Diagnosis::default();
+        for number in 0..60 {
+            diagnosis.count(&match number % 10 {
+                0 => Err(DetectError::Covered { percent: 3 }.into()),
+                _ => Ok(reading()),
+            });
+        }
+        let rates = LinkRates {
+            symbols_hz: 25.0,
+            fps: 30.0,
+            changes_hz: None,
+        };
+        let lines = diagnosis.lines(&rates, None, false);
+        assert!(
+            lines[0].starts_with("in 6 of 60 frames: the panel shows 3 % of its usual contrast"),
+            "{lines:?}"
+        );
+        assert!(lines[2].starts_with("the panel was covered or dark in 6 of 60 frames"), "{lines:?}");
     }
 }

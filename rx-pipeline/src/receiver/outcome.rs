@@ -54,6 +54,8 @@ pub enum Loss {
 /// What losses have in common, whatever their numbers are. Of kinds that are as frequent, the last is told first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LossKind {
+    /// The panel is covered, or dark.
+    Covered,
     /// The bits could not be told apart.
     Undetected,
     /// An outer line of LEDs was not seen.
@@ -92,6 +94,7 @@ impl Loss {
             Self::NoPlace => return LossKind::NoPlace,
             Self::Cells(_) => return LossKind::NoCells,
             Self::Features(_) => return LossKind::NoFeatures,
+            Self::Detect(DetectError::Covered { .. }) => return LossKind::Covered,
             Self::Detect(_) => return LossKind::Undetected,
             Self::Coasting { .. } => return LossKind::Coasting,
             Self::Lost(_) => return LossKind::Lost,
