@@ -265,7 +265,8 @@ mod tests {
     fn saved(told: &CameraHints, camera: Camera, deep: bool) -> CameraHints {
         let learnt = Learnt {
             camera,
-            blur_deviation_px: 0.01,
+            seen: camera,
+            blur_deviation_px: Some(0.01),
             noise_grey: 1.0,
             line_delay: Some(0.02),
             broken: 1 << 9,

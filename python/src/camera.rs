@@ -198,8 +198,8 @@ record! {
     LearntCamera {
         /// The camera: what the frames say of it, and what was told of the rest. The next receiver can begin with it.
         camera: Py<Camera>,
-        /// The standard deviation of its blur_sigma_px, in pixels.
-        blur_deviation_px: f64,
+        /// The standard deviation of its blur_sigma_px, in pixels; None where the blur is the one that was told, as near panels leave it.
+        blur_deviation_px: Option<f64>,
         /// The standard deviation of a pixel of middle grey, in grey levels.
         noise_grey: f64,
         /// By how much of an exposure each line is later than the one above it: negative where lines are read from below, 0 where all are
@@ -267,7 +267,7 @@ impl Camera {
         let broken = (0..LEDS).filter(|led| learnt.broken >> led & 1 == 1);
         Ok(LearntCamera {
             camera: Py::new(py, camera)?,
-            blur_deviation_px: short(learnt.blur_deviation_px),
+            blur_deviation_px: learnt.blur_deviation_px.map(short),
             noise_grey: short(learnt.noise_grey),
             line_delay_exposures: learnt.line_delay.map(short),
             broken_leds: broken.collect(),

@@ -7,10 +7,13 @@ use link::camera::Camera;
 /// Given back as [`ReceiverSettings::camera`](crate::receiver::ReceiverSettings::camera), the camera is what the next receiver begins with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learnt {
-    /// The camera: what the frames say of it, and what was told of the rest.
+    /// The camera: what the frames say of it, and what was told of the rest. A near panel is read in larger pixels, which say nothing of
+    /// its curve and its blur.
     pub camera: Camera,
-    /// The standard deviation of [`Camera::blur_sigma_px`], in pixels.
-    pub blur_deviation_px: f32,
+    /// The camera as the panel's pixels show it now: in larger ones, curve and blur are those that explain what is seen in them.
+    pub seen: Camera,
+    /// The standard deviation of [`Camera::blur_sigma_px`], in pixels; none where the blur is the one that was told.
+    pub blur_deviation_px: Option<f32>,
     /// The standard deviation of a pixel of middle grey from what is expected of it, in grey levels: the sensor's noise, and whatever the
     /// model leaves unexplained.
     pub noise_grey: f32,

@@ -104,6 +104,7 @@ use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::settings::LikelihoodSettings;
 use crop::{Crop, Sight};
+use curve::CurveEvidence;
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
 use level_prior::LevelPrior;
@@ -155,7 +156,24 @@ pub struct MaximumLikelihood<const PIXELS: usize> {
     told: Encoding,
     experience: Experience,
     proven: Proven,
+    /// What was learnt in the camera's own pixels, where larger ones are looked at.
+    in_own_pixels: OwnPixels,
     model: Model<PIXELS>,
+}
+
+/// What was learnt of the camera in its own pixels.
+struct OwnPixels {
+    curve: CurveEvidence,
+    /// The standard deviation of the blur, and that of its estimate.
+    blur_px: Option<[f32; 2]>,
+}
+
+impl OwnPixels {
+    /// Nothing.
+    const NONE: Self = Self {
+        curve: CurveEvidence::NONE,
+        blur_px: None,
+    };
 }
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
@@ -173,6 +191,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             told: Encoding::Gamma(0.0),
             experience: Experience::NONE,
             proven: Proven::NONE,
+            in_own_pixels: OwnPixels::NONE,
             model: Model::new(),
         }
     }
@@ -188,13 +207,22 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let camera = camera.clamped();
         self.told = camera.encoding;
         self.model.prepare(camera, settings);
-        (self.experience, self.proven) = (Experience::NONE, Proven::NONE);
+        (self.experience, self.proven, self.in_own_pixels) = (Experience::NONE, Proven::NONE, OwnPixels::NONE);
     }
 
     /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
-    /// What was learnt of the levels in the old ones says nothing of theirs.
+    /// What was learnt of the levels in the old ones says nothing of theirs, and larger ones nothing of the camera's curve.
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn go_on_in_pixels(&mut self, side: usize, mixing_variance: f32) {
+        if self.sees_own_pixels() {
+            self.in_own_pixels = OwnPixels {
+                curve: self.experience.curve,
+                blur_px: self.experience.blur_px().or(self.in_own_pixels.blur_px),
+            };
+        } else if side == 1 {
+            self.experience.curve = self.in_own_pixels.curve;
+            self.model.see_by(self.experience.curve.encoding(self.told));
+        }
         self.model.pixels = [side as f32, mixing_variance];
         self.experience.forget_levels();
         self.proven.forget_levels();
@@ -206,19 +234,35 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.experience.leds = LedMoments::NONE;
     }
 
+    /// Whether it sees the camera's own pixels.
+    fn sees_own_pixels(&self) -> bool {
+        let [side, _] = self.model.pixels;
+        side == 1.0
+    }
+
     /// What the frames so far have told of the camera and the LEDs; none before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;
         let [side, mixing] = self.model.pixels;
-        let [blur, unsure] = self.experience.blur_px()?;
-        let blur_sigma_px = side * libm::sqrtf((blur * blur - mixing).max(0.0));
-        let blur_deviation_px = side * unsure;
-        let camera = Camera {
-            blur_sigma_px,
+        let [blur, deviation] = self.experience.blur_px()?;
+        let seen = Camera {
+            blur_sigma_px: side * libm::sqrtf((blur * blur - mixing).max(0.0)),
             ..self.model.camera
+        };
+        let (told, own) = (self.model.camera.blur_sigma_px, &self.in_own_pixels);
+        let (camera, blur_deviation_px) = if self.sees_own_pixels() {
+            (seen, Some(deviation))
+        } else {
+            let camera = Camera {
+                encoding: own.curve.encoding(self.told),
+                blur_sigma_px: own.blur_px.map_or(told, |[blur, _]| blur),
+                ..self.model.camera
+            };
+            (camera, own.blur_px.map(|[_, deviation]| deviation))
         };
         Some(Learnt {
             camera: camera.clamped(),
+            seen: seen.clamped(),
             blur_deviation_px,
             noise_grey: self.model.noise_grey(levels.noise),
             #[cfg(feature = "read-lines")]

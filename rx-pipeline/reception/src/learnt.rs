@@ -13,6 +13,7 @@ pub fn as_json(learnt: &Learnt) -> serde_json::Value {
         line_delay,
         broken,
         frames,
+        ..
     } = learnt;
     serde_json::json!({
         "encoding": camera.encoding, "black_grey": camera.black_grey, "blur_sigma_px": camera.blur_sigma_px,
@@ -30,6 +31,10 @@ pub fn as_text(learnt: &Learnt) -> String {
         blur_aspect,
         ..
     } = learnt.camera;
+    let blur = match learnt.blur_deviation_px {
+        Some(deviation) => format!("blur {blur_sigma_px:.2} ± {deviation:.2} px"),
+        None => format!("blur not seen in the larger pixels of a near panel, {blur_sigma_px:.2} px as told"),
+    };
     let encoding = match encoding {
         Encoding::Gamma(gamma) => format!("gamma {gamma:.2}"),
         Encoding::Srgb => "sRGB".to_owned(),
@@ -51,9 +56,9 @@ pub fn as_text(learnt: &Learnt) -> String {
         Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
     };
     format!(
-        "camera as learnt from {} frames: blur {blur_sigma_px:.2} ± {:.2} px, {blur_aspect:.2} times as wide as high, {encoding}, black at \
+        "camera as learnt from {} frames: {blur}, {blur_aspect:.2} times as wide as high, {encoding}, black at \
          {black_grey:.0}, noise {:.1} grey levels{lines}{broken}",
-        learnt.frames, learnt.blur_deviation_px, learnt.noise_grey
+        learnt.frames, learnt.noise_grey
     )
 }
 

@@ -240,7 +240,7 @@ impl Reception {
             match &report.reading {
                 Ok(reading) => {
                     // What was learnt before this frame.
-                    let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.camera);
+                    let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.seen);
                     let input = PoseInput {
                         frame,
                         reading,

@@ -9,6 +9,9 @@ use super::lines::LineDelay;
 
 /// The least blur by which its deviation is reckoned from that of the spots' variance (px).
 const BLUR_MIN: f32 = 0.3;
+/// How far the variance of an LED's disc, which counts as half a pitch wide, may be off (standard deviation, in pitches²): discs of a third
+/// to two thirds of a pitch are as far off, twice this in one case of twenty.
+const DISC_UNSURE: f32 = 0.005;
 
 /// What a detector has learnt from a panel's frames. It can be taken out, kept and given back, to the same detector or to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +56,9 @@ impl Experience {
         let levels = self.levels.mean_levels()?;
         let pixel_px = self.scale.bin as f32;
         let blur = libm::sqrtf((levels.variance - self.scale.sharp_variance()).max(0.0));
-        let unsure = 0.5 * self.levels.variance_deviation() / blur.max(BLUR_MIN / pixel_px);
+        let disc = DISC_UNSURE * self.scale.pitch * self.scale.pitch;
+        let variance_unsure = libm::hypotf(self.levels.variance_deviation(), disc);
+        let unsure = 0.5 * variance_unsure / blur.max(BLUR_MIN / pixel_px);
         Some([pixel_px * blur, pixel_px * unsure])
     }
 

@@ -1,3 +1,4 @@
+mod honesty;
 mod interruptions;
 
 use super::*;
