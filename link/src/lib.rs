@@ -86,6 +86,7 @@ pub mod framing;
 pub mod geometry;
 pub mod intensity;
 pub mod l2a_table;
+pub mod orientation;
 pub mod panel;
 pub mod raw;
 pub mod scramble;

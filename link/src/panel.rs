@@ -1,5 +1,7 @@
 //! The 8×8 LED panel and what a receiver believes of it.
 
+use crate::orientation::Orientation;
+
 /// LEDs along one side of the panel.
 pub const SIDE: usize = 8;
 /// LEDs of the panel, and so bits of one symbol.
@@ -53,6 +55,26 @@ impl PanelFrame {
     pub const fn distance(self, other: Self) -> u32 {
         (self.0 ^ other.0).count_ones()
     }
+
+    /// What a picture shows of it, row by row, that has it in that orientation.
+    pub const fn seen(self, orientation: Orientation) -> Self {
+        let (mut bits, mut led) = (0, 0);
+        while led < LEDS {
+            bits |= (self.0 >> led & 1) << orientation.place_of(led);
+            led += 1;
+        }
+        Self(bits)
+    }
+
+    /// The panel of which a picture shows this, that has it in that orientation.
+    pub const fn upright(self, orientation: Orientation) -> Self {
+        let (mut bits, mut led) = (0, 0);
+        while led < LEDS {
+            bits |= (self.0 >> orientation.place_of(led) & 1) << led;
+            led += 1;
+        }
+        Self(bits)
+    }
 }
 
 impl core::fmt::Display for PanelFrame {
@@ -98,6 +120,11 @@ impl SoftPanel {
         }))
     }
 
+    /// The reading of the panel itself, where this is of a picture that has it in that orientation.
+    pub fn upright(&self, orientation: Orientation) -> Self {
+        Self(core::array::from_fn(|led| self.0[orientation.place_of(led)]))
+    }
+
     /// How the reading agrees with `panel`: the sum of all ratios, each positive where it agrees, and the sum
     /// of their squares.
     ///
@@ -136,6 +163,17 @@ mod tests {
         assert_eq!(reading.flipped(mask).hard().distance(panel), 0);
         assert_eq!(reading.flipped(mask).seen(), u64::MAX >> 1);
         assert_eq!(SoftPanel([i8::MIN; LEDS]).flipped(u64::MAX).0, [127; LEDS]);
+    }
+
+    #[test]
+    fn what_a_picture_shows_is_turned_back() {
+        let panel = PanelFrame::from_bits(0x0123_4567_89ab_cdef);
+        for orientation in Orientation::ALL {
+            let seen = panel.seen(orientation);
+            assert_eq!(seen.upright(orientation), panel);
+            assert_eq!(SoftPanel::certain(seen, 5).upright(orientation), SoftPanel::certain(panel, 5));
+            assert_eq!(seen == panel, orientation == Orientation::UPRIGHT);
+        }
     }
 
     #[test]

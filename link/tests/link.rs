@@ -7,6 +7,7 @@ use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, Header, Rejection, SYNC, SegmentOutcome};
 use link::geometry::Geometry;
 use link::l2a_table::Interval;
+use link::orientation::Orientation;
 use link::panel::{PanelFrame, SoftPanel};
 use link::scramble;
 use properties::prelude::*;
@@ -125,6 +126,26 @@ properties! {
             listener.hear_clean(framer.next_panel());
         }
         prop_assert_eq!(listener.messages, [message]);
+    }
+
+    #[test]
+    fn it_comes_back_whichever_way_up_the_picture_has_the_panel(
+        value in 0_u8..5, message in any_message(), way in 0_usize..8, start: prop::sample::Index, seed: u64,
+    ) {
+        let orientation = Orientation::ALL[way];
+        let mut framer = Framer::new(&message, code(value), true).unwrap();
+        let repeat = framer.panels_per_repeat();
+        let longest_segment = (3 + code(value).panels() as u32).min(repeat);
+        for _ in 0..start.index(2 * repeat as usize) {
+            framer.next_panel();
+        }
+        let (channel, mut noise) = (Channel::Bsc(0.005), Noise::new(seed));
+        let mut listener = Listener::new();
+        for _ in 0..2 * (repeat + longest_segment) {
+            listener.hear(&channel.read(framer.next_panel().seen(orientation), &mut noise));
+        }
+        prop_assert_eq!(listener.messages, [message]);
+        prop_assert_eq!(listener.deframer.orientation(), Some(orientation));
     }
 
     #[test]
@@ -295,6 +316,23 @@ fn beacons_are_reported_in_either_polarity() {
     listener.hear_repeats(&mut Framer::beacon(), 10);
     assert_eq!(listener.beacons, 10);
     assert!(listener.messages.is_empty());
+}
+
+#[test]
+fn a_camera_that_is_turned_in_the_middle_of_a_message_costs_it_little() {
+    let message: Vec<u8> = (0..200).collect();
+    for (from, to) in (0..8).flat_map(|from| (0..8).map(move |to| (from, to))) {
+        let [from, to] = [from, to].map(|way: usize| Orientation::ALL[way]);
+        let mut framer = Framer::new(&message, Code::Tm1536, true).unwrap();
+        let repeat = framer.panels_per_repeat();
+        let mut listener = Listener::new();
+        for panel in 0..3 * repeat {
+            let orientation = if panel < repeat / 2 { from } else { to };
+            listener.hear_clean(framer.next_panel().seen(orientation));
+        }
+        assert_eq!(listener.messages, std::slice::from_ref(&message), "{from}, then {to}");
+        assert_eq!(listener.deframer.orientation(), Some(to));
+    }
 }
 
 #[test]

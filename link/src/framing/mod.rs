@@ -19,7 +19,7 @@
 //! ```
 //!
 //! **Sync panel.** [`SYNC`], 32 of its LEDs On: 4 in each row and column, never more than 2 alike in
-//! succession. It serves as a pilot too.
+//! succession. It serves as a pilot too, and shows which way up the panel is.
 //!
 //! **Header.** 64 bits, as 8 bytes in little-endian order, coded by TC128 into 2 panels:
 //!
@@ -109,7 +109,7 @@ pub const MESSAGE_MAX: usize = 1024;
 /// ```
 ///
 /// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64:
-/// a panel that is upside down or seen in a mirror is not taken for one that is upright.
+/// it shows which way up a picture has the panel, and whether in a mirror.
 pub const SYNC: PanelFrame = PanelFrame::from_bits(0x9936_c96c_b24d_6693);
 
 /// Why a message cannot be sent.
@@ -129,33 +129,26 @@ pub enum FramingError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::panel::SIDE;
-
-    /// LEDs in reading order of the panel turned and mirrored in one of 8 ways.
-    fn image(way: usize) -> impl Iterator<Item = bool> {
-        (0..SIDE * SIDE).map(move |led| {
-            let (row, column) = (led / SIDE, led % SIDE);
-            let (row, column) = if way & 1 == 0 { (row, column) } else { (column, row) };
-            let row = if way & 2 == 0 { row } else { SIDE - 1 - row };
-            let column = if way & 4 == 0 { column } else { SIDE - 1 - column };
-            SYNC.is_on(row, column)
-        })
-    }
+    use crate::orientation::Orientation;
+    use crate::panel::{LEDS, SIDE};
 
     #[test]
     fn the_sync_panel_is_balanced_and_has_no_long_runs() {
-        for line in 0..2 * SIDE {
-            let leds: Vec<bool> = image(line / SIDE).skip(SIDE * (line % SIDE)).take(SIDE).collect();
-            assert_eq!(leds.iter().filter(|&&on| on).count(), SIDE / 2);
-            assert!(leds.chunk_by(|a, b| a == b).all(|run| run.len() <= 2));
+        for quarter_turns in [0, 1] {
+            let image = SYNC.seen(Orientation::new(quarter_turns, false));
+            for row in 0..SIDE {
+                let leds: Vec<bool> = (0..SIDE).map(|column| image.is_on(row, column)).collect();
+                assert_eq!(leds.iter().filter(|&&on| on).count(), SIDE / 2);
+                assert!(leds.chunk_by(|a, b| a == b).all(|run| run.len() <= 2));
+            }
         }
     }
 
     #[test]
     fn the_sync_panel_is_unlike_its_turned_and_mirrored_images() {
-        for way in 1..8 {
-            let alike = image(0).zip(image(way)).filter(|(a, b)| a == b).count();
-            assert!((24..=40).contains(&alike), "image {way}: {alike}");
+        for orientation in &Orientation::ALL[1..] {
+            let alike = LEDS as u32 - SYNC.distance(SYNC.seen(*orientation));
+            assert!((24..=40).contains(&alike), "{orientation}: {alike}");
         }
     }
 }
