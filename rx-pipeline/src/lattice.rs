@@ -43,6 +43,29 @@ impl Lattice {
         Self { centre, column, row, tilt }
     }
 
+    /// The same LEDs, numbered from another corner: by a right angle further clockwise.
+    fn counted_on(&self) -> Self {
+        Self {
+            column: self.row,
+            row: self.column.map(|c| -c),
+            tilt: [self.tilt[1], -self.tilt[0]],
+            ..*self
+        }
+    }
+
+    /// The same LEDs, numbered from each of the four corners.
+    pub fn turns(&self) -> impl Iterator<Item = Self> {
+        core::iter::successors(Some(*self), |lattice| Some(lattice.counted_on())).take(4)
+    }
+
+    /// The same LEDs, numbered so that rows are turned by no more than half a right angle: which corner is the panel's own first one does
+    /// not show.
+    pub fn most_upright(&self) -> Self {
+        let upright = |lattice: &Self| lattice.column[0] + lattice.row[1];
+        let best = self.turns().max_by(|a, b| upright(a).total_cmp(&upright(b)));
+        best.unwrap_or(*self)
+    }
+
     /// The same shape around `centre`, so many times as large.
     pub fn scaled(&self, centre: [f32; 2], scale: f32) -> Self {
         Self {
@@ -95,11 +118,12 @@ impl Lattice {
         core::array::from_fn(|axis| far * (self.column[axis].abs() + self.row[axis].abs()))
     }
 
-    /// Whether no corner differs by as much as [`SAME_LATTICE`] pitches.
+    /// Whether no corner differs by as much as [`SAME_LATTICE`] pitches, from whichever corner LEDs are numbered.
     pub fn is_close_to(&self, other: &Self) -> bool {
         let limit = SAME_LATTICE * self.pitch()[0];
-        let pairs = self.corners().into_iter().zip(other.corners());
-        pairs.into_iter().all(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) < limit)
+        let (here, there) = (self.corners(), other.corners());
+        let is_near = |[a, b]: [[f32; 2]; 2]| libm::hypotf(a[0] - b[0], a[1] - b[1]) < limit;
+        (0..4).any(|turns| (0..4).all(|corner| is_near([here[corner], there[(corner + turns) % 4]])))
     }
 }
 
@@ -109,6 +133,22 @@ mod tests {
     use properties::prelude::*;
 
     properties! {
+        #[test]
+        fn leds_numbered_from_another_corner_are_the_same(
+            roll in -3.2f32..3.2, steps in prop::array::uniform2(3.0f32..9.0), tilt in prop::array::uniform2(-0.02f32..0.02),
+        ) {
+            let lattice = Lattice { tilt, ..Lattice::turned([40.0, 50.0], steps[0], steps[1], roll) };
+            let upright = lattice.most_upright();
+            let roll = libm::atan2f(upright.column[1], upright.column[0]);
+            prop_assert!(roll.abs() <= core::f32::consts::FRAC_PI_4 + 1e-5);
+            for (a, turned) in lattice.corners().into_iter().zip(lattice.counted_on().corners().into_iter().cycle().skip(3)) {
+                prop_assert!(libm::hypotf(a[0] - turned[0], a[1] - turned[1]) < 1e-3);
+            }
+            prop_assert!(upright.is_close_to(&lattice) && lattice.is_close_to(&upright));
+            let beside = Lattice { centre: upright.position(MIDDLE + 1.0, MIDDLE), ..upright };
+            prop_assert!(!beside.is_close_to(&lattice));
+        }
+
         #[test]
         fn a_lattice_through_corners_is_their_homography(jitter in prop::array::uniform8(-6.0f32..6.0)) {
             let square = [[10.0, 10.0], [66.0, 10.0], [66.0, 66.0], [10.0, 66.0]];

@@ -173,11 +173,30 @@ impl RandomScene {
     ///
     /// # Errors
     /// When a frame of that size is no scene's.
-    pub fn draw(seed: u64, [width, height]: [usize; 2], count: u64, photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
+    pub fn draw(seed: u64, size: [usize; 2], count: u64, photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
+        Self::draw_turned(seed, 0.0, size, count, photographs)
+    }
+
+    /// The same, turned further by so many degrees, 0 to 180.
+    ///
+    /// # Errors
+    /// As [`RandomScene::draw`].
+    pub fn draw_turned(
+        seed: u64,
+        turn_deg: f64,
+        [width, height]: [usize; 2],
+        count: u64,
+        photographs: &[GrayImage],
+    ) -> Result<Self, RandomSceneError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let distance = random.random_range(30.0..70.0);
         let interval = random.random_range(0.5..2.0);
         let (roll, yaw) = (random.random_range(-15.0..15.0), random.random_range(-30.0..30.0));
+        let roll = if roll + turn_deg > 180.0 {
+            roll + turn_deg - 360.0
+        } else {
+            roll + turn_deg
+        };
         let illuminance_lx = 50.0 * 200f64.powf(random.random());
         let board = random.random_range(0.05..0.3);
         let has_board: bool = random.random();
@@ -252,7 +271,12 @@ impl RandomScene {
 
     /// The greatest distance of a corner from the truth, in pixels.
     pub fn error_px(&self, corners: [[f32; 2]; 4]) -> f64 {
-        farthest(corners, self.corners)
+        let mut corners = corners;
+        let turned = (0..4).map(|_| {
+            corners.rotate_left(1);
+            farthest(corners, self.corners)
+        });
+        turned.fold(f64::INFINITY, f64::min)
     }
 }
 

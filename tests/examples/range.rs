@@ -1,21 +1,25 @@
 //! How many panels of the locator's whole range are found within three frames, and how many are seen where there are none.
 //!
-//! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`
+//! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED] [TURNED BY, °]`
 
 use vocc_tests::arguments::Arguments;
 use vocc_tests::sightings::{Tally, search_empty, search_scenes};
 
 fn main() {
     let Arguments {
-        seeds, size, photographs, ..
+        seeds,
+        size,
+        photographs,
+        rest,
     } = Arguments::read();
+    let turn_deg = rest.first().and_then(|turn| turn.parse().ok()).unwrap_or(0.0);
     let scenes = seeds.end - seeds.start;
     let Tally {
         found_at,
         wrong,
         lost,
         mut errors_px,
-    } = search_scenes(seeds.clone(), size, &photographs, |line| println!("{line}"));
+    } = search_scenes(seeds.clone(), turn_deg, size, &photographs, |line| println!("{line}"));
     let found: usize = found_at.iter().sum();
     errors_px.sort_by(f64::total_cmp);
     let quantile = |part: f64| {

@@ -22,16 +22,17 @@ pub struct Tally {
     pub errors_px: Vec<f64>,
 }
 
-/// Looks for the panel of each scene in up to three frames, as a receiver does; tells of each that is not found.
+/// Looks for the panel of each scene, turned by so many degrees more, in up to three frames, as a receiver does; tells of each that is not
+/// found.
 ///
 /// # Panics
 /// When a scene cannot be drawn.
-pub fn search_scenes(seeds: Range<u64>, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> Tally {
+pub fn search_scenes(seeds: Range<u64>, turn_deg: f64, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> Tally {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
     let mut tally = Tally::default();
     for seed in seeds {
-        let sighting = RandomScene::draw(seed, size, FRAMES as u64, photographs).expect("a scene that can be drawn");
+        let sighting = RandomScene::draw_turned(seed, turn_deg, size, FRAMES as u64, photographs).expect("a scene that can be drawn");
         let frames: Vec<Frame> = sighting.frames.iter().map(|pixels| frame(pixels, size)).collect();
         let mut why = Vec::new();
         let mut outcome = None;

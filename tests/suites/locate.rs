@@ -17,7 +17,7 @@ fn panels_are_found_within_three_frames() {
     let mut failures = Vec::new();
     // One in a hundred may be lost: this many are in two of a hundred cases.
     let (count, lost) = if all_cases() { (60, 2) } else { (20, 1) };
-    let tally = search_scenes(0..count, SIZE, &clutter(), |line| failures.push(line.to_owned()));
+    let tally = search_scenes(0..count, 0.0, SIZE, &clutter(), |line| failures.push(line.to_owned()));
     assert_eq!(tally.wrong, 0, "{failures:#?}");
     assert!(tally.lost <= lost, "{} of {count}: {failures:#?}", tally.lost);
     let mut errors = tally.errors_px;

@@ -6,6 +6,7 @@
 
 use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;
+use core::f32::consts::FRAC_1_SQRT_2;
 use heapless::Vec;
 use link::panel::LEDS;
 
@@ -13,8 +14,14 @@ use link::panel::LEDS;
 const SHORTEST: i32 = 2;
 /// The longest (samples). Longer: as above.
 const LONGEST: i32 = 12;
-/// How far rows lean, or columns (tangent). More: slower, and diagonals are taken for rows.
+/// How far rows lean from a direction that is looked along, or columns (tangent): less than half of what lies between two directions is
+/// passed over. More: slower, and diagonals are taken for rows.
 const STEEPEST: f32 = 0.45;
+/// Rows and columns are looked for along these, upright ones and turned by half a right angle: between them they lean any way.
+const DIRECTIONS: [[[f32; 2]; 2]; 2] = [
+    [[1.0, 0.0], [0.0, 1.0]],
+    [[FRAC_1_SQRT_2, FRAC_1_SQRT_2], [-FRAC_1_SQRT_2, FRAC_1_SQRT_2]],
+];
 /// Steps along rows and along columns that are paired (count). More: slower.
 const PEAKS: usize = 4;
 /// Of pairs of steps that agree nearly as well the shortest are taken (share of the best's agreement). Lower: clutter
@@ -34,8 +41,9 @@ struct Step {
 pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
     let mean = patch.sample.iter().flatten().sum::<f32>() / (PATCH_SIDE * PATCH_SIDE) as f32;
     let spots = patch.sample.map(|row| row.map(|sample| sample - mean));
-    let (column, row) = steps(&spots)?;
-    let [column, row] = [column, row].map(|step| refined(&spots, step));
+    let mut agreements = Agreements::of(&spots);
+    let (column, row) = steps(&mut agreements)?;
+    let [column, row] = [column, row].map(|step| refined(&mut agreements, step));
     let shape = Lattice {
         centre: [0.0; 2],
         column,
@@ -46,21 +54,22 @@ pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
 }
 
 /// The steps along rows and along columns.
-fn steps(spots: &Samples) -> Option<([f32; 2], [f32; 2])> {
-    let (columns, rows) = (peaks(spots, 0), peaks(spots, 1));
-    let pairs = || columns.iter().flat_map(|u| rows.iter().map(move |v| (u, v)));
-    // On a lattice steps add up.
-    let agreement = |u: &Step, v: &Step| {
-        let across = |sign: f32| {
-            let [dx, dy] = core::array::from_fn(|axis| round(u.by[axis] + sign * v.by[axis]));
-            near(spots, [dx, dy]).agreement
-        };
-        u.agreement.min(v.agreement).min(across(1.0)).min(across(-1.0))
-    };
+fn steps(agreements: &mut Agreements<'_>) -> Option<([f32; 2], [f32; 2])> {
     let squared = |step: &Step| step.by[0] * step.by[0] + step.by[1] * step.by[1];
-    let pairs: Vec<(f32, f32, [f32; 2], [f32; 2]), { PEAKS * PEAKS }> = pairs()
-        .map(|(u, v)| (agreement(u, v), squared(u) + squared(v), u.by, v.by))
-        .collect();
+    let mut pairs: Vec<(f32, f32, [f32; 2], [f32; 2]), { 2 * PEAKS * PEAKS }> = Vec::new();
+    for directions in DIRECTIONS {
+        let [columns, rows] = directions.map(|direction| peaks(agreements, direction));
+        for (u, v) in columns.iter().flat_map(|u| rows.iter().map(move |v| (u, v))) {
+            // On a lattice steps add up.
+            let mut across = |sign: f32| {
+                let by = core::array::from_fn(|axis| round(u.by[axis] + sign * v.by[axis]));
+                agreements.near(by).agreement
+            };
+            let agreement = u.agreement.min(v.agreement).min(across(1.0)).min(across(-1.0));
+            // There is room for all.
+            let _full = pairs.push((agreement, squared(u) + squared(v), u.by, v.by));
+        }
+    }
     let best = pairs.iter().fold(0.0f32, |best, pair| best.max(pair.0));
     // Twice a step is one too, and so are diagonals.
     pairs
@@ -70,76 +79,107 @@ fn steps(spots: &Samples) -> Option<([f32; 2], [f32; 2])> {
         .map(|&(_, _, column, row)| (column, row))
 }
 
-/// The steps near an axis (0: to the right, 1: downwards) that agree best.
-fn peaks(spots: &Samples, axis: usize) -> Vec<Step, PEAKS> {
-    let lag = |along: i32, aside: i32| match axis {
-        0 => [along, aside],
-        _ => [aside, along],
-    };
+/// The steps near a direction that agree best.
+fn peaks(agreements: &mut Agreements<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> {
     let mut peaks: Vec<Step, PEAKS> = Vec::new();
-    for along in SHORTEST..=LONGEST {
-        let widest = (STEEPEST * along as f32) as i32;
-        for aside in -widest..=widest {
-            let [dx, dy] = lag(along, aside);
-            let step = near(spots, [dx, dy]);
-            let is_peak = step.by == [dx, dy].map(|c| c as f32) && step.agreement > 0.0;
-            if !is_peak {
-                continue;
-            }
-            let place = peaks
-                .iter()
-                .position(|other| other.agreement < step.agreement)
-                .unwrap_or(peaks.len());
-            if peaks.is_full() && place < peaks.len() {
-                peaks.pop();
-            }
-            // Fails only for the worst when the list is full.
-            let _worst = peaks.insert(place, step);
+    for (dx, dy) in (-LONGEST..=LONGEST).flat_map(|dy| (-LONGEST..=LONGEST).map(move |dx| (dx, dy))) {
+        let [along, aside] = [dx as f32 * x + dy as f32 * y, dy as f32 * x - dx as f32 * y];
+        if !(SHORTEST as f32..=LONGEST as f32).contains(&along) || aside.abs() > STEEPEST * along {
+            continue;
         }
+        let step = agreements.near([dx, dy]);
+        let is_peak = step.by == [dx, dy].map(|c| c as f32) && step.agreement > 0.0;
+        if !is_peak {
+            continue;
+        }
+        let place = peaks
+            .iter()
+            .position(|other| other.agreement < step.agreement)
+            .unwrap_or(peaks.len());
+        if peaks.is_full() && place < peaks.len() {
+            peaks.pop();
+        }
+        // Fails only for the worst when the list is full.
+        let _worst = peaks.insert(place, step);
     }
     peaks
 }
 
-/// The best step within one sample of `lag`.
-fn near(spots: &Samples, [dx, dy]: [i32; 2]) -> Step {
-    let mut best = Step {
-        by: [0.0; 2],
-        agreement: f32::NEG_INFINITY,
-    };
-    for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
-        let agreement = agreement(spots, [dx + i, dy + j]);
-        if agreement > best.agreement {
-            best = Step {
-                by: [dx + i, dy + j].map(|c| c as f32),
-                agreement,
-            };
-        }
-    }
-    best
-}
-
 /// The step as a share of a longer one, which is known better.
-fn refined(spots: &Samples, step: [f32; 2]) -> [f32; 2] {
+fn refined(agreements: &mut Agreements<'_>, step: [f32; 2]) -> [f32; 2] {
     let mut step = step;
     for times in [2.0, 4.0] {
-        let far = near(spots, step.map(|c| round(times * c)));
+        let far = agreements.near(step.map(|c| round(times * c)));
         if far.agreement > 0.0 {
-            step = centred(spots, far.by.map(round)).map(|c| c / times);
+            step = agreements.centred(far.by.map(round)).map(|c| c / times);
         }
     }
     step
 }
 
-/// The top of a peak between samples: its centre of gravity.
-fn centred(spots: &Samples, [dx, dy]: [i32; 2]) -> [f32; 2] {
-    let (mut sum, mut moment) = (0.0, [0.0; 2]);
-    for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
-        let weight = agreement(spots, [dx + i, dy + j]).max(0.0);
-        sum += weight;
-        moment = [moment[0] + weight * i as f32, moment[1] + weight * j as f32];
+/// How far short steps reach, with a sample about each (samples).
+const REACH: usize = LONGEST as usize + 1;
+
+/// How much a patch agrees with itself; of short steps it is reckoned once.
+struct Agreements<'a> {
+    spots: &'a Samples,
+    /// By rows down and columns to the right, from −[`REACH`] on: no number where it is not known yet.
+    known: [[f32; 2 * REACH + 1]; REACH + 1],
+}
+
+impl<'a> Agreements<'a> {
+    fn of(spots: &'a Samples) -> Self {
+        Self {
+            spots,
+            known: [[f32::NAN; 2 * REACH + 1]; REACH + 1],
+        }
     }
-    let sum = sum.max(f32::MIN_POSITIVE);
-    [dx as f32 + moment[0] / sum, dy as f32 + moment[1] / sum]
+
+    /// With what lies a step further on, or back, which is the same.
+    fn at(&mut self, [dx, dy]: [i32; 2]) -> f32 {
+        let [dx, dy] = if dy < 0 { [-dx, -dy] } else { [dx, dy] };
+        let (column, row) = (dx + REACH as i32, dy as usize);
+        let Some(known) = usize::try_from(column)
+            .ok()
+            .and_then(|column| self.known.get_mut(row)?.get_mut(column))
+        else {
+            return agreement(self.spots, [dx, dy]);
+        };
+        if known.is_nan() {
+            *known = agreement(self.spots, [dx, dy]);
+        }
+        *known
+    }
+
+    /// The best step within one sample of `lag`.
+    fn near(&mut self, [dx, dy]: [i32; 2]) -> Step {
+        let mut best = Step {
+            by: [0.0; 2],
+            agreement: f32::NEG_INFINITY,
+        };
+        for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
+            let agreement = self.at([dx + i, dy + j]);
+            if agreement > best.agreement {
+                best = Step {
+                    by: [dx + i, dy + j].map(|c| c as f32),
+                    agreement,
+                };
+            }
+        }
+        best
+    }
+
+    /// The top of a peak between samples: its centre of gravity.
+    fn centred(&mut self, [dx, dy]: [i32; 2]) -> [f32; 2] {
+        let (mut sum, mut moment) = (0.0, [0.0; 2]);
+        for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
+            let weight = self.at([dx + i, dy + j]).max(0.0);
+            sum += weight;
+            moment = [moment[0] + weight * i as f32, moment[1] + weight * j as f32];
+        }
+        let sum = sum.max(f32::MIN_POSITIVE);
+        [dx as f32 + moment[0] / sum, dy as f32 + moment[1] / sum]
+    }
 }
 
 /// The mean product of samples that far apart.
@@ -224,7 +264,7 @@ mod tests {
     #[test]
     fn scrambled_panels_are_seen_whatever_their_pose() {
         const PANELS: u64 = 200;
-        let seen = (0..PANELS).filter(|&panel| {
+        let is_seen = |panel: u64, roll_rad: f32| {
             let mut counter = 100 * panel;
             let mut between = |low: f32, high: f32| {
                 counter += 1;
@@ -233,19 +273,23 @@ mod tests {
             };
             let centre = [between(29.0, 35.0), between(29.0, 35.0)];
             let (across, down) = (between(4.0, 6.0), between(4.0, 6.0));
-            let mut truth = Lattice::turned(centre, across, down, between(-0.25, 0.25));
+            let mut truth = Lattice::turned(centre, across, down, roll_rad + between(-0.25, 0.25));
             truth.row[0] += between(-0.5, 0.5);
             let Some(found) = lattice(&patch_of(&truth, split_mix64(100 * panel))) else {
                 return false;
             };
             let off = |a: [f32; 2], b: [f32; 2]| libm::hypotf(a[0] - b[0], a[1] - b[1]);
             // An outer line that is Off may be left out.
-            off(found.column, truth.column) < 0.25
-                && off(found.row, truth.row) < 0.25
-                && off(found.centre, truth.centre) < 1.6 * across.max(down)
-        });
-        let seen = seen.count();
-        assert!(seen >= 190, "{seen} of {PANELS}");
+            truth.turns().any(|truth| {
+                off(found.column, truth.column) < 0.25
+                    && off(found.row, truth.row) < 0.25
+                    && off(found.centre, truth.centre) < 1.6 * across.max(down)
+            })
+        };
+        for roll_rad in [0.0, 0.4, 0.8, 1.2] {
+            let seen = (0..PANELS).filter(|&panel| is_seen(panel, roll_rad)).count();
+            assert!(seen >= 190, "{seen} of {PANELS} at {roll_rad}");
+        }
     }
 
     #[test]

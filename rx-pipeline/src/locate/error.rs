@@ -107,13 +107,16 @@ pub enum LocateError {
         /// Distance of neighbouring LEDs.
         pitch_px: f32,
     },
-    /// The lattice is turned or stretched as no panel is.
-    #[error("the grid does not fit: it is {aspect:.2} times as wide as high and turned by {roll_deg:.0}°, beyond what is looked for")]
+    /// The lattice is stretched or slanted as no panel is.
+    #[error(
+        "the grid does not fit: it is {aspect:.2} times as wide as high, and its rows and columns meet at {angle_deg:.0}°, beyond what is \
+         looked for"
+    )]
     ImpossiblePose {
         /// Pitch along rows over pitch along columns.
         aspect: f32,
-        /// Turn of the rows in degrees.
-        roll_deg: f32,
+        /// The angle between rows and columns in degrees.
+        angle_deg: f32,
     },
     /// The fitted lattice is no readable panel.
     #[error("the grid found is no panel: {0}")]

@@ -82,22 +82,37 @@ impl Evidence {
 
     /// The logarithm of the evidence; `None` if the lattice leaves the patch.
     pub fn of(&self, lattice: &Lattice) -> Option<f32> {
-        let responses = self.responses(lattice)?;
-        let [across, down] = lattice.pitch();
-        let (column, row) = (
-            Factor::new(across / self.sigma, self.ridge),
-            Factor::new(down / self.sigma, self.ridge),
-        );
-        let mut whitened = responses;
-        whitened.iter_mut().for_each(|line| column.solve(line));
+        self.of_overlapping(lattice, &self.overlap(lattice.pitch()))
+    }
+
+    /// The same of a lattice of which it is known how its spots overlap.
+    pub fn of_overlapping(&self, lattice: &Lattice, overlap: &Overlap) -> Option<f32> {
+        let mut whitened = self.responses(lattice)?;
+        whitened.iter_mut().for_each(|line| overlap.column.solve(line));
         let mut whitened = transposed(&whitened);
-        whitened.iter_mut().for_each(|line| row.solve(line));
+        whitened.iter_mut().for_each(|line| overlap.row.solve(line));
         let energy: f32 = whitened.iter().flatten().map(|value| value * value).sum();
         let spot = core::f32::consts::PI * self.sigma * self.sigma;
         let explained = energy / spot / (self.noise * self.noise);
-        let complexity = SIDE as f32 * (column.log_det() + row.log_det()) - 4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge);
-        Some(0.5 * explained - 0.25 * complexity)
+        Some(0.5 * explained - 0.25 * overlap.complexity)
     }
+
+    /// How spots overlap that are so far apart along rows and along columns, in samples.
+    pub fn overlap(&self, pitch: [f32; 2]) -> Overlap {
+        let [column, row] = pitch.map(|pitch| Factor::new(pitch / self.sigma, self.ridge));
+        Overlap {
+            complexity: SIDE as f32 * (column.log_det() + row.log_det()) - 4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge),
+            column,
+            row,
+        }
+    }
+}
+
+/// G + λ of lattices of one pitch, and what it takes off the evidence.
+pub(super) struct Overlap {
+    column: Factor,
+    row: Factor,
+    complexity: f32,
 }
 
 fn transposed(square: &Square) -> Square {

@@ -9,7 +9,7 @@ use super::patch::{PATCH_SIDE, Patch};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use heapless::Vec;
-use link::panel::LEDS;
+use link::panel::{LEDS, SIDE};
 
 /// What is smoother than this counts as ground in a single frame (pitches, standard deviation). More: boards and
 /// gradients show; less: LEDs of one state side by side are taken for ground.
@@ -35,6 +35,9 @@ const COARSE_SIGMA: f32 = 0.55;
 /// The size of the fine patch (multiple of the blob's side). More: coarser samples; less: lattices a line off leave
 /// it.
 const FINE_ROOM: f32 = 1.3;
+/// The box around a lattice over its side from which on the fine patch is larger by as much (ratio): that of a square turned by 23°.
+/// Lower: coarser samples; higher: lattices a line off leave it.
+const FINE_BOX: f32 = 1.31;
 /// The size of the patch in which a followed panel is looked for again (multiple of the panel's side). More:
 /// farther, and coarser.
 const NEAR_ROOM: f32 = 2.6;
@@ -51,8 +54,8 @@ const MISMATCH: f32 = 0.1;
 /// Sizes of the seeds (logarithm of the ratio to the blob's). More of them, and of the next two: slower, and fewer
 /// hills are missed.
 const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
-/// Turns of the seeds (rad).
-const ROLLS_RAD: [f32; 4] = [-0.21, -0.07, 0.07, 0.21];
+/// Turns of the seeds (rad): over a right angle, after which a lattice is the same again.
+const ROLLS_RAD: [f32; 11] = [-0.21, -0.07, 0.07, 0.21, -0.35, 0.35, -0.49, 0.49, -0.63, 0.63, 0.78];
 /// Centres of the seeds along either axis (pitches).
 const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
 /// By how much narrower than high the seeds are (logarithm of the ratio): halfway to how a panel looks from 30°
@@ -158,7 +161,7 @@ impl View<'_, '_> {
     fn on_spots(&self, blob: &Blob) -> Option<Lattice> {
         let step = (libm::ceilf(blob.side_px * SPOTS_ROOM / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(blob, step);
-        constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice))
+        constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice.most_upright()))
     }
 
     fn hills(&self, blob: &Blob) -> Hills {
@@ -168,8 +171,13 @@ impl View<'_, '_> {
         let sigma = (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch);
         let evidence = self.evidence(&patch, sigma, self.spot_sigma_px / step as f32);
         let mut seeds = Ranking::default();
-        for pose in grid(patch.to_samples(blob.centre), pitch) {
-            seeds.offer(evidence.of(&pose.lattice()), pose);
+        for scale in SCALES {
+            let log_pitch = libm::logf(pitch) + scale;
+            let log_pitch = [log_pitch - FORESHORTENING, log_pitch];
+            let overlap = evidence.overlap(log_pitch.map(libm::expf));
+            for pose in grid(patch.to_samples(blob.centre), pitch, log_pitch) {
+                seeds.offer(evidence.of_overlapping(&pose.lattice(), &overlap), pose);
+            }
         }
         Hills { evidence, patch, seeds }
     }
@@ -215,7 +223,10 @@ impl View<'_, '_> {
             centre: start.centre,
             side_px: 8.0 * across.max(down),
         };
-        let step = (libm::ceilf(blob.side_px * FINE_ROOM / PATCH_SIDE as f32) as usize).max(1);
+        let [width, height] = start.extent(0.0);
+        let width_over_side = width.max(height) / ((SIDE - 1) as f32 * across.max(down));
+        let room = FINE_ROOM * (width_over_side / FINE_BOX).max(1.0);
+        let step = (libm::ceilf(blob.side_px * room / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(&blob, step);
         let step = step as f32;
         let pitch = [across, down].map(|pitch| pitch / step);
@@ -299,7 +310,7 @@ impl Hills {
         let Self { evidence, patch, seeds } = self;
         seeds.0.into_iter().filter_map(move |(_, seed)| {
             let (_, pose) = hill_climbing::climb(&evidence, seed, FROM_SEED)?;
-            Some(patch.to_frame_lattice(&pose.lattice()))
+            Some(patch.to_frame_lattice(&pose.lattice().most_upright()))
         })
     }
 }
@@ -320,17 +331,14 @@ impl Ranking {
     }
 }
 
-/// Poses around a centre: sizes to 15 %, turns to 16° and centres to 0.6 pitches, each as far apart as a hill is wide.
-fn grid(centre: [f32; 2], pitch: f32) -> impl Iterator<Item = Pose> {
-    let log_pitch = libm::logf(pitch);
-    SCALES.into_iter().flat_map(move |scale| {
-        ROLLS_RAD.into_iter().flat_map(move |roll_rad| {
-            SHIFTS.into_iter().flat_map(move |x| {
-                SHIFTS.map(move |y| Pose {
-                    centre: [centre[0] + x * pitch, centre[1] + y * pitch],
-                    log_pitch: [log_pitch + scale - FORESHORTENING, log_pitch + scale],
-                    roll_rad,
-                })
+/// Poses of one size around a centre: any turn, and centres to 0.6 pitches, each as far apart as a hill is wide.
+fn grid(centre: [f32; 2], pitch: f32, log_pitch: [f32; 2]) -> impl Iterator<Item = Pose> {
+    ROLLS_RAD.into_iter().flat_map(move |roll_rad| {
+        SHIFTS.into_iter().flat_map(move |x| {
+            SHIFTS.map(move |y| Pose {
+                centre: [centre[0] + x * pitch, centre[1] + y * pitch],
+                log_pitch,
+                roll_rad,
             })
         })
     })

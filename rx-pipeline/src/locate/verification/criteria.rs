@@ -8,6 +8,7 @@ use crate::settings::SearchSettings;
 use crate::spots::{LatticeModel, Slope};
 use core::ops::RangeInclusive;
 use link::framing::SYNC;
+use link::orientation::Orientation;
 
 // Where there are two values, the first is for the change between two frames, the second for a single frame, which holds all the clutter.
 
@@ -55,8 +56,6 @@ const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
 const LEAST_PITCH_PX: f32 = 2.0;
 /// Rows and columns are no further from right angles (cosine).
 const MOST_SHEAR: f32 = 0.2;
-/// Rows are turned by no more (rad): 23°.
-const MOST_ROLL_RAD: f32 = 0.4;
 /// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other
 /// the widest. Wider: more that is no panel passes.
 const SPOT_OVER_PITCH: RangeInclusive<f32> = 0.08..=0.85;
@@ -142,10 +141,13 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let pattern = states.fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0.0) << led);
     let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
     // What begins each block is the same each time, and far from random.
-    let is_sync = [pattern, !pattern].contains(&SYNC.bits());
+    let is_sync = || {
+        let mut seen = Orientation::ALL.into_iter().map(|orientation| SYNC.seen(orientation).bits());
+        seen.any(|sync| [pattern, !pattern].contains(&sync))
+    };
     let stand_out = if shows_off(spots) { !pattern } else { pattern };
     let is_orderly = || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
-    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) || scope.is_single() && !is_sync && is_orderly() {
+    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) || scope.is_single() && is_orderly() && !is_sync() {
         return Err(LocateError::NotRandom { lit, different });
     }
     Ok(())
@@ -207,11 +209,10 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     }
     let aspect = across / down;
     let shear = (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
-    let roll = libm::atan2f(lattice.column[1], lattice.column[0]);
-    if !(ASPECT.contains(&aspect) && shear.abs() < MOST_SHEAR && roll.abs() < MOST_ROLL_RAD) {
+    if !(ASPECT.contains(&aspect) && shear.abs() < MOST_SHEAR) {
         return Err(LocateError::ImpossiblePose {
             aspect,
-            roll_deg: roll.to_degrees(),
+            angle_deg: libm::acosf(shear.clamp(-1.0, 1.0)).to_degrees(),
         });
     }
     Ok(())
