@@ -124,6 +124,7 @@ impl Film {
                     panel = Some(json!({
                         "bits": detection.bits.to_string(), "confidence": detection.confidence, "corners_px": corners.points(),
                         "pitch_px": corners.pitch_px(), "symbol": report.symbol,
+                        "orientation": report.orientation.map(|orientation| orientation.to_string()),
                     }));
                 }
                 Err(loss) => why = Some(loss.to_string()),

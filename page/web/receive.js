@@ -248,7 +248,9 @@ function showPanel(panel, rate) {
   receiving.close.showAround(receiving.picture, panel.corners_px);
   const symbol = panel.symbol === null || panel.symbol === undefined ? "" : `, symbol ${panel.symbol}`;
   const symbols = rate ? `, ${short(rate)} symbols a second` : "";
-  byId("receive-bits").textContent = `Bits ${panel.bits}, held right by ${short(100 * panel.confidence, 4)} %${symbol}${symbols}`;
+  const orientation = panel.orientation ? `, ${panel.orientation}` : "";
+  const confidence = short(100 * panel.confidence, 4);
+  byId("receive-bits").textContent = `Bits ${panel.bits}, held right by ${confidence} %${symbol}${symbols}${orientation}`;
 }
 
 /** @param {any} message */

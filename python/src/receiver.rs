@@ -1,5 +1,6 @@
 //! Frames in, one after another; readings, poses and messages out.
 
+use link::orientation::Orientation;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use reception::colour::Channel;
@@ -23,7 +24,8 @@ record! {
         frame: u64,
         /// The panel's number, from 0.
         panel: usize,
-        /// Its bits, bool of shape (8, 8).
+        /// Its bits, bool of shape (8, 8): in its own rows and columns once `turned_deg` is known; else, and where the picture is mirrored,
+        /// in the picture's.
         bits: Py<PyArray2<bool>>,
         /// The log-likelihood ratio of each LED, positive for On, float32 of shape (8, 8).
         llr: Py<PyArray2<f32>>,
@@ -37,6 +39,10 @@ record! {
         pitch_px: f32,
         /// The number of the symbol that it shows, where that is known.
         symbol: Option<u32>,
+        /// By how many degrees the panel is turned clockwise in the picture, 0, 90, 180 or 270: known from the first header of a message on.
+        turned_deg: Option<u32>,
+        /// Whether the picture is a mirror image, where that is known.
+        is_mirrored: Option<bool>,
         /// Where the panel is, where the camera's focal length and the panel's size were told.
         pose: Option<Py<Pose>>,
         /// Why that is not known.
@@ -282,7 +288,7 @@ impl Receiver {
             }
             match report.reading {
                 Ok(reading) => {
-                    let reading = self.reading(py, frame, panel, reading, report.symbol)?;
+                    let reading = self.reading(py, frame, panel, reading, report.symbol, report.orientation)?;
                     received.readings.push(Py::new(py, reading)?);
                 }
                 Err(loss) => {
@@ -294,7 +300,15 @@ impl Receiver {
         Ok(received)
     }
 
-    fn reading(&self, py: Python<'_>, frame: u64, panel: usize, reading: PanelReading, symbol: Option<u32>) -> PyResult<Reading> {
+    fn reading(
+        &self,
+        py: Python<'_>,
+        frame: u64,
+        panel: usize,
+        reading: PanelReading,
+        symbol: Option<u32>,
+        orientation: Option<Orientation>,
+    ) -> PyResult<Reading> {
         let PanelReading { corners, detection } = reading;
         let whereabouts = self.reception.whereabouts(panel);
         let (pose, no_pose) = match whereabouts.measured() {
@@ -314,6 +328,8 @@ impl Receiver {
             centre_px: corners.centre_px().into(),
             pitch_px: corners.pitch_px(),
             symbol,
+            turned_deg: orientation.map(|orientation| 90 * u32::from(orientation.quarter_turns())),
+            is_mirrored: orientation.map(Orientation::is_mirrored),
             pose,
             no_pose,
         })

@@ -44,6 +44,7 @@ def test_a_receiver_says_what_the_program_says(film: Path, vocc_json) -> None:
     for reading, row in zip(readings, printed, strict=True):
         assert (reading.frame, vocc.as_hex(reading.bits)) == (row["frame"], row["bits"])
         assert (reading.symbol, reading.panel) == (row["symbol"], row["panel"])
+        assert (reading.turned_deg, reading.is_mirrored) == (row["turned_deg"], row["is_mirrored"])
         assert reading.centre_px == pytest.approx(row["centre_px"], abs=1e-5)
         assert reading.confidence == pytest.approx(row["confidence"], abs=1e-6)
         sure = np.abs(reading.llr) > 0
@@ -57,6 +58,23 @@ def test_a_receiver_says_what_the_program_says(film: Path, vocc_json) -> None:
     camera = receiver.camera
     assert camera is not None and camera.frames >= told["camera"]["frames"]
     assert receiver.closed
+
+
+@pytest.mark.parametrize("is_mirrored", [False, True])
+@pytest.mark.parametrize("turns", [0, 1, 2, 3])
+def test_a_film_is_read_whichever_way_up_the_camera_was(film: Path, turns: int, is_mirrored: bool) -> None:
+    receiver = vocc.Receiver()
+    readings, messages = [], []
+    for image in images(film):
+        image = np.fliplr(image) if is_mirrored else image
+        received = receiver.feed(np.ascontiguousarray(np.rot90(image, -turns)))
+        readings += received.readings
+        messages += received.messages
+    messages += receiver.finish()
+    assert [message.text for message in messages] == [MESSAGE]
+    known = [(reading.turned_deg, reading.is_mirrored) for reading in readings if reading.turned_deg is not None]
+    assert len(known) > 20
+    assert set(known) == {(90 * turns, is_mirrored)}
 
 
 def test_the_learnt_camera_is_what_the_program_saves_and_the_next_receiver_begins_with(film: Path, tmp_path: Path, vocc_json) -> None:

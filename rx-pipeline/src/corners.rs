@@ -102,6 +102,13 @@ impl Corners {
         self.0
     }
 
+    /// The same corners, those of the panel's own rows, where these are of a picture that has it turned by so many right angles clockwise.
+    pub(crate) fn upright(&self, quarter_turns: u8) -> Self {
+        let mut points = self.0;
+        points.rotate_left(usize::from(quarter_turns % 4));
+        Self(points)
+    }
+
     /// The distance of neighbouring LEDs in pixels, averaged over the four sides.
     pub fn pitch_px(&self) -> f32 {
         self.sides_px().into_iter().sum::<f32>() / (4.0 * LAST as f32)
@@ -238,6 +245,7 @@ fn inverse([[a, b, c], [d, e, f], [g, h, i]]: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use link::orientation::Orientation;
     use properties::prelude::*;
 
     #[test]
@@ -258,6 +266,22 @@ mod tests {
     }
 
     properties! {
+        #[test]
+        fn corners_and_leds_are_turned_alike(jitter in prop::array::uniform8(-4.0f32..4.0), quarter_turns in 0u8..4) {
+            let square = [[10.0, 10.0], [52.0, 10.0], [52.0, 52.0], [10.0, 52.0]];
+            let points = core::array::from_fn(|i| {
+                let [x, y]: [f32; 2] = square[i];
+                [x + jitter[2 * i], y + jitter[2 * i + 1]]
+            });
+            let seen = Corners::new(points).unwrap();
+            let (orientation, upright) = (Orientation::new(quarter_turns, false), seen.upright(quarter_turns));
+            for led in 0..64 {
+                let at = |corners: &Corners, led: usize| corners.homography().to_image([(led % SIDE) as f64, (led / SIDE) as f64]);
+                let (own, in_picture) = (at(&upright, led), at(&seen, orientation.place_of(led)));
+                prop_assert!((own[0] - in_picture[0]).hypot(own[1] - in_picture[1]) < 1e-9);
+            }
+        }
+
         #[test]
         fn corners_go_where_they_were_said_to_be(jitter in prop::array::uniform8(-4.0f32..4.0)) {
             let square = [[10.0, 10.0], [52.0, 10.0], [52.0, 52.0], [10.0, 52.0]];

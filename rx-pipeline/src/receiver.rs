@@ -114,15 +114,21 @@ fn outcome<'a>(decoder: &'a mut MessageDecoder, number: u64, reading: Result<Rea
     profile.timed(Stage::Decode, || match reading {
         Ok(reading) => {
             let detection = &reading.detection;
-            let Decoded { symbol, event } = decoder.push(number, &detection.soft, detection.mixed.as_ref());
+            let Decoded {
+                symbol,
+                orientation,
+                event,
+            } = decoder.push(number, &detection.soft, detection.mixed.as_ref());
             Outcome {
                 reading: Ok(reading),
                 symbol,
+                orientation,
                 event,
             }
         }
         Err(loss) => Outcome {
             reading: Err(loss),
+            orientation: decoder.orientation(),
             ..Outcome::NOTHING
         },
     })

@@ -8,12 +8,13 @@ use link::fec::Code;
 use link::framing::{Event, FramingError};
 use link::intensity::{IntensityLimit, IntensityLimitError};
 use link::l2a_table::{Illuminance, Interval};
+use link::orientation::Orientation;
 use link::panel::PanelFrame;
 use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::receiver::{FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
+use rx_pipeline::receiver::{FrameSearch, Loss, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
 use tx_firmware::dimming::Dimming;
@@ -194,8 +195,12 @@ impl Road {
         if self.true_corners {
             self.place();
         }
+        let truth = self.renderer.corners_in(sensor).ok();
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
-        let read = outcome.reading.map(|reading| (reading.detection.bits, reading.corners));
+        let read = outcome.reading.map(|reading| {
+            let reading = truth.map_or(reading, |truth| own_way_up(&reading, &truth));
+            (reading.detection.bits, reading.corners)
+        });
         let read_bits = read.as_ref().map_or(PanelFrame::default(), |read| read.0);
         Ok(FrameReport {
             frame,
@@ -270,6 +275,16 @@ const FOLLOWED_PX: f32 = 0.5;
 fn are_near(a: &Corners, b: &Corners) -> bool {
     let pairs = a.points().into_iter().zip(b.points());
     pairs.into_iter().all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < FOLLOWED_PX)
+}
+
+/// A reading in the panel's own rows and columns, which whoever knows the truth need not learn from the first header.
+fn own_way_up(reading: &Reading, truth: &Corners) -> Reading {
+    let off = |reading: &Reading| {
+        let [[x, y], [true_x, true_y]] = [&reading.corners, truth].map(|corners| corners.points()[0]);
+        (x - true_x).hypot(y - true_y)
+    };
+    let turned = (1..4).map(|turns| reading.upright(Orientation::new(turns, false)));
+    turned.fold(*reading, |best, other| if off(&other) < off(&best) { other } else { best })
 }
 
 impl Symbols {

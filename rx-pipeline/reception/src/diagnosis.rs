@@ -135,9 +135,7 @@ impl Diagnosis {
             _ if self.rejected > 0 => {
                 format!("beginnings of messages were seen, but not read to their end: {doubt}. Else make the film longer")
             }
-            _ => format!(
-                "the bits are sure, but no message begins in them: {doubt}. Else see that the picture is neither mirrored nor upside down"
-            ),
+            _ => format!("the bits are sure, but no message begins in them: {doubt}"),
         }
     }
 }

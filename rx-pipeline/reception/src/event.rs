@@ -3,6 +3,7 @@
 use link::fec::Undecodable;
 use link::framing::{Event, Rejection, SegmentOutcome};
 use link::geometry::Geometry;
+use link::orientation::Orientation;
 
 /// A whole message, checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,6 +36,8 @@ pub enum PanelEvent {
     },
     /// The panel says how large it is.
     Geometry(Geometry),
+    /// Which way up the picture has the panel: told where that is not upright, and where it has changed.
+    Orientation(Orientation),
     /// The panel shows that many symbols a second, which is not the rate that was assumed.
     RateFound(f32),
 }

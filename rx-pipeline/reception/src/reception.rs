@@ -1,6 +1,8 @@
 //! Frames in, one after another; readings, poses and messages out.
 
 use link::camera::Camera;
+use link::orientation::Orientation;
+use link::panel::PanelFrame;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
@@ -109,8 +111,11 @@ pub struct PanelReport {
     pub panel: usize,
     /// What its symbols brought.
     pub events: Vec<PanelEvent>,
-    /// Its place and bits, or why it was not read.
+    /// Its place and bits, or why it was not read: in its own rows and columns once its orientation is known; else, and where the picture is
+    /// mirrored, in those of the picture.
     pub reading: Result<Reading, Loss>,
+    /// Which way up the picture has it: known from the first header of a message on.
+    pub orientation: Option<Orientation>,
     /// The number of the symbol that the frame shows, where it was read.
     pub symbol: Option<u32>,
 }
@@ -132,6 +137,7 @@ pub struct Reception {
 struct Panel {
     /// From its first reading on.
     rates: Option<RateSearch>,
+    orientation: Option<Orientation>,
     whereabouts: Whereabouts,
 }
 
@@ -163,6 +169,7 @@ impl Reception {
         settings.of_receiver().validate()?;
         let panel = |_| Panel {
             rates: None,
+            orientation: None,
             whereabouts: Whereabouts::UNKNOWN,
         };
         Ok(Self {
@@ -238,6 +245,7 @@ impl Reception {
             report.events.iter().for_each(|event| diagnosis.count_event(event));
             let whereabouts = &mut self.panels[report.panel].whereabouts;
             match &report.reading {
+                Ok(_) if report.orientation.is_some_and(Orientation::is_mirrored) => whereabouts.pass_over_mirrored(),
                 Ok(reading) => {
                     // What was learnt before this frame.
                     let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.seen);
@@ -252,7 +260,7 @@ impl Reception {
                 Err(loss) => whereabouts.lose(loss),
             }
         }
-        self.learnt = receiver.learnt();
+        self.learnt = learnt(receiver.as_ref(), &self.panels);
         Ok(reports)
     }
 
@@ -270,7 +278,7 @@ impl Reception {
             }
         });
         events.iter().for_each(|(_, event)| self.diagnosis.count_event(event));
-        self.learnt = receiver.learnt();
+        self.learnt = learnt(receiver.as_ref(), &self.panels);
         events
     }
 
@@ -292,6 +300,11 @@ impl Reception {
     /// What was learnt of the camera by the first panel that was read.
     pub fn learnt(&self) -> Option<&Learnt> {
         self.learnt.iter().flatten().next()
+    }
+
+    /// Which way up the picture has a panel: known from the first header of a message on.
+    pub fn orientation(&self, panel: usize) -> Option<Orientation> {
+        self.panels.get(panel)?.orientation
     }
 
     /// Where a panel is.
@@ -321,7 +334,24 @@ impl Reception {
     }
 }
 
+/// What was learnt of the camera, by the numbers of the panels.
+fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<Learnt>> {
+    let each = receiver.learnt().into_iter().zip(panels);
+    let upright = |learnt: Learnt, panel: &Panel| Learnt {
+        broken: PanelFrame::from_bits(learnt.broken).upright(panel.turn()).bits(),
+        ..learnt
+    };
+    each.map(|(learnt, panel)| learnt.map(|learnt| upright(learnt, panel))).collect()
+}
+
 impl Panel {
+    /// By how much what is told of it is turned back: mirror images are told as they are.
+    fn turn(&self) -> Orientation {
+        self.orientation
+            .filter(|orientation| !orientation.is_mirrored())
+            .unwrap_or_default()
+    }
+
     /// What a frame's outcome means for the panel; its pose is measured afterwards.
     fn report(&mut self, panel: usize, stamp: Stamp, outcome: &Outcome<'_>, settings: &ReceptionSettings) -> PanelReport {
         let rates = self.rates.get_or_insert_with(|| settings.rate_search());
@@ -333,11 +363,21 @@ impl Panel {
         {
             events.push(PanelEvent::Geometry(geometry));
         }
+        let symbol = rates.symbol().or(outcome.symbol);
+        let orientation = rates.orientation().or(outcome.orientation);
+        let before = core::mem::replace(&mut self.orientation, orientation);
+        if orientation != before
+            && let Some(orientation) = orientation
+            && (orientation != Orientation::UPRIGHT || before.is_some())
+        {
+            events.push(PanelEvent::Orientation(orientation));
+        }
         PanelReport {
             panel,
             events,
-            reading: outcome.reading,
-            symbol: rates.symbol().or(outcome.symbol),
+            reading: outcome.reading.map(|reading| reading.upright(self.turn())),
+            orientation,
+            symbol,
         }
     }
 }
@@ -348,29 +388,51 @@ mod tests {
     use crate::Message;
     use link::fec::Code;
     use link::framing::Framer;
-    use rx_pipeline::corners::Corners;
 
     const SIDE: usize = 96;
 
-    /// Frames of 96×96 pixels in which a panel shows a message, a spot of light where an LED is On; each symbol is in two.
-    fn film(message: &[u8]) -> impl Iterator<Item = Vec<u8>> {
+    /// How a panel is held before the camera.
+    #[derive(Clone, Copy, Debug)]
+    struct Held {
+        /// Clockwise.
+        roll_deg: f64,
+        is_mirrored: bool,
+    }
+
+    impl Held {
+        const UPRIGHT: Self = Self {
+            roll_deg: 0.0,
+            is_mirrored: false,
+        };
+
+        /// Where LED `led` is seen.
+        fn at(self, led: usize) -> [f64; 2] {
+            let [across, down] = [led % 8, led / 8].map(|place| 4.5 * (place as f64 - 3.5));
+            let across = if self.is_mirrored { -across } else { across };
+            let (sin, cos) = self.roll_deg.to_radians().sin_cos();
+            [47.7 + cos * across - sin * down, 45.8 + sin * across + cos * down]
+        }
+    }
+
+    /// Frames of 96×96 pixels in which a panel shows a message, a spot of light where an LED is On; each symbol is in two. And what it
+    /// shows.
+    fn film(message: &[u8], held: Held) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
-        let corners = [[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]];
-        let panel = Corners::new(corners).unwrap().homography();
-        let mut bits = 0;
+        let mut shown = PanelFrame::default();
         (0..).map(move |number: u32| {
             if number.is_multiple_of(2) {
-                bits = framer.next_panel().bits();
+                shown = framer.next_panel();
             }
             let mut light = vec![1.0; SIDE * SIDE];
-            for led in (0..64).filter(|led| bits >> led & 1 == 1) {
-                let [x, y] = panel.to_image([f64::from(led % 8), f64::from(led / 8)]);
+            for led in (0..64).filter(|&led| shown.led(led)) {
+                let [x, y] = held.at(led);
                 for (i, light) in light.iter_mut().enumerate() {
                     let square = ((i % SIDE) as f64 - x).powi(2) + ((i / SIDE) as f64 - y).powi(2);
                     *light += 2.0 * (-square / 5.0).exp();
                 }
             }
-            light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8).collect()
+            let grey = light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8);
+            (shown, grey.collect())
         })
     }
 
@@ -385,7 +447,7 @@ mod tests {
             let mut reception = Reception::with_panels(settings, panels).unwrap();
             let lens = Ok(Lens::pinhole(1000.0, [SIDE; 2]));
             let mut events = Vec::new();
-            for (number, grey) in (0..).zip(film(b"ice ahead").take(80)) {
+            for (number, (_, grey)) in (0..).zip(film(b"ice ahead", Held::UPRIGHT).take(80)) {
                 let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
                 for report in reception.frame(Stamp::of(number), &frame, &lens, &mut ()).unwrap() {
                     assert_eq!(report.panel, 0);
@@ -403,6 +465,59 @@ mod tests {
             let range_m = reception.whereabouts(0).pose().unwrap().numbers().range_m.value;
             assert!((10.0..17.0).contains(&range_m), "{range_m} m");
             assert!(reception.learnt().is_some() && reception.learnt_each().len() == panels);
+        }
+    }
+
+    #[test]
+    fn a_message_is_delivered_however_the_panel_is_held_and_the_panel_told_as_it_is() {
+        let rolls_deg = [0.0, 90.0, 180.0, -87.0, 30.0, 45.0, -60.0, 130.0];
+        let held = rolls_deg.into_iter().map(|roll_deg| Held { roll_deg, ..Held::UPRIGHT });
+        let mirrored = [0.0, 90.0, 180.0, -90.0, 45.0].into_iter().map(|roll_deg| Held {
+            roll_deg,
+            is_mirrored: true,
+        });
+        for held in held.chain(mirrored) {
+            let settings = ReceptionSettings {
+                fps: 60.0,
+                panel_size: Some(PanelSize::new(0.03, 1.0).unwrap()),
+                ..ReceptionSettings::default()
+            };
+            let mut reception = Reception::new(settings).unwrap();
+            let lens = Ok(Lens::pinhole(1000.0, [SIDE; 2]));
+            let (mut events, mut known, mut turns) = (Vec::new(), 0, 0);
+            for (number, (shown, grey)) in (0..).zip(film(b"ice ahead", held).take(40)) {
+                let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
+                for report in reception.frame(Stamp::of(number), &frame, &lens, &mut ()).unwrap() {
+                    events.extend(report.events);
+                    let (Ok(reading), Some(orientation)) = (report.reading, report.orientation) else {
+                        continue;
+                    };
+                    assert_eq!(orientation.is_mirrored(), held.is_mirrored);
+                    (known, turns) = (known + 1, orientation.quarter_turns());
+                    let pose = reception.whereabouts(0).measured();
+                    if held.is_mirrored {
+                        assert_eq!(reading.detection.bits, shown.seen(orientation));
+                        assert!(pose.as_ref().is_err_and(|why| why.contains("mirrored")), "{pose:?}");
+                        continue;
+                    }
+                    assert_eq!(reading.detection.bits, shown, "{held:?}, frame {number}");
+                    assert_eq!(reading.detection.soft.hard(), shown);
+                    let ([x, y], [true_x, true_y]) = (reading.corners.points()[0], held.at(0));
+                    assert!((f64::from(x) - true_x).hypot(f64::from(y) - true_y) < 0.5, "{held:?}");
+                    let roll_deg = pose.as_ref().unwrap().numbers().roll.value.to_degrees();
+                    let off_deg = (roll_deg - held.roll_deg + 540.0).rem_euclid(360.0) - 180.0;
+                    assert!(off_deg.abs() < 2.0, "{roll_deg} for {held:?}");
+                }
+            }
+            assert!(known > 20, "{held:?}: known in {known} of 40 frames");
+            let named = Orientation::new(turns, held.is_mirrored);
+            assert_eq!(
+                events.contains(&PanelEvent::Orientation(named)),
+                named != Orientation::UPRIGHT,
+                "{events:?}"
+            );
+            let of_message = |event: &PanelEvent| matches!(event, PanelEvent::Message(message) if message.data == b"ice ahead");
+            assert!(events.iter().any(of_message), "{held:?}: {events:?}");
         }
     }
 

@@ -2,6 +2,7 @@
 //! message whole is right, as messages bear checksums.
 
 use link::geometry::Geometry;
+use link::orientation::Orientation;
 use link::panel::PanelFrame;
 use link::symbol_rate::SymbolRate;
 use rx_pipeline::detect::Detection;
@@ -115,6 +116,11 @@ impl RateSearch {
     /// The number of the symbol that the last reading shows, by the rate that was found.
     pub fn symbol(&self) -> Option<u32> {
         self.found_hz.and(self.trials.first()?.decoder.symbol())
+    }
+
+    /// Which way up the panel is in the picture, by a header that was read at one of the rates.
+    pub fn orientation(&self) -> Option<Orientation> {
+        self.trials.iter().find_map(|trial| trial.decoder.orientation())
     }
 
     /// What the panel has announced of its size since this was last asked: by the receiver's own rate, or by one of the others.

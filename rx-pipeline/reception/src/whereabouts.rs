@@ -140,6 +140,12 @@ impl Whereabouts {
         });
     }
 
+    /// Measures nothing in a mirror image: its panel is nowhere.
+    pub(crate) fn pass_over_mirrored(&mut self) {
+        self.axes_px = None;
+        self.pose = Err("the picture is mirrored: mirror it back, and the panel's place is known".into());
+    }
+
     /// Takes why the panel was not read. All is forgotten of one that is followed no more: what is found next may be another.
     pub(crate) fn lose(&mut self, why: &Loss) {
         if matches!(why, Loss::Lost(_)) {

@@ -1,6 +1,7 @@
 //! What a detector says of a panel.
 
 use super::soft::soft_panel;
+use link::orientation::Orientation;
 #[cfg(feature = "read-lines")]
 use link::panel::SIDE;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
@@ -26,6 +27,16 @@ impl Detection {
             soft: soft_panel(&llr),
             confidence: 1.0 - wrong_bits(&llr) / LEDS as f32,
             mixed: None,
+        }
+    }
+
+    /// The same of the panel itself, where this is of a picture that has it in that orientation.
+    pub(crate) fn upright(&self, orientation: Orientation) -> Self {
+        Self {
+            bits: self.bits.upright(orientation),
+            soft: self.soft.upright(orientation),
+            mixed: self.mixed.map(|mixture| mixture.upright(orientation)),
+            ..*self
         }
     }
 }
@@ -61,6 +72,25 @@ impl Mixture {
         beginning: SoftPanel::ERASED,
     };
 
+    /// The same of the panel itself, where this is of a picture that has it in that orientation.
+    fn upright(&self, orientation: Orientation) -> Self {
+        Self {
+            #[cfg(feature = "read-lines")]
+            growth: {
+                let [across, down] = self.growth;
+                match orientation.quarter_turns() {
+                    0 => [across, down],
+                    1 => [down, -across],
+                    2 => [-across, -down],
+                    _ => [-down, across],
+                }
+            },
+            ending: self.ending.upright(orientation),
+            beginning: self.beginning.upright(orientation),
+            ..*self
+        }
+    }
+
     /// The share of the exposure for which each LED was On, if that is known.
     pub(crate) fn lit(&self) -> Option<[f32; LEDS]> {
         let (ended, begun) = (self.ending.hard().shares(), self.beginning.hard().shares());
@@ -95,4 +125,25 @@ pub(crate) fn lit(share: f32, ended: f32, begun: f32) -> f32 {
 /// The panel of which the LEDs are On for which that holds.
 pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
     PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
+}
+
+#[cfg(all(test, feature = "read-lines"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_two_symbols_share_of_an_exposure_is_turned_with_the_panel() {
+        let seen = Mixture {
+            share: 0.45,
+            growth: [0.01, 0.07],
+            ..Mixture::INSEPARABLE
+        };
+        for orientation in (0..4).map(|turns| Orientation::new(turns, false)) {
+            let upright = seen.upright(orientation);
+            for led in 0..LEDS {
+                let there = seen.share_of(orientation.place_of(led));
+                assert!((upright.share_of(led) - there).abs() < 1e-6, "{orientation}, LED {led}");
+            }
+        }
+    }
 }

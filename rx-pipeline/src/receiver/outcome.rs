@@ -7,6 +7,7 @@ use crate::features::FeaturesError;
 use crate::locate::LocateError;
 use crate::track::TrackError;
 use link::framing::Event;
+use link::orientation::Orientation;
 
 /// One frame's panel, read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +16,20 @@ pub struct Reading {
     pub corners: Corners,
     /// Its bits, hard and soft, and how sure they are.
     pub detection: Detection,
+}
+
+impl Reading {
+    /// The same in the panel's own rows and columns, where this is in those of a picture that has it in that orientation. Of a mirrored
+    /// picture it stays as it is: corners run clockwise.
+    pub fn upright(&self, orientation: Orientation) -> Self {
+        if orientation.is_mirrored() {
+            return *self;
+        }
+        Self {
+            corners: self.corners.upright(orientation.quarter_turns()),
+            detection: self.detection.upright(orientation),
+        }
+    }
 }
 
 /// Why a frame gave no reading.
@@ -120,10 +135,12 @@ impl Loss {
 /// What one frame brought.
 #[derive(Debug)]
 pub struct Outcome<'a> {
-    /// The panel, or why there is none.
+    /// The panel, or why there is none: in rows and columns of the picture, turned by less than half a right angle when it was found.
     pub reading: Result<Reading, Loss>,
     /// The number of the symbol that the frame shows, where it was read; of the one that begins, where it shows two.
     pub symbol: Option<u32>,
+    /// Which way up these have the panel, by the symbols before: known from the first header of a message on.
+    pub orientation: Option<Orientation>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
 }
@@ -143,6 +160,7 @@ impl Outcome<'_> {
     pub(super) const NOTHING: Self = Self {
         reading: Err(Loss::NoPlace),
         symbol: None,
+        orientation: None,
         event: Event::Nothing,
     };
 }

@@ -3,6 +3,7 @@
 use super::{Symbol, SymbolClock, SymbolRateError};
 use crate::detect::Mixture;
 use link::framing::{Deframer, Event};
+use link::orientation::Orientation;
 use link::panel::SoftPanel;
 
 /// Readings of one panel to messages: a symbol clock, and the deframer that takes its symbols.
@@ -34,6 +35,8 @@ pub struct MessageDecoder {
 pub struct Decoded<'a> {
     /// The number of the symbol that the frame shows; of the one that begins, where it shows two.
     pub symbol: Option<u32>,
+    /// Which way up the readings have the panel, by the symbols before: from the first header on.
+    pub orientation: Option<Orientation>,
     /// What the symbol before the frame's meant for the message, which carries the numbers of frames as stamps.
     pub event: Event<'a>,
 }
@@ -76,6 +79,7 @@ impl MessageDecoder {
         };
         Decoded {
             symbol: self.clock.current(),
+            orientation: self.deframer.orientation(),
             event: deframe(&mut self.deframer, ended),
         }
     }
@@ -88,6 +92,11 @@ impl MessageDecoder {
     /// The number of the symbol that the last frame showed: see [`SymbolClock::current`].
     pub fn symbol(&self) -> Option<u32> {
         self.clock.current()
+    }
+
+    /// Which way up the readings have the panel, from the first header on.
+    pub fn orientation(&self) -> Option<Orientation> {
+        self.deframer.orientation()
     }
 
     /// What is known of the symbol that a frame may show the end of: see [`SymbolClock::before`].

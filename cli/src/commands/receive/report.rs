@@ -1,6 +1,7 @@
 //! What is told of frames: messages and bits on standard output, losses and progress on standard error.
 
 use anyhow::Context;
+use link::orientation::Orientation;
 use reception::whereabouts::Whereabouts;
 use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
 use rx_pipeline::camera::Learnt;
@@ -164,30 +165,24 @@ impl<'a> Report<'a> {
         }
         self.record(|recording| recording.reading(panel, reading, whereabouts.pose()));
         if self.arguments.bits {
-            self.bits(number, panel, &of_panel, reading, report.symbol, whereabouts)?;
+            self.bits(number, &of_panel, reading, report, whereabouts)?;
         }
         Ok(())
     }
 
-    fn bits(
-        &self,
-        number: u64,
-        panel: usize,
-        of_panel: &str,
-        reading: &Reading,
-        symbol: Option<u32>,
-        whereabouts: &Whereabouts,
-    ) -> anyhow::Result<()> {
+    fn bits(&self, number: u64, of_panel: &str, reading: &Reading, report: &PanelReport, whereabouts: &Whereabouts) -> anyhow::Result<()> {
         let bits = reading.detection.bits.to_string();
         let [x, y] = reading.corners.centre_px();
+        let (turned_deg, is_mirrored) = turned(report.orientation);
         self.print(
             &format!(
                 "frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px{}",
                 pose::whereabouts_text(whereabouts, self.with_pose)
             ),
             &serde_json::json!({
-                "frame": number, "panel": panel, "bits": bits, "symbol": symbol, "centre_px": [x, y],
+                "frame": number, "panel": report.panel, "bits": bits, "symbol": report.symbol, "centre_px": [x, y],
                 "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
+                "turned_deg": turned_deg, "is_mirrored": is_mirrored,
                 "pose": pose::whereabouts_json(whereabouts),
             }),
         )
@@ -213,6 +208,7 @@ impl<'a> Report<'a> {
                 geometry.led_diameter_m(),
                 geometry.interval()
             )),
+            PanelEvent::Orientation(orientation) => self.say(&format!("panel {panel} is {orientation} in the picture")),
             PanelEvent::RateFound(rate_hz) => self.say(&format!(
                 "read at {rate_hz} symbols a second; --symbol-rate {rate_hz} reads it best, from the first frame on"
             )),
@@ -233,6 +229,7 @@ impl<'a> Report<'a> {
         let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
         let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
         let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
+        let (turned_deg, is_mirrored) = turned(reception.orientation(panel));
         let of_panel = if self.arguments.panels > 1 {
             format!("panel {panel}: ")
         } else {
@@ -245,8 +242,15 @@ impl<'a> Report<'a> {
             ),
             &serde_json::json!({
                 "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
+                "turned_deg": turned_deg, "is_mirrored": is_mirrored,
                 "camera": learnt.map(learnt::as_json), "pose": pose::whereabouts_json(whereabouts),
             }),
         )
     }
+}
+
+/// By how many degrees a panel is turned clockwise in the picture, and whether in a mirror image; as far as that is known.
+fn turned(orientation: Option<Orientation>) -> (Option<u32>, Option<bool>) {
+    let degrees = orientation.map(|orientation| 90 * u32::from(orientation.quarter_turns()));
+    (degrees, orientation.map(Orientation::is_mirrored))
 }
