@@ -24,6 +24,7 @@ use crate::settings::TrackingSettings;
 use crate::symbols::{MessageDecoder, SymbolClock};
 use decision::Decision;
 use link::framing::Event;
+use link::orientation::Orientation;
 use link::panel::SoftPanel;
 use outline::Outline;
 use samples::Samples;
@@ -57,6 +58,8 @@ pub struct IntegerOutcome<'a> {
     pub reading: Option<IntegerReading>,
     /// Whether a panel was looked for in the frame where none is followed, or why it could not be.
     pub search: Result<(), BlinkSearchError>,
+    /// Which way up the picture has the panel, by the symbols before: known from the first header of a message on.
+    pub orientation: Option<Orientation>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
 }
@@ -156,6 +159,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             let is_sure = !reading.is_mixed && decision.is_parted();
             self.proof.see(reading.corners, is_sure.then_some(decision.bits));
         }
+        let orientation = self.decoder.orientation();
         let event = profile.timed(Stage::Decode, || match &read {
             Some((reading, decision)) => {
                 let mixture = reading.is_mixed.then_some(&Mixture::INSEPARABLE);
@@ -175,6 +179,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
             is_following: is_following && !is_over,
             reading: read.map(|(reading, _)| reading),
             search,
+            orientation,
             event,
         }
     }

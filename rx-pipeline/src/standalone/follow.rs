@@ -7,13 +7,15 @@ use crate::frame::Frame;
 use crate::profile::{Profile, Stage};
 use crate::receiver::{BlinkSearch, IntegerReceiver, Loss, Proof, Receiver, ReceiverMemory, ReceiverSettings};
 use link::framing::Event;
+use link::orientation::Orientation;
 use link::panel::{PanelFrame, SoftPanel};
 
 /// The share of bits that have to be right by their soft values, for a reading to prove something: what two groups of LEDs have that lie
 /// four of their deviations apart. Noise parts into two of 2.7.
 const LEAST_CONFIDENCE: f32 = 0.977;
 
-/// What a frame showed.
+/// What a frame showed: in the panel's own rows and columns once it is known which way up it is; else, and where the picture is mirrored, in
+/// those of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Where the panel is.
@@ -26,6 +28,21 @@ pub struct Sighting {
     pub is_mixed: bool,
     /// The share of its bits that are right if the soft values are.
     pub confidence: f32,
+}
+
+impl Sighting {
+    /// In the panel's own rows and columns, once it is known which way up it is; those of a mirrored picture stay as they are.
+    fn upright(self, orientation: Option<Orientation>) -> Self {
+        let Some(orientation) = orientation.filter(|orientation| !orientation.is_mirrored()) else {
+            return self;
+        };
+        Self {
+            corners: self.corners.upright(orientation.quarter_turns()),
+            bits: self.bits.upright(orientation),
+            soft: self.soft.upright(orientation),
+            ..self
+        }
+    }
 }
 
 /// What came of a frame.
@@ -100,12 +117,15 @@ where
         let reading = outcome.reading.ok().filter(|_| !proof.has_failed());
         FrameOutcome {
             is_following: is_seen && !proof.has_failed(),
-            sighting: reading.map(|reading| Sighting {
-                corners: reading.corners,
-                bits: reading.detection.bits,
-                soft: reading.detection.soft,
-                is_mixed: reading.detection.mixed.is_some(),
-                confidence: reading.detection.confidence,
+            sighting: reading.map(|reading| {
+                let sighting = Sighting {
+                    corners: reading.corners,
+                    bits: reading.detection.bits,
+                    soft: reading.detection.soft,
+                    is_mixed: reading.detection.mixed.is_some(),
+                    confidence: reading.detection.confidence,
+                };
+                sighting.upright(outcome.orientation)
             }),
             event: outcome.event,
         }
@@ -134,12 +154,15 @@ impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
         let outcome = IntegerReceiver::frame(self, number, frame, profile);
         FrameOutcome {
             is_following: outcome.is_following,
-            sighting: outcome.reading.map(|reading| Sighting {
-                corners: reading.corners,
-                bits: PanelFrame::from_bits(reading.bits),
-                soft: reading.soft,
-                is_mixed: reading.is_mixed,
-                confidence: reading.confidence,
+            sighting: outcome.reading.map(|reading| {
+                let sighting = Sighting {
+                    corners: reading.corners,
+                    bits: PanelFrame::from_bits(reading.bits),
+                    soft: reading.soft,
+                    is_mixed: reading.is_mixed,
+                    confidence: reading.confidence,
+                };
+                sighting.upright(outcome.orientation)
             }),
             event: outcome.event,
         }

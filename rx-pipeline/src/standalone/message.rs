@@ -177,7 +177,7 @@ pub struct Counters {
     pub bad_frames: u32,
 }
 
-/// What a frame was read as.
+/// What a frame was read as: in rows and columns as a [`Sighting`](super::Sighting) is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireReading {
     /// The frame's number.

@@ -1,11 +1,11 @@
 //! Where in the whole frame is a panel? In whole numbers, by what blinks: before what stands still, only a panel's LEDs change.
 //!
 //! Of some frames the greatest change of each pixel is kept. After a few symbols that is a picture of all 64 LEDs before black, whatever
-//! the panel showed. The largest group of it that hangs together has the corner LEDs where it reaches furthest along the diagonals; then all
-//! 64 must be where these say, and nothing beside them.
+//! the panel showed. The largest group of it that hangs together has the corner LEDs where it reaches furthest, along the diagonals or, of
+//! a panel that stands on a corner, along rows and columns; then all 64 must be where these say, and nothing beside them.
 //!
-//! The camera stands still meanwhile, or moves by less than a fraction of a pitch. A panel is upright to within a third of a right angle,
-//! and its LEDs are apart from each other.
+//! The camera stands still meanwhile, or moves by less than a fraction of a pitch. A panel is turned any way, and its LEDs are apart from
+//! each other.
 
 use core::borrow::BorrowMut;
 
@@ -180,13 +180,13 @@ fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
     pixels.map(|pixel| u32::from(core::mem::take(pixel))).sum()
 }
 
-/// The ends of the largest group of changed pixels along the diagonals.
+/// The ends of the largest group of changed pixels: along the diagonals or along rows and columns, whichever reach around more.
 fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
     let tiles = Tiles::of(change);
     let group = largest_group(change, enough, tiles);
     let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
-    // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left.
-    let mut ends = [(i32::MAX, [0usize; 2]); 4];
+    // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left. And of y, −x, −y and x.
+    let mut ends = [[(i32::MAX, [0i32; 2]); 4]; 2];
     let inner_rows = change.rows().enumerate().skip(1).take(change.height().saturating_sub(2));
     for (y, row) in inner_rows {
         let inner = row.iter().enumerate().skip(1).take(row.len().saturating_sub(2));
@@ -196,15 +196,23 @@ fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
                 continue;
             }
             let (u, v) = (x as i32, y as i32);
-            for (end, reach) in ends.iter_mut().zip([u + v, v - u, -u - v, u - v]) {
-                if reach < end.0 {
-                    *end = (reach, [x, y]);
+            let reaches = [[u + v, v - u, -u - v, u - v], [v, -u, -v, u]];
+            for (end, reach) in ends.as_flattened_mut().iter_mut().zip(reaches.as_flattened()) {
+                if *reach < end.0 {
+                    *end = (*reach, [u, v]);
                 }
             }
         }
     }
-    let points = ends.map(|(_, [x, y])| [x as f32, y as f32]);
+    let [diagonal, upright] = ends.map(|ends| ends.map(|(_, at)| at));
+    let points = if area(&upright) > area(&diagonal) { upright } else { diagonal };
+    let points = points.map(|at| at.map(|at| at as f32));
     Corners::new(points).ok().map(|corners| Outline::of(&corners))
+}
+
+/// Twice the area of a quadrilateral.
+fn area([a, b, c, d]: &[[i32; 2]; 4]) -> i32 {
+    (c[0] - a[0]) * (d[1] - b[1]) - (c[1] - a[1]) * (d[0] - b[0])
 }
 
 fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {

@@ -7,6 +7,9 @@ use super::*;
 use crate::cells::CellMap;
 use crate::detect::Detector;
 use crate::features::Features;
+use link::fec::Code;
+use link::framing::Framer;
+use link::panel::PanelFrame;
 use properties::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
@@ -43,6 +46,14 @@ fn panel(bits: u64, corners: &Corners, light: f64, noise_grey: f64, sigma_px: f6
 fn corners(x: f32, y: f32, pitch: f32, roll: f32) -> Corners {
     let [dx, dy] = [7.0 * pitch * roll.cos(), 7.0 * pitch * roll.sin()];
     Corners::new([[x, y], [x + dx, y + dy], [x + dx - dy, y + dx + dy], [x - dy, y + dx]]).unwrap()
+}
+
+/// The same around the middle of the frame, turned any way.
+fn turned(pitch: f32, roll: f32) -> Corners {
+    let (sin, cos) = roll.sin_cos();
+    let half = 3.5 * pitch;
+    let ends = [[-half, -half], [half, -half], [half, half], [-half, half]];
+    Corners::new(ends.map(|[x, y]| [39.7 + cos * x - sin * y, 40.2 + sin * x + cos * y])).unwrap()
 }
 
 /// A feature by the same rule in real numbers: the places from the homography, the light between pixels by bilinear interpolation.
@@ -119,6 +130,37 @@ properties! {
                 outline.correct(&samples, bits);
             }
         }
+    }
+}
+
+properties! {
+    #![cases(64)]
+
+    #[test]
+    fn a_panel_is_found_and_its_message_read_however_it_is_turned(pitch in 3.2f32..4.6, roll in -3.2f32..3.2, fresh: bool) {
+        let mut framer = Framer::new(b"ice", Code::for_length(3), fresh).unwrap();
+        let room = std::vec![0; BlinkSearch::bytes(SIDE_PX, SIDE_PX)];
+        let mut receiver = Box::new(IntegerReceiver::new(1.0, room).unwrap());
+        let truth = turned(pitch, roll);
+        let (mut messages, mut sure) = (0, 0);
+        for number in 0..40 {
+            let shown = framer.next_panel();
+            let pixels = panel(shown.bits(), &truth, 150.0, 1.0, 0.9);
+            let outcome = receiver.frame(number, &Frame::new(&pixels, SIDE_PX, SIDE_PX).unwrap(), &mut ());
+            if let (Some(reading), Some(orientation)) = (outcome.reading, outcome.orientation) {
+                prop_assert_eq!(PanelFrame::from_bits(reading.bits).upright(orientation), shown);
+                let own = reading.corners.upright(orientation.quarter_turns()).points();
+                for (found, truth) in own.iter().flatten().zip(truth.points().iter().flatten()) {
+                    prop_assert!((found - truth).abs() < 0.12 * pitch, "{found} instead of {truth}");
+                }
+                sure += 1;
+            }
+            if let Event::Delivered(delivery) = outcome.event {
+                prop_assert_eq!(delivery.message, b"ice");
+                messages += 1;
+            }
+        }
+        prop_assert!(messages == 1 && sure > 10, "{} messages, {} readings", messages, sure);
     }
 }
 
