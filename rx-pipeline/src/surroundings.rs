@@ -22,7 +22,7 @@ const TILES: usize = 4;
 /// Samples along a tile's side, at most (count).
 const SAMPLES: usize = 2;
 /// The most tiles along a side of the picture.
-const SIDE_MAX: usize = 96;
+const SIDE_MAX: usize = 88;
 /// Panels are never expected nearer to their place (pitches).
 const LEAST_SPREAD: f32 = 0.15;
 

@@ -359,7 +359,8 @@ fn the_memory_is_as_large_as_stated() {
     assert!(further <= 22 * 9216 + 34_500);
     assert!(size_of::<SearchMemory>() <= 132_000);
     assert!(size_of::<Whole>() - size_of::<Deframer>() < 5_000);
-    assert!(memory + size_of::<SearchMemory>() + size_of::<Whole>() < 500_000);
+    let all = memory + size_of::<SearchMemory>() + size_of::<Whole>();
+    assert!(all < 500_000, "{all}");
 }
 
 #[test]
