@@ -274,14 +274,14 @@ impl Page {
     fn picture(&mut self, frame: u64) -> Result<Value, Fault> {
         let explore = self.explore.as_ref().ok_or(Fault::NotBegun("open a scene"))?;
         let (renderer, seed) = (&explore.renderer, explore.seed);
-        let (moment, shown) = (renderer.moment(frame), renderer.shown(seed, frame, None));
+        let (moment, shown) = (renderer.moment(seed, frame), renderer.shown(seed, frame, None));
         let sensor = renderer.sensor();
         let mut image = renderer.linear_image(sensor);
-        renderer.draw_frame(frame, &shown, &mut image);
+        renderer.draw_frame(seed, frame, &shown, &mut image);
         self.out.resize(sensor.width * sensor.height, 0);
         renderer.read_frame(seed, frame, &image, &mut self.out);
         Ok(json!({
-            "width": sensor.width, "height": sensor.height, "corners_px": renderer.corner_leds_in(sensor),
+            "width": sensor.width, "height": sensor.height, "corners_px": renderer.corner_leds_in(sensor, &moment),
             "sent": renderer.truth(0, &moment, &shown[0]).to_string(),
         }))
     }

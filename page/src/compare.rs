@@ -125,7 +125,7 @@ impl Frame<'_> {
     /// A renderer's unrounded grey levels.
     fn rendered(&self, renderer: &Renderer) -> Vec<f64> {
         let mut image = renderer.linear_image(self.region);
-        renderer.draw_frame(self.number, &self.shown, &mut image);
+        renderer.draw_frame(self.seed, self.number, &self.shown, &mut image);
         self.encoded(image.values().into_iter())
     }
 
@@ -154,7 +154,7 @@ impl Frame<'_> {
             Way::Rendered(renderer) => {
                 let mut image = renderer.linear_image(self.region);
                 Box::new(move || {
-                    renderer.draw_frame(self.number, &self.shown, &mut image);
+                    renderer.draw_frame(self.seed, self.number, &self.shown, &mut image);
                     renderer.read_frame(self.seed, self.number, &image, &mut grey);
                 })
             }
@@ -179,7 +179,9 @@ impl Frame<'_> {
         let light = self.shown[0].light;
         Panel {
             bits: self.shown[0].symbols[0].bits(),
-            first_px: self.reference.corner_leds_in(self.region)[0],
+            first_px: self
+                .reference
+                .corner_leds_in(self.region, &self.reference.moment(self.seed, self.number))[0],
             pitch_px,
             radius_px: pitch_px / (1.0 + panel.panel.interval) / 2.0,
             off: light.off / self.background(),

@@ -3,7 +3,6 @@
 use link::panel::{LEDS, PanelFrame};
 use reception::still::{LIKELIHOOD_PIXELS, PANEL_PIXELS};
 use rx_pipeline::cells::CellMap;
-use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
@@ -11,6 +10,7 @@ use rx_pipeline::likelihood::MaximumLikelihood;
 use serde::Serialize;
 use serde_json::Value;
 use sim::accuracy::Level;
+use sim::camera::clock::Moment;
 use sim::plan::Plan;
 use sim::renderer::canvas::Region;
 use sim::renderer::{LinearImage, PanelExposure, Renderer};
@@ -66,8 +66,6 @@ pub struct Explore {
     pub(crate) renderer: Renderer,
     pub(crate) seed: u64,
     pub(crate) region: Region,
-    /// Of the panel in the region; why there are none.
-    corners: Result<Corners, String>,
     image: LinearImage,
     shown: Vec<PanelExposure>,
     /// The camera's grey levels in the region.
@@ -119,7 +117,6 @@ impl Explore {
         let renderer = Renderer::new(scene, level)?;
         let region = renderer.surroundings(0);
         Ok(Self {
-            corners: renderer.corners_in(region).map_err(|why| why.to_string()),
             shown: renderer.shown(seed, 0, None),
             grey: vec![0; region.width * region.height],
             map: Box::new(CellMap::empty()),
@@ -135,7 +132,7 @@ impl Explore {
     /// What there is to say of it.
     pub fn opened(&self) -> Result<Value, Fault> {
         let view = self.renderer.view();
-        let corners_px = self.renderer.corner_leds_in(self.region);
+        let corners_px = self.renderer.corner_leds_in(self.region, &self.renderer.moment(self.seed, 0));
         let [[left, top], [right, bottom], ..] = corners_px;
         Ok(serde_json::to_value(Opened {
             region: self.region.into(),
@@ -154,7 +151,7 @@ impl Explore {
     /// Draws frame `frame` of the scene, as `vocc render --crop` does, and reads it.
     pub fn frame(&mut self, frame: u64) {
         self.draw(frame);
-        let moment = self.renderer.moment(frame);
+        let moment = self.renderer.moment(self.seed, frame);
         // What was said of the frame before is forgotten; the room for it is kept.
         let mut why = std::mem::take(&mut self.sight.why);
         why.clear();
@@ -163,7 +160,7 @@ impl Explore {
             why,
             ..Sight::NOTHING
         };
-        if let Err(why) = self.read()
+        if let Err(why) = self.read(&moment)
             && !self.sight.why.contains(&why)
         {
             let apart = if self.sight.why.is_empty() { "" } else { "; " };
@@ -175,14 +172,14 @@ impl Explore {
     fn draw(&mut self, frame: u64) {
         let (renderer, seed) = (&self.renderer, self.seed);
         renderer.show(seed, frame, None, &mut self.shown);
-        renderer.draw_frame(frame, &self.shown, &mut self.image);
+        renderer.draw_frame(seed, frame, &self.shown, &mut self.image);
         renderer.read_frame(seed, frame, &self.image, &mut self.grey);
     }
 
-    fn read(&mut self) -> Result<(), String> {
+    fn read(&mut self, moment: &Moment) -> Result<(), String> {
         let why = |fault: &dyn std::error::Error| fault.to_string();
         let Region { width, height, .. } = self.region;
-        let corners = self.corners.as_ref().map_err(String::clone)?;
+        let corners = &self.renderer.corners_in(self.region, moment).map_err(|fault| why(&fault))?;
         let picture = Frame::new(&self.grey, width, height).map_err(|fault| why(&fault))?;
         let sight = &mut self.sight;
         match self.likelihood.detect(&picture, corners) {

@@ -245,7 +245,7 @@ mod tests {
         let frames = (0..3 * framer.panels_per_repeat()).map(|frame| {
             let shown = renderer.shown(1, frame.into(), Some(framer.next_panel()));
             let mut canvas = Canvas::<f32>::new(region);
-            renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+            renderer.draw(&renderer.moment(1, 0), &shown, &mut canvas);
             let mut grey = vec![0; region.width * region.height];
             renderer.read_out(1, frame.into(), &canvas, &mut grey);
             grey

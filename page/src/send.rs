@@ -30,6 +30,7 @@ pub struct Sending {
     panels: u32,
     /// What is shown of each frame.
     region: Region,
+    seed: u64,
     errors: FrameErrors,
     unread: u64,
     /// Frames whose exposure caught two symbols.
@@ -62,6 +63,7 @@ impl Sending {
             region: road.renderer().surroundings(0),
             frames: (seconds * scene.camera.frame_rate_hz).ceil() as u64 + 1,
             scene: scene.clone(),
+            seed,
             road,
             message,
             next: 0,
@@ -85,7 +87,10 @@ impl Sending {
             told.insert("frame_rate_hz".into(), self.scene.camera.frame_rate_hz.into());
             told.insert("symbol_rate_hz".into(), self.scene.link.symbol_rate_hz.into());
             told.insert("region".into(), serde_json::to_value(Place::from(self.region))?);
-            told.insert("corners_px".into(), json!(renderer.corner_leds_in(self.region)));
+            told.insert(
+                "corners_px".into(),
+                json!(renderer.corner_leds_in(self.region, &renderer.moment(self.seed, 0))),
+            );
         }
         Ok(told)
     }

@@ -5,6 +5,7 @@ const CAMERA_WORDS = {
   paper: "the paper's, 100 frames a second",
   "paper-18mm": "the paper's with a lens of 18 mm",
   "paper-iso3200": "the paper's with less gain",
+  "day-driving": "the paper's, in a car that drives",
   phone: "a phone's, 30 frames a second",
   dashcam: "a dash camera, 60 frames a second",
   hm01b0: "a microcontroller's, of 324 × 244 pixels",

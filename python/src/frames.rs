@@ -283,7 +283,7 @@ impl Frames {
         Ok(Truth {
             bits,
             corners: corners.points(),
-            across: renderer.straddles(0, &renderer.moment(frame)),
+            across: renderer.straddles(0, &renderer.moment(self.evaluator.settings().seed, frame)),
             features,
         })
     }

@@ -87,10 +87,17 @@ impl Renderer {
     }
 
     /// The centres of the first panel's corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the frame, of
-    /// shape (4, 2). (0, 0) is the centre of the top-left pixel.
+    /// shape (4, 2). (0, 0) is the centre of the top-left pixel. Where the camera vibrates, those of frame 0 of seed 1: see corners.
     #[getter]
     fn corners_px(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
-        arrays::rows(py, self.renderer.corner_leds_in(self.region))
+        self.corners(py, 0, 1)
+    }
+
+    /// The same in any frame: where the camera vibrates, each has its own.
+    #[pyo3(signature = (*, frame=0, seed=1))]
+    fn corners(&self, py: Python<'_>, frame: u64, seed: u64) -> Py<PyArray2<f64>> {
+        let moment = self.renderer.moment(seed, frame);
+        arrays::rows(py, self.renderer.corner_leds_in(self.region, &moment))
     }
 
     /// How far frames may be from the reference, in grey levels before rounding.
@@ -115,7 +122,7 @@ impl Renderer {
         let (renderer, region) = (&self.renderer, self.region);
         let shown = renderer.shown(seed, frame, bits);
         let mut image = renderer.linear_image(region);
-        renderer.draw_frame(frame, &shown, &mut image);
+        renderer.draw_frame(seed, frame, &shown, &mut image);
         if linear {
             return Drawn::Light(image);
         }

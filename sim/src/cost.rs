@@ -68,7 +68,7 @@ fn warm(renderer: &Renderer) -> Work<'_> {
     let mut work = move || {
         let (frame, shown) = &frames[turn % frames.len()];
         turn += 1;
-        renderer.draw(&renderer.moment(*frame), shown, &mut canvas);
+        renderer.draw(&renderer.moment(1, *frame), shown, &mut canvas);
         renderer.read_out(1, *frame, &canvas, &mut grey);
     };
     work();
@@ -142,7 +142,7 @@ mod tests {
         let renderer = renderer("paper");
         let greys = [&renderer, &renderer.toggled("blur")].map(|renderer| {
             let mut canvas = Canvas::new(renderer.lit_region());
-            renderer.draw(&renderer.moment(0), &shown(renderer, 0), &mut canvas);
+            renderer.draw(&renderer.moment(1, 0), &shown(renderer, 0), &mut canvas);
             canvas.values().iter().fold(0.0f32, |most, &value| most.max(value))
         });
         // Sharp, an LED is as bright as it is; blurred, less than half of that.

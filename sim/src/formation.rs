@@ -9,6 +9,7 @@ use crate::air::Air;
 use crate::camera::clock::Moment;
 use crate::camera::curve::Curve;
 use crate::camera::noise::Noise;
+use crate::camera::shake::Shake;
 use crate::disc::spread::Shape;
 
 /// A change of the light of each LED, frame by frame.
@@ -61,6 +62,10 @@ pub struct Formation {
     /// Samples of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
     /// weight). A single one without motion.
     pub motion_samples: Vec<(f64, f64)>,
+    /// Whether panels move during the exposure; else only from row to row.
+    pub moves: bool,
+    /// The camera's vibration.
+    pub shake: Option<Shake>,
     /// How much later than the sensor's first row a row's exposure begins, in seconds a row; 0 is a global shutter.
     pub row_delay_s: f64,
     /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
@@ -93,6 +98,8 @@ impl Formation {
             photograph: false,
             other_panels: false,
             motion_samples: vec![(0.0, 1.0)],
+            moves: false,
+            shake: None,
             row_delay_s: 0.0,
             mix_symbols: false,
             led_stages: Vec::new(),

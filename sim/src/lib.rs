@@ -13,7 +13,7 @@
 //! let mut canvas = Canvas::new(renderer.lit_region());
 //! let mut grey = vec![0; sensor.width * sensor.height];
 //! let shown = [renderer.steady(0, PanelFrame::from_bits(0x8142_2418_1824_4281))];
-//! renderer.frame(1, &renderer.moment(0), &shown, &mut canvas, &mut grey);
+//! renderer.frame(1, &renderer.moment(1, 0), &shown, &mut canvas, &mut grey);
 //! // The top left LED is on; the street beside the panel is a middle grey.
 //! let [x, y] = renderer.corner_leds_px(0)[0].map(|place| place.round() as usize);
 //! assert!(grey[y * sensor.width + x] > grey[0]);

@@ -32,6 +32,8 @@ pub enum Purpose {
     DarkSignal = 10,
     /// Which pixels are hot.
     HotPixels = 11,
+    /// Phases and frequencies of the camera's vibration.
+    Shake = 12,
 }
 
 /// The random numbers of frame `frame` of seed `seed` for one purpose.

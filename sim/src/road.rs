@@ -186,14 +186,14 @@ impl Road {
     /// When a panel in motion leaves the camera's view.
     pub fn frame(&mut self, frame: u64) -> Result<FrameReport<'_>, RoadError> {
         self.move_panels(frame)?;
-        let moment = self.renderer.moment(frame);
+        let moment = self.renderer.moment(self.seed, frame);
         let shown = self.shown(&moment);
         let sent = self.renderer.truth(0, &moment, &shown[0]);
         let straddled = self.renderer.straddles(0, &moment);
         self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
         if self.true_corners {
-            self.place();
+            self.place(&moment);
         }
         let truth = self.renderer.corners_in(sensor).ok();
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
@@ -220,9 +220,9 @@ impl Road {
     }
 
     /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
-    fn place(&mut self) {
+    fn place(&mut self, moment: &Moment) {
         let sensor = self.renderer.sensor();
-        if let Ok(corners) = self.renderer.corners_in(sensor) {
+        if let Ok(corners) = self.renderer.corners_in(sensor, moment) {
             let followed = self.receiver.corners();
             if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
                 let size = (sensor.width, sensor.height);

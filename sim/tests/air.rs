@@ -12,7 +12,7 @@ fn range(scene: &Scene, bits: u64) -> [f64; 2] {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut canvas = Canvas::<f64>::new(renderer.surroundings(0));
     let shown = [renderer.steady(0, PanelFrame::from_bits(bits))];
-    renderer.draw_exact(&renderer.moment(0), &shown, &mut canvas);
+    renderer.draw_exact(&renderer.moment(1, 0), &shown, &mut canvas);
     let values = canvas.values().iter();
     values.fold([f64::INFINITY, 0.0], |[low, high], &value| [low.min(value), high.max(value)])
 }

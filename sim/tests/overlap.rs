@@ -23,7 +23,7 @@ fn draw(scene: &Scene, region_of: &Renderer, bits: &[u64]) -> Canvas<f64> {
         .enumerate()
         .map(|(index, &bits)| renderer.steady(index, PanelFrame::from_bits(bits)))
         .collect();
-    renderer.draw_exact(&renderer.moment(0), &shown, &mut canvas);
+    renderer.draw_exact(&renderer.moment(1, 0), &shown, &mut canvas);
     canvas
 }
 
@@ -106,7 +106,7 @@ fn a_part_of_the_sensor_is_drawn_as_in_the_whole() {
                 .collect();
             let drawn = |region| {
                 let mut canvas = Canvas::new(region);
-                renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+                renderer.draw(&renderer.moment(1, 0), &shown, &mut canvas);
                 canvas
             };
             let (whole, part) = (drawn(renderer.sensor()), renderer.surroundings(3));

@@ -42,7 +42,7 @@ fn frame(renderer: &Renderer) -> Vec<u8> {
     let mut grey = vec![0; sensor.width * sensor.height];
     let mut canvas = Canvas::new(renderer.lit_region());
     let shown = [renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))];
-    renderer.frame(1, &renderer.moment(3), &shown, &mut canvas, &mut grey);
+    renderer.frame(1, &renderer.moment(1, 3), &shown, &mut canvas, &mut grey);
     grey
 }
 

@@ -107,7 +107,7 @@ impl RandomFilm {
     /// symbols.
     pub fn frame(&mut self, number: u64) -> (&[u8], Option<PanelFrame>) {
         let renderer = &self.renderer;
-        let moment = renderer.moment(number);
+        let moment = renderer.moment(self.seed, number);
         let first = moment.symbol as usize;
         let shown = PanelExposure {
             symbols: std::array::from_fn(|ahead| self.symbols[first + ahead]),

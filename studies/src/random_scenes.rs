@@ -235,7 +235,7 @@ impl RandomScene {
         let symbols: Vec<u64> = (0..count + 8).map(|_| random.next_u64()).collect();
         let (mut frames, mut bits, mut straddled) = (Vec::new(), Vec::new(), false);
         for frame in 0..count {
-            let moment = renderer.moment(frame);
+            let moment = renderer.moment(seed, frame);
             let steady = renderer.steady(0, PanelFrame::default());
             let shown = PanelExposure {
                 symbols: std::array::from_fn(|ahead| PanelFrame::from_bits(symbols[moment.symbol as usize + ahead])),

@@ -70,7 +70,7 @@ fn render_only(bencher: Bencher, level: Level) {
     let renderer = Renderer::new(&scene(), level).expect("a visible scene");
     let mut canvas = Canvas::new(renderer.surroundings(0));
     let mut grey = vec![0; canvas.values().len()];
-    let moment = renderer.moment(0);
+    let moment = renderer.moment(1, 0);
     let mut shown = renderer.steady(0, PanelFrame::from_bits(BITS));
     bencher.bench_local(|| {
         shown = PanelExposure {

@@ -77,7 +77,7 @@ fn whole_frame(bencher: Bencher, case: (&str, Behind)) {
     let mut frame = 0;
     bencher.counter(ItemsCount::new(PIXELS)).bench_local(|| {
         frame += 1;
-        renderer.frame(1, &renderer.moment(frame), &shown, &mut canvas, &mut grey);
+        renderer.frame(1, &renderer.moment(1, frame), &shown, &mut canvas, &mut grey);
         black_box(grey[0])
     });
 }
@@ -89,7 +89,7 @@ fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     let renderer = Renderer::new(&scene, Level::Fast).expect("a visible scene");
     let mut canvas = Canvas::new(renderer.sensor());
     let shown = [renderer.steady(0, PanelFrame::from_bits(0x9d2c_5680_efc6_0b3a))];
-    renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+    renderer.draw(&renderer.moment(1, 0), &shown, &mut canvas);
     let (mut grey, mut frame) = (vec![0; PIXELS], 0);
     let encoder = GammaEncoder::new(scene.camera.gamma);
     let iso = Exposure::of(&scene).iso;

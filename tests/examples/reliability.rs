@@ -135,7 +135,7 @@ fn detected(choice: DetectorChoice) -> Result<Reliability, Box<dyn Error>> {
                 |workspace, frame| {
                     let mut part = Reliability::default();
                     let observed = evaluator.observe(frame, workspace)?;
-                    let moment = evaluator.renderer().moment(frame);
+                    let moment = evaluator.renderer().moment(1, frame);
                     if evaluator.renderer().straddles(0, &moment) {
                         return Ok(part);
                     }
@@ -144,7 +144,7 @@ fn detected(choice: DetectorChoice) -> Result<Reliability, Box<dyn Error>> {
                             let detection = detector.detect(&observed.features);
                             detection.ok().map(|detection| detection.soft)
                         }
-                        _ => evaluator.detect_softly(frame, &observed, workspace)?.1,
+                        _ => evaluator.detect_softly(&observed, workspace)?.1,
                     };
                     if let Some(soft) = soft {
                         part.push(&soft, observed.bits);

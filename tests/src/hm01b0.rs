@@ -221,6 +221,7 @@ fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeE
         *slot = change.1;
     }
     let moment = Moment {
+        seed: 0,
         frame: request.number,
         start_s: start_ns / 1e9,
         exposure_s: exposure_ns(request) / 1e9,

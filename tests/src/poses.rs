@@ -164,7 +164,7 @@ impl Trials {
         let mut pixels = vec![0; side * side];
         let bits = PanelFrame::from_bits(random.next_u64());
         let shown = [renderer.steady(0, bits)];
-        let moment = renderer.moment(frame);
+        let moment = renderer.moment(seed, frame);
         renderer.frame(seed, &moment, &shown, &mut canvas, &mut pixels);
         let corners = renderer
             .corner_leds_px(0)

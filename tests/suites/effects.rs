@@ -20,13 +20,15 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     let extras = (0.0..0.05f64, -0.2..0.2f64, 0.02..0.5f64, any::<bool>());
     let camera = (select(&Encoding::NAMES), 0.0..40.0f64, 0.0..3.0f64, 0.0..10.0f64, 0.0..2000.0f64);
     let leds = (0u8..4, 0u8..4, 0u8..8, 0.0..1.0f64, any::<u32>());
-    (geometry, light, time, extras, camera, leds).prop_map(|(geometry, light, time, extras, camera, leds)| {
+    let shake = (-4.0..-1.0f64, -4.0..-0.5f64, 0.1..5.0f64, 1.0..6.0f64);
+    (geometry, light, time, extras, camera, leds, shake).prop_map(|(geometry, light, time, extras, camera, leds, shake)| {
         let (distance, interval, roll, yaw, x) = geometry;
         let (reflectance, l2a, sigma, illuminance, transmission) = light;
         let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
         let (spread, k1, board, airlight) = extras;
         let (encoding, black, prnu, dsnu, hot) = camera;
         let (dead, stuck, row, row_light, seed) = leds;
+        let (angle, roll, lowest, times) = shake;
         vec![
             format!("pose.distance_m={distance}"),
             format!("panel.interval={interval}"),
@@ -62,6 +64,10 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
             format!("panel.dim_row={row}"),
             format!("panel.dim_row_light={row_light}"),
             format!("panel.seed={seed}"),
+            format!("camera.shake_deg={}", 10f64.powf(angle)),
+            format!("camera.shake_roll_deg={}", 10f64.powf(roll)),
+            format!("camera.shake_lowest_hz={lowest}"),
+            format!("camera.shake_highest_hz={}", lowest * times),
         ]
     })
 }
@@ -76,7 +82,7 @@ fn draw(scene: &Scene, region: Region, frame: u64) -> Vec<f64> {
     });
     let shown: Vec<PanelExposure> = shown.collect();
     let mut canvas = Canvas::<f64>::new(region);
-    renderer.draw_exact(&renderer.moment(frame), &shown, &mut canvas);
+    renderer.draw_exact(&renderer.moment(1, frame), &shown, &mut canvas);
     canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear)).collect()
 }
 
@@ -167,7 +173,7 @@ properties! {
             let bound = renderer.plan().decisions.iter().find(|d| d.effect == "point_spread").expect("a decision on each").bound_grey;
             let sensor = Region { x: 860, y: 440, width: 200, height: 200 };
             let mut canvas = Canvas::<f32>::new(sensor);
-            renderer.draw(&renderer.moment(0), &[renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))], &mut canvas);
+            renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))], &mut canvas);
             let greys: Vec<f64> = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into())).collect();
             (greys, bound)
         };
@@ -222,7 +228,7 @@ fn clear_air_is_called_for_at_70_m_and_not_at_30() {
 fn read_out(scene: &Scene, region: Region) -> [Vec<u8>; 2] {
     let renderer = Renderer::new(scene, Level::Fast).expect("a visible scene");
     let shown = [renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))];
-    let moment = renderer.moment(3);
+    let moment = renderer.moment(1, 3);
     let mut canvas = Canvas::new(region);
     renderer.draw(&moment, &shown, &mut canvas);
     let mut part = vec![0; region.width * region.height];
@@ -286,6 +292,7 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
         ("sharpening", "camera.sharpening=0.001", "camera.sharpening=0.3"),
         ("codec", "camera.gamma=2.2", "camera.jpeg_quality=90"),
         ("broken_leds", "panel.dim_row_light=0.1", "panel.stuck_leds=1"),
+        ("shake", "camera.shake_deg=0.0001", "camera.shake_roll_deg=0.1"),
     ] {
         for (setting, called_for) in [(little, false), (much, true)] {
             let scene = Scene::load("day", &[setting.to_string()]).expect("a valid scene");
@@ -339,7 +346,7 @@ fn a_red_lamp_is_seen_by_red_pixels() {
     let values = |bits: u64| {
         let shown = [renderer.steady(0, PanelFrame::from_bits(bits))];
         let mut canvas = Canvas::<f32>::new(renderer.sensor());
-        renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+        renderer.draw(&renderer.moment(1, 0), &shown, &mut canvas);
         canvas.values().to_vec()
     };
     let (on, off) = (values(u64::MAX), values(0));

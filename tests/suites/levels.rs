@@ -110,7 +110,7 @@ fn keeps_its_bound(settings: Vec<String>, bits: u64, shift_px: [f64; 2]) -> Resu
     };
     let region = reference.surroundings(0);
     let mut exact = Canvas::<f64>::new(region);
-    let moment = reference.moment(0);
+    let moment = reference.moment(1, 0);
     reference.draw_exact(&moment, &[shown(&reference, bits, shift_px)], &mut exact);
     for level in [Level::Fine, Level::Fast] {
         let renderer = Renderer::new(&scene, level).expect("a visible scene");

@@ -68,7 +68,10 @@ fn a_panel_at_rest_is_followed_at_rest() {
         let scene = Scene::load("day", &overrides).expect("a valid scene");
         let mut road = Road::new(&scene, &settings(&scene, DetectorChoice::KMeans)).expect("a usable link");
         let sensor = road.renderer().sensor();
-        let place = road.renderer().corners_in(sensor).expect("a panel in view");
+        let place = road
+            .renderer()
+            .corners_in(sensor, &road.renderer().moment(1, 0))
+            .expect("a panel in view");
         for frame in 0..180 {
             let report = road.frame(frame).expect("a panel in view");
             let case = format!("{distance} m, frame {frame}");

@@ -58,7 +58,7 @@ fn region(frame: &ReferenceFrame) -> Region {
 fn difference(frame: &ReferenceFrame) -> (f64, f64) {
     let renderer = renderer(frame, Level::Reference);
     let mut canvas = Canvas::<f64>::new(region(frame));
-    renderer.draw_exact(&renderer.moment(0), &[shown(&renderer, frame)], &mut canvas);
+    renderer.draw_exact(&renderer.moment(1, 0), &[shown(&renderer, frame)], &mut canvas);
     let pairs = canvas.values().iter().zip(&frame.linear);
     pairs.fold((0.0, 0.0), |(over_pixel, over_on): (f64, f64), (&ours, &theirs)| {
         let difference = (ours - f64::from(theirs)).abs();
@@ -100,7 +100,7 @@ fn a_tilted_panel_agrees_with_brute_force() {
     let shown = shown(&renderer, &frame);
     let region = region(&frame);
     let mut canvas = Canvas::<f64>::new(region);
-    renderer.draw_exact(&renderer.moment(0), &[shown], &mut canvas);
+    renderer.draw_exact(&renderer.moment(1, 0), &[shown], &mut canvas);
     let view = &renderer.view().panels[0];
     let (kernel, radius_m) = (Exact::new(frame.truth.params.sigma), view.panel.led_diameter_m / 2.0);
     let mut seen = vec![1.0; region.width * region.height];
@@ -137,11 +137,11 @@ fn each_level_keeps_its_declared_bound() {
         for frame in reference_frames(folder) {
             let reference = renderer(&frame, Level::Reference);
             let mut exact = Canvas::<f64>::new(region(&frame));
-            reference.draw_exact(&reference.moment(0), &[shown(&reference, &frame)], &mut exact);
+            reference.draw_exact(&reference.moment(1, 0), &[shown(&reference, &frame)], &mut exact);
             for level in [Level::Fine, Level::Fast] {
                 let renderer = renderer(&frame, level);
                 let mut canvas = Canvas::<f32>::new(region(&frame));
-                renderer.draw(&renderer.moment(0), &[shown(&renderer, &frame)], &mut canvas);
+                renderer.draw(&renderer.moment(1, 0), &[shown(&renderer, &frame)], &mut canvas);
                 let grey = |linear: f64| grey::unrounded(linear, 2.2);
                 let pairs = canvas.values().iter().zip(exact.values());
                 let worst = pairs

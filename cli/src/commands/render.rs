@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         SIDE_MAX / longest
     );
     let mut linear = renderer.linear_image(region);
-    renderer.draw_frame(arguments.frame, &shown, &mut linear);
+    renderer.draw_frame(shared.seed, arguments.frame, &shown, &mut linear);
     let mut picture = vec![0; region.width * region.height];
     renderer.read_frame(shared.seed, arguments.frame, &linear, &mut picture);
     if let Some(path) = &arguments.linear {
@@ -113,7 +113,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 }
 
 fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &PanelExposure) -> anyhow::Result<Verdict> {
-    let corners_px = renderer.corner_leds_in(region);
+    let corners_px = renderer.corner_leds_in(region, &renderer.moment(shared.seed, arguments.frame));
     let [top_left, top_right, ..] = corners_px;
     let report = Report {
         bits: shown.symbols[0].to_string(),

@@ -9,6 +9,8 @@ pub const WINDOW: usize = Link::WINDOW;
 /// When a frame's exposure begins, in the transmitter's symbols.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
+    /// The seed of the run that the frame is of.
+    pub seed: u64,
     /// Number of the frame.
     pub frame: u64,
     /// Start of the exposure, in seconds.
@@ -26,16 +28,16 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The moment of frame `frame` of the scene.
+    /// The moment of frame `frame` of run `seed` of the scene.
     ///
     /// ```
     /// use sim::{camera::clock::Moment, camera::exposure::Exposure, scene::Scene};
     /// let scene = Scene::load("paper", &[])?;
-    /// let moment = Moment::of(&scene, &Exposure::of(&scene), 7);
+    /// let moment = Moment::of(&scene, &Exposure::of(&scene), 1, 7);
     /// assert_eq!((moment.symbol, moment.middle_symbol(0.0)), (7, 0));
     /// # Ok::<(), sim::scene::SceneError>(())
     /// ```
-    pub fn of(scene: &Scene, exposure: &Exposure, frame: u64) -> Self {
+    pub fn of(scene: &Scene, exposure: &Exposure, seed: u64, frame: u64) -> Self {
         let transmitter_rate = 1.0 + scene.link.clock_ppm * 1e-6;
         let symbol_s = 1.0 / (scene.link.symbol_rate_hz * transmitter_rate);
         let start_s = frame as f64 / scene.camera.frame_rate_hz;
@@ -43,6 +45,7 @@ impl Moment {
         let symbols = start_s / symbol_s + scene.link.phase;
         let symbol = (symbols + 1e-9 / symbol_s).floor();
         Self {
+            seed,
             frame,
             start_s,
             exposure_s: exposure.time_s,
@@ -51,6 +54,11 @@ impl Moment {
             symbol_s,
             transmitter_rate,
         }
+    }
+
+    /// The middle of the exposure, in seconds.
+    pub fn middle_s(&self) -> f64 {
+        self.start_s + self.exposure_s / 2.0
     }
 
     /// Which symbol of the window that begins with [`Moment::symbol`] is shown in the middle of an exposure begun `delay_s`
@@ -79,7 +87,7 @@ mod tests {
     fn moment(overrides: &[&str], frame: u64) -> Moment {
         let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
         let scene = Scene::load("paper", &overrides).unwrap();
-        Moment::of(&scene, &Exposure::of(&scene), frame)
+        Moment::of(&scene, &Exposure::of(&scene), 1, frame)
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! - [`exposure`]: time and ISO, luminances to linear values. [`clock`]: which symbols an exposure sees.
 //! - [`projection`]: places before the camera to pixels.
 //! - [`curve`]: linear values to grey levels, [`encoder`] whole rows of them, [`grey`] by the gamma curve. [`noise`]: the sensor's
-//!   noise in them.
+//!   noise in them. [`shake`]: how the camera vibrates.
 
 pub mod clock;
 pub mod curve;
@@ -12,3 +12,4 @@ pub mod exposure;
 pub mod grey;
 pub mod noise;
 pub mod projection;
+pub mod shake;

@@ -61,6 +61,15 @@ impl Projection {
         }
     }
 
+    /// The same to a camera that sees the world turned.
+    pub(crate) fn turned(self, by: DMat3) -> Self {
+        Self {
+            rotation: by * self.rotation,
+            centre_m: by * self.centre_m,
+            ..self
+        }
+    }
+
     /// The panel's own coordinates of LED (`row`, `column`), in metres from its centre; halves mean points between.
     pub fn led_m(&self, row: f64, column: f64) -> DVec2 {
         let middle = (SIDE as f64 - 1.0) / 2.0;

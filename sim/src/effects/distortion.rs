@@ -21,10 +21,14 @@ impl Effect for Distortion {
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let camera = &view.scene.camera;
         let principal = glam::DVec2::from_array(camera.principal_px());
-        let leds = view.panels.iter().flat_map(|panel| panel.ellipses.iter());
+        let leds = view.panels.iter().flat_map(|panel| {
+            let shaken_px = super::shake::reach(view, panel).shift_px;
+            panel.ellipses.iter().map(move |ellipse| (ellipse, shaken_px))
+        });
         let (mut shift, mut rim) = (0.0f64, 0.0f64);
-        for ellipse in leds {
-            let (radius, extent) = ((ellipse.centre - principal).length(), ellipse.half_extent().length());
+        for (ellipse, shaken_px) in leds {
+            let radius = (ellipse.centre - principal).length() + shaken_px;
+            let extent = ellipse.half_extent().length();
             let stretch = camera.distortion_k1.abs() * ((radius + extent) / camera.focal_px()).powi(2);
             shift = shift.max(stretch * radius);
             rim = rim.max(3.0 * stretch * extent);

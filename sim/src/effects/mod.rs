@@ -34,10 +34,12 @@ mod point_spread;
 mod pwm;
 mod rolling_shutter;
 mod scanning;
+mod shake;
 mod sharpening;
 mod symbol_change;
 mod vignetting;
 
+pub(crate) use motion::{moments, way_px};
 pub use pwm::Pulses;
 
 use crate::formation::Formation;
@@ -80,7 +82,7 @@ pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 24] = [
+pub(crate) const ALL: [&dyn Effect; 25] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
@@ -95,6 +97,7 @@ pub(crate) const ALL: [&dyn Effect; 24] = [
     &perspective::Perspective,
     &distortion::Distortion,
     &motion::Motion,
+    &shake::Shaking,
     LENS_BLUR,
     &point_spread::PointSpread,
     &vignetting::Vignetting,

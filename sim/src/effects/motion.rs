@@ -5,7 +5,7 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
 /// The most moments of one exposure: beyond 64 px of way, steps grow.
-const MOST_MOMENTS: f64 = 256.0;
+pub(super) const MOST_MOMENTS: f64 = 256.0;
 
 /// See the [module](self).
 pub(super) struct Motion;
@@ -26,15 +26,21 @@ impl Effect for Motion {
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {
-        // One moment for each quarter pixel keeps the steps far below the blur.
-        let count = (way_px(view) * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
-        let moment = |k: usize| (((k as f64 + 0.5) / count - 0.5) * view.exposure.time_s, 1.0 / count);
-        formation.motion_samples = (0..count as usize).map(moment).collect();
+        formation.motion_samples = moments(way_px(view), view.exposure.time_s);
+        formation.moves = true;
     }
 }
 
+/// Moments of an exposure during which something goes `way_px`: (time from the exposure's middle in seconds, weight). One for each quarter
+/// pixel keeps the steps far below the blur.
+pub(crate) fn moments(way_px: f64, exposure_s: f64) -> Vec<(f64, f64)> {
+    let count = (way_px * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
+    let moment = |k: usize| (((k as f64 + 0.5) / count - 0.5) * exposure_s, 1.0 / count);
+    (0..count as usize).map(moment).collect()
+}
+
 /// The longest way of any LED in the image during the exposure, in px.
-fn way_px(view: &View) -> f64 {
+pub(crate) fn way_px(view: &View) -> f64 {
     let way = |panel: &crate::view::PanelView| {
         let velocity = glam::DVec3::from_array(panel.pose.velocity_m_s);
         let focal_px = view.scene.camera.focal_px();

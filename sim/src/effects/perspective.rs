@@ -16,12 +16,18 @@ impl Effect for Perspective {
         About {
             name: "perspective",
             model: "pinhole projection of each LED by itself; without it the panel is one affine image",
-            keys: &["pose.roll_deg", "pose.yaw_deg", "pose.pitch_deg", "pose.distance_m"],
+            keys: &[
+                "pose.roll_deg",
+                "pose.yaw_deg",
+                "pose.pitch_deg",
+                "pose.distance_m",
+                "camera.shake_deg",
+            ],
             cost: "chords for each LED instead of one set",
         }
     }
 
-    /// How far the affine image puts an LED and its rim from their places.
+    /// How far the affine image puts an LED and its rim from their places, also where the camera vibrates.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let moved = view.panels.iter().flat_map(|panel| {
             let centre = panel.projection.pixel(DVec2::ZERO);
@@ -30,9 +36,17 @@ impl Effect for Perspective {
                 centre,
                 shape: jacobian * (panel.panel.led_diameter_m / 2.0),
             };
+            let (reach, radius) = (super::shake::reach(view, panel), panel.radius_px());
+            let bent = reach.bend_per_px * radius;
             panel.ellipses.iter().enumerate().map(move |(led, exact)| {
                 let at = panel.projection.led_m((led / SIDE) as f64, (led % SIDE) as f64);
-                ((exact.centre - centre - jacobian * at).length(), rim_difference(exact, &affine))
+                let shift = (exact.centre - centre - jacobian * at).length();
+                let rim = rim_difference(exact, &affine);
+                let extent = exact.half_extent().length();
+                (
+                    shift * (1.0 + reach.stretch) + bent * radius,
+                    rim * (1.0 + reach.stretch) + bent * extent,
+                )
             })
         });
         let (shift, rim) = moved.fold((0.0, 0.0), |(shift, rim): (f64, f64), (s, r)| (shift.max(s), rim.max(r)));

@@ -12,7 +12,7 @@ impl Effect for RollingShutter {
         About {
             name: "rolling_shutter",
             model: "the exposure of a row begins readout x row / (rows - 1) after that of the first",
-            keys: &["camera.readout_s", "pose.velocity_m_s", "link.symbol_rate_hz"],
+            keys: &["camera.readout_s", "pose.velocity_m_s", "camera.shake_deg", "link.symbol_rate_hz"],
             cost: "one addition an LED",
         }
     }
@@ -22,11 +22,17 @@ impl Effect for RollingShutter {
         if readout_s == 0.0 {
             return 0.0;
         }
+        // A vibration turns by no more than its peak to either side, nor faster than at its highest frequency.
+        let of_shake = (std::f64::consts::TAU * view.scene.camera.shake_highest_hz * readout_s).min(2.0);
         let moved = view.panels.iter().map(|panel| {
             let speed = glam::DVec3::from_array(panel.pose.velocity_m_s).length();
-            speed * readout_s * view.scene.camera.focal_px() / panel.pose.distance_m * 2.0
+            let way = speed * readout_s * view.scene.camera.focal_px() / panel.pose.distance_m * 2.0;
+            let reach = super::shake::reach(view, panel);
+            let shaken = of_shake * (reach.shift_px + reach.stretch * panel.radius_px());
+            (way + shaken, of_shake * reach.stretch * super::shake::extent_px(panel))
         });
-        let by_motion = range.change_by_geometry(moved.fold(0.0, f64::max), 0.0);
+        let (moved, rim) = moved.fold((0.0, 0.0), |(way, rim): (f64, f64), (w, r)| (way.max(w), rim.max(r)));
+        let by_motion = range.change_by_geometry(moved, rim);
         // Rows may see another symbol than the first does unless the change stays outside all exposures.
         if super::symbol_change::straddles(view) {
             range.range_grey()

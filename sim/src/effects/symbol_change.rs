@@ -35,6 +35,6 @@ pub(super) fn straddles(view: &View) -> bool {
     if (ratio - ratio.round()).abs() > 1e-12 {
         return true;
     }
-    let moment = crate::camera::clock::Moment::of(scene, &view.exposure, 0);
+    let moment = crate::camera::clock::Moment::of(scene, &view.exposure, 0, 0);
     moment.since_change_s + moment.exposure_s + scene.camera.readout_s > moment.symbol_s
 }

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::layout;
 use super::outlined::Outlined;
+use super::placed::Shaken;
 use crate::accuracy::Accuracy;
 use crate::disc::chords::Chords;
 use crate::disc::outline::Outline;
@@ -20,8 +21,15 @@ pub(super) struct Board {
 
 impl Board {
     /// Where it is `after_s` seconds after the middle of the exposure.
-    pub(super) fn new(camera: &Camera, panel: &PanelView, formation: &Formation, accuracy: &Accuracy, after_s: f64) -> Self {
-        let corners = board_corners(camera, panel, formation, after_s);
+    pub(super) fn new(
+        camera: &Camera,
+        panel: &PanelView,
+        formation: &Formation,
+        accuracy: &Accuracy,
+        shaken: Option<&Shaken>,
+        after_s: f64,
+    ) -> Self {
+        let corners = board_corners(camera, panel, formation, shaken, after_s);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
@@ -32,10 +40,15 @@ impl Board {
 }
 
 /// The corners of a panel's board, each at its row's own time.
-pub(super) fn board_corners(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64) -> [DVec2; 4] {
+pub(super) fn board_corners(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    shaken: Option<&Shaken>,
+    after_s: f64,
+) -> [DVec2; 4] {
     BOARD_CORNERS.map(|(row, column)| {
         let at = panel.projection.led_m(row, column);
-        let delay_s = formation.row_delay_s * panel.projection.pixel(at).y;
-        layout::place(camera, panel, formation, after_s + delay_s, at)
+        layout::place(camera, panel, formation, shaken, after_s, at)
     })
 }

@@ -1,6 +1,6 @@
 //! Background, boards and LEDs put together, the farthest panel first.
 
-use glam::DVec2;
+use glam::{DMat3, DVec2, DVec3};
 use link::panel::LEDS;
 
 use super::{PanelExposure, Renderer};
@@ -12,6 +12,7 @@ use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout, image_of};
 use crate::renderer::outlined::Outlined;
+use crate::renderer::placed::{Placed, Shaken};
 use crate::renderer::separable::ChordImage;
 use crate::view::Photograph;
 
@@ -52,13 +53,15 @@ impl Renderer {
         canvas: &mut Canvas<K::Real>,
         paint: impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
     ) {
+        let shaken = self.shaken(moment).map(|shaken| self.placed(Some(shaken)));
+        let placed = shaken.as_ref().unwrap_or(&self.still);
         if !self.formation.mosaic {
-            return self.compose(kernel, moment, shown, None, canvas, &paint);
+            return self.compose(kernel, placed, moment, shown, None, canvas, &paint);
         }
         let region = canvas.region();
         let mut of_colour = Canvas::new(region);
         for colour in 0..3 {
-            self.compose(kernel, moment, shown, Some(colour), &mut of_colour, &paint);
+            self.compose(kernel, placed, moment, shown, Some(colour), &mut of_colour, &paint);
             let pixels = canvas.values_mut().iter_mut().zip(of_colour.values());
             for (k, (pixel, &seen)) in pixels.enumerate() {
                 let [x, y] = [region.x + k % region.width, region.y + k / region.width];
@@ -75,55 +78,56 @@ impl Renderer {
     fn compose<K: Kernel>(
         &self,
         kernel: &K,
+        placed: &Placed,
         moment: &Moment,
         shown: &[PanelExposure],
         colour: Option<usize>,
         canvas: &mut Canvas<K::Real>,
         paint: &impl Fn(&Layout, DVec2, &[K::Real; LEDS], &mut Canvas<K::Real>),
     ) {
-        self.draw_background(canvas);
+        self.draw_background(placed, canvas);
         for &index in &self.far_to_near {
             let Some(shown) = shown.get(index) else {
                 continue;
             };
             let shift = DVec2::from_array(shown.shift_px);
-            let touched = self.touched(index, shift);
+            let touched = self.touched(placed, index, shift);
             if !touched.meets(canvas.region()) {
                 continue;
             }
             if let Some(light) = self.board_light(index) {
                 canvas.cover(K::Real::from_f64(light), touched, |mask| {
-                    for (weight, board) in &self.boards[index] {
+                    for (weight, board) in &placed.boards[index] {
                         self.add_board(kernel, board, shift, K::Real::from_f64(*weight), mask);
                     }
                 });
             }
             let mut light = self.led_light(index, moment, shown, colour);
-            if self.on_even_ground[index] {
+            if placed.on_even_ground[index] {
                 let ground = self.board_light(index);
                 let ground = ground.unwrap_or_else(|| self.plain_background());
                 light = light.map(|light| light - ground);
             } else {
                 // Opaque LEDs hide what is behind them before they add their own light.
                 canvas.cover(K::Real::default(), touched, |mask| {
-                    self.add_leds(index, shift, &[1.0; LEDS], mask, paint);
+                    self.add_leds(&placed.layouts[index], shift, &[1.0; LEDS], mask, paint);
                 });
             }
-            self.add_leds(index, shift, &light, canvas, paint);
+            self.add_leds(&placed.layouts[index], shift, &light, canvas, paint);
         }
     }
 
-    /// Adds the LEDs of panel `index`, each with its light, over all moments of the exposure.
+    /// Adds the LEDs of a panel, each with its light, over all moments of the exposure.
     #[inline(always)]
     fn add_leds<R: Real>(
         &self,
-        index: usize,
+        layouts: &[(f64, Layout)],
         shift: DVec2,
         light: &[f64; LEDS],
         canvas: &mut Canvas<R>,
         paint: &impl Fn(&Layout, DVec2, &[R; LEDS], &mut Canvas<R>),
     ) {
-        for (weight, layout) in &self.layouts[index] {
+        for (weight, layout) in layouts {
             let weighted = light.map(|light| R::from_f64(light * weight));
             paint(layout, shift, &weighted, canvas);
         }
@@ -146,20 +150,48 @@ impl Renderer {
         photograph.filter(|_| self.formation.photograph)
     }
 
-    pub(super) fn draw_background<R: Real>(&self, canvas: &mut Canvas<R>) {
+    pub(super) fn draw_background<R: Real>(&self, placed: &Placed, canvas: &mut Canvas<R>) {
         let Some(photograph) = self.photograph() else {
             canvas.fill(R::from_f64(self.plain_background()));
             return;
         };
         let Region { x, y, width, .. } = canvas.region();
         let air = self.formation.background_air;
+        let light = |relative: f64| R::from_f64(air.through(self.view.background * relative));
+        let rows = canvas.values_mut().chunks_exact_mut(width).enumerate();
+        if let Some(shaken) = &placed.shaken {
+            for (j, row) in rows {
+                let turns = self.picture_turns(shaken, &placed.moments, y + j);
+                for (i, value) in row.iter_mut().enumerate() {
+                    let at = DVec3::new((x + i) as f64, (y + j) as f64, 1.0);
+                    let seen = |(turn, weight): &(DMat3, f64)| {
+                        let ray = *turn * at;
+                        weight * photograph.at(ray.truncate() / ray.z)
+                    };
+                    *value = light(turns.iter().map(seen).sum());
+                }
+            }
+            return;
+        }
         let source = photograph.relative();
         let source = source.chunks_exact(self.sensor().width).skip(y);
-        for (row, source) in canvas.values_mut().chunks_exact_mut(width).zip(source) {
+        for ((_, row), source) in rows.zip(source) {
             for (value, &relative) in row.iter_mut().zip(&source[x..x + width]) {
-                *value = R::from_f64(air.through(self.view.background * f64::from(relative)));
+                *value = light(f64::from(relative));
             }
         }
+    }
+
+    /// What takes pixels of a row of the sensor to the photograph's, with weights, over the exposure of that row. The camera at rest sees
+    /// the photograph as it is; a lens's distortion does not bend it anew.
+    fn picture_turns(&self, shaken: &Shaken, moments: &[(f64, f64)], row: usize) -> Vec<(DMat3, f64)> {
+        let camera = &self.view.scene.camera;
+        let (focal, [x, y]) = (camera.focal_px(), camera.principal_px());
+        let to_pixels = DMat3::from_cols(DVec3::X * focal, DVec3::Y * focal, DVec3::new(x, y, 1.0));
+        let to_rays = to_pixels.inverse();
+        let delay_s = self.formation.row_delay_s * row as f64;
+        let turn = |&(after_s, weight): &(f64, f64)| (to_pixels * shaken.turn(after_s + delay_s).transpose() * to_rays, weight);
+        moments.iter().map(turn).collect()
     }
 
     /// The linear value of panel `index`'s board through the air, where it is drawn.
@@ -199,7 +231,7 @@ impl Renderer {
 
     /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
     pub(super) fn add_outlined<R: Real>(&self, outlined: &Outlined, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
-        let is_kept = self.layouts.len() <= MOST_STILL && self.level != Level::Reference;
+        let is_kept = self.far_to_near.len() <= MOST_STILL && self.level != Level::Reference;
         if shift == DVec2::ZERO && is_kept {
             let still = outlined.still.get_or_init(|| self.still(outlined));
             canvas.add(still, light);

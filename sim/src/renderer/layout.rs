@@ -12,6 +12,7 @@ use crate::disc::spread::Spread;
 use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
 use crate::renderer::outlined::Outlined;
+use crate::renderer::placed::Shaken;
 use crate::renderer::polyphase::Polyphase;
 use crate::renderer::separable::SeparableImage;
 use crate::scene::Camera;
@@ -25,6 +26,9 @@ pub struct Layout {
     /// What they look like.
     pub images: Images,
 }
+
+/// How often the row is looked up in which a point of a vibrating image is exposed.
+const ROW_STEPS: usize = 3;
 
 /// How a panel's LEDs are drawn; one image serves all, or each has its own.
 #[derive(Clone, Debug)]
@@ -56,8 +60,16 @@ pub enum Places {
 
 impl Layout {
     /// The layout of `panel`, `after_s` seconds after the middle of the exposure.
-    pub fn new(camera: &Camera, panel: &PanelView, formation: &Formation, accuracy: &Accuracy, spread: &Spread, after_s: f64) -> Self {
-        let ellipses = ellipses(camera, panel, formation, after_s);
+    pub fn new(
+        camera: &Camera,
+        panel: &PanelView,
+        formation: &Formation,
+        accuracy: &Accuracy,
+        spread: &Spread,
+        shaken: Option<&Shaken>,
+        after_s: f64,
+    ) -> Self {
+        let ellipses = ellipses(camera, panel, formation, shaken, after_s);
         let places = places(&ellipses);
         Self {
             images: images(&ellipses, formation, accuracy, spread),
@@ -156,13 +168,15 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
 }
 
 /// The images of the 64 LEDs as the formation asks for them.
-fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64) -> [Ellipse; LEDS] {
+pub fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64) -> [Ellipse; LEDS] {
+    let at_once = (formation.row_delay_s == 0.0).then(|| moved(camera, panel, formation, shaken, after_s, 0.0));
     std::array::from_fn(|led| {
         let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
-        // A row of the sensor is exposed later the lower it is; the LED has moved on by then.
-        let delay_s = formation.row_delay_s * panel.ellipses[led].centre.y;
-        let projection = moved(camera, panel, after_s + delay_s);
-        let at = projection.led_m(row, column);
+        let at = panel.projection.led_m(row, column);
+        let projection = at_once.unwrap_or_else(|| {
+            let delay_s = delay_s(camera, panel, formation, shaken, after_s, (at, panel.ellipses[led].centre.y));
+            moved(camera, panel, formation, shaken, after_s, delay_s)
+        });
         let ellipse = if formation.exact_perspective {
             projection.ellipse(at)
         } else {
@@ -180,9 +194,10 @@ fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: 
     })
 }
 
-/// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of the exposure.
-pub fn place(camera: &Camera, panel: &PanelView, formation: &Formation, after_s: f64, at: DVec2) -> DVec2 {
-    let projection = moved(camera, panel, after_s);
+/// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of its row's exposure.
+pub fn place(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64, at: DVec2) -> DVec2 {
+    let delay_s = delay_s(camera, panel, formation, shaken, after_s, (at, panel.projection.pixel(at).y));
+    let projection = moved(camera, panel, formation, shaken, after_s, delay_s);
     let centre = projection.pixel(DVec2::ZERO);
     let point = if formation.exact_perspective {
         projection.pixel(at)
@@ -200,11 +215,39 @@ pub fn place(camera: &Camera, panel: &PanelView, formation: &Formation, after_s:
     .centre
 }
 
-/// The panel's projection after it has moved for `after_s`.
-fn moved(camera: &Camera, panel: &PanelView, after_s: f64) -> Projection {
-    let velocity = DVec3::from_array(panel.pose.velocity_m_s);
-    if velocity == DVec3::ZERO || after_s == 0.0 {
-        return panel.projection;
+/// How much later than the sensor's first row a point of the panel is exposed, `after_s` seconds after the middle of the exposure: its row
+/// at rest says it, where the camera stands still.
+///
+/// Where the camera vibrates, the row is that in which the point is when it is exposed. Each of the steps towards it leaves the part of
+/// the error that the image's speed is of the read-out's.
+fn delay_s(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    shaken: Option<&Shaken>,
+    after_s: f64,
+    (at, row_at_rest): (DVec2, f64),
+) -> f64 {
+    let at_rest_s = formation.row_delay_s * row_at_rest;
+    if shaken.is_none() || formation.row_delay_s == 0.0 {
+        return at_rest_s;
     }
-    Projection::new(camera, &panel.panel, &panel.pose.after(after_s))
+    (0..ROW_STEPS).fold(at_rest_s, |delay_s, _| {
+        formation.row_delay_s * moved(camera, panel, formation, shaken, after_s, delay_s).pixel(at).y
+    })
+}
+
+/// The panel's projection `after_s` seconds after the middle of the exposure, `delay_s` later than in the first row.
+fn moved(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64, delay_s: f64) -> Projection {
+    let velocity = DVec3::from_array(panel.pose.velocity_m_s);
+    let moved_s = if formation.moves { after_s + delay_s } else { delay_s };
+    let projection = if velocity == DVec3::ZERO || moved_s == 0.0 {
+        panel.projection
+    } else {
+        Projection::new(camera, &panel.panel, &panel.pose.after(moved_s))
+    };
+    match shaken {
+        Some(shaken) => projection.turned(shaken.turn(after_s + delay_s)),
+        None => projection,
+    }
 }

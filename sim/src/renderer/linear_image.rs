@@ -32,9 +32,9 @@ impl Renderer {
         }
     }
 
-    /// Draws frame `frame` as [`draw`](Self::draw) or [`draw_exact`](Self::draw_exact) does.
-    pub fn draw_frame(&self, frame: u64, shown: &[PanelExposure], image: &mut LinearImage) {
-        let moment = self.moment(frame);
+    /// Draws frame `frame` of run `seed` as [`draw`](Self::draw) or [`draw_exact`](Self::draw_exact) does.
+    pub fn draw_frame(&self, seed: u64, frame: u64, shown: &[PanelExposure], image: &mut LinearImage) {
+        let moment = self.moment(seed, frame);
         match image {
             LinearImage::Single(canvas) => self.draw(&moment, shown, canvas),
             LinearImage::Double(canvas) => self.draw_exact(&moment, shown, canvas),

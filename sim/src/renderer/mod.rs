@@ -7,6 +7,7 @@ mod compose;
 mod layout;
 mod linear_image;
 mod outlined;
+mod placed;
 mod polyphase;
 mod read_out;
 mod regions;
@@ -31,11 +32,11 @@ use crate::effects;
 use crate::formation::Formation;
 use crate::plan::Plan;
 use crate::renderer::backdrop::Backdrop;
-use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
-use crate::renderer::layout::{Images, Layout};
+use crate::renderer::layout::Images;
+use crate::renderer::placed::Placed;
 use crate::scene::Scene;
-use crate::view::{Photograph, View, ViewError, for_each_meeting};
+use crate::view::{Photograph, View, ViewError};
 
 pub use linear_image::LinearImage;
 
@@ -59,22 +60,17 @@ pub struct Renderer {
     plan: Plan,
     formation: Formation,
     level: Level,
+    accuracy: Accuracy,
     exact: Exact,
     table: Tabulated,
     spread: Spread,
     /// The blur's round core, for what is drawn pixel by pixel.
     blur: Blur,
     margin_px: f64,
-    /// For each panel drawn: its layouts over the exposure with their weights.
-    layouts: Vec<Vec<(f64, Layout)>>,
     /// The panels drawn, the farthest first: a near board covers what is behind it.
     far_to_near: Vec<usize>,
-    /// For each panel drawn: the part of the sensor that it lights.
-    surroundings: Vec<Region>,
-    /// For each panel drawn: its board over the exposure with weights; empty without a board.
-    boards: Vec<Vec<(f64, Board)>>,
-    /// For each panel drawn: whether all that is behind its LEDs has one linear value.
-    on_even_ground: Vec<bool>,
+    /// Where all is while the camera stands still.
+    still: Placed,
     encoder: Encoder,
     /// Noise of the pixels drawn, made when it is first asked for.
     pixel_noise: OnceLock<Arc<PixelNoise>>,
@@ -121,31 +117,11 @@ impl Renderer {
     }
 
     fn with(view: View, plan: Plan, formation: Formation, level: Level, accuracy: Accuracy) -> Self {
-        let scene = &view.scene;
         let (shape, tolerance) = (formation.spread, accuracy.quadrature / 4.0);
         let spread = Spread::new(shape, formation.sigma_px, tolerance);
         let blur = accuracy.blur(formation.sigma_px);
         let margin_px = blur.margin_px() + spread.reach_px;
         let drawn = if formation.other_panels { view.panels.len() } else { 1 };
-        let over_the_exposure = |panel| {
-            formation
-                .motion_samples
-                .iter()
-                .map(|&(after_s, weight)| (weight, Layout::new(&scene.camera, panel, &formation, &accuracy, &spread, after_s)))
-                .collect()
-        };
-        let layouts: Vec<Vec<_>> = view.panels[..drawn].iter().map(over_the_exposure).collect();
-        let boards = view.panels[..drawn].iter().zip(&formation.boards);
-        let boards = boards.map(|(panel, board)| {
-            let images = formation.motion_samples.iter().filter(|_| board.is_some());
-            images
-                .map(|&(after_s, weight)| {
-                    let camera = &scene.camera;
-                    (weight, Board::new(camera, panel, &formation, &accuracy, after_s))
-                })
-                .collect()
-        });
-        let boards: Vec<Vec<_>> = boards.collect();
         let mut far_to_near: Vec<usize> = (0..drawn).collect();
         far_to_near.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(|index| view.panels[index].pose.distance_m);
@@ -159,21 +135,17 @@ impl Renderer {
             spread,
             blur,
             margin_px,
-            layouts,
-            boards,
-            surroundings: Vec::new(),
-            on_even_ground: Vec::new(),
+            still: Placed::default(),
             pixel_noise: OnceLock::new(),
             backdrop: OnceLock::new(),
             far_to_near,
             view,
             plan,
             formation,
+            accuracy,
             level,
         };
-        let surroundings = |index| renderer.around(index, margin_px);
-        renderer.surroundings = (0..drawn).map(surroundings).collect();
-        renderer.on_even_ground = renderer.even_grounds();
+        renderer.still = renderer.placed(None);
         renderer
     }
 
@@ -204,21 +176,6 @@ impl Renderer {
                 [Some(mine), Some(theirs)] => std::ptr::eq(mine, theirs),
                 [mine, theirs] => mine.is_none() && theirs.is_none(),
             }
-    }
-
-    /// For each panel drawn, whether all behind its LEDs has one value: its board, or a plain background where no farther panel is.
-    fn even_grounds(&self) -> Vec<bool> {
-        let mut even = vec![self.photograph().is_none(); self.surroundings.len()];
-        let mut turn = vec![0; even.len()];
-        for (place, &index) in self.far_to_near.iter().enumerate() {
-            turn[index] = place;
-        }
-        let boxes: Vec<_> = self.surroundings.iter().map(|part| part.corners()).collect();
-        for_each_meeting(&boxes, |a, b| {
-            even[if turn[a] > turn[b] { a } else { b }] = false;
-        });
-        let boards = self.boards.iter();
-        boards.zip(even).map(|(board, even)| even || !board.is_empty()).collect()
     }
 
     /// The scene, worked out.
@@ -260,9 +217,9 @@ impl Renderer {
         self.view.exposure.led_light(scene, &unlimited, panel.reflectance, l2a)
     }
 
-    /// The moment of frame `frame`.
-    pub fn moment(&self, frame: u64) -> Moment {
-        Moment::of(&self.view.scene, &self.view.exposure, frame)
+    /// The moment of frame `frame` of run `seed`.
+    pub fn moment(&self, seed: u64, frame: u64) -> Moment {
+        Moment::of(&self.view.scene, &self.view.exposure, seed, frame)
     }
 
     /// Draws the linear image, in single precision, at the level [`Level::Fine`] or [`Level::Fast`].
@@ -273,7 +230,7 @@ impl Renderer {
     ///
     /// let renderer = Renderer::new(&Scene::load("paper", &[])?, Level::Fine)?;
     /// let mut canvas = Canvas::new(renderer.surroundings(0));
-    /// renderer.draw(&renderer.moment(0), &[renderer.steady(0, PanelFrame::from_bits(1))], &mut canvas);
+    /// renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, PanelFrame::from_bits(1))], &mut canvas);
     /// let brightest = canvas.values().iter().fold(0.0f32, |a, &b| a.max(b));
     /// // An On LED of 16 times the background, blurred to less than half of that.
     /// assert!(brightest > 3.0 && brightest < 8.0);

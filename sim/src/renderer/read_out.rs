@@ -85,7 +85,7 @@ impl Renderer {
             };
         }
         let mut canvas = Canvas::new(self.sensor());
-        self.draw_background(&mut canvas);
+        self.draw_background(&self.still, &mut canvas);
         self.change_rows(&mut canvas);
         match self.pixel_noise() {
             None => Backdrop::Picture(self.encoded(canvas.values())),

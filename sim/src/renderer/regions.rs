@@ -1,13 +1,17 @@
 //! Where on the sensor panels are, and the parts of it that they light.
 
 use glam::DVec2;
-use link::panel::{LEDS, SIDE};
+use link::panel::SIDE;
 use rx_pipeline::corners::{Corners, CornersError};
 
 use super::Renderer;
-use super::board::board_corners;
 use super::canvas::Region;
-use super::polyphase;
+use super::placed::Placed;
+use super::{layout, polyphase};
+use crate::camera::clock::Moment;
+
+/// Rows and columns of the corner LEDs.
+const CORNERS: [(usize, usize); 4] = [(0, 0), (0, SIDE - 1), (SIDE - 1, SIDE - 1), (SIDE - 1, 0)];
 
 impl Renderer {
     /// The whole sensor.
@@ -20,59 +24,29 @@ impl Renderer {
         }
     }
 
-    /// The part of the sensor that panel `index` lights, with room for a shift of less than one pixel, and for what the
+    /// The part of the sensor that panel `index` lights in any frame, with room for a shift of less than one pixel, and for what the
     /// camera does to encoded levels around.
     pub fn surroundings(&self, index: usize) -> Region {
-        let drawn = self.surroundings.get(index).copied();
-        drawn.unwrap_or_else(|| self.around(index, self.margin_px))
+        self.around(&self.still, index, self.margin_px + self.shake_px(index))
     }
 
     /// The part of the sensor outside which drawing panel `index`, moved by `shift`, changes nothing.
-    pub(super) fn touched(&self, index: usize, shift: DVec2) -> Region {
-        self.surroundings(index)
-            .widened(shift.abs().max_element().ceil() as usize + polyphase::LANES)
+    pub(super) fn touched(&self, placed: &Placed, index: usize, shift: DVec2) -> Region {
+        placed.surroundings[index].widened(shift.abs().max_element().ceil() as usize + polyphase::LANES)
     }
 
     /// The part of the sensor that the cells of panel `index` cover, with a rim of one pixel for their gradient and room for a shift of
     /// less than one pixel.
     pub fn cells_region(&self, index: usize) -> Region {
-        self.around(index, 0.0)
+        self.around(&self.still, index, self.shake_px(index))
     }
 
-    pub(super) fn around(&self, index: usize, margin_px: f64) -> Region {
-        let panel = &self.view.panels[index];
-        let camera = &self.view.scene.camera;
-        let samples = self.formation.motion_samples.iter();
-        let corners = samples.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, after_s));
-        let centres = self
-            .layouts
-            .get(index)
-            .into_iter()
-            .flatten()
-            .flat_map(|(_, layout)| (0..LEDS).map(|led| layout.centre(led)));
-        let (low, high) = corners
-            .chain(centres)
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let stages = || self.formation.grey_stages.iter();
-        let margin_px = margin_px + stages().map(|stage| stage.reach_px()).sum::<usize>() as f64;
-        let block = stages().map(|stage| stage.block_px()).max().unwrap_or(1);
-        let (low, high) = (low - margin_px - 2.0, high + margin_px + 3.0);
-        let sensor = self.sensor();
-        let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
-        let (x, y) = (clip(low.x.floor(), sensor.width), clip(low.y.floor(), sensor.height));
-        let (x, y) = (x - x % block, y - y % block);
-        let end = |high: f64, end: usize| clip(high.ceil(), end).next_multiple_of(block).min(end);
-        Region {
-            x,
-            y,
-            width: end(high.x, sensor.width) - x,
-            height: end(high.y, sensor.height) - y,
-        }
-    }
-
-    /// The part of the sensor that panels light: all their surroundings.
+    /// The part of the sensor that panels light, all their surroundings: where a photograph behind them moves, the whole of it.
     pub fn lit_region(&self) -> Region {
-        let regions = (0..self.layouts.len()).map(|index| self.surroundings(index));
+        if self.formation.shake.is_some() && self.photograph().is_some() {
+            return self.sensor();
+        }
+        let regions = (0..self.far_to_near.len()).map(|index| self.surroundings(index));
         regions
             .reduce(|a, b| {
                 let (x, y) = (a.x.min(b.x), a.y.min(b.y));
@@ -86,12 +60,11 @@ impl Renderer {
             .unwrap_or(self.sensor())
     }
 
-    /// Pixel positions of a panel's corner LEDs as drawn: top left, top right, bottom right, bottom left.
+    /// Pixel positions of a panel's corner LEDs as drawn while the camera stands still: top left, top right, bottom right, bottom left.
     pub fn corner_leds_px(&self, index: usize) -> [[f64; 2]; 4] {
         let panel = &self.view.panels[index];
-        let corners = [(0, 0), (0, 7), (7, 7), (7, 0)];
-        let drawn = self.layouts.get(index).and_then(|layouts| layouts.first());
-        corners.map(|(row, column)| {
+        let drawn = self.still.layouts.get(index).and_then(|layouts| layouts.first());
+        CORNERS.map(|(row, column)| {
             let place = match drawn {
                 Some((_, layout)) => layout.centre(SIDE * row + column),
                 None => {
@@ -103,16 +76,51 @@ impl Renderer {
         })
     }
 
-    /// Those of the first panel, in pixels of a region.
-    pub fn corner_leds_in(&self, region: Region) -> [[f64; 2]; 4] {
-        self.corner_leds_px(0).map(|[x, y]| [x - region.x as f64, y - region.y as f64])
+    /// Those of the first panel at a moment, in pixels of a region; where the camera vibrates, in the middle of their ways.
+    pub fn corner_leds_in(&self, region: Region, moment: &Moment) -> [[f64; 2]; 4] {
+        let corners = match self.shaken(moment) {
+            None => self.corner_leds_px(0),
+            Some(shaken) => {
+                let moments = self.moments(&shaken);
+                let (camera, panel) = (&self.view.scene.camera, &self.view.panels[0]);
+                let images = moments.iter().map(|&(after_s, weight)| {
+                    let ellipses = layout::ellipses(camera, panel, &self.formation, Some(&shaken), after_s);
+                    CORNERS.map(|(row, column)| ellipses[SIDE * row + column].centre * weight)
+                });
+                let sum = images.reduce(|a, b| std::array::from_fn(|corner| a[corner] + b[corner]));
+                sum.unwrap_or_default().map(Into::into)
+            }
+        };
+        corners.map(|[x, y]| [x - region.x as f64, y - region.y as f64])
     }
 
     /// The same in single precision.
     ///
     /// # Errors
     /// When they make no panel.
-    pub fn corners_in(&self, region: Region) -> Result<Corners, CornersError> {
-        Corners::new(self.corner_leds_in(region).map(|corner| corner.map(|place| place as f32)))
+    pub fn corners_in(&self, region: Region, moment: &Moment) -> Result<Corners, CornersError> {
+        Corners::new(self.corner_leds_in(region, moment).map(|corner| corner.map(|place| place as f32)))
+    }
+
+    /// How far the camera's vibration has moved the first panel in the image at a moment, in px.
+    pub fn shaken_px(&self, moment: &Moment) -> [f64; 2] {
+        if !self.shakes() {
+            return [0.0; 2];
+        }
+        let (still, moved) = (self.corner_leds_px(0), self.corner_leds_in(self.sensor(), moment));
+        let mean = |axis: usize| {
+            moved
+                .iter()
+                .zip(&still)
+                .map(|(moved, still)| moved[axis] - still[axis])
+                .sum::<f64>()
+                / 4.0
+        };
+        [mean(0), mean(1)]
+    }
+
+    /// Whether the places of panels are others in each frame.
+    pub fn shakes(&self) -> bool {
+        self.formation.shake.is_some()
     }
 }

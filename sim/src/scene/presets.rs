@@ -15,7 +15,7 @@ pub struct Preset {
 }
 
 /// All presets; the first spells out the defaults.
-pub const PRESETS: [Preset; 10] = [
+pub const PRESETS: [Preset; 13] = [
     Preset {
         name: "paper",
         summary: "Table 1 of Do & Yoo 2020 at interval 1 and 50 m, without noise",
@@ -45,6 +45,21 @@ pub const PRESETS: [Preset; 10] = [
         name: "night",
         summary: "a lit street at 50 lx: ISO 32 000, free-running clocks, PWM dimming",
         settings: &[NIGHT, ROAD, USUAL_RATE],
+    },
+    Preset {
+        name: "day-driving",
+        summary: "day from a passenger car that drives: its camera vibrates",
+        settings: &[CAR, DAY, ROAD, USUAL_RATE],
+    },
+    Preset {
+        name: "dusk-driving",
+        summary: "dusk from a passenger car that drives: its camera vibrates",
+        settings: &[CAR, DUSK, ROAD, USUAL_RATE],
+    },
+    Preset {
+        name: "night-driving",
+        summary: "night from a passenger car that drives: its camera vibrates",
+        settings: &[CAR, NIGHT, ROAD, USUAL_RATE],
     },
     Preset {
         name: "fog",
@@ -155,6 +170,15 @@ illuminance_lx = 500
 const NIGHT: &str = r#"
 [ambient]
 illuminance_lx = 50
+"#;
+
+/// A camera behind the windscreen of a passenger car: where its numbers are from is in `docs/physics.md`.
+const CAR: &str = r#"
+[camera]
+shake_deg = 0.1              # a passenger car on a road of ISO 8608's class B
+shake_roll_deg = 0.1         # assumed as large
+shake_lowest_hz = 1          # the body on its springs
+shake_highest_hz = 15        # wheels and the camera's mount
 "#;
 
 const FOG: &str = r#"

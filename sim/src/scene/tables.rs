@@ -76,6 +76,14 @@ table! {
         readout_s: f64 = 0.0, in 0.0..=1.0 / camera.frame_rate_hz, unit "s", # "0: global shutter";
         /// Radial distortion: a point at radius ρ (in units of the focal length) is imaged at ρ·(1 + k₁·ρ²).
         distortion_k1: f64 = 0.0, in -0.5..=0.5;
+        /// The camera's vibration: root mean square of its pitch, and of its yaw.
+        shake_deg: f64 = 0.0, in 0.0..=2.0, unit "°", # "vibration, rms of pitch and of yaw; 0: the camera stands still";
+        /// Root mean square of its roll.
+        shake_roll_deg: f64 = 0.0, in 0.0..=2.0, unit "°", # "rms of roll";
+        /// The lowest frequency of the vibration.
+        shake_lowest_hz: f64 = 1.0, in 0.01..=1000.0, unit "Hz", # "band of the vibration";
+        /// The highest frequency of the vibration.
+        shake_highest_hz: f64 = 15.0, in camera.shake_lowest_hz..=1000.0, unit "Hz";
         /// Whether frames are raw mosaics: red and green pixels by turns in even rows, green and blue ones in odd rows.
         mosaic: bool = false, # "true: raw frames of red, green, green and blue pixels";
         /// How unlike pixels are in what they make of light (PRNU), the standard deviation.

@@ -6,8 +6,9 @@ use link::panel::{LEDS, SIDE};
 use super::error::{DEPTH_MIN_M, PITCH_MIN_PX, ViewError};
 use crate::camera::exposure::{Exposure, LedLight};
 use crate::camera::projection::{Ellipse, Projection, distorted};
+use crate::camera::shake::{Reach, Shake};
 use crate::l2a;
-use crate::scene::{Panel, Pose, Scene};
+use crate::scene::{Camera, Panel, Pose, Scene};
 
 /// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.
 pub(crate) const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
@@ -52,6 +53,19 @@ impl PanelView {
         };
         check_place(scene, index, &view)?;
         Ok(view)
+    }
+
+    /// How far any corner of its 8 × 8 cells is from its centre in the image.
+    pub(crate) fn radius_px(&self) -> f64 {
+        let centre = self.projection.pixel(DVec2::ZERO);
+        let corners = BOARD_CORNERS.map(|(row, column)| self.projection.pixel(self.projection.led_m(row, column)));
+        corners.into_iter().map(|corner| (corner - centre).length()).fold(0.0, f64::max)
+    }
+
+    /// What a vibration of the camera does to its image at most.
+    pub(crate) fn reach_of(&self, shake: &Shake, camera: &Camera) -> Reach {
+        let off_axis = self.projection.pixel(DVec2::ZERO) - DVec2::from_array(camera.principal_px());
+        shake.reach(camera, off_axis.length() + self.radius_px())
     }
 }
 

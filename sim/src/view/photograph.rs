@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec2;
 use image::GrayImage;
 use image::imageops::{FilterType, resize};
 
@@ -84,6 +85,19 @@ impl Photograph {
     /// Linear values over their mean, row by row.
     pub fn relative(&self) -> &[f32] {
         &self.relative
+    }
+
+    /// Between its pixels, linearly; beyond its edges its last pixels go on.
+    pub fn at(&self, place: DVec2) -> f64 {
+        let [width, height] = self.size_px;
+        let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
+        let place = place.clamp(DVec2::ZERO, last);
+        let (first, part) = (place.floor(), place - place.floor());
+        let [left, top] = [first.x as usize, first.y as usize];
+        let [right, below] = [(left + 1).min(width - 1), (top + 1).min(height - 1)];
+        let pixel = |x: usize, y: usize| f64::from(self.relative[y * width + x]);
+        let row = |y: usize| pixel(left, y) + (pixel(right, y) - pixel(left, y)) * part.x;
+        row(top) + (row(below) - row(top)) * part.y
     }
 
     /// The least and the greatest of them.

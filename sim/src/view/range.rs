@@ -88,9 +88,14 @@ impl LinearRange {
     /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
     /// it larger, by at most (1 + rim/a)². Panels one behind the other each do so, as far as they are not hidden.
     pub(crate) fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
+        self.change_by_geometry_before(shift_px, rim_px, 0.0)
+    }
+
+    /// The same before a picture that changes by at most `behind` of the whole range.
+    pub(crate) fn change_by_geometry_before(&self, shift_px: f64, rim_px: f64, behind: f64) -> f64 {
         let slope = (1.0 / (self.sigma_px * (2.0 * PI).sqrt())).min(SQRT_2);
         let larger = (1.0 + rim_px / self.smallest_radius_px).powi(2) - 1.0;
-        self.change_by_layers(slope * (shift_px + rim_px) + larger)
+        self.change_by_layers(slope * (shift_px + rim_px) + larger + behind)
     }
 
     /// The most, in unrounded grey, that can change where the image of a lone panel changes by at most `part` of the whole range.

@@ -12,6 +12,7 @@ use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use sim::accuracy::Level;
+use sim::camera::clock::Moment;
 use sim::random::{Purpose, stream, uniform};
 use sim::renderer::canvas::{Canvas, Region};
 use sim::renderer::{PanelExposure, Renderer};
@@ -124,6 +125,8 @@ pub struct Workspace {
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
     pub(crate) shown: Vec<PanelExposure>,
+    /// When the frame is exposed.
+    pub(crate) moment: Moment,
 }
 
 impl Workspace {
@@ -149,7 +152,7 @@ impl Evaluator {
     pub(crate) fn experienced(scene: &Scene, settings: Settings, experience: Option<Experience>) -> Result<Self, EvaluateError> {
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
-        let corners = renderer.corners_in(region)?;
+        let corners = renderer.corners_in(region, &renderer.moment(settings.seed, 0))?;
         let mut evaluator = Self {
             renderer,
             settings,
@@ -220,6 +223,7 @@ impl Evaluator {
             shown: (0..self.renderer.view().panels.len())
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect(),
+            moment: self.renderer.moment(self.settings.seed, 0),
         }
     }
 
@@ -265,8 +269,8 @@ impl Evaluator {
             let Observation { bits, features, .. } = &observed;
             part.on.merge(&class(features, *bits));
             part.off.merge(&class(features, PanelFrame::from_bits(!bits.bits())));
-            let errors = self.detect(frame, &observed, workspace)?.distance(*bits);
-            let is_across = self.renderer.straddles(0, &self.renderer.moment(frame));
+            let errors = self.detect(&observed, workspace)?.distance(*bits);
+            let is_across = self.renderer.straddles(0, &workspace.moment);
             part.errors.push(errors);
             part.symbol_changes.push(errors, is_across);
         }
@@ -288,8 +292,8 @@ impl Evaluator {
     }
 
     /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
-    fn detect(&self, frame: u64, observed: &Observation, workspace: &mut Workspace) -> Result<PanelFrame, EvaluateError> {
-        let (bits, _) = self.detect_softly(frame, observed, workspace)?;
+    fn detect(&self, observed: &Observation, workspace: &mut Workspace) -> Result<PanelFrame, EvaluateError> {
+        let (bits, _) = self.detect_softly(observed, workspace)?;
         Ok(bits)
     }
 
@@ -300,12 +304,15 @@ impl Evaluator {
     /// When it cannot be measured.
     pub fn detect_softly(
         &self,
-        frame: u64,
         observed: &Observation,
         workspace: &mut Workspace,
     ) -> Result<(PanelFrame, Option<SoftPanel>), EvaluateError> {
         let Workspace {
-            grey, likelihood, shown, ..
+            grey,
+            likelihood,
+            shown,
+            moment,
+            ..
         } = workspace;
         let Region { width, height, .. } = self.region;
         let picture = Frame::new(grey, width, height)?;
@@ -322,8 +329,7 @@ impl Evaluator {
                 let start = likelihood
                     .detect(&picture, &observed.corners)
                     .map_or(observed.bits, |detection| detection.bits);
-                let moment = self.renderer.moment(frame);
-                let mut genie = Genie::new(&self.renderer, table, &moment, shown, self.region, grey);
+                let mut genie = Genie::new(&self.renderer, table, moment, shown, self.region, grey);
                 return Ok((genie.bits(&[observed.bits, start]), None));
             }
         }
@@ -346,11 +352,15 @@ impl Evaluator {
     pub fn render(&self, frame: u64, workspace: &mut Workspace) -> Result<(PanelFrame, Corners), EvaluateError> {
         let seed = self.settings.seed;
         self.expose(seed, frame, workspace);
-        let Workspace { canvas, grey, shown, .. } = workspace;
+        let Workspace {
+            canvas,
+            grey,
+            shown,
+            moment,
+            ..
+        } = workspace;
         self.renderer.read_out(seed, frame, canvas, grey);
-        let [x, y] = shown[0].shift_px.map(|shift| shift as f32);
-        let bits = self.renderer.truth(0, &self.renderer.moment(frame), &shown[0]);
-        Ok((bits, self.corners.shifted(x, y)?))
+        Ok((self.renderer.truth(0, moment, &shown[0]), self.corners(moment, &shown[0])?))
     }
 
     /// The same of another seed.
@@ -362,43 +372,55 @@ impl Evaluator {
     /// Draws a frame's light.
     pub(crate) fn expose(&self, seed: u64, frame: u64, workspace: &mut Workspace) {
         self.draw_frame(seed, frame, &mut workspace.shown);
-        let moment = self.renderer.moment(frame);
-        self.renderer.draw(&moment, &workspace.shown, &mut workspace.canvas);
+        workspace.moment = self.renderer.moment(seed, frame);
+        self.renderer.draw(&workspace.moment, &workspace.shown, &mut workspace.canvas);
     }
 
     /// Reads out and measures what was drawn.
     pub(crate) fn observe_exposed(&self, seed: u64, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         let Workspace { canvas, grey, .. } = workspace;
         self.renderer.read_out(seed, frame, canvas, grey);
-        self.measure(frame, workspace)
+        self.measure(workspace)
     }
 
     /// Measures what was read out.
-    pub(crate) fn measure(&self, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
+    pub(crate) fn measure(&self, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         // Whatever is done with frames comes by here.
         if self.settings.stop.is_asked() {
             return Err(EvaluateError::Stopped);
         }
-        let Workspace { grey, map, shown, .. } = workspace;
-        let moment = self.renderer.moment(frame);
+        let Workspace {
+            grey, map, shown, moment, ..
+        } = workspace;
         let shown = shown[0];
-        let [x, y] = shown.shift_px.map(|shift| shift as f32);
-        let corners = self.corners.shifted(x, y)?;
+        let corners = self.corners(moment, &shown)?;
         let features = dispatch!(
             simd::Level::new(),
             _simd => measure(grey, self.region, &corners, map)
         )?;
         Ok(Observation {
-            bits: self.renderer.truth(0, &moment, &shown),
+            bits: self.renderer.truth(0, moment, &shown),
             features,
             corners,
         })
     }
 
+    /// Where the corner LEDs are in the region that is drawn.
+    fn corners(&self, moment: &Moment, shown: &PanelExposure) -> Result<Corners, EvaluateError> {
+        let [x, y] = shown.shift_px.map(|shift| shift as f32);
+        let corners = match self.renderer.shakes() {
+            true => self.renderer.corners_in(self.region, moment)?,
+            false => self.corners,
+        };
+        Ok(corners.shifted(x, y)?)
+    }
+
     /// The grey level at the pixel nearest to the centre of each LED, in the frame that `workspace` has read last.
     pub fn led_greys(&self, workspace: &Workspace) -> [u8; LEDS] {
         let ellipses = &self.renderer.view().panels[0].ellipses;
+        let [x_px, y_px] = self.renderer.shaken_px(&workspace.moment);
         let shift = workspace.shown[0].shift_px;
+        let shift = [shift[0] + x_px, shift[1] + y_px];
         let Region { x, y, width, height } = self.region;
         let place = |centre: f64, start: usize, end: usize| (centre - start as f64).round().clamp(0.0, end as f64 - 1.0) as usize;
         std::array::from_fn(|led| {

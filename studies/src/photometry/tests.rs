@@ -50,7 +50,7 @@ fn bench(settings: &[&str]) -> Renderer {
 
 fn view(bench: &Renderer) -> CameraSetup {
     CameraSetup {
-        corners: bench.corners_in(bench.sensor()).expect("in view"),
+        corners: bench.corners_in(bench.sensor(), &bench.moment(1, 0)).expect("in view"),
         interval: 1.0,
         card: Area {
             x: 20,
@@ -79,7 +79,7 @@ fn exposed(bench: &Renderer, seed: u64, frame: u64, panel: PanelFrame, cd_m2: f6
     shown.light = bench.lit(0, cd_m2);
     let mut canvas = Canvas::new(bench.lit_region());
     let mut grey = vec![0; sensor.width * sensor.height];
-    let moment = bench.moment(frame);
+    let moment = bench.moment(seed, frame);
     bench.frame(seed, &moment, &[shown], &mut canvas, &mut grey);
     grey
 }

@@ -84,7 +84,7 @@ fn picture(renderer: &Renderer, bits: PanelFrame, seed: u64, region: Region) -> 
         .collect();
     let mut canvas = Canvas::<f32>::new(region);
     let mut grey = vec![0; region.width * region.height];
-    renderer.draw(&renderer.moment(0), &shown, &mut canvas);
+    renderer.draw(&renderer.moment(seed, 0), &shown, &mut canvas);
     renderer.read_out(seed, 0, &canvas, &mut grey);
     Picture {
         width: region.width,

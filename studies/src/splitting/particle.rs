@@ -3,6 +3,7 @@
 use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::Rng;
 
+use sim::camera::clock::Moment;
 use sim::camera::noise::PixelLaw;
 use sim::random::uniform;
 use sim::renderer::PanelExposure;
@@ -11,8 +12,8 @@ use sim::renderer::canvas::Region;
 /// A frame, one LED of which is looked at.
 #[derive(Debug)]
 pub struct Particle {
-    /// Its number, which says the moment.
-    pub frame: u64,
+    /// When it is exposed.
+    pub moment: Moment,
     /// The LED.
     pub led: usize,
     /// What the panels show, and the first one's phase and reflectance.
@@ -29,7 +30,7 @@ pub struct Particle {
 impl Clone for Particle {
     fn clone(&self) -> Self {
         Self {
-            frame: self.frame,
+            moment: self.moment,
             led: self.led,
             shown: self.shown.clone(),
             noise: self.noise.clone(),
@@ -39,7 +40,7 @@ impl Clone for Particle {
     }
 
     fn clone_from(&mut self, other: &Self) {
-        (self.frame, self.led) = (other.frame, other.led);
+        (self.moment, self.led) = (other.moment, other.led);
         self.shown.clone_from(&other.shown);
         self.noise.clone_from(&other.noise);
         self.light.clone_from(&other.light);

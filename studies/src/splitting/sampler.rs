@@ -103,7 +103,7 @@ impl Sampler {
         self.evaluator.draw_frame(seed, frame, &mut inner.shown);
         let pixels = inner.grey.len();
         let mut particle = Particle {
-            frame,
+            moment: self.evaluator.renderer().moment(seed, frame),
             led: (frame % LEDS as u64) as usize,
             shown: inner.shown.clone(),
             noise: (0..pixels).map(|_| part_of(random)).collect(),
@@ -117,9 +117,7 @@ impl Sampler {
 
     fn expose(&self, particle: &mut Particle, workspace: &mut SplittingWorkspace) {
         let canvas = &mut workspace.inner.canvas;
-        let renderer = self.evaluator.renderer();
-        let moment = renderer.moment(particle.frame);
-        renderer.draw(&moment, &particle.shown, canvas);
+        self.evaluator.renderer().draw(&particle.moment, &particle.shown, canvas);
         particle.expose(canvas.values(), &self.law);
     }
 
@@ -132,7 +130,9 @@ impl Sampler {
         workspace: &mut SplittingWorkspace,
     ) -> Result<(), EvaluateError> {
         let region = self.evaluator.region();
-        let centre = self.centres[particle.led] + DVec2::from_array(particle.shown[0].shift_px);
+        let shaken_px = self.evaluator.renderer().shaken_px(&particle.moment);
+        let shift_px = [shaken_px, particle.shown[0].shift_px].map(DVec2::from_array);
+        let centre = self.centres[particle.led] + shift_px[0] + shift_px[1];
         let window = Window {
             centre: [centre.x - region.x as f64, centre.y - region.y as f64],
             radius: self.radius_px,
@@ -161,11 +161,12 @@ impl Sampler {
     fn score(&self, particle: &Particle, workspace: &mut SplittingWorkspace) -> Result<f32, EvaluateError> {
         let inner = &mut workspace.inner;
         inner.shown.clone_from(&particle.shown);
+        inner.moment = particle.moment;
         inner.grey.copy_from_slice(&particle.grey);
         let width = self.evaluator.region().width;
         self.evaluator.renderer().process(width, &mut inner.grey);
-        let observed = self.evaluator.measure(particle.frame, inner)?;
-        let (read, soft) = self.evaluator.detect_softly(particle.frame, &observed, inner)?;
+        let observed = self.evaluator.measure(inner)?;
+        let (read, soft) = self.evaluator.detect_softly(&observed, inner)?;
         let Observation { bits, features, .. } = &observed;
         if read.led(particle.led) != bits.led(particle.led) {
             return Ok(MISREAD);

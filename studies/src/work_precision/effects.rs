@@ -227,7 +227,7 @@ impl Drive {
         let frames = (0..).zip(&self.frames);
         frames
             .map(|(number, &shown)| {
-                renderer.draw_exact(&renderer.moment(number), &[shown], &mut canvas);
+                renderer.draw_exact(&renderer.moment(1, number), &[shown], &mut canvas);
                 let grey = |&linear: &f64| curve.unrounded(linear);
                 canvas.values().iter().map(grey).collect()
             })
@@ -241,7 +241,7 @@ impl Drive {
         let mut frames = (0..).zip(&self.frames).cycle();
         move || {
             if let Some((number, &shown)) = frames.next() {
-                renderer.draw(&renderer.moment(number), &[shown], &mut canvas);
+                renderer.draw(&renderer.moment(1, number), &[shown], &mut canvas);
                 renderer.read_out(1, number, &canvas, &mut grey);
             }
         }

@@ -165,7 +165,7 @@ impl Panel {
         };
         panel.bits = PanelFrame::from_bits(random.next_u64());
         let shown = [renderer.steady(0, panel.bits)];
-        let moment = renderer.moment(0);
+        let moment = renderer.moment(seed, 0);
         renderer.frame(seed, &moment, &shown, &mut canvas, &mut panel.pixels);
         let corners = renderer
             .corner_leds_px(0)

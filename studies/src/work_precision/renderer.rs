@@ -270,7 +270,7 @@ impl TestScene {
     /// The unrounded grey levels of a frame.
     fn greys(&self, way: &Way, frame: usize) -> Vec<f64> {
         let shown = self.frames[frame];
-        let moment = self.reference.moment(0);
+        let moment = self.reference.moment(1, 0);
         let linear: Vec<f64> = match way {
             Way::Single(renderer) => {
                 let mut canvas = Canvas::<f32>::new(self.region);
@@ -291,7 +291,7 @@ impl TestScene {
 
     /// Draws and reads out one frame after another.
     fn work(&self, way: Way) -> Box<dyn FnMut() + '_> {
-        let moment = self.reference.moment(0);
+        let moment = self.reference.moment(1, 0);
         let mut grey = vec![0; self.side() * self.side()];
         let mut frames = self.frames.iter().copied().cycle();
         let mut next = move || frames.next().into_iter();

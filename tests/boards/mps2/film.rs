@@ -65,7 +65,10 @@ impl Shots {
         };
         let mut road = Road::new(scene, &settings).expect("a link");
         let sensor = road.renderer().sensor();
-        let corners = road.renderer().corners_in(sensor).expect("a panel in view");
+        let corners = road
+            .renderer()
+            .corners_in(sensor, &road.renderer().moment(SEED, 0))
+            .expect("a panel in view");
         let (mut frames, mut sent) = (vec![], vec![]);
         for number in 0..count {
             let report = road.frame(number).expect("the panel stays in view");

@@ -101,7 +101,7 @@ impl Film {
         from_ns: u64,
         number: u64,
     ) -> Option<(Moment, PanelExposure)> {
-        let moment = self.renderer.moment(number);
+        let moment = self.renderer.moment(1, number);
         let start_ns = from_ns + (moment.start_s * 1e9) as u64;
         let symbol = symbols.partition_point(|symbol| symbol.ns <= start_ns).checked_sub(1)?;
         let window: &[_; WINDOW] = symbols.get(symbol..)?.first_chunk()?;

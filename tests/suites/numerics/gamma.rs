@@ -179,7 +179,7 @@ fn frames_at_the_ends_of_every_light_hold_numbers() {
                 let renderer = Renderer::new(&scene, Level::Fine).expect("a visible scene");
                 let mut canvas = Canvas::new(renderer.cells_region(0));
                 let bits = PanelFrame::from_bits(0x0f0f_3355_aaff_0001);
-                let moment = renderer.moment(0);
+                let moment = renderer.moment(1, 0);
                 renderer.draw(&moment, &[renderer.steady(0, bits)], &mut canvas);
                 let values = canvas.values();
                 assert!(values.iter().all(|&light: &f32| light.is_finite() && light >= 0.0));

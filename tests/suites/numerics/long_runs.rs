@@ -20,7 +20,7 @@ fn a_simulated_hour_of_two_clocks_gathers_no_error() {
     let exposure = Exposure::of(&scene);
     let mut worst = 0.0f64;
     for frame in 0..=HOUR {
-        let moment = Moment::of(&scene, &exposure, frame);
+        let moment = Moment::of(&scene, &exposure, 1, frame);
         // 90.9 symbols a second, 1.0002 times as fast, a hundredth of a second a frame: in units of 10⁻⁸ symbols.
         let exact = u128::from(frame) * 909 * 10_002 * 10 + 25_000_000;
         let (whole, rest) = (exact / 100_000_000, exact % 100_000_000);
@@ -41,7 +41,7 @@ fn frames_that_begin_with_their_symbols_stay_in_them_for_an_hour() {
     for frame in 0..=HOUR {
         naive_wrong += usize::from((time_s / 0.01) as u64 != frame);
         time_s += 0.01;
-        let moment = Moment::of(&scene, &exposure, frame);
+        let moment = Moment::of(&scene, &exposure, 1, frame);
         assert_eq!((moment.symbol, moment.middle_symbol(0.0)), (frame, 0));
     }
     assert!(naive_wrong > 1000, "{naive_wrong}");

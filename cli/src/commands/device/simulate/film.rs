@@ -142,7 +142,7 @@ impl Camera {
     /// When the next frame is exposed, in the symbols that the board shows at its own rate; none as long as not all of them are known that
     /// the exposure may see.
     fn moment(&mut self) -> Option<Moment> {
-        let moment = self.renderer.moment(self.frame);
+        let moment = self.renderer.moment(self.seed, self.frame);
         let link = &self.scene.link;
         // By the board's clock.
         let start_s = moment.start_s * moment.transmitter_rate + link.phase / link.symbol_rate_hz;

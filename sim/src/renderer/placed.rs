@@ -1,0 +1,176 @@
+//! Where panels are during one exposure: the same in each, or, where the camera vibrates, its own in each.
+
+use glam::{DMat3, DVec2};
+use link::panel::{LEDS, SIDE};
+
+use super::Renderer;
+use super::board::{Board, board_corners};
+use super::canvas::Region;
+use super::layout::{self, Layout};
+use crate::accuracy::Accuracy;
+use crate::camera::clock::Moment;
+use crate::camera::shake::Vibration;
+use crate::effects::moments;
+use crate::view::for_each_meeting;
+
+/// Time steps of a period of the highest frequency: chords of the way are shorter than it by less than 1 %.
+const STEPS_PER_PERIOD: f64 = 16.0;
+
+/// The camera's vibration about the middle of an exposure.
+#[derive(Clone, Copy, Debug)]
+pub struct Shaken {
+    vibration: Vibration,
+    middle_s: f64,
+}
+
+impl Shaken {
+    /// What turns the world as the camera sees it, `after_s` seconds after the middle of the exposure.
+    pub(super) fn turn(&self, after_s: f64) -> DMat3 {
+        self.vibration.turn(self.middle_s + after_s)
+    }
+}
+
+/// What is drawn in an exposure, and where.
+#[derive(Default)]
+pub(super) struct Placed {
+    /// How the camera vibrates; none: it stands still.
+    pub(super) shaken: Option<Shaken>,
+    /// The moments that are averaged: (time from the exposure's middle in seconds, weight).
+    pub(super) moments: Vec<(f64, f64)>,
+    /// For each panel drawn: its layouts over the exposure with their weights.
+    pub(super) layouts: Vec<Vec<(f64, Layout)>>,
+    /// For each panel drawn: its board over the exposure with weights; empty without a board.
+    pub(super) boards: Vec<Vec<(f64, Board)>>,
+    /// For each panel drawn: the part of the sensor that it lights.
+    pub(super) surroundings: Vec<Region>,
+    /// For each panel drawn: whether all that is behind its LEDs has one linear value.
+    pub(super) on_even_ground: Vec<bool>,
+}
+
+impl Renderer {
+    /// How the camera vibrates at a moment, where that is simulated.
+    pub(super) fn shaken(&self, moment: &Moment) -> Option<Shaken> {
+        let shake = self.formation.shake.as_ref()?;
+        Some(Shaken {
+            vibration: shake.of_run(moment.seed),
+            middle_s: moment.middle_s(),
+        })
+    }
+
+    /// Where all is in an exposure of a camera that vibrates so, or stands still.
+    pub(super) fn placed(&self, shaken: Option<Shaken>) -> Placed {
+        let (camera, formation) = (&self.view.scene.camera, &self.formation);
+        let moments = match &shaken {
+            Some(shaken) => self.moments(shaken),
+            None => formation.motion_samples.clone(),
+        };
+        // The table of an image is made for many frames.
+        let phases = if shaken.is_some() { 0 } else { self.accuracy.phases };
+        let accuracy = Accuracy { phases, ..self.accuracy };
+        let panels = || self.view.panels[..self.far_to_near.len()].iter();
+        let layouts = panels().map(|panel| {
+            let layout = |&(after_s, weight): &(f64, f64)| {
+                let layout = Layout::new(camera, panel, formation, &accuracy, &self.spread, shaken.as_ref(), after_s);
+                (weight, layout)
+            };
+            moments.iter().map(layout).collect()
+        });
+        let boards = panels().zip(&formation.boards).map(|(panel, board)| {
+            let images = moments.iter().filter(|_| board.is_some());
+            let board = |&(after_s, weight): &(f64, f64)| {
+                let board = Board::new(camera, panel, formation, &accuracy, shaken.as_ref(), after_s);
+                (weight, board)
+            };
+            images.map(board).collect()
+        });
+        let mut placed = Placed {
+            layouts: layouts.collect(),
+            boards: boards.collect(),
+            surroundings: Vec::new(),
+            on_even_ground: Vec::new(),
+            shaken,
+            moments,
+        };
+        let surroundings = |index| self.around(&placed, index, self.margin_px);
+        placed.surroundings = (0..self.far_to_near.len()).map(surroundings).collect();
+        placed.on_even_ground = self.even_grounds(&placed);
+        placed
+    }
+
+    /// The moments of an exposure: for each quarter pixel of the longest way of a corner LED, by its own motion and the camera's.
+    pub(super) fn moments(&self, shaken: &Shaken) -> Vec<(f64, f64)> {
+        let (camera, formation) = (&self.view.scene.camera, &self.formation);
+        let exposure_s = self.view.exposure.time_s;
+        let highest_hz = formation.shake.map_or(0.0, |shake| shake.highest_hz());
+        let steps = (highest_hz * exposure_s * STEPS_PER_PERIOD).ceil().max(1.0);
+        let corners = [0, SIDE - 1, LEDS - SIDE, LEDS - 1];
+        let ways = self.view.panels[..self.far_to_near.len()].iter().flat_map(|panel| {
+            corners.map(|led| {
+                let at = panel.projection.led_m((led / SIDE) as f64, (led % SIDE) as f64);
+                let place = |step: u32| {
+                    let after_s = (f64::from(step) / steps - 0.5) * exposure_s;
+                    layout::place(camera, panel, formation, Some(shaken), after_s, at)
+                };
+                (0..steps as u32).map(|step| (place(step + 1) - place(step)).length()).sum()
+            })
+        });
+        // Whether the panels' own motion is drawn or not, so that this changes nothing else.
+        let own = crate::effects::way_px(&self.view);
+        moments(own + ways.fold(0.0, f64::max), exposure_s)
+    }
+
+    /// The part of the sensor that a panel lights in an exposure, with a margin.
+    pub(super) fn around(&self, placed: &Placed, index: usize, margin_px: f64) -> Region {
+        let panel = &self.view.panels[index];
+        let camera = &self.view.scene.camera;
+        let shaken = placed.shaken.as_ref();
+        let moments = placed.moments.iter();
+        let corners = moments.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, shaken, after_s));
+        let centres = placed
+            .layouts
+            .get(index)
+            .into_iter()
+            .flatten()
+            .flat_map(|(_, layout)| (0..LEDS).map(|led| layout.centre(led)));
+        let (low, high) = corners
+            .chain(centres)
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let stages = || self.formation.grey_stages.iter();
+        let margin_px = margin_px + stages().map(|stage| stage.reach_px()).sum::<usize>() as f64;
+        let block = stages().map(|stage| stage.block_px()).max().unwrap_or(1);
+        let (low, high) = (low - margin_px - 2.0, high + margin_px + 3.0);
+        let sensor = self.sensor();
+        let clip = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
+        let (x, y) = (clip(low.x.floor(), sensor.width), clip(low.y.floor(), sensor.height));
+        let (x, y) = (x - x % block, y - y % block);
+        let end = |high: f64, end: usize| clip(high.ceil(), end).next_multiple_of(block).min(end);
+        Region {
+            x,
+            y,
+            width: end(high.x, sensor.width) - x,
+            height: end(high.y, sensor.height) - y,
+        }
+    }
+
+    /// How far the camera's vibration may move panel `index` beyond where it is at rest.
+    pub(super) fn shake_px(&self, index: usize) -> f64 {
+        let panel = &self.view.panels[index];
+        let reach = self.formation.shake.map(|shake| panel.reach_of(&shake, &self.view.scene.camera));
+        reach.map_or(0.0, |reach| reach.shift_px + reach.stretch * panel.radius_px())
+    }
+
+    /// For each panel drawn, whether all behind its LEDs has one value: its board, or a plain background where no farther panel is.
+    fn even_grounds(&self, placed: &Placed) -> Vec<bool> {
+        let mut even = vec![self.photograph().is_none(); placed.surroundings.len()];
+        let mut turn = vec![0; even.len()];
+        for (place, &index) in self.far_to_near.iter().enumerate() {
+            turn[index] = place;
+        }
+        let boxes: Vec<_> = placed.surroundings.iter().map(|part| part.corners()).collect();
+        for_each_meeting(&boxes, |a, b| {
+            even[if turn[a] > turn[b] { a } else { b }] = false;
+        });
+        let boards = placed.boards.iter();
+        boards.zip(even).map(|(board, even)| even || !board.is_empty()).collect()
+    }
+}
