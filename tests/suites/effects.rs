@@ -28,7 +28,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
         let (spread, k1, board, airlight) = extras;
         let (encoding, black, prnu, dsnu, hot) = camera;
         let (dead, stuck, row, row_light, seed) = leds;
-        let (angle, roll, lowest, times) = shake;
+        let (angle, shaken_roll, lowest, times) = shake;
         vec![
             format!("pose.distance_m={distance}"),
             format!("panel.interval={interval}"),
@@ -65,7 +65,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
             format!("panel.dim_row_light={row_light}"),
             format!("panel.seed={seed}"),
             format!("camera.shake_deg={}", 10f64.powf(angle)),
-            format!("camera.shake_roll_deg={}", 10f64.powf(roll)),
+            format!("camera.shake_roll_deg={}", 10f64.powf(shaken_roll)),
             format!("camera.shake_lowest_hz={lowest}"),
             format!("camera.shake_highest_hz={}", lowest * times),
         ]
@@ -292,7 +292,7 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
         ("sharpening", "camera.sharpening=0.001", "camera.sharpening=0.3"),
         ("codec", "camera.gamma=2.2", "camera.jpeg_quality=90"),
         ("broken_leds", "panel.dim_row_light=0.1", "panel.stuck_leds=1"),
-        ("shake", "camera.shake_deg=0.0001", "camera.shake_roll_deg=0.1"),
+        ("shake", "camera.shake_deg=0.000001", "camera.shake_roll_deg=0.1"),
     ] {
         for (setting, called_for) in [(little, false), (much, true)] {
             let scene = Scene::load("day", &[setting.to_string()]).expect("a valid scene");

@@ -56,12 +56,12 @@ impl Renderer {
         let shaken = self.shaken(moment).map(|shaken| self.placed(Some(shaken)));
         let placed = shaken.as_ref().unwrap_or(&self.still);
         if !self.formation.mosaic {
-            return self.compose(kernel, placed, moment, shown, None, canvas, &paint);
+            return self.compose(kernel, (placed, moment), shown, None, canvas, &paint);
         }
         let region = canvas.region();
         let mut of_colour = Canvas::new(region);
         for colour in 0..3 {
-            self.compose(kernel, placed, moment, shown, Some(colour), &mut of_colour, &paint);
+            self.compose(kernel, (placed, moment), shown, Some(colour), &mut of_colour, &paint);
             let pixels = canvas.values_mut().iter_mut().zip(of_colour.values());
             for (k, (pixel, &seen)) in pixels.enumerate() {
                 let [x, y] = [region.x + k % region.width, region.y + k / region.width];
@@ -78,8 +78,7 @@ impl Renderer {
     fn compose<K: Kernel>(
         &self,
         kernel: &K,
-        placed: &Placed,
-        moment: &Moment,
+        (placed, moment): (&Placed, &Moment),
         shown: &[PanelExposure],
         colour: Option<usize>,
         canvas: &mut Canvas<K::Real>,
