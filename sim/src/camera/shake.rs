@@ -167,10 +167,10 @@ mod tests {
     fn its_rms_is_that_of_the_scene_and_its_distribution_nearly_normal() {
         let squares = mean(|vibration, time_s| vibration.angles_rad(time_s).map(|angle| angle * angle));
         let fourths = mean(|vibration, time_s| vibration.angles_rad(time_s).map(|angle| angle.powi(4)));
-        for axis in 0..3 {
-            let rms = squares[axis].sqrt();
-            assert!((rms / SHAKE.rms_rad[axis] - 1.0).abs() < 0.01, "{rms} about axis {axis}");
-            let kurtosis = fourths[axis] / squares[axis].powi(2);
+        for ((square, fourth), expected) in squares.into_iter().zip(fourths).zip(SHAKE.rms_rad) {
+            let rms = square.sqrt();
+            assert!((rms / expected - 1.0).abs() < 0.01, "{rms} for {expected}");
+            let kurtosis = fourth / square.powi(2);
             assert!((kurtosis - (3.0 - 1.5 / SINES as f64)).abs() < 0.1, "{kurtosis}");
         }
     }
@@ -188,8 +188,8 @@ mod tests {
             let [before, after] = [time_s, time_s + 0.01].map(|time_s| vibration.angles_rad(time_s));
             array::from_fn(|axis| (after[axis] - before[axis]).powi(2))
         });
-        for axis in 0..3 {
-            let relative = squares[axis] / SHAKE.rms_rad[axis].powi(2);
+        for (square, rms) in squares.into_iter().zip(SHAKE.rms_rad) {
+            let relative = square / rms.powi(2);
             assert!((relative / expected - 1.0).abs() < 0.02, "{relative} for {expected}");
         }
     }
