@@ -54,10 +54,10 @@ impl Mosaic {
         let rows: Vec<&[T]> = samples.chunks_exact(width).collect();
         let mut channels = Vec::with_capacity(samples.len());
         for y in 0..height {
-            let near_rows = [mirrored(y, -1, height), y, mirrored(y, 1, height)];
+            let near_rows = [mirrored(y, -1, height), y, mirrored(y, 1, height)].map(|y| rows[y]);
             for x in 0..width {
                 let near = [mirrored(x, -1, width), x, mirrored(x, 1, width)];
-                channels.push(channel.of(self.colours(near_rows.map(|y| near.map(|x| rows[y][x])), x, y)));
+                channels.push(channel.of(self.colours(near_rows.map(|row| near.map(|x| row[x])), x, y)));
             }
         }
         Ok(channels)

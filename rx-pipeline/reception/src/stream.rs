@@ -185,35 +185,9 @@ impl<R: BufRead> Stream<R> {
             video.to_8_bits(&mut self.grey);
             video.to_8_bits(&mut self.colours);
             video.widen(&mut self.grey[..samples]);
-            self.add_colours(video);
+            video.add_colours(self.channel, self.size, &mut self.grey, &self.colours, &mut self.above);
         }
         Ok(self.grey.get(..samples))
-    }
-
-    /// Makes luma the channel that is asked for.
-    fn add_colours(&mut self, video: Video) {
-        let Some((columns, rows)) = video.sharing else {
-            return;
-        };
-        if self.channel == Channel::Grey {
-            return;
-        }
-        let (width, height) = self.size;
-        let row = width.div_ceil(columns);
-        let (blue, red) = self.colours.split_at(row * height.div_ceil(rows));
-        let greys = self.grey[..width * height].chunks_exact_mut(width);
-        for (y, grey) in greys.enumerate() {
-            if y % rows == 0 {
-                let at = y / rows * row;
-                for (x, above) in self.above.iter_mut().enumerate() {
-                    let at = at + x / columns;
-                    *above = self.channel.above_luma(blue[at], red[at], video.standard);
-                }
-            }
-            for (grey, &above) in grey.iter_mut().zip(&self.above) {
-                *grey = (i16::from(*grey) + above).clamp(0, 255) as u8;
-            }
-        }
     }
 }
 
@@ -238,6 +212,31 @@ impl Video {
         for at in 0..bytes.len() / 2 {
             let sample = u32::from(bytes[2 * at]) | u32::from(bytes[2 * at + 1]) << 8;
             bytes[at] = ((sample + half) >> (self.bits - 8)).min(most) as u8;
+        }
+    }
+
+    /// Makes luma the channel that is asked for.
+    fn add_colours(self, channel: Channel, (width, height): (usize, usize), grey: &mut [u8], colours: &[u8], above: &mut [i16]) {
+        let Some((columns, rows)) = self.sharing else {
+            return;
+        };
+        if channel == Channel::Grey {
+            return;
+        }
+        let row = width.div_ceil(columns);
+        let (blue, red) = colours.split_at(row * height.div_ceil(rows));
+        let greys = grey[..width * height].chunks_exact_mut(width);
+        for (y, grey) in greys.enumerate() {
+            if y % rows == 0 {
+                let at = y / rows * row;
+                for (x, above) in above.iter_mut().enumerate() {
+                    let at = at + x / columns;
+                    *above = channel.above_luma(blue[at], red[at], self.standard);
+                }
+            }
+            for (grey, &above) in grey.iter_mut().zip(&*above) {
+                *grey = (i16::from(*grey) + above).clamp(0, 255) as u8;
+            }
         }
     }
 
