@@ -195,7 +195,7 @@ impl Road {
         if self.true_corners {
             self.place(&moment);
         }
-        let truth = self.renderer.corners_in(sensor).ok();
+        let truth = self.renderer.corners_in(sensor, &moment).ok();
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
         let read = outcome.reading.map(|reading| {
             let reading = truth.map_or(reading, |truth| own_way_up(&reading, &truth));
