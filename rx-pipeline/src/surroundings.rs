@@ -37,6 +37,8 @@ const TURNED_RAD: f32 = 0.04;
 
 /// A panel that is not likelier in one place than in another by more is in neither (nats).
 const AMBIGUOUS: f32 = 3.0;
+/// One that is not likelier by more may be in the other (nats).
+const RIVAL: f32 = 15.0;
 /// A panel with no corner farther off is where it was expected (pitches).
 const OFF: f32 = 0.25;
 
@@ -55,7 +57,7 @@ const BETWEEN: f32 = 0.4;
 /// The least deviation of a place, and of an LED's level (share of the contrast): a place between two tiles.
 const DEVIATION: f32 = 0.08;
 /// What neighbouring places say of each other (share): they are not independent.
-const NEW: f32 = 0.5;
+const NEW: f32 = 0.9;
 /// Logarithm of the odds by which a candidate may lie behind by its LEDs and still be looked at with its surroundings (nats).
 const BEHIND: f32 = 30.0;
 /// Candidates looked at with their surroundings, at most (count).
@@ -91,7 +93,7 @@ pub(crate) struct Placement {
     pub lattice: Lattice,
     /// By how much likelier it is there than where it is expected (nats).
     pub gain: f32,
-    /// The likeliest place elsewhere, and by how much less likely that is (nats).
+    /// The likeliest place elsewhere if that is not much less likely, and by how much it is (nats).
     pub rival: Option<(Lattice, f32)>,
     /// Whether it is at the end of what was looked at.
     is_at_edge: bool,
@@ -213,7 +215,10 @@ impl Surroundings {
         Placement {
             lattice: odds.refined(expected, at),
             gain: likeliest - odds.of_all(&upright, [0; 2]),
-            rival: rival.map(|&(other, less)| (odds.refined(expected, other), likeliest - less)),
+            rival: rival
+                .map(|&(other, less)| (other, likeliest - less))
+                .filter(|(_, behind)| *behind < RIVAL)
+                .map(|(other, behind)| (odds.refined(expected, other), behind)),
             is_at_edge: at.iter().any(|c| c.abs() > ROOM - TILES as i32),
         }
     }

@@ -84,7 +84,8 @@ fn receive(film: Film, verbose: bool) -> Fate {
                     }
                     if verbose {
                         let sure = reading.detection.confidence;
-                        println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure");
+                        let mixed = if reading.detection.mixed.is_some() { ", mixed" } else { "" };
+                        println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure{mixed}");
                     }
                 }
                 Err(loss) if verbose => println!("  {number:3} {loss}"),

@@ -38,10 +38,10 @@ const CLEARLY_LEFT: f32 = 0.6;
 /// Surroundings are learnt with bits that are surer (probability that one is right).
 const SURE: f32 = 0.98;
 
+/// Surroundings of a panel that hardly moves are learnt once in so many frames (frames). More: faster, and what changes slowly is known later.
+const STEADY_FRAMES: u64 = 8;
 /// A panel is not where it is expected if it is likelier elsewhere by more (nats).
-const CLEARLY_ELSEWHERE: f32 = 6.0;
-/// Two places are read if one is not likelier by more (nats).
-const RIVAL: f32 = 15.0;
+const CLEARLY_ELSEWHERE: f32 = 15.0;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -64,6 +64,13 @@ pub(crate) struct Tools<'a, const N: usize> {
     pub tiles: &'a mut Tiles,
     /// What is known of the symbol that the frame may show the end of.
     pub before: SoftPanel,
+}
+
+impl<const N: usize> Tools<'_, N> {
+    /// Where the panel is likeliest to be that is usually `spread` pitches off where it is expected.
+    fn place(&mut self, frame: &Frame<'_>, expected: &Lattice, spread: f32) -> Placement {
+        self.surroundings.place(frame, expected, spread, self.tiles)
+    }
 }
 
 /// A frame, and what it takes to read it.
@@ -155,10 +162,10 @@ impl Reader {
         let grid = self.view.grid;
         let expected = grid.lattice_to_frame(&track.predicted(number));
         let is_known = tools.surroundings.is_known();
-        let is_steady = track.is_steady() && tools.surroundings.agrees(frame, &expected);
-        let place = |tools: &mut Tools<'_, N>| tools.surroundings.place(frame, &expected, track.spread(), tools.tiles);
+        let is_steady = profile.timed(Stage::Follow, || track.is_steady() && tools.surroundings.agrees(frame, &expected));
+        let spread = track.spread();
         let placement = (is_known && !is_steady)
-            .then(|| place(tools))
+            .then(|| profile.timed(Stage::Follow, || tools.place(frame, &expected, spread)))
             .filter(|placed| placed.is_off(&expected));
         let mut input = Input {
             number,
@@ -172,7 +179,8 @@ impl Reader {
         let mut track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
         let is_in_place = matches!(&followed, Ok((track, _)) if track.is_on_course());
         if is_known && is_steady && !is_in_place {
-            let placement = Some(place(input.tools)).filter(|placed| placed.gain > CLEARLY_ELSEWHERE && placed.is_off(&expected));
+            let placed = profile.timed(Stage::Follow, || input.tools.place(frame, &expected, spread));
+            let placement = Some(placed).filter(|placed| placed.gain > CLEARLY_ELSEWHERE && placed.is_off(&expected));
             if placement.is_some() {
                 let grid = self.view.grid;
                 let again = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
@@ -183,9 +191,11 @@ impl Reader {
         Some(match followed {
             Ok((followed, reading)) => {
                 self.track = Some(followed);
-                if reading.detection.mixed.is_none() && reading.detection.confidence > SURE {
+                let is_due = !is_steady || number.is_multiple_of(STEADY_FRAMES);
+                if is_due && reading.detection.mixed.is_none() && reading.detection.confidence > SURE {
                     let lattice = self.view.grid.lattice_to_frame(&followed.spots().lattice);
-                    input.tools.surroundings.learn(frame, &lattice, reading.detection.bits);
+                    let surroundings = &mut *input.tools.surroundings;
+                    profile.timed(Stage::Follow, || surroundings.learn(frame, &lattice, reading.detection.bits));
                 }
                 self.in_frame(reading)
             }
@@ -222,7 +232,7 @@ impl Reader {
         };
         let here = self.correct(&track, &mut input, profile);
         let (corrected, reading, explained) = match placement.and_then(|placement| placement.rival) {
-            Some((rival, behind)) if behind < RIVAL => {
+            Some((rival, _)) => {
                 let rival = view.grid.lattice_from_frame(&rival);
                 better(here, self.attempt(&track, rival, Gate::STILL, &mut input, profile))
             }
@@ -290,8 +300,8 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
         let expected = input.expected;
-        let is_known = track.speed_known() || input.is_placed;
         let here = self.attempt(track, expected, Gate::SURE, input, profile);
+        let is_known = track.speed_known() || input.is_placed;
         // As long as it is not known how the panel moves, its bits may look right a line off.
         let here = match here {
             Ok(here) if is_known && here.0.is_on_course() => return Ok(here),
