@@ -37,8 +37,8 @@ const CLEARLY_LEFT: f32 = 0.6;
 
 /// Surroundings are learnt with bits that are surer (probability that one is right).
 const SURE: f32 = 0.98;
-
-/// Surroundings of a panel that hardly moves are learnt once in so many frames (frames). More: faster, and what changes slowly is known later.
+/// Frames from one in which the surroundings of a panel that hardly moves are learnt to the next (count). More: faster, and slow changes are
+/// known later.
 const STEADY_FRAMES: u64 = 8;
 /// A panel is not where it is expected if it is likelier elsewhere by more (nats).
 const CLEARLY_ELSEWHERE: f32 = 15.0;
