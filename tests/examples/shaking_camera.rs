@@ -6,98 +6,13 @@
 //! sure. Steps are in pitches, and in degrees of a turn. With a pitch and a step it tells of each film.
 
 use rayon::prelude::*;
-use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
-use rx_pipeline::frame::Frame;
 use std::ops::Add;
-use vocc_tests::shaken::{Drawing, FPS, Film, MESSAGE, SYMBOL_RATE_HZ, Shake};
+use vocc_tests::shaken::{Fate, Film, Shake, receive};
 
-/// A place farther from the truth is another line's (pitches).
-const LINE_OFF: f64 = 0.6;
-/// Such a reading should not be said to be surer (probability).
-const SURE: f32 = 0.9;
 const FRAMES: usize = 90;
 const PITCHES_PX: [f64; 6] = [4.0, 5.5, 8.0, 11.0, 20.0, 40.0];
 const STEPS_PITCHES: [f64; 7] = [0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 2.0];
 const TURNS_DEG: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
-
-/// What came of films.
-#[derive(Clone, Copy, Debug, Default)]
-struct Fate {
-    delivered: usize,
-    frames: usize,
-    read: usize,
-    line_off: usize,
-    surely: usize,
-    wrong_bits: usize,
-}
-
-impl Add for Fate {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            delivered: self.delivered + other.delivered,
-            frames: self.frames + other.frames,
-            read: self.read + other.read,
-            line_off: self.line_off + other.line_off,
-            surely: self.surely + other.surely,
-            wrong_bits: self.wrong_bits + other.wrong_bits,
-        }
-    }
-}
-
-fn receive(film: Film, verbose: bool) -> Fate {
-    let mut drawing = Drawing::new(film);
-    let side = drawing.side();
-    let settings = ReceptionSettings {
-        fps: FPS as f32,
-        symbol_rate_hz: Some(SYMBOL_RATE_HZ as f32),
-        ..ReceptionSettings::default()
-    };
-    let mut reception = Reception::new(settings).expect("settings");
-    let no_lens = Err(String::from("no lens"));
-    let mut fate = Fate::default();
-    let mut came = |event: &PanelEvent| matches!(event, PanelEvent::Message(message) if message.data == MESSAGE);
-    for number in 0..film.frames {
-        let taken = drawing.take(number);
-        let frame = Frame::new(&taken.grey, side, side).expect("a frame");
-        fate.frames += 1;
-        let stamp = Stamp::of(number as u64);
-        let reports = reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report");
-        for report in &reports {
-            if report.events.iter().any(&mut came) {
-                fate.delivered = 1;
-            }
-            match &report.reading {
-                Ok(reading) => {
-                    let points = reading.corners.points();
-                    let centre = [0, 1].map(|i| points.iter().map(|point| f64::from(point[i])).sum::<f64>() / 4.0);
-                    let off = (centre[0] - taken.centre_px[0]).hypot(centre[1] - taken.centre_px[1]) / film.pitch_px;
-                    let wrong = (reading.detection.bits.bits() ^ taken.bits).count_ones() as usize;
-                    fate.read += 1;
-                    if reading.detection.mixed.is_none() && off < LINE_OFF {
-                        fate.wrong_bits += wrong;
-                    }
-                    if off > LINE_OFF {
-                        fate.line_off += 1;
-                        fate.surely += usize::from(reading.detection.confidence > SURE);
-                    }
-                    if verbose {
-                        let sure = reading.detection.confidence;
-                        let mixed = if reading.detection.mixed.is_some() { ", mixed" } else { "" };
-                        println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure{mixed}");
-                    }
-                }
-                Err(loss) if verbose => println!("  {number:3} {loss}"),
-                Err(_) => {}
-            }
-        }
-    }
-    if reception.finish().iter().any(|(_, event)| came(event)) {
-        fate.delivered = 1;
-    }
-    fate
-}
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

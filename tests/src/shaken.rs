@@ -9,22 +9,30 @@ use link::framing::Framer;
 use link::panel::{PanelFrame, SIDE};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
+use rx_pipeline::frame::Frame;
 use std::f64::consts::TAU;
+use std::ops::Add;
 
 /// Frames a second, symbols a second and seconds of exposure.
-pub const FPS: f64 = 100.0;
+const FPS: f64 = 100.0;
 /// See there.
-pub const SYMBOL_RATE_HZ: f64 = 90.0;
+const SYMBOL_RATE_HZ: f64 = 90.0;
 /// See there.
 const EXPOSURE_S: f64 = 0.001;
 /// What the panel says.
-pub const MESSAGE: &[u8] = b"Lane closed ahead";
+const MESSAGE: &[u8] = b"Lane closed ahead";
 /// Samples along a pixel's side, by which discs are drawn.
 const SAMPLES: usize = 4;
 /// Times within an exposure, between which the camera moves.
 const MOMENTS: usize = 3;
 /// Light of the ground, of a white sensor.
 const GROUND: f64 = 0.18;
+
+/// A place farther from the truth is another line's (pitches).
+const LINE_OFF: f64 = 0.6;
+/// Such a reading should not be said to be surer (probability).
+const SURE: f32 = 0.9;
 
 /// How the camera shakes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +68,7 @@ struct Pose {
 }
 
 /// A film being drawn.
-pub struct Drawing {
+struct Drawing {
     film: Film,
     side: usize,
     random: ChaCha8Rng,
@@ -95,18 +103,18 @@ struct Ground {
 }
 
 /// A frame and its truth.
-pub struct Taken {
+struct Taken {
     /// Grey levels, row by row.
-    pub grey: Vec<u8>,
+    grey: Vec<u8>,
     /// The panel's centre (px).
-    pub centre_px: [f64; 2],
+    centre_px: [f64; 2],
     /// The bits shown in the middle of the exposure.
-    pub bits: u64,
+    bits: u64,
 }
 
 impl Drawing {
     /// Draws the surroundings.
-    pub fn new(film: Film) -> Self {
+    fn new(film: Film) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(film.seed);
         let span = match film.shake {
             // Twice the deviation of a shake whose steps are as wide as this.
@@ -169,12 +177,12 @@ impl Drawing {
     }
 
     /// Pixels along a side of a frame.
-    pub fn side(&self) -> usize {
+    fn side(&self) -> usize {
         self.side
     }
 
     /// Takes frame `number`.
-    pub fn take(&mut self, number: usize) -> Taken {
+    fn take(&mut self, number: usize) -> Taken {
         self.light.fill(0.0);
         let start_s = number as f64 / FPS;
         let mut middle = [0.0; 2];
@@ -424,4 +432,93 @@ fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
 fn gauss(random: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (random.random(), random.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
+}
+
+/// What came of films.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Fate {
+    /// Films whose message came.
+    pub delivered: usize,
+    /// Frames.
+    pub frames: usize,
+    /// Frames that were read.
+    pub read: usize,
+    /// Those read at least 0.6 pitches off.
+    pub line_off: usize,
+    /// Those of them said to be more than 90 % sure.
+    pub surely: usize,
+    /// Wrong bits of frames that were read in their place and show one symbol.
+    pub wrong_bits: usize,
+}
+
+impl Add for Fate {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            delivered: self.delivered + other.delivered,
+            frames: self.frames + other.frames,
+            read: self.read + other.read,
+            line_off: self.line_off + other.line_off,
+            surely: self.surely + other.surely,
+            wrong_bits: self.wrong_bits + other.wrong_bits,
+        }
+    }
+}
+
+/// Receives a film as `vocc receive` does, told its two rates; `verbose` tells of each frame.
+///
+/// # Panics
+/// When the film is refused, which none is.
+pub fn receive(film: Film, verbose: bool) -> Fate {
+    let mut drawing = Drawing::new(film);
+    let side = drawing.side();
+    let settings = ReceptionSettings {
+        fps: FPS as f32,
+        symbol_rate_hz: Some(SYMBOL_RATE_HZ as f32),
+        ..ReceptionSettings::default()
+    };
+    let mut reception = Reception::new(settings).expect("settings");
+    let no_lens = Err(String::from("no lens"));
+    let mut fate = Fate::default();
+    let mut came = |event: &PanelEvent| matches!(event, PanelEvent::Message(message) if message.data == MESSAGE);
+    for number in 0..film.frames {
+        let taken = drawing.take(number);
+        let frame = Frame::new(&taken.grey, side, side).expect("a frame");
+        fate.frames += 1;
+        let stamp = Stamp::of(number as u64);
+        let reports = reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report");
+        for report in &reports {
+            if report.events.iter().any(&mut came) {
+                fate.delivered = 1;
+            }
+            match &report.reading {
+                Ok(reading) => {
+                    let points = reading.corners.points();
+                    let centre = [0, 1].map(|i| points.iter().map(|point| f64::from(point[i])).sum::<f64>() / 4.0);
+                    let off = (centre[0] - taken.centre_px[0]).hypot(centre[1] - taken.centre_px[1]) / film.pitch_px;
+                    let wrong = (reading.detection.bits.bits() ^ taken.bits).count_ones() as usize;
+                    fate.read += 1;
+                    if reading.detection.mixed.is_none() && off < LINE_OFF {
+                        fate.wrong_bits += wrong;
+                    }
+                    if off > LINE_OFF {
+                        fate.line_off += 1;
+                        fate.surely += usize::from(reading.detection.confidence > SURE);
+                    }
+                    if verbose {
+                        let sure = reading.detection.confidence;
+                        let mixed = if reading.detection.mixed.is_some() { ", mixed" } else { "" };
+                        println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure{mixed}");
+                    }
+                }
+                Err(loss) if verbose => println!("  {number:3} {loss}"),
+                Err(_) => {}
+            }
+        }
+    }
+    if reception.finish().iter().any(|(_, event)| came(event)) {
+        fate.delivered = 1;
+    }
+    fate
 }

@@ -1,0 +1,31 @@
+//! A panel before a camera that shakes, in films drawn without the simulator.
+
+use vocc_tests::shaken::{Film, Shake, receive};
+
+/// Messages arrive where a panel jumps by half a pitch or more from frame to frame, rolls, or turns about a far centre.
+#[test]
+fn panels_are_followed_before_a_camera_that_shakes() {
+    let cases = [
+        (Shake::Random, 4.0, 2.0),
+        (Shake::Random, 5.5, 5.5),
+        (Shake::Random, 8.0, 16.0),
+        (Shake::Smooth, 5.5, 2.75),
+        (Shake::Smooth, 8.0, 8.0),
+        (Shake::Turn, 5.5, 1.0),
+    ];
+    for (shake, pitch_px, step) in cases {
+        for seed in 1..=2 {
+            let film = Film {
+                seed,
+                pitch_px,
+                shake,
+                step,
+                frames: 60,
+            };
+            let fate = receive(film, false);
+            println!("{film:?}: {fate:?}");
+            assert_eq!(fate.delivered, 1, "{film:?}: {fate:?}");
+            assert!(fate.read >= 50 && fate.line_off <= 2, "{film:?}: {fate:?}");
+        }
+    }
+}
