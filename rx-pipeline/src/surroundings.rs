@@ -1,11 +1,11 @@
 //! Where a panel has gone from one frame to the next, by what stands around it.
 //!
-//! While a panel's bits change, its surroundings move with the camera. So a place is likelier the better it explains both: within the
-//! panel each LED is at one of two levels, whichever; around it everything is as it was. What is left and right of an equals sign is a
-//! logarithm of odds against a part of the picture that has nothing to do with the panel, whose grey levels are those of the picture.
+//! A panel's bits change from frame to frame, but its surroundings move with the camera. A place is likely if each LED there is at one of
+//! two levels, no matter which, and if everything around them looks as it did. Each place is rated by the logarithm of its odds against a
+//! part of the picture that has nothing to do with the panel, where grey levels are as frequent as in the whole picture.
 //!
-//! The picture is looked at in tiles, a quarter of the LEDs' pitch wide and turned with the panel. Each candidate is then a sum of
-//! looked-up values: of the 64 LEDs everywhere, and of the surroundings where the LEDs say that the panel may be.
+//! The picture is drawn in tiles that are a quarter of the LEDs' pitch wide and turned with the panel. A candidate's odds are then a sum of
+//! table look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -25,7 +25,6 @@ const SAMPLES: usize = 2;
 const SIDE_MAX: usize = 88;
 /// Panels are never expected nearer to their place (pitches).
 const LEAST_SPREAD: f32 = 0.15;
-
 /// How far from the middle of the picture a panel is looked for (tiles).
 const ROOM: i32 = ((SIDE_MAX - TILES * (SPAN + 1)) / 2) as i32;
 /// Turns that are tried (rad), so many either way. More: panels that turn faster are followed, and slower.
@@ -34,20 +33,12 @@ const TURN_RAD: f32 = 0.03;
 const TURNS: i32 = 4;
 /// How far panels usually turn otherwise than before (rad).
 const TURNED_RAD: f32 = 0.04;
-
 /// A panel that is not likelier in one place than in another by more is in neither (nats).
 const AMBIGUOUS: f32 = 3.0;
 /// One that is not likelier by more may be in the other (nats).
 const RIVAL: f32 = 15.0;
 /// A panel with no corner farther off is where it was expected (pitches).
 const OFF: f32 = 0.25;
-
-/// Room for a picture in tiles.
-pub(crate) struct Tiles([u8; SIDE_MAX * SIDE_MAX]);
-
-impl Tiles {
-    pub const EMPTY: Self = Self([0; SIDE_MAX * SIDE_MAX]);
-}
 /// Greys that count as one in the picture's histogram.
 const BIN: usize = 8;
 /// Probability that a place around is not as it was, since something passes or the panel leaves its ground.
@@ -56,7 +47,7 @@ const CHANGED: f32 = 0.04;
 const BETWEEN: f32 = 0.4;
 /// The least deviation of a place, and of an LED's level (share of the contrast): a place between two tiles.
 const DEVIATION: f32 = 0.08;
-/// What neighbouring places say of each other (share): they are not independent.
+/// What a place around the LEDs adds to what its neighbours have said (share): they are not independent.
 const NEW: f32 = 0.9;
 /// Logarithm of the odds by which a candidate may lie behind by its LEDs and still be looked at with its surroundings (nats).
 const BEHIND: f32 = 30.0;
@@ -70,6 +61,13 @@ const GAIN: f32 = 0.15;
 const DIFFERING: usize = 2;
 /// See there (deviations).
 const FAR: f32 = 3.5;
+
+/// Room for a picture in tiles.
+pub(crate) struct Tiles([u8; SIDE_MAX * SIDE_MAX]);
+
+impl Tiles {
+    pub const EMPTY: Self = Self([0; SIDE_MAX * SIDE_MAX]);
+}
 
 /// What is known of a panel's levels and its surroundings, in grey levels.
 #[derive(Clone, Copy, Debug)]
