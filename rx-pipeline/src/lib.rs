@@ -111,6 +111,7 @@ pub mod receiver;
 pub mod settings;
 mod spots;
 pub mod standalone;
+#[cfg_attr(not(feature = "surroundings"), path = "no_surroundings.rs")]
 mod surroundings;
 pub mod symbols;
 mod track;

@@ -35,10 +35,14 @@ const TURNS: i32 = 4;
 const TURNED_RAD: f32 = 0.04;
 /// A panel that is not likelier in one place than in another by more is in neither (nats).
 const AMBIGUOUS: f32 = 3.0;
+/// A panel that is not likelier elsewhere by more is where it was expected (nats).
+const CLEARLY: f32 = 15.0;
 /// One that is not likelier by more may be in the other (nats).
 const RIVAL: f32 = 15.0;
-/// A panel with no corner farther off is where it was expected (pitches).
+/// A panel with no corner farther off is where it was expected (pitches), nor is one that is off by less than a tile tells (px).
 const OFF: f32 = 0.25;
+/// See there.
+const OFF_PX: f32 = 1.0;
 /// Greys that count as one in the picture's histogram.
 const BIN: usize = 8;
 /// Probability that a place around is not as it was, since something passes or the panel leaves its ground.
@@ -90,7 +94,7 @@ struct Level {
 pub(crate) struct Placement {
     pub lattice: Lattice,
     /// By how much likelier it is there than where it is expected (nats).
-    pub gain: f32,
+    gain: f32,
     /// The likeliest place elsewhere if that is not much less likely, and by how much it is (nats).
     pub rival: Option<(Lattice, f32)>,
     /// Whether it is at the end of what was looked at.
@@ -101,10 +105,11 @@ impl Placement {
     /// Whether the panel is so far from where it was expected that a fit would not find it from there, and hardly anywhere else. A fit is
     /// finer.
     pub fn is_off(&self, expected: &Lattice) -> bool {
-        if self.rival.is_some_and(|(_, behind)| behind < AMBIGUOUS) {
+        let is_ambiguous = self.rival.is_some_and(|(_, behind)| behind < AMBIGUOUS);
+        if is_ambiguous || self.gain < CLEARLY {
             return false;
         }
-        let limit = OFF * expected.pitch()[0];
+        let limit = (OFF * expected.pitch()[0]).max(OFF_PX);
         let pairs = self.lattice.corners().into_iter().zip(expected.corners());
         pairs.into_iter().any(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) > limit)
     }

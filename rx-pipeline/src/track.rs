@@ -60,8 +60,8 @@ const ASTRAY_SHARE: f32 = 0.8;
 const LINE_LEFT: f32 = 0.8;
 /// What frames usually explain is the mean over about so many (frames).
 const MEMORY_FRAMES: f32 = 16.0;
-/// How far a panel just found may move (pitches squared).
-const WANDER: f32 = 0.25;
+/// How far a panel just found wanders: not at all, until it is seen to (pitches squared).
+const WANDER: f32 = 0.0;
 /// What a frame changes of how far the panel wanders (share). Higher: the camera's shake is known sooner, and less surely.
 const WANDER_GAIN: f32 = 0.3;
 /// One that wanders less is where it is expected (pitches). Higher: faster, and a jump by a line is noticed later.

@@ -40,8 +40,6 @@ const SURE: f32 = 0.98;
 /// Frames from one in which the surroundings of a panel that hardly moves are learnt to the next (count). More: faster, and slow changes are
 /// known later.
 const STEADY_FRAMES: u64 = 8;
-/// A panel is not where it is expected if it is likelier elsewhere by more (nats).
-const CLEARLY_ELSEWHERE: f32 = 15.0;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -180,7 +178,7 @@ impl Reader {
         let is_in_place = matches!(&followed, Ok((track, _)) if track.is_on_course());
         if is_known && is_steady && !is_in_place {
             let placed = profile.timed(Stage::Follow, || input.tools.place(frame, &expected, spread));
-            let placement = Some(placed).filter(|placed| placed.gain > CLEARLY_ELSEWHERE && placed.is_off(&expected));
+            let placement = Some(placed).filter(|placed| placed.is_off(&expected));
             if placement.is_some() {
                 let grid = self.view.grid;
                 let again = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
