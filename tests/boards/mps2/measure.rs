@@ -10,7 +10,7 @@ use crate::format::Report;
 
 /// What `docs/embedded-receiver.md` states, rounded up: of flash, with the `core` that rustup brings, and with one built anew.
 const FLASH_MAX: u32 = 320 * 1024;
-const FLASH_MAX_CORE_ANEW: u32 = 300 * 1024;
+const FLASH_MAX_CORE_ANEW: u32 = 304 * 1024;
 const RAM_MAX: u32 = 380_000;
 pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
 pub const STACK_MAX: u32 = 140 * 1024;
