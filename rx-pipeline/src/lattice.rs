@@ -37,6 +37,18 @@ impl Lattice {
         }
     }
 
+    /// The same lattice, turned further about its middle.
+    #[cfg(feature = "surroundings")]
+    pub fn rolled(&self, roll_rad: f32) -> Self {
+        let (sin, cos) = (libm::sinf(roll_rad), libm::cosf(roll_rad));
+        let turned = |[x, y]: [f32; 2]| [cos * x - sin * y, sin * x + cos * y];
+        Self {
+            column: turned(self.column),
+            row: turned(self.row),
+            ..*self
+        }
+    }
+
     /// The lattice of four corner LEDs.
     pub fn through(corners: &Corners) -> Self {
         let [centre, column, row, tilt] = corners.homography().about_middle();

@@ -60,8 +60,6 @@ const ASTRAY_SHARE: f32 = 0.8;
 const LINE_LEFT: f32 = 0.8;
 /// What frames usually explain is the mean over about so many (frames).
 const MEMORY_FRAMES: f32 = 16.0;
-/// How far a panel just found wanders: not at all, until it is seen to (pitches squared).
-const WANDER: f32 = 0.0;
 /// What a frame changes of how far the panel wanders (share). Higher: the camera's shake is known sooner, and less surely.
 const WANDER_GAIN: f32 = 0.3;
 /// One that wanders less is where it is expected (pitches). Higher: faster, and a jump by a line is noticed later.
@@ -162,7 +160,8 @@ pub(crate) struct Track {
     /// Whether the number of the frame last seen is not known.
     any_number: bool,
     missed: u32,
-    /// How far from its prediction it was lately, with its speed and without (mean square, pitches squared).
+    /// How far from its prediction it was lately, with its speed and without (mean square, pitches squared): not at all until it is seen
+    /// to wander.
     wander: [f32; 2],
     /// Whether what is around it is no ground that its LEDs stand on, and so does not count.
     is_amid_clutter: bool,
@@ -203,15 +202,9 @@ pub enum TrackError {
 impl Track {
     /// Follows the panel that was found in frame `number`.
     pub fn new(spots: LatticeModel, number: u64, frame_size: (usize, usize)) -> Self {
-        let speed = Lattice {
-            centre: [0.0; 2],
-            column: [0.0; 2],
-            row: [0.0; 2],
-            tilt: [0.0; 2],
-        };
         Self {
             spots,
-            speed,
+            speed: AT_REST,
             speed_known: false,
             usual: None,
             astray: Some(1.0),
@@ -219,7 +212,7 @@ impl Track {
             last_seen: number,
             any_number: false,
             missed: 0,
-            wander: [WANDER; 2],
+            wander: [0.0; 2],
             is_amid_clutter: false,
             is_near: false,
             frame_size,
@@ -386,8 +379,6 @@ impl Track {
         }
         let seen = moved(&lattice, &off, [PLACE_GAINS[0], SHAPE_GAINS[0]]);
         Corners::new(seen.corners())?;
-        let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
-        let speed = self.corrected_speed(&seen, &self.off_course(&shaped.lattice, &off, elapsed), elapsed);
         let [dx, dy] = difference(&shaped.lattice, &expected).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
         let usual = match self.usual {
@@ -403,15 +394,9 @@ impl Track {
                 sigma,
                 ..levels
             },
-            speed,
-            speed_known: true,
-            wander: self.wander_with(&seen, elapsed),
             usual: Some(usual),
             astray: self.astray.map(|before| astray.max(ASTRAY_SHARE * before)),
-            last_seen: number,
-            any_number: false,
-            missed: 0,
-            ..*self
+            ..self.moved_on(number, seen, &shaped.lattice, &off)
         };
         Ok((track, explained))
     }
@@ -435,13 +420,21 @@ impl Track {
 
     /// The same where frame `number` shows it on `lattice`, and nothing else of it is known.
     pub fn carried(&self, number: u64, lattice: Lattice) -> Self {
+        self.moved_on(number, lattice, &lattice, &AT_REST)
+    }
+
+    /// The same on the lattice on which frame `number` has `seen` it, where it was measured to be `there` and off its shape by as much as
+    /// `off`.
+    fn moved_on(&self, number: u64, seen: Lattice, there: &Lattice, off: &Lattice) -> Self {
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
-        let shape = difference(&lattice, &lattice);
         Self {
-            spots: LatticeModel { lattice, ..self.spots },
-            speed: self.corrected_speed(&lattice, &self.off_course(&lattice, &shape, elapsed), elapsed),
+            spots: LatticeModel {
+                lattice: seen,
+                ..self.spots
+            },
+            speed: self.corrected_speed(&seen, &self.off_course(there, off, elapsed), elapsed),
             speed_known: true,
-            wander: self.wander_with(&lattice, elapsed),
+            wander: self.wander_with(&seen, elapsed),
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -562,12 +555,18 @@ impl Track {
         let whole = difference(seen, &self.spots.lattice);
         Lattice {
             centre: whole.centre.map(|c| c / elapsed),
-            column: [0.0; 2],
-            row: [0.0; 2],
-            tilt: [0.0; 2],
+            ..AT_REST
         }
     }
 }
+
+/// No change of a lattice.
+const AT_REST: Lattice = Lattice {
+    centre: [0.0; 2],
+    column: [0.0; 2],
+    row: [0.0; 2],
+    tilt: [0.0; 2],
+};
 
 /// `lattice` moved by the shares `[place, shape]` of `by`.
 fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {

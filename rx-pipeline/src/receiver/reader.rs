@@ -64,13 +64,6 @@ pub(crate) struct Tools<'a, const N: usize> {
     pub before: SoftPanel,
 }
 
-impl<const N: usize> Tools<'_, N> {
-    /// Where the panel is likeliest to be that is usually `spread` pitches off where it is expected.
-    fn place(&mut self, frame: &Frame<'_>, expected: &Lattice, spread: f32) -> Placement {
-        self.surroundings.place(frame, expected, spread, self.tiles)
-    }
-}
-
 /// A frame, and what it takes to read it.
 struct Input<'a, 'f, 't, const N: usize> {
     number: u64,
@@ -81,6 +74,20 @@ struct Input<'a, 'f, 't, const N: usize> {
     is_placed: bool,
     locator: &'a Locator,
     tools: &'a mut Tools<'t, N>,
+}
+
+impl<const N: usize> Input<'_, '_, '_, N> {
+    /// Whether what is around the expected place is as it was.
+    fn agrees(&self, profile: &mut impl Profile) -> bool {
+        profile.timed(Stage::Follow, || self.tools.surroundings.agrees(self.frame, &self.expected))
+    }
+
+    /// Where a panel is that is usually `spread` pitches off its expected place, if it is clearly elsewhere.
+    fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Option<Placement> {
+        let Tools { surroundings, tiles, .. } = &mut *self.tools;
+        let placement = profile.timed(Stage::Follow, || surroundings.place(self.frame, &self.expected, spread, tiles));
+        Some(placement).filter(|placement| placement.is_off(&self.expected))
+    }
 }
 
 /// The state of one panel's reception, but for its large parts.
@@ -158,13 +165,7 @@ impl Reader {
             return None;
         }
         let grid = self.view.grid;
-        let expected = grid.lattice_to_frame(&track.predicted(number));
-        let is_known = tools.surroundings.is_known();
-        let is_steady = profile.timed(Stage::Follow, || track.is_steady() && tools.surroundings.agrees(frame, &expected));
-        let spread = track.spread();
-        let placement = (is_known && !is_steady)
-            .then(|| profile.timed(Stage::Follow, || tools.place(frame, &expected, spread)))
-            .filter(|placed| placed.is_off(&expected));
+        let (expected, spread) = (grid.lattice_to_frame(&track.predicted(number)), track.spread());
         let mut input = Input {
             number,
             frame,
@@ -173,18 +174,20 @@ impl Reader {
             locator,
             tools,
         };
-        let mut followed = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
+        let is_known = input.tools.surroundings.is_known();
+        let is_steady = is_known && track.is_steady() && input.agrees(profile);
+        let placement = (is_known && !is_steady).then(|| input.placed(spread, profile)).flatten();
+        let mut followed = self.follow_to(&track, placement.as_ref(), &mut input, canvas, profile);
         let mut track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
-        let is_in_place = matches!(&followed, Ok((track, _)) if track.is_on_course());
-        if is_known && is_steady && !is_in_place {
-            let placed = profile.timed(Stage::Follow, || input.tools.place(frame, &expected, spread));
-            let placement = Some(placed).filter(|placed| placed.is_off(&expected));
-            if placement.is_some() {
-                let grid = self.view.grid;
-                let again = self.follow_to(&track, &expected, placement.as_ref(), &mut input, canvas, profile);
-                track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
-                followed = again.or(followed);
-            }
+        let is_in_place = matches!(&followed, Ok((track, _)) if track.is_steady());
+        if is_steady
+            && !is_in_place
+            && let Some(placement) = input.placed(spread, profile)
+        {
+            let grid = self.view.grid;
+            let again = self.follow_to(&track, Some(&placement), &mut input, canvas, profile);
+            track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+            followed = again.or(followed);
         }
         Some(match followed {
             Ok((followed, reading)) => {
@@ -208,13 +211,12 @@ impl Reader {
     fn follow_to<const N: usize>(
         &mut self,
         track: &Track,
-        expected: &Lattice,
         placement: Option<&Placement>,
         input: &mut Input<'_, '_, '_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
     ) -> Result<(Track, Reading), Loss> {
-        let place = placement.map_or(expected, |placement| &placement.lattice);
+        let place = placement.map_or(&input.expected, |placement| &placement.lattice);
         let before = self.view.grid;
         let out_of_frame = Loss::from(TrackError::OutOfFrame);
         let view = self.look_at(place, input.tools).ok_or(out_of_frame)?;
@@ -243,20 +245,16 @@ impl Reader {
         } else {
             self.read_well(&drawn, spots, reading, input.tools, profile)?
         };
-        let track = match &reading.detection.mixed {
-            None if input.is_placed => {
-                track.check(explained)?;
-                corrected.read_with(reading.detection.confidence)
-            }
-            None => corrected.read_with(reading.detection.confidence),
-            Some(mixture) => match corrected_by_both(&track, mixture, &mut input) {
-                Some(track) => track,
-                None if input.is_placed => {
-                    track.check(explained)?;
-                    track.carried(input.number, input.expected)
-                }
-                None => track,
-            },
+        let mixture = reading.detection.mixed;
+        let by_both = mixture.and_then(|mixture| corrected_by_both(&track, &mixture, &mut input));
+        if input.is_placed && by_both.is_none() {
+            track.check(explained)?;
+        }
+        let track = match by_both {
+            Some(by_both) => by_both,
+            None if mixture.is_none() => corrected.read_with(reading.detection.confidence),
+            None if input.is_placed => track.carried(input.number, input.expected),
+            None => track,
         };
         Ok((track, reading))
     }

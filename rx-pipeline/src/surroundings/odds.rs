@@ -1,0 +1,190 @@
+//! The odds that a panel is in one place of a picture rather than in another.
+
+use super::places::AROUND;
+use super::tiles::{Offsets, ROOM, TILES, Tiles, offsets};
+use super::{Level, Surroundings};
+use crate::lattice::Lattice;
+
+/// Greys that count as one in the picture's histogram.
+const BIN: usize = 8;
+/// Probability that a place around is not as it was, since something passes or the panel leaves its ground.
+const CHANGED: f32 = 0.04;
+/// Probability that an LED is neither On nor Off, but was switched in the exposure.
+const BETWEEN: f32 = 0.4;
+/// The least density of an LED's grey level (per grey level): a lamp in its place.
+const OUTLIER: f32 = 1e-5;
+/// What a place around the LEDs adds to what its neighbours have said (share): they are not independent.
+const NEW: f32 = 0.9;
+/// How steeply it gets less likely that a panel is far from where it was expected (power of its squared distance). Lower: panels that jump
+/// are followed sooner, and clutter is too.
+const STEEPNESS: f32 = 2.0;
+/// Logarithm of the odds by which a candidate may lie behind by its LEDs and still be looked at with its surroundings (nats).
+const BEHIND: f32 = 30.0;
+/// Candidates looked at with their surroundings, at most (count).
+const CANDIDATES: usize = 48;
+/// Turns that are tried (rad), and the most of them either way. More: panels that turn faster are followed, and slower.
+const TURN_RAD: f32 = 0.03;
+/// See there (count).
+const TURNS: i32 = 4;
+/// How far panels usually turn otherwise than before (rad).
+const TURNED_RAD: f32 = 0.04;
+
+/// The odds of places in a picture.
+pub(super) struct Odds<'a> {
+    tiles: &'a Tiles,
+    usual: Histogram,
+    /// Of each grey level, the logarithm of the odds that an LED has it.
+    led: [f32; 256],
+    around: [AroundOdds; AROUND],
+    /// The least of them.
+    changed: f32,
+    /// How far off where it is expected the panel usually is (tiles).
+    spread: f32,
+}
+
+impl<'a> Odds<'a> {
+    /// Of a panel of which that is known, and which is usually `spread` pitches off.
+    pub fn new(known: &Surroundings, tiles: &'a Tiles, spread: f32) -> Self {
+        let (usual, least) = (Histogram::of(tiles), known.least_variance());
+        let [off, on] = [known.off, known.on].map(|level| level.no_surer_than(least));
+        let (low, high) = (off.mean.min(on.mean), off.mean.max(on.mean));
+        let between = BETWEEN / (high - low + 1.0);
+        let led = core::array::from_fn(|level| {
+            let grey = level as f32;
+            let switched = if (low..=high).contains(&grey) { between } else { 0.0 };
+            let density = 0.5 * (1.0 - BETWEEN) * (off.density(grey) + on.density(grey)) + switched;
+            libm::logf(density + OUTLIER) - usual.log_density(level as u8)
+        });
+        Self {
+            tiles,
+            usual,
+            led,
+            around: known.around.map(|level| AroundOdds::of(level.no_surer_than(least))),
+            changed: libm::logf(CHANGED),
+            spread: spread * TILES as f32,
+        }
+    }
+
+    /// The logarithm of the odds that the panel is this many tiles off, before the picture is looked at.
+    fn before(&self, [i, j]: [i32; 2]) -> f32 {
+        -STEEPNESS * libm::logf(1.0 + (i * i + j * j) as f32 / (self.spread * self.spread))
+    }
+
+    /// The same by what its LEDs would show.
+    fn of_leds(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
+        let greys = self.tiles.at(at, &offsets.leds);
+        self.before(at) + greys.map(|grey| self.led[usize::from(grey)]).sum::<f32>()
+    }
+
+    /// The same by what is around it, too.
+    pub fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
+        let greys = self.tiles.at(at, &offsets.around);
+        let around = greys.zip(&self.around).map(|(grey, odds)| {
+            let odds = odds.log_density(grey) - self.usual.log_density(grey);
+            odds.max(self.changed)
+        });
+        self.of_leds(offsets, at) + NEW * around.sum::<f32>()
+    }
+
+    /// The places that are likely by their LEDs.
+    pub fn likeliest_by_leds(&self, offsets: &Offsets) -> heapless::Vec<([i32; 2], f32), CANDIDATES> {
+        let mut likeliest = heapless::Vec::<([i32; 2], f32), CANDIDATES>::new();
+        let mut highest = f32::NEG_INFINITY;
+        for at in (-ROOM..=ROOM).flat_map(|j| (-ROOM..=ROOM).map(move |i| [i, j])) {
+            let odds = self.of_leds(offsets, at);
+            highest = highest.max(odds);
+            if odds < highest - BEHIND {
+                continue;
+            }
+            if likeliest.is_full() {
+                likeliest.retain(|(_, odds)| *odds > highest - BEHIND);
+            }
+            if let Err(one_more) = likeliest.push((at, odds)) {
+                let least = likeliest.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some(least) = least.filter(|least| least.1 < one_more.1) {
+                    *least = one_more;
+                }
+            }
+        }
+        likeliest
+    }
+
+    /// A place between tiles, and the panel turned as it is likeliest.
+    pub fn refined(&self, expected: &Lattice, at: [i32; 2]) -> Lattice {
+        let turned = (-TURNS..=TURNS).map(|turns| {
+            let roll = turns as f32 * TURN_RAD;
+            let offsets = offsets(expected, roll);
+            let odds = [-1, 0, 1].map(|dy| [-1, 0, 1].map(|dx| self.of_all(&offsets, within(at, [dx, dy]))));
+            let highest = odds.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
+            let share = roll / TURNED_RAD;
+            (highest - 0.5 * share * share, roll, odds)
+        });
+        let Some((_, roll, odds)) = turned.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return *expected;
+        };
+        let [[_, above, _], [left, here, right], [_, below, _]] = odds;
+        let by = [at[0] as f32 + peak(left, here, right), at[1] as f32 + peak(above, here, below)];
+        let mut lattice = expected.rolled(roll);
+        for axis in 0..2 {
+            lattice.centre[axis] += (by[0] * expected.column[axis] + by[1] * expected.row[axis]) / TILES as f32;
+        }
+        lattice
+    }
+}
+
+/// A place moved by a few tiles, as far as there are tiles around it.
+fn within(at: [i32; 2], by: [i32; 2]) -> [i32; 2] {
+    core::array::from_fn(|axis| (at[axis] + by[axis]).clamp(-ROOM, ROOM))
+}
+
+/// How likely grey levels are in a place around the panel that is as it was.
+struct AroundOdds {
+    mean: f32,
+    height: f32,
+    curvature: f32,
+}
+
+impl AroundOdds {
+    fn of(level: Level) -> Self {
+        Self {
+            mean: level.mean,
+            height: libm::logf((1.0 - CHANGED) / libm::sqrtf(core::f32::consts::TAU * level.variance)),
+            curvature: 0.5 / level.variance,
+        }
+    }
+
+    fn log_density(&self, grey: u8) -> f32 {
+        let off = f32::from(grey) - self.mean;
+        self.height - self.curvature * off * off
+    }
+}
+
+/// How frequent grey levels are.
+struct Histogram {
+    log_density: [f32; 256 / BIN],
+}
+
+impl Histogram {
+    fn of(tiles: &Tiles) -> Self {
+        let mut counts = [1u32; 256 / BIN];
+        tiles.iter().for_each(|grey| counts[usize::from(grey) / BIN] += 1);
+        let all = (tiles.len() + counts.len()) as f32 * BIN as f32;
+        Self {
+            log_density: counts.map(|count| libm::logf(count as f32 / all)),
+        }
+    }
+
+    fn log_density(&self, grey: u8) -> f32 {
+        self.log_density[usize::from(grey) / BIN]
+    }
+}
+
+/// Where a parabola through three neighbours is highest, from the middle one, which is the highest of them.
+fn peak(before: f32, here: f32, after: f32) -> f32 {
+    let curvature = before - 2.0 * here + after;
+    if curvature < 0.0 {
+        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+    } else {
+        0.0
+    }
+}

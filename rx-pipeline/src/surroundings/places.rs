@@ -1,0 +1,66 @@
+//! The places of a panel's LEDs and those around them.
+
+use super::tiles::{SAMPLES, TILES};
+use crate::frame::Frame;
+use crate::lattice::Lattice;
+use link::panel::{LEDS, SIDE};
+
+/// Lines of places around the LEDs that are known (count). More: surer among clutter, and slower.
+const RINGS: usize = 3;
+/// Places along a side, those of LEDs among them.
+pub(super) const SPAN: usize = SIDE + 2 * RINGS;
+/// Places around the LEDs.
+pub(super) const AROUND: usize = SPAN * SPAN - LEDS;
+
+/// A place that is known.
+pub(super) enum Place {
+    Led(usize),
+    Around(usize),
+}
+
+/// The known places, row by row, with their columns and rows on the lattice.
+pub(super) fn places() -> impl Iterator<Item = (Place, [f32; 2])> {
+    let inside = RINGS..RINGS + SIDE;
+    let mut around = 0..AROUND;
+    (0..SPAN * SPAN).map(move |i| {
+        let (column, row) = (i % SPAN, i / SPAN);
+        let place = if inside.contains(&column) && inside.contains(&row) {
+            Place::Led((row - RINGS) * SIDE + column - RINGS)
+        } else {
+            Place::Around(around.next().unwrap_or_default())
+        };
+        (place, [column, row].map(|at| at as f32 - RINGS as f32))
+    })
+}
+
+/// Whether a place is an LED's or next to one.
+pub(super) fn is_beside_leds(at: [f32; 2]) -> bool {
+    at.iter().all(|at| (-1.0..=SIDE as f32).contains(at))
+}
+
+/// The mean grey level of a place, half a pitch wide.
+pub(super) fn grey(frame: &Frame<'_>, lattice: &Lattice, [column, row]: [f32; 2]) -> f32 {
+    let [x, y] = lattice.position(column, row);
+    let samples = 2 * samples(lattice);
+    let mut sum = 0;
+    for i in 0..samples * samples {
+        let part = |i: usize| ((i as f32 + 0.5) / samples as f32 - 0.5) * 2.0 / TILES as f32;
+        let (u, v) = (part(i % samples), part(i / samples));
+        let at = |axis: usize| u * lattice.column[axis] + v * lattice.row[axis];
+        sum += u32::from(pixel(frame, x + at(0), y + at(1)));
+    }
+    sum as f32 / (samples * samples) as f32
+}
+
+/// Samples along a tile's side.
+pub(super) fn samples(lattice: &Lattice) -> usize {
+    let [across, down] = lattice.pitch();
+    (libm::ceilf(across.max(down) / TILES as f32) as usize).clamp(1, SAMPLES)
+}
+
+/// The nearest pixel; beyond its edges a frame goes on as it ends.
+pub(super) fn pixel(frame: &Frame<'_>, x: f32, y: f32) -> u8 {
+    let nearest = |at: f32, count: usize| ((at + 0.5) as usize).min(count - 1);
+    let row = frame.row(nearest(y, frame.height())).unwrap_or_default();
+    row.get(nearest(x, frame.width())).copied().unwrap_or_default()
+}
