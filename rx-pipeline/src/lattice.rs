@@ -37,6 +37,13 @@ impl Lattice {
         }
     }
 
+    /// Whether the middle of another is no farther off than so many pitches.
+    #[cfg(feature = "surroundings")]
+    pub fn is_beside(&self, other: &Self, pitches: f32) -> bool {
+        let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);
+        libm::hypotf(dx, dy) <= pitches * self.pitch()[0]
+    }
+
     /// The same lattice, turned further about its middle.
     #[cfg(feature = "surroundings")]
     pub fn rolled(&self, roll_rad: f32) -> Self {

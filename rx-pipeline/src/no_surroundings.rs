@@ -12,19 +12,20 @@ pub(crate) struct Surroundings;
 pub(crate) struct Tiles;
 
 /// No place.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Placement {
-    pub lattice: Lattice,
-    pub rival: Option<(Lattice, f32)>,
-}
+#[derive(Clone, Debug)]
+pub(crate) struct Placement;
 
 impl Tiles {
     pub const EMPTY: Self = Self;
 }
 
 impl Placement {
-    pub fn is_off(&self, _: &Lattice) -> bool {
-        false
+    pub fn elsewhere(&self, _: &Lattice) -> Option<&Lattice> {
+        None
+    }
+
+    pub fn confidence(&self, _: &Lattice) -> f32 {
+        1.0
     }
 }
 
@@ -41,10 +42,7 @@ impl Surroundings {
         false
     }
 
-    pub fn place(&self, _: &Frame<'_>, expected: &Lattice, _: f32, _: &mut Tiles) -> Placement {
-        Placement {
-            lattice: *expected,
-            rival: None,
-        }
+    pub fn place(&self, _: &Frame<'_>, _: &Lattice, _: f32, _: &mut Tiles) -> Placement {
+        Placement
     }
 }

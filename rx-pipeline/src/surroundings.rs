@@ -14,31 +14,31 @@ mod tiles;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use link::panel::PanelFrame;
-use odds::Odds;
+use odds::{Odds, PEAKS, Peak};
 use places::{AROUND, Place, places};
 pub(crate) use tiles::Tiles;
 use tiles::{ROOM, TILES};
 
 /// Panels are never expected nearer to their place (pitches).
 const LEAST_SPREAD: f32 = 0.15;
-/// A panel that is not likelier in one place than in another by more is in neither (nats).
-const AMBIGUOUS: f32 = 3.0;
+/// Nats that count as one where a panel may be in one of two places: what two places say is not independent.
+const DEPENDENCE: f32 = 4.0;
 /// A panel that is not likelier elsewhere by more is where it was expected (nats).
-const CLEARLY: f32 = 15.0;
-/// One that is not likelier by more may be in the other (nats).
-const RIVAL: f32 = 15.0;
+const CLEARLY: f32 = 25.0;
 /// A panel with no corner farther off is where it was expected (pitches), nor is one that is off by less than a tile tells (px).
 const OFF: f32 = 0.25;
 /// See there.
 const OFF_PX: f32 = 1.0;
-/// Candidates nearer than that to the best are the same place (tiles).
-const SAME: i32 = 3;
-/// The least deviation of a place, and of an LED's level (share of the contrast): a place between two tiles.
-const DEVIATION: f32 = 0.08;
+/// Places nearer to each other than that are one (pitches).
+const SAME: f32 = 0.35;
+/// The least deviation of an LED's level (share of the contrast): its place may lie between two tiles.
+const DEVIATION: f32 = 0.03;
+/// The same of a place around: beside the slope of the light there.
+const DEVIATION_AROUND: f32 = 0.02;
 /// The same of panels of no contrast: the sensor's noise (grey levels).
 const DEVIATION_GREY: f32 = 1.5;
-/// The deviation of a place that has been seen once (share of the contrast).
-const DEVIATION_AT_FIRST: f32 = 0.2;
+/// The deviation of a place that has been seen once (share of the contrast), and of one that LEDs light, as they are On or Off.
+const DEVIATION_AT_FIRST: [f32; 2] = [0.05, 0.2];
 /// What a frame changes of what is known (share).
 const GAIN: f32 = 0.15;
 /// LEDs of which a level is known, at least (count).
@@ -54,7 +54,8 @@ pub(crate) struct Surroundings {
     around: [Level; AROUND],
     off: Level,
     on: Level,
-    is_known: bool,
+    /// From how many frames it was learnt, as far as that matters (count).
+    frames: u8,
 }
 
 /// A grey level and its variance.
@@ -64,29 +65,37 @@ struct Level {
     variance: f32,
 }
 
-/// Where a panel is likeliest to be.
-#[derive(Clone, Copy, Debug)]
+/// Where a panel may be.
+#[derive(Clone, Debug)]
 pub(crate) struct Placement {
-    pub lattice: Lattice,
-    /// By how much likelier it is there than where it is expected (nats).
-    gain: f32,
-    /// The likeliest place elsewhere if that is not much less likely, and by how much it is (nats).
-    pub rival: Option<(Lattice, f32)>,
-    /// Whether it is at the end of what was looked at.
-    is_at_edge: bool,
+    /// The likeliest place first.
+    peaks: heapless::Vec<Peak, PEAKS>,
+    /// The logarithm of the odds that it is where it was expected.
+    as_expected: f32,
 }
 
 impl Placement {
-    /// Whether the panel is so far from where it was expected that a fit would not find it from there, and hardly anywhere else. A fit is
-    /// finer.
-    pub fn is_off(&self, expected: &Lattice) -> bool {
-        let is_ambiguous = self.rival.is_some_and(|(_, behind)| behind < AMBIGUOUS);
-        if is_ambiguous || self.gain < CLEARLY {
-            return false;
-        }
+    /// Where it is if that is so far from where it was expected that a fit would not find it from there, and clearly likelier. A fit is finer.
+    pub fn elsewhere(&self, expected: &Lattice) -> Option<&Lattice> {
+        let Peak { lattice, odds, .. } = self.peaks.first()?;
         let limit = (OFF * expected.pitch()[0]).max(OFF_PX);
-        let pairs = self.lattice.corners().into_iter().zip(expected.corners());
-        pairs.into_iter().any(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) > limit)
+        let mut off = lattice.corners().into_iter().zip(expected.corners());
+        let is_off = off.any(|(a, b)| libm::hypotf(a[0] - b[0], a[1] - b[1]) > limit);
+        (is_off && odds - self.as_expected >= CLEARLY).then_some(lattice)
+    }
+
+    /// The probability that it is on `lattice`, rather than in the likeliest place elsewhere.
+    pub fn confidence(&self, lattice: &Lattice) -> f32 {
+        let is_here = |peak: &&Peak| peak.lattice.is_beside(lattice, SAME);
+        let here = self.peaks.iter().find(is_here).map_or(self.as_expected, |peak| peak.odds);
+        let elsewhere = self.peaks.iter().find(|peak| !is_here(peak));
+        elsewhere.map_or(1.0, |peak| 1.0 / (1.0 + libm::expf((peak.odds - here) / DEPENDENCE)))
+    }
+
+    /// Whether it may be farther off than was looked.
+    fn is_at_edge(&self) -> bool {
+        let is_at_edge = |peak: &Peak| peak.at.iter().any(|c| c.abs() > ROOM - TILES as i32);
+        self.peaks.first().is_some_and(is_at_edge)
     }
 }
 
@@ -95,51 +104,52 @@ impl Surroundings {
         around: [Level::NONE; AROUND],
         off: Level::NONE,
         on: Level::NONE,
-        is_known: false,
+        frames: 0,
     };
 
     pub fn is_known(&self) -> bool {
-        self.is_known
+        self.frames > 0
     }
 
     /// Learns from a frame in which the panel on `lattice` shows `bits`.
     pub fn learn(&mut self, frame: &Frame<'_>, lattice: &Lattice, bits: PanelFrame) {
-        let mut levels = [Sums::default(); 2];
-        let mut around = [0.0; AROUND];
+        let mut leds = [Sums::default(); 2];
+        let mut around = [Level::NONE; AROUND];
         for (place, at) in places() {
-            let grey = places::grey(frame, lattice, at);
+            let level = places::level(frame, lattice, at);
             match place {
-                Place::Led(led) => levels[usize::from(bits.led(led))].add(grey),
-                Place::Around(i) => around[i] = grey,
+                Place::Led(led) => leds[usize::from(bits.led(led))].add(level),
+                Place::Around(i) => around[i] = level,
             }
         }
-        let [Some(off), Some(on)] = levels.map(|sums| sums.level()) else {
+        if leds.iter().any(|sums| sums.count < LEAST_LEDS) {
             return;
-        };
-        if self.is_known {
-            self.off.go_on(off);
-            self.on.go_on(on);
-        } else {
-            (self.off, self.on) = (off, on);
         }
-        let at_first = DEVIATION_AT_FIRST * self.contrast();
-        for (level, mean) in self.around.iter_mut().zip(around) {
-            let off = mean - level.mean;
-            if self.is_known {
-                level.go_on(Level { mean, variance: off * off });
+        let is_known = self.is_known();
+        let gain = GAIN.max(1.0 / (f32::from(self.frames) + 1.0));
+        let [off, on] = leds.map(Sums::level);
+        self.off.go_on(off, gain);
+        self.on.go_on(on, gain);
+        for (place, at) in places() {
+            let Place::Around(i) = place else { continue };
+            let (before, now) = (&mut self.around[i], around[i]);
+            let at_first = DEVIATION_AT_FIRST[usize::from(places::is_beside_leds(at))];
+            let off = if is_known {
+                now.mean - before.mean
             } else {
-                let variance = at_first * at_first;
-                *level = Level { mean, variance };
-            }
+                at_first * (self.on.mean - self.off.mean)
+            };
+            let variance = now.variance + off * off;
+            before.go_on(Level { variance, ..now }, gain);
         }
-        self.is_known = true;
+        self.frames = self.frames.saturating_add(1);
     }
 
     /// Whether the places just around a panel on `lattice` are as they were.
     pub fn agrees(&self, frame: &Frame<'_>, lattice: &Lattice) -> bool {
-        let least = self.least_variance();
+        let least = self.least_variance(DEVIATION);
         let differs = |level: &Level, at: [f32; 2]| {
-            let off = places::grey(frame, lattice, at) - level.mean;
+            let off = places::level(frame, lattice, at).mean - level.mean;
             off * off > FAR * FAR * level.variance.max(least)
         };
         let differing = places().filter(|&(ref place, at)| match place {
@@ -149,45 +159,31 @@ impl Surroundings {
         differing.count() <= DIFFERING
     }
 
-    fn contrast(&self) -> f32 {
-        (self.on.mean - self.off.mean).abs()
-    }
-
-    fn least_variance(&self) -> f32 {
-        let deviation = DEVIATION * self.contrast() + DEVIATION_GREY;
+    /// Of a place that deviates by that share of the contrast, at least.
+    fn least_variance(&self, share: f32) -> f32 {
+        let deviation = share * (self.on.mean - self.off.mean).abs() + DEVIATION_GREY;
         deviation * deviation
     }
 
     /// The likeliest place of a panel that is usually `spread` pitches off where it is expected.
     pub fn place(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
         let placement = self.place_near(frame, expected, spread, tiles);
-        if placement.is_at_edge {
-            // It may be farther off.
-            return self.place_near(frame, &placement.lattice, spread, tiles);
-        }
-        placement
+        let Some(Peak { lattice, odds, .. }) = placement.peaks.first().filter(|_| placement.is_at_edge()) else {
+            return placement;
+        };
+        let farther = self.place_near(frame, lattice, spread, tiles);
+        let as_expected = farther.as_expected + placement.as_expected - odds;
+        Placement { as_expected, ..farther }
     }
 
     fn place_near(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
         tiles.draw(frame, expected);
-        let odds = Odds::new(self, tiles, spread.max(LEAST_SPREAD));
-        let upright = tiles::offsets(expected, 0.0);
-        let mut places = odds.likeliest_by_leds(&upright);
-        for (at, of) in &mut places {
-            *of = odds.of_all(&upright, *at);
-        }
-        let &(at, likeliest) = places.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(&([0; 2], 0.0));
-        let is_elsewhere = |other: &[i32; 2]| (0..2).any(|axis| (other[axis] - at[axis]).abs() >= SAME);
-        let elsewhere = places.iter().filter(|(other, _)| is_elsewhere(other));
-        let rival = elsewhere.max_by(|a, b| a.1.total_cmp(&b.1));
-        let rival = rival
-            .map(|&(other, of)| (other, likeliest - of))
-            .filter(|(_, behind)| *behind < RIVAL);
+        let odds = Odds::new(self, tiles, expected, spread.max(LEAST_SPREAD));
+        let mut peaks = odds.peaks();
+        peaks.sort_unstable_by(|a, b| b.odds.total_cmp(&a.odds));
         Placement {
-            lattice: odds.refined(expected, at),
-            gain: likeliest - odds.of_all(&upright, [0; 2]),
-            rival: rival.map(|(other, behind)| (odds.refined(expected, other), behind)),
-            is_at_edge: at.iter().any(|c| c.abs() > ROOM - TILES as i32),
+            peaks,
+            as_expected: odds.as_expected(),
         }
     }
 }
@@ -195,9 +191,9 @@ impl Surroundings {
 impl Level {
     const NONE: Self = Self { mean: 0.0, variance: 0.0 };
 
-    fn go_on(&mut self, now: Self) {
-        self.mean += GAIN * (now.mean - self.mean);
-        self.variance += GAIN * (now.variance - self.variance);
+    fn go_on(&mut self, now: Self, gain: f32) {
+        self.mean += gain * (now.mean - self.mean);
+        self.variance += gain * (now.variance - self.variance);
     }
 
     fn density(&self, grey: f32) -> f32 {
@@ -213,24 +209,26 @@ impl Level {
     }
 }
 
+/// Sums over levels.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     count: f32,
-    sum: f32,
+    means: f32,
     squares: f32,
 }
 
 impl Sums {
-    fn add(&mut self, grey: f32) {
+    fn add(&mut self, level: Level) {
         self.count += 1.0;
-        self.sum += grey;
-        self.squares += grey * grey;
+        self.means += level.mean;
+        self.squares += level.mean * level.mean + level.variance;
     }
 
-    fn level(&self) -> Option<Level> {
-        let mean = self.sum / self.count;
+    /// Of all of them together.
+    fn level(self) -> Level {
+        let mean = self.means / self.count;
         let variance = (self.squares / self.count - mean * mean).max(0.0);
-        (self.count >= LEAST_LEDS).then_some(Level { mean, variance })
+        Level { mean, variance }
     }
 }
 
@@ -257,7 +255,7 @@ mod tests {
         let now = Scene { centre, bits, ..scene };
         let mut tiles = Tiles::EMPTY;
         let placement = surroundings.place(&now.render().frame(), &lattice, 0.5, &mut tiles);
-        let [x, y] = placement.lattice.centre;
+        let [x, y] = placement.peaks[0].lattice.centre;
         let truth = Lattice::through(&now.corners()).centre;
         ((x - truth[0]).hypot(y - truth[1]) / scene.pitch_px, placement)
     }

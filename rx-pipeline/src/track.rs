@@ -64,6 +64,8 @@ const MEMORY_FRAMES: f32 = 16.0;
 const WANDER_GAIN: f32 = 0.3;
 /// One that wanders less is where it is expected (pitches). Higher: faster, and a jump by a line is noticed later.
 const STEADY: f32 = 0.1;
+/// Readings of one that wanders more are doubted by what is around it (pitches). Lower: surer, and panels in clutter are doubted without need.
+const WANDERING: f32 = 0.25;
 /// A panel that moves as it does now stays near to where it was if its speed makes it miss by more (ratio of mean squares).
 const STILL: f32 = 1.2;
 /// It goes on at its speed through a gap if that makes it miss by less (ratio of mean squares).
@@ -309,6 +311,11 @@ impl Track {
     /// Whether it is where it is expected, but for what hardly shows.
     pub fn is_steady(&self) -> bool {
         self.spread() < STEADY
+    }
+
+    /// Whether it is so far from where it is expected that it may be a line off.
+    pub fn wanders(&self) -> bool {
+        self.spread() > WANDERING
     }
 
     /// Mean squares of how far off predictions were, with another that was seen after so many frames.

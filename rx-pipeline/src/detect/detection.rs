@@ -1,6 +1,6 @@
 //! What a detector says of a panel.
 
-use super::soft::soft_panel;
+use super::soft::{no_surer_than, soft_panel};
 use link::orientation::Orientation;
 #[cfg(feature = "read-lines")]
 use link::panel::SIDE;
@@ -27,6 +27,21 @@ impl Detection {
             soft: soft_panel(&llr),
             confidence: 1.0 - wrong_bits(&llr) / LEDS as f32,
             mixed: None,
+        }
+    }
+
+    /// The same where it is of the panel itself with that probability, 0 to 1, and else says nothing of it.
+    pub(crate) fn doubted(&self, probability: f32) -> Self {
+        let most = libm::logf((1.0 + probability) / (1.0 - probability).max(f32::MIN_POSITIVE));
+        Self {
+            soft: no_surer_than(&self.soft, most),
+            confidence: 0.5 + probability * (self.confidence - 0.5),
+            mixed: self.mixed.map(|mixture| Mixture {
+                ending: no_surer_than(&mixture.ending, most),
+                beginning: no_surer_than(&mixture.beginning, most),
+                ..mixture
+            }),
+            ..*self
         }
     }
 

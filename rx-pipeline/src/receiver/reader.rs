@@ -82,11 +82,10 @@ impl<const N: usize> Input<'_, '_, '_, N> {
         profile.timed(Stage::Follow, || self.tools.surroundings.agrees(self.frame, &self.expected))
     }
 
-    /// Where a panel is that is usually `spread` pitches off its expected place, if it is clearly elsewhere.
-    fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Option<Placement> {
+    /// Where a panel is likely to be that is usually `spread` pitches off its expected place.
+    fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Placement {
         let Tools { surroundings, tiles, .. } = &mut *self.tools;
-        let placement = profile.timed(Stage::Follow, || surroundings.place(self.frame, &self.expected, spread, tiles));
-        Some(placement).filter(|placement| placement.is_off(&self.expected))
+        profile.timed(Stage::Follow, || surroundings.place(self.frame, &self.expected, spread, tiles))
     }
 }
 
@@ -176,25 +175,30 @@ impl Reader {
         };
         let is_known = input.tools.surroundings.is_known();
         let is_steady = is_known && track.is_steady() && input.agrees(profile);
-        let placement = (is_known && !is_steady).then(|| input.placed(spread, profile)).flatten();
-        let mut followed = self.follow_to(&track, placement.as_ref(), &mut input, canvas, profile);
+        let mut placement = (is_known && !is_steady).then(|| input.placed(spread, profile));
+        let elsewhere = placement.as_ref().and_then(|placement| placement.elsewhere(&expected));
+        let mut followed = self.follow_to(&track, elsewhere, &mut input, canvas, profile);
         let mut track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
         let is_in_place = matches!(&followed, Ok((track, _)) if track.is_steady());
-        if is_steady
-            && !is_in_place
-            && let Some(placement) = input.placed(spread, profile)
-        {
-            let grid = self.view.grid;
-            let again = self.follow_to(&track, Some(&placement), &mut input, canvas, profile);
-            track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
-            followed = again.or(followed);
+        if is_steady && !is_in_place {
+            let placed = input.placed(spread, profile);
+            if let Some(elsewhere) = placed.elsewhere(&expected) {
+                let grid = self.view.grid;
+                let again = self.follow_to(&track, Some(elsewhere), &mut input, canvas, profile);
+                track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+                followed = again.or(followed);
+            }
+            placement = Some(placed);
         }
         Some(match followed {
-            Ok((followed, reading)) => {
+            Ok((followed, mut reading)) => {
                 self.track = Some(followed);
+                let lattice = self.view.grid.lattice_to_frame(&followed.spots().lattice);
+                if let Some(placement) = placement.filter(|_| track.wanders() || followed.wanders()) {
+                    reading.detection = reading.detection.doubted(placement.confidence(&lattice));
+                }
                 let is_due = !is_steady || number.is_multiple_of(STEADY_FRAMES);
                 if is_due && reading.detection.mixed.is_none() && reading.detection.confidence > SURE {
-                    let lattice = self.view.grid.lattice_to_frame(&followed.spots().lattice);
                     let surroundings = &mut *input.tools.surroundings;
                     profile.timed(Stage::Follow, || surroundings.learn(frame, &lattice, reading.detection.bits));
                 }
@@ -211,12 +215,12 @@ impl Reader {
     fn follow_to<const N: usize>(
         &mut self,
         track: &Track,
-        placement: Option<&Placement>,
+        place: Option<&Lattice>,
         input: &mut Input<'_, '_, '_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
     ) -> Result<(Track, Reading), Loss> {
-        let place = placement.map_or(&input.expected, |placement| &placement.lattice);
+        let (is_placed, place) = (place.is_some(), place.unwrap_or(&input.expected));
         let before = self.view.grid;
         let out_of_frame = Loss::from(TrackError::OutOfFrame);
         let view = self.look_at(place, input.tools).ok_or(out_of_frame)?;
@@ -226,18 +230,11 @@ impl Reader {
             number: input.number,
             frame: &drawn,
             expected: view.grid.lattice_from_frame(place),
-            is_placed: placement.is_some(),
+            is_placed,
             locator: input.locator,
             tools: input.tools,
         };
-        let here = self.correct(&track, &mut input, profile);
-        let (corrected, reading, explained) = match placement.and_then(|placement| placement.rival) {
-            Some((rival, _)) => {
-                let rival = view.grid.lattice_from_frame(&rival);
-                better(here, self.attempt(&track, rival, Gate::STILL, &mut input, profile))
-            }
-            _ => here,
-        }?;
+        let (corrected, reading, explained) = self.correct(&track, &mut input, profile)?;
         let spots = corrected.spots();
         let reading = if self.reads_well_at_once(&track) {
             let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;

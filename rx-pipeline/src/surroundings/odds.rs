@@ -2,7 +2,7 @@
 
 use super::places::AROUND;
 use super::tiles::{Offsets, ROOM, TILES, Tiles, offsets};
-use super::{Level, Surroundings};
+use super::{DEVIATION, DEVIATION_AROUND, Level, Surroundings};
 use crate::lattice::Lattice;
 
 /// Greys that count as one in the picture's histogram.
@@ -15,6 +15,9 @@ const BETWEEN: f32 = 0.4;
 const OUTLIER: f32 = 1e-5;
 /// What a place around the LEDs adds to what its neighbours have said (share): they are not independent.
 const NEW: f32 = 0.9;
+/// Share of places elsewhere in a picture that have any grey level. Less: places of rare grey levels count for more, such as those halfway
+/// between LEDs.
+const ANY: f32 = 0.5;
 /// How steeply it gets less likely that a panel is far from where it was expected (power of its squared distance). Lower: panels that jump
 /// are followed sooner, and clutter is too.
 const STEEPNESS: f32 = 2.0;
@@ -22,6 +25,12 @@ const STEEPNESS: f32 = 2.0;
 const BEHIND: f32 = 30.0;
 /// Candidates looked at with their surroundings, at most (count).
 const CANDIDATES: usize = 48;
+/// Places of which it is looked for the likeliest one beside them, at most (count), and the steps to it (count).
+pub(super) const PEAKS: usize = 6;
+/// See there.
+const CLIMBS: usize = 3;
+/// Candidates beside one that is likelier are not looked at by themselves (tiles).
+const BESIDE: i32 = 1;
 /// Turns that are tried (rad), and the most of them either way. More: panels that turn faster are followed, and slower.
 const TURN_RAD: f32 = 0.03;
 /// See there (count).
@@ -29,9 +38,24 @@ const TURNS: i32 = 4;
 /// How far panels usually turn otherwise than before (rad).
 const TURNED_RAD: f32 = 0.04;
 
+/// A place that is likelier than those beside it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Peak {
+    /// Tiles from where it was expected.
+    pub at: [i32; 2],
+    pub lattice: Lattice,
+    /// The logarithm of its odds.
+    pub odds: f32,
+    /// A place beside it that is likelier still.
+    higher: Option<[i32; 2]>,
+}
+
 /// The odds of places in a picture.
 pub(super) struct Odds<'a> {
     tiles: &'a Tiles,
+    expected: Lattice,
+    /// Where the known places are in a panel that has turned by an angle (rad).
+    turns: [(f32, Offsets); 2 * TURNS as usize + 1],
     usual: Histogram,
     /// Of each grey level, the logarithm of the odds that an LED has it.
     led: [f32; 256],
@@ -44,8 +68,9 @@ pub(super) struct Odds<'a> {
 
 impl<'a> Odds<'a> {
     /// Of a panel of which that is known, and which is usually `spread` pitches off.
-    pub fn new(known: &Surroundings, tiles: &'a Tiles, spread: f32) -> Self {
-        let (usual, least) = (Histogram::of(tiles), known.least_variance());
+    pub fn new(known: &Surroundings, tiles: &'a Tiles, expected: &Lattice, spread: f32) -> Self {
+        let usual = Histogram::of(tiles);
+        let [least, least_around] = [DEVIATION, DEVIATION_AROUND].map(|share| known.least_variance(share));
         let [off, on] = [known.off, known.on].map(|level| level.no_surer_than(least));
         let (low, high) = (off.mean.min(on.mean), off.mean.max(on.mean));
         let between = BETWEEN / (high - low + 1.0);
@@ -55,11 +80,17 @@ impl<'a> Odds<'a> {
             let density = 0.5 * (1.0 - BETWEEN) * (off.density(grey) + on.density(grey)) + switched;
             libm::logf(density + OUTLIER) - usual.log_density(level as u8)
         });
+        let turns = core::array::from_fn(|i| {
+            let roll = (i as i32 - TURNS) as f32 * TURN_RAD;
+            (roll, offsets(expected, roll))
+        });
         Self {
             tiles,
+            expected: *expected,
+            turns,
             usual,
             led,
-            around: known.around.map(|level| AroundOdds::of(level.no_surer_than(least))),
+            around: known.around.map(|level| AroundOdds::of(level.no_surer_than(least_around))),
             changed: libm::logf(CHANGED),
             spread: spread * TILES as f32,
         }
@@ -77,7 +108,7 @@ impl<'a> Odds<'a> {
     }
 
     /// The same by what is around it, too.
-    pub fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
+    fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
         let greys = self.tiles.at(at, &offsets.around);
         let around = greys.zip(&self.around).map(|(grey, odds)| {
             let odds = odds.log_density(grey) - self.usual.log_density(grey);
@@ -87,7 +118,7 @@ impl<'a> Odds<'a> {
     }
 
     /// The places that are likely by their LEDs.
-    pub fn likeliest_by_leds(&self, offsets: &Offsets) -> heapless::Vec<([i32; 2], f32), CANDIDATES> {
+    fn likeliest_by_leds(&self, offsets: &Offsets) -> heapless::Vec<([i32; 2], f32), CANDIDATES> {
         let mut likeliest = heapless::Vec::<([i32; 2], f32), CANDIDATES>::new();
         let mut highest = f32::NEG_INFINITY;
         for at in (-ROOM..=ROOM).flat_map(|j| (-ROOM..=ROOM).map(move |i| [i, j])) {
@@ -109,27 +140,74 @@ impl<'a> Odds<'a> {
         likeliest
     }
 
-    /// A place between tiles, and the panel turned as it is likeliest.
-    pub fn refined(&self, expected: &Lattice, at: [i32; 2]) -> Lattice {
-        let turned = (-TURNS..=TURNS).map(|turns| {
-            let roll = turns as f32 * TURN_RAD;
-            let offsets = offsets(expected, roll);
-            let odds = [-1, 0, 1].map(|dy| [-1, 0, 1].map(|dx| self.of_all(&offsets, within(at, [dx, dy]))));
-            let highest = odds.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
-            let share = roll / TURNED_RAD;
-            (highest - 0.5 * share * share, roll, odds)
-        });
-        let Some((_, roll, odds)) = turned.max_by(|a, b| a.0.total_cmp(&b.0)) else {
-            return *expected;
-        };
-        let [[_, above, _], [left, here, right], [_, below, _]] = odds;
-        let by = [at[0] as f32 + peak(left, here, right), at[1] as f32 + peak(above, here, below)];
-        let mut lattice = expected.rolled(roll);
-        for axis in 0..2 {
-            lattice.centre[axis] += (by[0] * expected.column[axis] + by[1] * expected.row[axis]) / TILES as f32;
-        }
-        lattice
+    /// The logarithm of the odds that it is where it was expected.
+    pub fn as_expected(&self) -> f32 {
+        let turned = self.turns.iter().map(|turn| turn_odds(turn.0) + self.of_all(&turn.1, [0; 2]));
+        turned.fold(f32::NEG_INFINITY, f32::max)
     }
+
+    /// The likeliest places, none of them beside another.
+    pub fn peaks(&self) -> heapless::Vec<Peak, PEAKS> {
+        let upright = &self.turns[TURNS as usize].1;
+        let mut places = self.likeliest_by_leds(upright);
+        for (at, odds) in &mut places {
+            *odds = self.of_all(upright, *at);
+        }
+        let mut peaks = heapless::Vec::new();
+        while let Some(&(at, _)) = places.iter().max_by(|a, b| a.1.total_cmp(&b.1))
+            && peaks.push(self.peak_about(at)).is_ok()
+        {
+            places.retain(|(other, _)| (0..2).any(|axis| (other[axis] - at[axis]).abs() > BESIDE));
+        }
+        peaks
+    }
+
+    /// The likeliest place in reach of this one, and the panel turned as it is likeliest.
+    pub fn peak_about(&self, mut at: [i32; 2]) -> Peak {
+        let mut peak = self.peak_at(at);
+        for _ in 0..CLIMBS {
+            let Some(higher) = peak.higher else { break };
+            at = higher;
+            peak = self.peak_at(at);
+        }
+        peak
+    }
+
+    /// The likeliest turn in a place, and where between the tiles beside it the panel then is.
+    fn peak_at(&self, at: [i32; 2]) -> Peak {
+        let turned = self.turns.iter().map(|(roll, offsets)| {
+            let odds = [-1, 0, 1].map(|dy| [-1, 0, 1].map(|dx| self.of_all(offsets, within(at, [dx, dy]))));
+            let highest = odds.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
+            (highest + turn_odds(*roll), *roll, odds)
+        });
+        let (odds, roll, around) = turned
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f32::NEG_INFINITY, 0.0, [[0.0; 3]; 3]));
+        let [[_, above, _], [left, here, right], [_, below, _]] = around;
+        let ([dx, across], [dy, down]) = (peak(left, here, right), peak(above, here, below));
+        let mut lattice = self.expected.rolled(roll);
+        for axis in 0..2 {
+            let [column, row] = [self.expected.column[axis], self.expected.row[axis]];
+            lattice.centre[axis] += ((at[0] as f32 + dx) * column + (at[1] as f32 + dy) * row) / TILES as f32;
+        }
+        let highest = around.iter().flatten().copied().fold(f32::NEG_INFINITY, f32::max);
+        let step = (0..9).find(|i| around[i / 3][i % 3] == highest).filter(|&i| i != 4);
+        let higher = step
+            .map(|i| within(at, [i as i32 % 3 - 1, i as i32 / 3 - 1]))
+            .filter(|higher| *higher != at);
+        Peak {
+            at,
+            lattice,
+            odds: if higher.is_none() { odds + across + down } else { odds },
+            higher,
+        }
+    }
+}
+
+/// The logarithm of the odds that a panel has turned so far, before the picture is looked at.
+fn turn_odds(roll_rad: f32) -> f32 {
+    let share = roll_rad / TURNED_RAD;
+    -0.5 * share * share
 }
 
 /// A place moved by a few tiles, as far as there are tiles around it.
@@ -170,7 +248,7 @@ impl Histogram {
         tiles.iter().for_each(|grey| counts[usize::from(grey) / BIN] += 1);
         let all = (tiles.len() + counts.len()) as f32 * BIN as f32;
         Self {
-            log_density: counts.map(|count| libm::logf(count as f32 / all)),
+            log_density: counts.map(|count| libm::logf((1.0 - ANY) * count as f32 / all + ANY / 256.0)),
         }
     }
 
@@ -179,12 +257,13 @@ impl Histogram {
     }
 }
 
-/// Where a parabola through three neighbours is highest, from the middle one, which is the highest of them.
-fn peak(before: f32, here: f32, after: f32) -> f32 {
-    let curvature = before - 2.0 * here + after;
+/// Where a parabola through three neighbours is highest, from the middle one, which is the highest of them, and by how much it is higher.
+fn peak(before: f32, here: f32, after: f32) -> [f32; 2] {
+    let (slope, curvature) = (0.5 * (after - before), before - 2.0 * here + after);
     if curvature < 0.0 {
-        (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+        let at = (-slope / curvature).clamp(-0.5, 0.5);
+        [at, at * (slope + 0.5 * curvature * at)]
     } else {
-        0.0
+        [0.0; 2]
     }
 }

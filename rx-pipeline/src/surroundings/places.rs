@@ -1,6 +1,7 @@
 //! The places of a panel's LEDs and those around them.
 
 use super::tiles::{SAMPLES, TILES};
+use super::{Level, Sums};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use link::panel::{LEDS, SIDE};
@@ -38,18 +39,19 @@ pub(super) fn is_beside_leds(at: [f32; 2]) -> bool {
     at.iter().all(|at| (-1.0..=SIDE as f32).contains(at))
 }
 
-/// The mean grey level of a place, half a pitch wide.
-pub(super) fn grey(frame: &Frame<'_>, lattice: &Lattice, [column, row]: [f32; 2]) -> f32 {
+/// The mean grey level of a place, half a pitch wide, and the variance of the grey levels in it.
+pub(super) fn level(frame: &Frame<'_>, lattice: &Lattice, [column, row]: [f32; 2]) -> Level {
     let [x, y] = lattice.position(column, row);
     let samples = 2 * samples(lattice);
-    let mut sum = 0;
+    let mut sums = Sums::default();
     for i in 0..samples * samples {
         let part = |i: usize| ((i as f32 + 0.5) / samples as f32 - 0.5) * 2.0 / TILES as f32;
         let (u, v) = (part(i % samples), part(i / samples));
         let at = |axis: usize| u * lattice.column[axis] + v * lattice.row[axis];
-        sum += u32::from(pixel(frame, x + at(0), y + at(1)));
+        let mean = f32::from(pixel(frame, x + at(0), y + at(1)));
+        sums.add(Level { mean, variance: 0.0 });
     }
-    sum as f32 / (samples * samples) as f32
+    sums.level()
 }
 
 /// Samples along a tile's side.
