@@ -46,7 +46,8 @@
 //!
 //! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
 //! it, the transmitter looks it up. [`serial`] is how it gets there: what a computer and a transmitter say to
-//! each other over a cable. [`symbol_rate`] is how often the panel changes, and which rate a camera follows.
+//! each other over a cable. [`symbol_rate`] is how often the panel changes, and which rate a camera follows; [`waveform`] is what LEDs do in
+//! between.
 //! [`camera`] is what a receiver is told of the camera, [`exposure`] how an automatic one exposes, and [`geometry`] what a panel tells of itself.
 //!
 //! # The frame format
@@ -93,3 +94,4 @@ pub mod scramble;
 pub mod serial;
 mod shipped_table;
 pub mod symbol_rate;
+pub mod waveform;
