@@ -143,6 +143,57 @@ fn flicker_is_told_at_each_symbol_rate() {
 }
 
 #[test]
+fn with_a_carrier_a_panel_is_told_by_all_standards() {
+    let told = vocc(&["transmit", "--flicker", "--json", "--carrier-cycles", "16"]);
+    let report = json(&told);
+    assert_eq!(report["carrier_cycles"], 16);
+    let rates = report["rates"].as_array().expect("rates");
+    let hz: Vec<f64> = rates.iter().filter_map(|rate| rate["symbols_hz"].as_f64()).collect();
+    assert_eq!(hz, [27.0, 45.0, 90.0]);
+    for standards in rates[2]["by_standards"].as_array().expect("two lights") {
+        let of = |key: &str| standards[key].as_f64().expect("a number");
+        assert!(
+            of("low_risk_times") < 1.0 && of("pst_lm") < 1.0 && of("longest_period_s") < 0.005,
+            "{standards}"
+        );
+        assert!(of("svm") > 0.0);
+    }
+    // Panels that stand still, to compare.
+    let still = json(&vocc(&[
+        "transmit",
+        "--flicker",
+        "--json",
+        "--carrier-cycles",
+        "0",
+        "--symbol-rate",
+        "90",
+    ]));
+    assert!(still["rates"][0]["by_standards"][0]["pst_lm"].as_f64() > Some(10.0), "{still}");
+    let plain = json(&vocc(&["transmit", "--flicker", "--json", "--symbol-rate", "90"]));
+    assert!(plain.get("carrier_cycles").is_none() && plain["rates"][0].get("by_standards").is_none());
+    let text_told = vocc(&["transmit", "--flicker", "--carrier-cycles", "16"]);
+    for word in ["1440", "PstLM", "SVM", "802.15.7", "61547-1"] {
+        assert!(text(&text_told.stdout).contains(word), "{}", text(&text_told.stdout));
+    }
+}
+
+#[test]
+fn panels_are_told_with_how_they_are_shown() {
+    let first = |arguments: &[&str]| -> serde_json::Value {
+        let output = vocc(&[&["transmit", "--json", "--message", "Ice", "--count", "1"], arguments].concat());
+        serde_json::from_slice(&output.stdout).expect("a line of JSON")
+    };
+    let still = first(&[]);
+    assert_eq!((&still["carrier_cycles"], &still["symbol_s"]), (&0.into(), &(1.0 / 90.0).into()));
+    let carried = first(&["--carrier-cycles", "54", "--symbol-rate", "27"]);
+    assert_eq!(
+        (&carried["carrier_cycles"], &carried["symbol_s"]),
+        (&54.into(), &(1.0 / 27.0).into())
+    );
+    assert_eq!(carried["panel"], still["panel"]);
+}
+
+#[test]
 fn flicker_that_cannot_be_told_is_refused() {
     let refused_rate = |rate| refused(&["transmit", "--flicker", "--symbol-rate", rate], &[rate, "0.1 to 1000000"]);
     for rate in ["0", "-5", "NaN", "inf", "1e9", "fast"] {
@@ -152,7 +203,12 @@ fn flicker_that_cannot_be_told_is_refused() {
     refused(&["transmit", "--flicker", "--message", &long], &["1025", "1024"]);
     refused(&["transmit", "--flicker", "--message", ""], &["1 to 1024"]);
     refused(&["transmit", "--flicker", "--raw"], &["--raw"]);
-    refused(&["transmit", "--symbol-rate", "27"], &["--flicker"]);
+    refused(&["transmit", "--message", "Ice", "--symbol-rate", "27,90"], &["--flicker"]);
+    for (cycles, words) in [("1", "2 to 333"), ("334", "2 to 333"), ("40", "3600 Hz, outside 200 to 3000")] {
+        for command in [&["transmit", "--flicker"][..], &["transmit", "--message", "Ice"]] {
+            refused(&[command, &["--symbol-rate", "90", "--carrier-cycles", cycles]].concat(), &[words]);
+        }
+    }
 }
 
 #[test]

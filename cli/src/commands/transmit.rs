@@ -12,6 +12,7 @@ use link::geometry::Geometry;
 use link::l2a_table::Interval;
 use link::panel::PanelFrame;
 use link::raw;
+use link::waveform::Waveform;
 
 use crate::files;
 use crate::options::{Message, Shared};
@@ -38,6 +39,9 @@ pub struct Arguments {
     /// The gap between the edges of two LEDs over their diameter.
     #[arg(long, value_name = "I", requires = "led_diameter")]
     interval: Option<f64>,
+    /// Cycles of a carrier that bears each symbol, as link.carrier_cycles in a scene; 0: panels stand still.
+    #[arg(long, value_name = "N")]
+    carrier_cycles: Option<u32>,
     #[command(flatten)]
     flickering: flicker::Options,
 }
@@ -56,20 +60,28 @@ impl Arguments {
     }
 }
 
-/// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker.
+/// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker. With a carrier a panel is that of its first quarter of a
+/// cycle.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
     if arguments.flickering.flicker {
         let file = arguments.message.file();
-        return flicker::run(&arguments.flickering, message.as_deref(), file, shared);
+        return flicker::run(&arguments.flickering, arguments.carrier_cycles, message.as_deref(), file, shared);
     }
     let message = message.context("give a message with --message or --message-file")?;
     outputs::check(arguments.symbols.clone(), arguments.message.file())?;
+    let rate = arguments.flickering.one_rate()?;
+    let waveform = Waveform::new(arguments.carrier_cycles.unwrap_or(0))?;
+    waveform.carrier_hz(rate.hz())?;
     let panels = panels(&message, arguments)?;
     let Some(path) = &arguments.symbols else {
         for panel in panels {
             if shared.json {
-                output::json(&serde_json::json!({ "panel": panel.to_string() }))?;
+                output::json(&serde_json::json!({
+                    "panel": panel.to_string(),
+                    "carrier_cycles": waveform.cycles(),
+                    "symbol_s": rate.hz().recip(),
+                }))?;
             } else {
                 line(&panel.to_string())?;
             }

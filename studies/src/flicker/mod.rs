@@ -1,4 +1,5 @@
-//! How much the light of a panel goes up and down, and what people see of it, against IEEE Std 1789-2015.
+//! How much the light of a panel goes up and down, and what people see of it, against IEEE Std 1789-2015, IEEE Std 802.15.7, IEC TR 61547-1
+//! and CIE TN 006:2016.
 //!
 //! The symbols are the firmware's own ([`panels`]). A message that is shown again and again repeats after two repeats, the second of which
 //! is the complement of the first, and an idle transmitter's beacon does so too. So the light is periodic, and its spectrum is exactly
@@ -19,7 +20,8 @@
 //! Bands of a whole octave would show up to √3 times as much of a spectrum without single strong lines.
 //!
 //! The modulation scales with the symbol rate: it is the same at the same number of cycles a symbol ([`Line`]). What is faster than
-//! [`HIGHEST_CYCLES`] is left out, and so is the dimming of 20 kHz and more, which no practice limits.
+//! [`HIGHEST_CYCLES`] is left out, and so is the dimming of 20 kHz and more, which no practice limits. Where a carrier bears the symbols,
+//! the transform of its cycles stands in place of the sinc ([`Light`]), and lines are looked at up to [`HIGHEST_CARRIERS`].
 //!
 //! ```
 //! use studies::flicker::{Flicker, Practice, Visibility, panels};
@@ -32,17 +34,24 @@
 //! # Ok::<(), link::framing::FramingError>(())
 //! ```
 
+mod flickermeter;
+mod light;
 mod practice;
 mod spectrum;
+mod stroboscopic;
 mod symbols;
 mod visibility;
 
+pub use flickermeter::short_term;
+pub use light::Light;
 pub use practice::{Practice, WorstModulation};
-pub use spectrum::{HIGHEST_CYCLES, Line, Spectrum};
+pub use spectrum::{HIGHEST_CARRIERS, HIGHEST_CYCLES, Line, Spectrum};
+pub use stroboscopic::stroboscopic;
 pub use symbols::{manchester, panels};
 pub use visibility::Visibility;
 
 use link::panel::{LEDS, PanelFrame};
+use link::waveform::Waveform;
 
 /// The modulation of a panel's light.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,18 +62,73 @@ pub struct Flicker {
     pub usual_led: Spectrum,
     /// Of the light of all LEDs together.
     pub panel: Spectrum,
+    /// The light of each LED.
+    leds: Vec<Light>,
+    /// The light of all.
+    all: Light,
+}
+
+/// What other standards than IEEE Std 1789 measure of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measures {
+    /// The longest flicker period, s: see [`Light::longest_period`].
+    pub longest_period_s: f64,
+    /// P_st^LM: see [`short_term`].
+    pub short_term: f64,
+    /// SVM: see [`stroboscopic`].
+    pub stroboscopic: f64,
 }
 
 impl Flicker {
-    /// That of panels that are shown again and again.
+    /// That of panels that are shown again and again, each standing still for a symbol.
     pub fn of(panels: &[PanelFrame]) -> Self {
-        let light = |led: usize| panels.iter().map(move |panel| f64::from(panel.led(led)));
-        let leds: Vec<Spectrum> = (0..LEDS).map(|led| Spectrum::of(&light(led).collect::<Vec<_>>())).collect();
-        let all: Vec<f64> = panels.iter().map(|panel| f64::from(panel.count_on())).collect();
+        Self::shown(panels, Waveform::STILL)
+    }
+
+    /// That of panels that are shown again and again by a waveform.
+    pub fn shown(panels: &[PanelFrame], waveform: Waveform) -> Self {
+        let light = |led: usize| panels.iter().map(|panel| f64::from(panel.led(led))).collect::<Vec<_>>();
+        let leds: Vec<Light> = (0..LEDS).map(|led| Light::of(&light(led), 1.0, waveform)).collect();
+        let counts: Vec<f64> = panels.iter().map(|panel| f64::from(panel.count_on())).collect();
+        let all = Light::of(&counts, LEDS as f64, waveform);
+        let (mut worst_led, mut squares) = (Spectrum::default(), Spectrum::default());
+        for led in &leds {
+            let spectrum = Spectrum::of_light(led);
+            worst_led.gather(&spectrum, f64::max);
+            squares.gather(&spectrum, |sum, percent| sum + percent * percent);
+        }
         Self {
-            worst_led: Spectrum::greatest(&leds),
-            usual_led: Spectrum::root_mean_square(&leds),
-            panel: Spectrum::of(&all),
+            worst_led,
+            usual_led: squares.root_of_mean(LEDS),
+            panel: Spectrum::of_light(&all),
+            leds,
+            all,
+        }
+    }
+
+    /// Of each measure that of the LED which has most of it, at a symbol rate in Hz.
+    pub fn worst_led_measures(&self, rate_hz: f64) -> Measures {
+        let measures = self.leds.iter().map(|led| Measures::of(led, rate_hz));
+        measures.fold(Measures::of(&Light::still(&[]), rate_hz), |worst, led| Measures {
+            longest_period_s: worst.longest_period_s.max(led.longest_period_s),
+            short_term: worst.short_term.max(led.short_term),
+            stroboscopic: worst.stroboscopic.max(led.stroboscopic),
+        })
+    }
+
+    /// Those of all LEDs together, at a symbol rate in Hz.
+    pub fn panel_measures(&self, rate_hz: f64) -> Measures {
+        Measures::of(&self.all, rate_hz)
+    }
+}
+
+impl Measures {
+    /// Those of a light at a symbol rate in Hz.
+    pub fn of(light: &Light, rate_hz: f64) -> Self {
+        Self {
+            longest_period_s: light.longest_period() / rate_hz,
+            short_term: short_term(light, rate_hz),
+            stroboscopic: stroboscopic(light, rate_hz),
         }
     }
 }
@@ -106,5 +170,109 @@ mod tests {
             let lowest = |flicker: &Flicker| practice.lowest_rate_hz(&flicker.worst_led);
             assert!(lowest(&coded) < lowest(&plain), "{practice}");
         }
+    }
+    /// Symbols a second.
+    const RATE_HZ: f64 = 90.0;
+
+    /// Panels of a message of 128 bytes.
+    fn long() -> Vec<PanelFrame> {
+        let text = b"Slow down: road works ahead, the left lane is closed for 800 metres. ";
+        let message: Vec<u8> = text.iter().copied().cycle().take(128).collect();
+        panels(Some(&message)).expect("a message")
+    }
+
+    /// The light of an LED whose symbols are `cycles` cycles of four quarters: a 1's are lit as told, a 0's the other way round.
+    fn quarters(panels: &[PanelFrame], led: usize, cycles: usize, lit: [bool; 4]) -> Vec<f64> {
+        let of_bit = |bit: bool| lit.repeat(cycles).into_iter().map(move |lit| f64::from(u8::from(lit == bit)));
+        panels.iter().flat_map(|panel| of_bit(panel.led(led))).collect()
+    }
+
+    const COSINE: [bool; 4] = [true, false, false, true];
+    const SINE: [bool; 4] = [true, true, false, false];
+
+    #[test]
+    fn a_carrier_s_series_is_that_of_its_quarters() {
+        let panels = &panels(Some(b"Ice")).expect("a message");
+        for cycles in [2, 3, 5, 16] {
+            let waveform = Waveform::new(cycles as u32).expect("a carrier");
+            let flicker = Flicker::shown(panels, waveform);
+            for led in [0, 17, 63] {
+                let drawn = Light::still(&quarters(panels, led, cycles, COSINE));
+                for line in 1..HIGHEST_CARRIERS as usize * cycles * panels.len() {
+                    let [one, other] = [&flicker.leds[led], &drawn].map(|light| light.amplitude_percent(line));
+                    assert!((one - other).abs() < 1e-9, "{cycles} cycles, line {line}: {one} against {other}");
+                }
+                // The parts of one are about the middle of a symbol, of the other about that of a quarter.
+                let [one, other] = [
+                    short_term(&flicker.leds[led], RATE_HZ),
+                    short_term(&drawn, RATE_HZ * 4.0 * cycles as f64),
+                ];
+                assert!((one - other).abs() < 1e-3 * one, "{one} against {other}");
+                let [one, other] = [
+                    stroboscopic(&flicker.leds[led], RATE_HZ),
+                    stroboscopic(&drawn, RATE_HZ * 4.0 * cycles as f64),
+                ];
+                assert!((one - other).abs() < 1e-9, "{one} against {other}");
+            }
+        }
+    }
+
+    /// The most that any LED has below 90 Hz: times the low-risk limit, and in %.
+    fn below_90_hz(panels: &[PanelFrame], cycles: usize, lit: [bool; 4]) -> [f64; 2] {
+        let mut worst = [0.0f64; 2];
+        for led in 0..LEDS {
+            let spectrum = Spectrum::of(&quarters(panels, led, cycles, lit));
+            let rate_hz = RATE_HZ * 4.0 * cycles as f64;
+            for line in spectrum.lines().take_while(|line| line.cycles * rate_hz < 90.0) {
+                let limit = Practice::LowRisk.limit_percent(line.cycles * rate_hz);
+                worst = [worst[0].max(line.percent / limit), worst[1].max(line.percent)];
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn a_cycle_begun_in_the_middle_of_a_half_leaves_far_less_below_the_carrier() {
+        let panels = long();
+        for (cycles, lit, times, percent) in [
+            (3, SINE, 30.0, 16.0),
+            (3, COSINE, 2.0, 3.2),
+            (5, COSINE, 0.64, 0.8),
+            (14, SINE, 5.0, 3.3),
+            (14, COSINE, 0.08, 0.12),
+        ] {
+            let found = below_90_hz(&panels, cycles, lit);
+            for (found, expected) in found.into_iter().zip([times, percent]) {
+                assert!(
+                    (0.5..2.0).contains(&(found / expected)),
+                    "{cycles} cycles, {lit:?}: {found} against {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_carrier_of_1440_hz_is_of_low_risk_and_the_same_in_sine_phase_is_not() {
+        let carrier = Waveform::new(16).expect("a carrier");
+        for message in [None, Some(vec![0; 8]), Some(vec![0xa5; 32]), Some(vec![b'x'; 128])] {
+            let panels = panels(message.as_deref()).expect("a message");
+            let flicker = Flicker::shown(&panels, carrier);
+            for light in [&flicker.worst_led, &flicker.panel] {
+                let times = Practice::LowRisk.worst(light, RATE_HZ).map_or(0.0, |worst| worst.times_limit());
+                assert!(times < 1.0, "{times}");
+            }
+            for measures in [flicker.worst_led_measures(RATE_HZ), flicker.panel_measures(RATE_HZ)] {
+                assert!(measures.longest_period_s < 0.005 && measures.short_term < 1.0, "{measures:?}");
+            }
+        }
+        let [times, _] = below_90_hz(&long(), 16, SINE);
+        assert!(times > 1.0, "{times}");
+    }
+
+    #[test]
+    fn panels_that_stand_still_are_far_beyond_all_measures() {
+        let flicker = Flicker::of(&long());
+        let worst = flicker.worst_led_measures(RATE_HZ);
+        assert!(worst.longest_period_s > 0.02 && worst.short_term > 10.0, "{worst:?}");
     }
 }

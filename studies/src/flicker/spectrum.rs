@@ -1,10 +1,12 @@
 //! The spectrum of a light that is switched symbol by symbol.
 
-use std::f64::consts::{PI, TAU};
+use super::Light;
 
 /// The most cycles a symbol that are looked at. A line beyond them has at most 2/(8·π), 8 %, of the mean light: symbols are held, and light is
 /// never below 0.
 pub const HIGHEST_CYCLES: f64 = 8.0;
+/// The same with a carrier, in cycles of it: beyond all frequencies that are limited.
+pub const HIGHEST_CARRIERS: f64 = 16.0;
 /// From the middle of a third of an octave to its end.
 const TO_BAND_END: f64 = 1.122_462_048_309_373;
 /// What rounding leaves of a line that is none, %.
@@ -13,7 +15,7 @@ const ROUNDING_PERCENT: f64 = 1e-6;
 /// The modulation at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Cycles a symbol: the frequency over the symbol rate, above 0 to [`HIGHEST_CYCLES`].
+    /// Cycles a symbol: the frequency over the symbol rate, above 0 to [`HIGHEST_CYCLES`], or to [`HIGHEST_CARRIERS`] times those of a carrier.
     pub cycles: f64,
     /// The modulation in the third of an octave around it, above 0 to 100 % of the mean light.
     pub percent: f64,
@@ -41,8 +43,14 @@ impl Spectrum {
     /// assert_eq!(Spectrum::of(&[3.0; 10]).lines().count(), 0);
     /// ```
     pub fn of(light: &[f64]) -> Self {
-        let period = light.len();
-        let amplitudes = amplitudes_percent(light);
+        Self::of_light(&Light::still(light))
+    }
+
+    /// That of a light.
+    pub fn of_light(light: &Light) -> Self {
+        let (period, cycles) = (light.period(), light.highest_cycles());
+        let amplitudes = (1..=(cycles * TO_BAND_END * period as f64).ceil() as usize).map(|line| light.amplitude_percent(line));
+        let amplitudes: Vec<f64> = amplitudes.collect();
         // Sums of all powers up to each line, so that a band is a difference of two.
         let mut powers = vec![0.0; 1];
         powers.extend(amplitudes.iter().scan(0.0, |sum, amplitude| {
@@ -55,7 +63,7 @@ impl Spectrum {
             let last = ((middle * TO_BAND_END) as usize).min(amplitudes.len());
             (powers[last] - powers[below]).max(0.0).sqrt().min(100.0)
         };
-        let lines = 1..=(HIGHEST_CYCLES * period as f64) as usize;
+        let lines = 1..=(cycles * period as f64) as usize;
         let percents = lines.map(|line| match amplitudes.get(line - 1) {
             Some(&amplitude) if amplitude > ROUNDING_PERCENT => band(line),
             _ => 0.0,
@@ -66,29 +74,21 @@ impl Spectrum {
         }
     }
 
-    /// At each frequency the greatest of several lights' of one period.
-    pub fn greatest(spectra: &[Self]) -> Self {
-        Self::over(spectra, |percents| percents.fold(0.0, f64::max))
-    }
-
-    /// At each frequency the root mean square of several lights' of one period.
-    pub fn root_mean_square(spectra: &[Self]) -> Self {
-        let count = spectra.len() as f64;
-        Self::over(spectra, |percents| {
-            let squares: f64 = percents.map(|percent| percent * percent).sum();
-            (squares / count).sqrt()
-        })
-    }
-
-    fn over(spectra: &[Self], of: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Self {
-        let Some(first) = spectra.first() else {
-            return Self::default();
-        };
-        let at = |line| of(&mut spectra.iter().filter_map(|one| one.percents.get(line).copied()));
-        Self {
-            period: first.period,
-            percents: (0..first.percents.len()).map(at).collect(),
+    /// Gathers at each frequency what is gathered so far and the modulation of another light of the same period; begun with the default.
+    pub(super) fn gather(&mut self, other: &Self, gathered: impl Fn(f64, f64) -> f64) {
+        self.period = other.period;
+        self.percents.resize(other.percents.len(), 0.0);
+        for (so_far, &percent) in self.percents.iter_mut().zip(&other.percents) {
+            *so_far = gathered(*so_far, percent);
         }
+    }
+
+    /// The root of a mean of squares, of which the sum over so many lights is here.
+    pub(super) fn root_of_mean(mut self, lights: usize) -> Self {
+        self.percents
+            .iter_mut()
+            .for_each(|percent| *percent = (*percent / lights as f64).sqrt());
+        self
     }
 
     /// The modulation at each line there is, from the slowest on.
@@ -110,77 +110,11 @@ impl Spectrum {
     }
 }
 
-/// What [`transform`] errs by at most, as a part of the sum of all absolute values.
-#[cfg(test)]
-const TRANSFORM_ERROR: f64 = 1e-14;
-
-/// The discrete Fourier transform of `values`: real and imaginary parts.
-fn transform(values: &[f64]) -> Vec<[f64; 2]> {
-    let length = values.len();
-    let root = |k: usize| {
-        let (sin, cos) = (-TAU * k as f64 / length as f64).sin_cos();
-        [cos, sin]
-    };
-    let roots: Vec<[f64; 2]> = (0..length).map(root).collect();
-    decimated(values, 1, &roots)
-}
-
-/// The transform of every `stride`-th of `values`, which divides their number: of as many parts as its least factor, joined (Cooley & Tukey
-/// 1965).
-fn decimated(values: &[f64], stride: usize, roots: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let length = roots.len() / stride;
-    let Some(factor) = (2..=length).find(|factor| length.is_multiple_of(*factor)) else {
-        return values.first().map(|&value| [value, 0.0]).into_iter().collect();
-    };
-    let parts: Vec<_> = (0..factor)
-        .map(|part| decimated(&values[part * stride..], factor * stride, roots))
-        .collect();
-    let bin = |k: usize| {
-        // The root of part · k comes round again.
-        let (at, mut root) = (k % (length / factor), 0);
-        parts.iter().fold([0.0; 2], |[re, im], bins| {
-            let [[x, y], [cos, sin]] = [bins[at], roots[root * stride]];
-            root += k;
-            if root >= length {
-                root -= length;
-            }
-            [re + x * cos - y * sin, im + x * sin + y * cos]
-        })
-    };
-    (0..length).map(bin).collect()
-}
-
-/// The amplitudes of 1, 2, 3 … cycles a period, in % of the mean light, somewhat beyond [`HIGHEST_CYCLES`].
-fn amplitudes_percent(light: &[f64]) -> Vec<f64> {
-    let period = light.len();
-    if period == 0 {
-        return Vec::new();
-    }
-    let bins = transform(light);
-    let mean = bins[0][0];
-    if mean <= 0.0 {
-        return Vec::new();
-    }
-    let lines = (HIGHEST_CYCLES * TO_BAND_END * period as f64).ceil() as usize;
-    let amplitude = |line: usize| {
-        // The transform repeats after a period, and is the mirror image of itself.
-        let bin = line % period;
-        let bin = bin.min(period - bin);
-        let angle = PI * line as f64 / period as f64;
-        200.0 * bins[bin][0].hypot(bins[bin][1]) / mean * (angle.sin() / angle).abs()
-    };
-    // Whole multiples of the symbol rate change nothing in a symbol that is held.
-    (1..=lines)
-        .map(|line| match line % period {
-            0 => 0.0,
-            _ => amplitude(line),
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
+
     use properties::prelude::*;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -190,7 +124,6 @@ mod tests {
         for light in [vec![], vec![0.0; 6], vec![1.0; 7]] {
             assert_eq!(Spectrum::of(&light).lines().count(), 0, "{light:?}");
         }
-        assert_eq!(Spectrum::greatest(&[]), Spectrum::default());
     }
 
     #[test]
@@ -222,23 +155,6 @@ mod tests {
             let theory = 100.0 * (2.0 * 2.0 * sinc * sinc * octave * cycles).sqrt();
             let found = line.expect("a line").percent;
             assert!((found / theory - 1.0).abs() < 0.1, "{cycles}: {found} against {theory}");
-        }
-    }
-
-    #[test]
-    fn the_transform_is_that_of_its_definition() {
-        let mut random = ChaCha8Rng::seed_from_u64(2);
-        for length in [1, 2, 3, 4, 6, 7, 30, 64, 97, 180, 1001, 1024] {
-            let values: Vec<f64> = (0..length).map(|_| f64::from(random.next_u32() % 65)).collect();
-            let total: f64 = values.iter().sum();
-            let bins = transform(&values);
-            assert_eq!(bins.len(), length);
-            for (k, &[re, im]) in bins.iter().enumerate() {
-                let angle = |n: usize| TAU * (n * k % length) as f64 / length as f64;
-                let by = |of: fn(f64) -> f64| -> f64 { values.iter().enumerate().map(|(n, value)| value * of(angle(n))).sum() };
-                let error = (re - by(f64::cos)).hypot(im + by(f64::sin));
-                assert!(error <= TRANSFORM_ERROR * total, "{length}: bin {k} by {}", error / total);
-            }
         }
     }
 

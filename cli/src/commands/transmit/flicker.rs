@@ -4,8 +4,9 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use link::symbol_rate::SymbolRate;
+use link::waveform::{Waveform, WaveformError};
 use serde::Serialize;
-use studies::flicker::{Flicker, Practice, Spectrum, Visibility, manchester, panels};
+use studies::flicker::{Flicker, Measures, Practice, Spectrum, Visibility, manchester, panels};
 
 use super::chart;
 use crate::numbers::digits;
@@ -21,22 +22,47 @@ const RANGE_HZ: RangeInclusive<f64> = 0.1..=1e6;
 /// Whether and how the flicker is looked at.
 #[derive(clap::Args)]
 pub struct Options {
-    /// How much the panel flickers, against IEEE Std 1789-2015; with beacons where no message is given.
+    /// How much the panel flickers, against IEEE Std 1789-2015; with beacons where no message is given. With --carrier-cycles, 0 to compare,
+    /// also by IEEE Std 802.15.7, IEC TR 61547-1 and CIE TN 006.
     #[arg(long, conflicts_with_all = ["symbols", "count", "raw"])]
     pub flicker: bool,
-    /// Symbols a second that --flicker looks at, 0.1 to 1000000, with commas between them.
+    /// Symbols a second; those that --flicker looks at, 0.1 to 1000000, with commas between them.
     #[arg(
         long,
         value_name = "HZ",
         value_delimiter = ',',
         value_parser = rate_hz,
-        requires = "flicker",
         allow_negative_numbers = true
     )]
     symbol_rate: Vec<f64>,
     /// Draw the modulation over the frequency, a chart for each rate, as NAME.svg and NAME.png.
     #[arg(long, value_name = "NAME", value_parser = plot::stem, requires = "flicker")]
     plot: Option<PathBuf>,
+}
+
+impl Options {
+    /// The one rate of a transmitter.
+    pub fn one_rate(&self) -> anyhow::Result<SymbolRate> {
+        match self.symbol_rate[..] {
+            [] => Ok(SymbolRate::DEFAULT),
+            [hz] => Ok(SymbolRate::from_hz(hz)?),
+            _ => anyhow::bail!("several symbol rates are for --flicker: give one"),
+        }
+    }
+
+    /// The rates looked at: those asked for, or usual ones at which a transmitter shows the waveform.
+    fn rates_hz(&self, waveform: Waveform) -> Result<Vec<f64>, WaveformError> {
+        if !self.symbol_rate.is_empty() {
+            self.symbol_rate.iter().try_for_each(|&hz| waveform.carrier_hz(hz).map(drop))?;
+            return Ok(self.symbol_rate.clone());
+        }
+        let is_shown = |hz: &f64| waveform.is_still() || SymbolRate::from_hz(*hz).is_ok() && waveform.carrier_hz(*hz).is_ok();
+        let rates_hz: Vec<f64> = RATES_HZ.into_iter().filter(is_shown).collect();
+        if rates_hz.is_empty() {
+            waveform.carrier_hz(SymbolRate::DEFAULT.hz())?;
+        }
+        Ok(rates_hz)
+    }
 }
 
 fn rate_hz(text: &str) -> Result<f64, String> {
@@ -54,6 +80,9 @@ struct Report {
     message_bytes: Option<usize>,
     /// Symbols after which the light comes again.
     period_symbols: usize,
+    /// Cycles of the carrier a symbol; none where nothing was said of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    carrier_cycles: Option<u16>,
     rates: Vec<Rate>,
     lowest: Vec<LowestRates>,
 }
@@ -65,6 +94,25 @@ struct Rate {
     worst_led: Sight,
     usual_led: Sight,
     panel: Sight,
+    /// Where something was said of a carrier: by all standards, the worst LED and all LEDs together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by_standards: Option<[Standards; 2]>,
+}
+
+/// A light by all standards.
+#[derive(Serialize)]
+struct Standards {
+    light: &'static str,
+    /// Modulation over what IEEE Std 1789-2015 allows, where it is greatest, by its practices 1 to 3.
+    low_risk_times: f64,
+    no_effect_times: f64,
+    no_seizures_times: f64,
+    /// IEEE Std 802.15.7, whose limit is 5 ms.
+    longest_period_s: f64,
+    /// IEC TR 61547-1; half of all people see a flicker of 1.
+    pst_lm: f64,
+    /// CIE TN 006:2016; 1 is the threshold of sight.
+    svm: f64,
 }
 
 /// What people see of a light, and where it is farthest above or nearest to the low-risk practice.
@@ -92,29 +140,42 @@ struct LowestRates {
     no_seizures_hz: f64,
 }
 
-/// Prints what is seen of a message, or of beacons where there is none; `file` is that which the message comes from.
-pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, shared: &Shared) -> anyhow::Result<Verdict> {
+/// Prints what is seen of a message, or of beacons where there is none, with so many cycles of a carrier a symbol; `file` is that which the
+/// message comes from.
+pub fn run(
+    options: &Options,
+    carrier_cycles: Option<u32>,
+    message: Option<&[u8]>,
+    file: Option<PathBuf>,
+    shared: &Shared,
+) -> anyhow::Result<Verdict> {
     let stem = options.plot.as_deref();
     outputs::check(stem.map(plot::files_of).into_iter().flatten(), file)?;
     let panels = panels(message)?;
-    let (plain, coded) = (Flicker::of(&panels), Flicker::of(&manchester(&panels)));
-    let rates_hz = match options.symbol_rate.as_slice() {
-        [] => &RATES_HZ,
-        asked => asked,
-    };
+    let waveform = Waveform::new(carrier_cycles.unwrap_or(0))?;
+    let rates_hz = options.rates_hz(waveform)?;
+    let flicker = Flicker::shown(&panels, waveform);
     if let Some(stem) = stem {
-        plot::save(stem, &chart::draw(&plain, rates_hz)?)?;
+        plot::save(stem, &chart::draw(&flicker, &rates_hz)?)?;
+    }
+    let mut lowest = vec![
+        LowestRates::of("the worst LED", &flicker.worst_led),
+        LowestRates::of("all LEDs together", &flicker.panel),
+    ];
+    if waveform.is_still() {
+        let coded = Flicker::of(&manchester(&panels));
+        lowest.push(LowestRates::of("the worst LED, in Manchester code", &coded.worst_led));
+        lowest.push(LowestRates::of("all LEDs together, in Manchester code", &coded.panel));
     }
     let report = Report {
         message_bytes: message.map(<[u8]>::len),
         period_symbols: panels.len(),
-        rates: rates_hz.iter().map(|&hz| Rate::of(&plain, hz)).collect(),
-        lowest: vec![
-            LowestRates::of("the worst LED", &plain.worst_led),
-            LowestRates::of("all LEDs together", &plain.panel),
-            LowestRates::of("the worst LED, in Manchester code", &coded.worst_led),
-            LowestRates::of("all LEDs together, in Manchester code", &coded.panel),
-        ],
+        carrier_cycles: carrier_cycles.map(|_| waveform.cycles()),
+        rates: rates_hz
+            .iter()
+            .map(|&hz| Rate::of(&flicker, hz, carrier_cycles.is_some()))
+            .collect(),
+        lowest,
     };
     if shared.json {
         output::json(&report)?;
@@ -125,13 +186,24 @@ pub fn run(options: &Options, message: Option<&[u8]>, file: Option<PathBuf>, sha
 }
 
 impl Rate {
-    fn of(flicker: &Flicker, symbols_hz: f64) -> Self {
+    fn of(flicker: &Flicker, symbols_hz: f64, by_standards: bool) -> Self {
         let of = |light| Sight::of(light, symbols_hz);
         Self {
             symbols_hz,
             worst_led: of(&flicker.worst_led),
             usual_led: of(&flicker.usual_led),
             panel: of(&flicker.panel),
+            by_standards: by_standards.then(|| {
+                [
+                    Standards::of(
+                        "the worst LED",
+                        &flicker.worst_led,
+                        flicker.worst_led_measures(symbols_hz),
+                        symbols_hz,
+                    ),
+                    Standards::of("all LEDs together", &flicker.panel, flicker.panel_measures(symbols_hz), symbols_hz),
+                ]
+            }),
         }
     }
 }
@@ -158,6 +230,35 @@ impl Sight {
         };
         let [percent, hz, times] = [worst.percent, worst.hz, worst.times_limit].map(digits);
         columns([seen, &percent, &hz, &times])
+    }
+}
+
+impl Standards {
+    fn of(light: &'static str, spectrum: &Spectrum, measures: Measures, symbols_hz: f64) -> Self {
+        let times = |practice: Practice| practice.worst(spectrum, symbols_hz).map_or(0.0, |worst| worst.times_limit());
+        let [low_risk_times, no_effect_times, no_seizures_times] = Practice::ALL.map(times);
+        Self {
+            light,
+            low_risk_times,
+            no_effect_times,
+            no_seizures_times,
+            longest_period_s: measures.longest_period_s,
+            pst_lm: measures.short_term,
+            svm: measures.stroboscopic,
+        }
+    }
+
+    /// The last columns of a table.
+    fn columns(&self) -> [String; 6] {
+        [
+            self.low_risk_times,
+            self.no_effect_times,
+            self.no_seizures_times,
+            self.longest_period_s * 1e3,
+            self.pst_lm,
+            self.svm,
+        ]
+        .map(digits)
     }
 }
 
@@ -194,6 +295,9 @@ fn print(report: &Report) -> anyhow::Result<()> {
     }
     line("%: the modulation that is most times what is of low risk (IEEE Std 1789-2015), which is met up to 1 times")?;
     line("")?;
+    if let Some(cycles) = report.carrier_cycles {
+        print_standards(report, cycles)?;
+    }
     let row = |cells: [&str; 4]| {
         let [light, low_risk, no_effect, no_seizures] = cells;
         format!("{light:38} {low_risk:>9} {no_effect:>10} {no_seizures:>12}")
@@ -205,9 +309,36 @@ fn print(report: &Report) -> anyhow::Result<()> {
         let [low_risk, no_effect, no_seizures] = rates_hz.map(|hz| format!("{:.0}", hz.ceil()));
         line(&row([lowest.light, &low_risk, &no_effect, &no_seizures]))?;
     }
+    if report.carrier_cycles.is_some_and(|cycles| cycles > 0) {
+        return line(&format!("a transmitter shows {} to {}", SymbolRate::MIN, SymbolRate::MAX));
+    }
     line(&format!(
         "a transmitter shows {} to {}; Manchester code, each panel and its complement, carries half of the data",
         SymbolRate::MIN,
         SymbolRate::MAX
     ))
+}
+
+/// The table of all standards.
+fn print_standards(report: &Report, cycles: u16) -> anyhow::Result<()> {
+    let row = |first: [&str; 3], [low_risk, no_effect, no_seizures, period, pst_lm, svm]: [&str; 6]| {
+        let [rate, carrier, light] = first;
+        format!("{rate:>9}  {carrier:>10}  {light:18}{low_risk:>9} {no_effect:>10} {no_seizures:>12} {period:>10} {pst_lm:>8} {svm:>7}")
+    };
+    let [low_risk, no_effect, no_seizures] = Practice::ALL.map(|practice| practice.to_string());
+    let names = [&low_risk, &no_effect, &no_seizures, "period, ms", "PstLM", "SVM"];
+    line(&row(["symbols/s", "carrier/Hz", "by all standards"], names))?;
+    for rate in &report.rates {
+        let carrier = (f64::from(cycles) * rate.symbols_hz).to_string();
+        for standards in rate.by_standards.iter().flatten() {
+            let columns = standards.columns();
+            line(&row(
+                [&rate.symbols_hz.to_string(), &carrier, standards.light],
+                columns.each_ref().map(String::as_str),
+            ))?;
+        }
+    }
+    line("low risk, no effect, no seizures: times what IEEE Std 1789-2015 allows. Longest period: IEEE Std 802.15.7 allows 5 ms.")?;
+    line("PstLM: IEC TR 61547-1; half of all people see a flicker of 1. SVM: CIE TN 006:2016; 1 is the threshold of sight.")?;
+    line("")
 }
