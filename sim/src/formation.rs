@@ -4,6 +4,7 @@
 //! nothing, and nothing is done for it.
 
 use link::panel::LEDS;
+use link::waveform::Waveform;
 
 use crate::air::Air;
 use crate::camera::clock::Moment;
@@ -70,6 +71,8 @@ pub struct Formation {
     pub row_delay_s: f64,
     /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
     pub mix_symbols: bool,
+    /// How symbols are shown.
+    pub waveform: Waveform,
     /// Changes of the LEDs' light.
     pub led_stages: Vec<Box<dyn LedStage>>,
     /// Whether pixels are red, green, green and blue by turns.
@@ -102,6 +105,7 @@ impl Formation {
             shake: None,
             row_delay_s: 0.0,
             mix_symbols: false,
+            waveform: Waveform::STILL,
             led_stages: Vec::new(),
             mosaic: false,
             row_stages: Vec::new(),

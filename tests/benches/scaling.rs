@@ -20,7 +20,7 @@ const ROUNDS: usize = 200;
 const FRAMES: u64 = 20;
 
 /// One effect at a time, as a scene at 50 m asks for it.
-const EFFECTS: [(&str, &[&str]); 14] = [
+const EFFECTS: [(&str, &[&str]); 15] = [
     ("none but the blur", &[]),
     ("no blur either", &["effects.blur=\"off\""]),
     ("atmosphere", &["effects.atmosphere=\"on\""]),
@@ -32,6 +32,7 @@ const EFFECTS: [(&str, &[&str]); 14] = [
         "symbol_change",
         &["link.phase=0.05", "link.symbol_rate_hz=90", "effects.symbol_change=\"on\""],
     ),
+    ("carrier", &["link.carrier_cycles=16", "effects.carrier=\"on\""]),
     ("rolling_shutter", &["camera.readout_s=0.008", "effects.rolling_shutter=\"on\""]),
     ("board", &["panel.board_reflectance=0.05", "effects.board=\"on\""]),
     ("perspective", &["pose.yaw_deg=20", "effects.perspective=\"on\""]),

@@ -44,6 +44,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
             format!("link.l2a={l2a}"),
             format!("link.phase={phase}"),
             format!("link.clock_ppm={ppm}"),
+            format!("link.carrier_cycles={}", 2 + seed % 29),
             format!("camera.blur_sigma_px={sigma}"),
             format!("camera.readout_s={readout}"),
             format!("camera.distortion_k1={k1}"),
@@ -292,6 +293,7 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
         ("sharpening", "camera.sharpening=0.001", "camera.sharpening=0.3"),
         ("codec", "camera.gamma=2.2", "camera.jpeg_quality=90"),
         ("broken_leds", "panel.dim_row_light=0.1", "panel.stuck_leds=1"),
+        ("carrier", "link.carrier_cycles=0", "link.carrier_cycles=16"),
         ("shake", "camera.shake_deg=0.000001", "camera.shake_roll_deg=0.1"),
     ] {
         for (setting, called_for) in [(little, false), (much, true)] {

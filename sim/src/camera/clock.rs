@@ -1,5 +1,7 @@
 //! When frames are exposed and symbols change: two clocks that nobody synchronises.
 
+use link::waveform::Waveform;
+
 use crate::camera::exposure::Exposure;
 use crate::scene::{Link, Scene};
 
@@ -78,6 +80,30 @@ impl Moment {
             ((to.min(end) - from.max(begin)) / self.exposure_s).max(0.0)
         })
     }
+
+    /// The contrast at which each symbol of the window shows in its part of an exposure begun `delay_s` late: 1 where panels stand still.
+    pub fn contrasts(&self, delay_s: f64, waveform: Waveform) -> [f64; WINDOW] {
+        if waveform.is_still() {
+            return [1.0; WINDOW];
+        }
+        let [from, to] = self.exposed(delay_s);
+        std::array::from_fn(|i| {
+            let last = if i + 1 == WINDOW { f64::INFINITY } else { i as f64 + 1.0 };
+            waveform.contrast(from.max(i as f64), to.min(last))
+        })
+    }
+
+    /// The contrast of a whole exposure begun `delay_s` late.
+    pub fn contrast(&self, delay_s: f64, waveform: Waveform) -> f64 {
+        let [from, to] = self.exposed(delay_s);
+        waveform.contrast(from, to)
+    }
+
+    /// Begin and end of an exposure begun `delay_s` late, in symbols since [`Moment::symbol`] began.
+    fn exposed(&self, delay_s: f64) -> [f64; 2] {
+        let from_s = self.since_change_s + delay_s;
+        [from_s, from_s + self.exposure_s].map(|at_s| at_s / self.symbol_s)
+    }
 }
 
 #[cfg(test)]
@@ -108,5 +134,17 @@ mod tests {
         assert!((shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9, "{shares:?}");
         assert_eq!(moment.middle_symbol(0.0), 1);
         assert!((moment.shares(0.03).iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_contrasts_of_a_straddling_exposure_add_up_to_that_of_the_whole() {
+        let carrier = Waveform::new(14).unwrap();
+        let moment = moment(&["link.phase=0.96", "ambient.illuminance_lx=1000"], 0);
+        for delay_s in [0.0, 0.000_1, 0.000_4, 0.003] {
+            let parts = moment.shares(delay_s).into_iter().zip(moment.contrasts(delay_s, carrier));
+            let sum: f64 = parts.map(|(share, contrast)| share * contrast).sum();
+            assert!((sum - moment.contrast(delay_s, carrier)).abs() < 1e-9, "{delay_s} s");
+        }
+        assert_eq!(moment.contrasts(0.0, Waveform::STILL), [1.0; WINDOW]);
     }
 }

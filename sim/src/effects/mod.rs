@@ -18,6 +18,7 @@ mod atmosphere;
 mod blur;
 mod board;
 mod broken_leds;
+mod carrier;
 mod codec;
 mod distortion;
 mod encoding;
@@ -82,12 +83,13 @@ pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 25] = [
+pub(crate) const ALL: [&dyn Effect; 26] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
     &scanning::Scanning,
     &symbol_change::SymbolChange,
+    &carrier::Carrier,
     &rolling_shutter::RollingShutter,
     &panels::OtherPanels,
     &board::Board,

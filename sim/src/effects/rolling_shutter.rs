@@ -12,7 +12,13 @@ impl Effect for RollingShutter {
         About {
             name: "rolling_shutter",
             model: "the exposure of a row begins readout x row / (rows - 1) after that of the first",
-            keys: &["camera.readout_s", "pose.velocity_m_s", "camera.shake_deg", "link.symbol_rate_hz"],
+            keys: &[
+                "camera.readout_s",
+                "pose.velocity_m_s",
+                "camera.shake_deg",
+                "link.symbol_rate_hz",
+                "link.carrier_cycles",
+            ],
             cost: "one addition an LED",
         }
     }
@@ -33,8 +39,8 @@ impl Effect for RollingShutter {
         });
         let (moved, rim) = moved.fold((0.0, 0.0), |(way, rim): (f64, f64), (w, r)| (way.max(w), rim.max(r)));
         let by_motion = range.change_by_geometry(moved, rim);
-        // Rows may see another symbol than the first does unless the change stays outside all exposures.
-        if super::symbol_change::straddles(view) {
+        // Rows may see another symbol than the first does unless the change stays outside all exposures, and another phase of a carrier.
+        if super::symbol_change::straddles(view) || !view.waveform.is_still() {
             range.range_grey()
         } else {
             by_motion

@@ -202,15 +202,18 @@ impl Renderer {
     /// The linear value of each LED of a panel through the air, as pixels of a colour see it.
     fn led_light(&self, index: usize, moment: &Moment, shown: &PanelExposure, colour: Option<usize>) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
+        let waveform = self.formation.waveform;
+        let lit = |is_one: bool, contrast: f64| 0.5 + 0.5 * if is_one { contrast } else { -contrast };
         let mut own: [f64; LEDS] = if self.formation.mix_symbols {
             std::array::from_fn(|led| {
                 let shares = moment.shares(delay_s[led]);
-                let seen = shown.symbols.iter().zip(shares);
-                seen.map(|(symbol, share)| f64::from(u8::from(symbol.led(led))) * share).sum()
+                let contrasts = moment.contrasts(delay_s[led], waveform);
+                let seen = shown.symbols.iter().zip(shares).zip(contrasts);
+                seen.map(|((symbol, share), contrast)| lit(symbol.led(led), contrast) * share).sum()
             })
         } else {
             let truth = self.truth(index, moment, shown);
-            std::array::from_fn(|led| f64::from(u8::from(truth.led(led))))
+            std::array::from_fn(|led| lit(truth.led(led), moment.contrast(delay_s[led], waveform)))
         };
         for stage in &self.formation.led_stages {
             stage.apply(index, moment, &delay_s, &mut own);

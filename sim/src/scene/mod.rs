@@ -13,6 +13,7 @@ mod tables;
 mod validate;
 mod values;
 
+use link::waveform::Waveform;
 use serde::{Deserialize, Serialize};
 
 pub use error::SceneError;
@@ -116,6 +117,26 @@ impl Pose {
 impl Link {
     /// The symbols that one exposure may see: the one at its start and those after it.
     pub const WINDOW: usize = 4;
+
+    /// How symbols are shown.
+    ///
+    /// # Errors
+    /// When no transmitter shows such a carrier at this symbol rate.
+    pub fn waveform(&self) -> Result<Waveform, RangeError> {
+        let cycles = self.carrier_cycles.unwrap_or(0);
+        let waveform = Waveform::new(cycles.into()).and_then(|waveform| waveform.carrier_hz(self.symbol_rate_hz).map(|_| waveform));
+        let [fewest, slowest_hz, fastest_hz] = [Waveform::MIN_CYCLES.into(), Waveform::MIN_HZ, Waveform::MAX_HZ];
+        waveform.map_err(|_| RangeError {
+            key: "link.carrier_cycles".into(),
+            value: cycles.to_string(),
+            allowed: format!("0, or at least {fewest} and a carrier of {slowest_hz} to {fastest_hz} Hz"),
+            way_out: format!(
+                "at {} symbols a second it is one of {} Hz",
+                self.symbol_rate_hz,
+                f64::from(cycles) * self.symbol_rate_hz
+            ),
+        })
+    }
 }
 
 impl EffectSettings {

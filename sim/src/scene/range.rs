@@ -52,7 +52,7 @@ macro_rules! ranged_as_f64 {
     )*};
 }
 
-ranged_as_f64!(u8 u32 usize);
+ranged_as_f64!(u8 u16 u32 usize);
 
 impl<T: Ranged> Ranged for Option<T> {
     fn check(&self, range: RangeInclusive<f64>, key: &dyn Fn() -> String) -> Result<(), RangeError> {

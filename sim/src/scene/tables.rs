@@ -8,6 +8,7 @@ use std::ops::RangeInclusive;
 
 use link::camera::{Camera as LinkCamera, Encoding as Standard};
 use link::panel::{LEDS, SIDE};
+use link::waveform::Waveform;
 use serde::{Deserialize, Serialize};
 
 use super::key::{Key, Table, table};
@@ -212,6 +213,8 @@ table! {
         phase: f64 = 0.5, in 0.0..=1.0;
         /// How much faster the transmitter's clock runs than the camera's.
         clock_ppm: f64 = 0.0, in -10_000.0..=10_000.0, unit "ppm";
+        /// Cycles of the carrier that bears a symbol: see [`link::waveform`]; none, or 0: panels stand still.
+        carrier_cycles: Option<u16> = None, in 0.0..=Waveform::MAX_CYCLES.into(), such as "16", # "left out: panels stand still";
         /// Whether the transmitter says how large its panel is: see [`link::geometry`].
         tells_size: bool = false, # "true: the panel says how large it is";
     }

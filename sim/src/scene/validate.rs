@@ -36,6 +36,7 @@ impl Scene {
         let fastest = (Link::WINDOW - 1) as f64 / longest_s;
         let times = || "link.symbol_rate_hz (times exposure_max_s + readout_s)".into();
         self.link.symbol_rate_hz.check(0.1..=fastest, &times)?;
+        self.link.waveform()?;
         self.effects.check(|key| format!("effects.{key}"))
     }
 }

@@ -16,6 +16,7 @@ pub use range::LinearRange;
 
 use glam::DVec2;
 use image::GrayImage;
+use link::waveform::Waveform;
 
 use crate::air::Air;
 use crate::camera::exposure::{self, Exposure};
@@ -28,6 +29,8 @@ pub struct View {
     pub scene: Scene,
     /// What the automatic exposure set.
     pub exposure: Exposure,
+    /// How symbols are shown.
+    pub waveform: Waveform,
     /// The panels.
     pub panels: Vec<PanelView>,
     /// The air before each panel, its veil as a linear value.
@@ -94,6 +97,7 @@ impl View {
         let mut view = Self {
             scene: scene.clone(),
             exposure,
+            waveform: scene.link.waveform().map_err(Box::new)?,
             air: panels.iter().map(air).collect(),
             background_air: exposure.linear_air(Air::before_background(scene)),
             background,
