@@ -38,7 +38,7 @@ use crate::profile::{Profile, Stage};
 use crate::settings::{SearchSettings, SettingError};
 use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::{Blob, SIDE_PX};
-use core::ops::RangeInclusive;
+use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
 use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
@@ -78,9 +78,17 @@ const HOLES_EVERY: u64 = 4;
 /// The side of the largest panel looked for on a level (larger px): as large as the smallest on the next level, and a
 /// quarter. Larger: slower; smaller: panels fall between two levels.
 const LEVEL_SIDE_MAX_PX: f32 = 70.0;
-/// Poses of changed and of busy places tried on a level in a frame (count). More: near panels are found sooner, and
-/// each frame takes longer.
-const LEVEL_BUDGET: [u32; 2] = [1, 1];
+/// What spots at their first place explain of the light there, at least (share of the energy): else the pose is left. Higher: faster, and
+/// panels are missed that are small beside what moves behind them.
+const LEAST_SHARE: f32 = 0.12;
+/// Poses tried in a frame after searches in vain where the frame has changed, and where it is busy (count). More: panels that appear are
+/// found sooner, and each frame takes longer.
+const SPARE_POSES: [u32; 2] = [1, 2];
+/// Turns of frames in each of which another pose of a place is tried (count): two of each of the four sizes that a place may have.
+const SPARE_TURNS: u64 = 8;
+
+/// After searches in vain panels that the next level shows, too, are looked for in one of so many pairs of frames (count). More: faster.
+const LARGE_EVERY: u64 = 5;
 
 /// Finds panels in frames.
 ///
@@ -143,23 +151,75 @@ pub enum Effort {
     Full,
     /// What is most striking, and of the rest one place in each frame: pass a number that counts the frames.
     Share(u64),
-    /// The same on a level of larger pixels, beside others: less of it, and only panels that the next level is too coarse for.
+    /// After searches in vain: what was suspected before, and of the rest a few poses, others in each frame.
+    Spare(u64),
+    /// A share on a level of larger pixels, beside others: less of it, and only panels that the next level is too coarse for.
     Level(u64),
 }
 
 impl Effort {
-    fn budget(self, share: u16, level: u32) -> u32 {
+    fn budget(self, share: u16, spare: u32) -> u32 {
         match self {
             Self::Full => u32::MAX,
             Self::Share(_) => share.into(),
-            Self::Level(_) => level,
+            Self::Spare(_) => spare.min(share.into()),
+            Self::Level(_) => 1,
         }
+    }
+
+    /// Whether suspects are looked at again where they were, before all else, if the camera is at rest.
+    fn looks_again(self) -> bool {
+        matches!(self, Self::Spare(_))
+    }
+
+    /// Of so many places that have changed those that are looked at, and which of their poses come first, if it is not all.
+    fn changed(self, places: usize, in_motion: bool) -> (Range<usize>, Option<usize>) {
+        let Self::Spare(number) = self else {
+            return (0..places, None);
+        };
+        // In motion changes are everywhere, and seldom a panel's.
+        let (turn, is_due) = if in_motion { (number / 2, number % 2 == 0) } else { (number, true) };
+        if places == 0 || !is_due {
+            return (0..0, None);
+        }
+        let places = places as u64;
+        let place = (turn % places) as usize;
+        (place..place + 1, Some((turn / places % SPARE_TURNS) as usize))
+    }
+
+    /// Which busy places are looked at, by their ranks, and against which grounds.
+    fn busy(self) -> (impl Fn(usize) -> bool, &'static [Ground]) {
+        let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
+        let grounds = match self {
+            Self::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes][..],
+            Self::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => &[Ground::Around, Ground::Holes],
+            Self::Share(_) => &[Ground::Around, Ground::Edges],
+            Self::Spare(number) => match number % 4 {
+                0 | 2 => &[Ground::Edges],
+                1 => &[Ground::Around],
+                _ => &[Ground::Holes],
+            },
+            Self::Level(_) => &[Ground::Around],
+        };
+        let chosen = move |rank: usize| match self {
+            Self::Full => true,
+            Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
+            // In eight frames each of the most striking is held against each ground.
+            Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
+        };
+        (chosen, grounds)
+    }
+
+    /// Poses tried of a busy place, at most.
+    fn poses_of_a_place(self) -> u32 {
+        if matches!(self, Self::Spare(_)) { 1 } else { u32::MAX }
     }
 
     /// The side of the largest panel looked for, in pixels.
     fn largest_px(self) -> f32 {
         match self {
             Self::Level(_) => LEVEL_SIDE_MAX_PX,
+            Self::Spare(number) if !(number / 2).is_multiple_of(LARGE_EVERY) => LEVEL_SIDE_MAX_PX,
             _ => *SIDE_PX.end(),
         }
     }
@@ -258,63 +318,55 @@ impl Locator {
             failure: None,
             places: 0,
             largest_px: effort.largest_px(),
-            budget: effort.budget(self.settings.changed_poses, LEVEL_BUDGET[0]),
+            turn: None,
+            budget: effort.budget(self.settings.changed_poses, SPARE_POSES[0]),
         };
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
-        for peak in survey.changed.iter().filter(unknown).take(CHANGED_PEAKS) {
-            let mut is_faint = false;
-            for before in earlier.iter().filter(same_size) {
-                let view = self.view(frame, Some(before), survey.noise_of_change_grey);
-                let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) else {
-                    continue;
-                };
-                let here = found.spots.lattice;
-                // Spots that overlap add up to anything smooth.
-                let apart = found.spots.apart();
-                let surprise = if self.expects(&found.spots) { 1.0 } else { UNEXPECTED };
-                let enough = surprise * enough / (apart * apart);
-                let suspect = Suspect {
-                    lattice: here,
-                    is_misfit: found.misfit > 1.0,
-                };
-                let is_clear = found.signal_to_noise >= enough && !suspect.is_misfit;
-                if is_clear || suspected.confirm(&suspect, !in_motion) {
+        let mut is_faint = false;
+        // What a change shows, if it is a panel for sure.
+        let mut sure = |found: Location, attempt: &mut Attempt<'_, N>, is_faint: &mut bool| {
+            let (suspect, doubt) = self.suspected(&found, enough);
+            let doubt = doubt.filter(|_| !suspected.confirm(&suspect, !in_motion));
+            let Some(doubt) = doubt else { return Some(found) };
+            attempt.failure.get_or_insert(doubt);
+            *is_faint |= !suspect.is_misfit;
+            suspects.keep(suspect);
+            None
+        };
+        let change = |before| self.view(frame, Some(before), survey.noise_of_change_grey);
+        if effort.looks_again() && !in_motion {
+            for suspect in suspected.latest() {
+                let seen = earlier.iter().filter(same_size).find_map(|before| {
+                    let view = change(before);
+                    profile.timed(Stage::Search, || attempt.again(&suspect, view))
+                });
+                if let Some(found) = seen.and_then(|found| sure(found, &mut attempt, &mut is_faint)) {
                     return Ok(found);
                 }
-                attempt.failure.get_or_insert(if suspect.is_misfit {
-                    LocateError::GridDoesNotFit {
-                        residual_grey: found.residual_grey,
-                        allowed_grey: found.residual_grey / libm::sqrtf(found.misfit),
-                    }
-                } else {
-                    LocateError::ContrastTooLow {
-                        signal_to_noise: found.signal_to_noise,
-                        needed: enough,
-                    }
-                });
-                is_faint |= !suspect.is_misfit;
-                suspects.keep(suspect);
+            }
+        }
+        let changed = survey.changed.iter().filter(unknown).take(CHANGED_PEAKS);
+        let (places, turn) = effort.changed(changed.clone().count(), in_motion);
+        for peak in changed.take(places.end).skip(places.start) {
+            is_faint = false;
+            attempt.turn = turn;
+            for before in earlier.iter().filter(same_size) {
+                let view = change(before);
+                let found = profile.timed(Stage::Search, || attempt.at(peak, view));
+                if let Some(found) = found.and_then(|found| sure(found, &mut attempt, &mut is_faint)) {
+                    return Ok(found);
+                }
             }
             // The next frame confirms it sooner than all else is looked through; but not twice in a row is all else left for that.
             if effort != Effort::Full && !suspected.was_faint() && is_faint && !in_motion {
                 return Err(attempt.failure());
             }
         }
-        let chosen = |rank: usize| match effort {
-            Effort::Full => true,
-            Effort::Share(number) | Effort::Level(number) => {
-                rank < ALWAYS || rank == ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize
-            }
-        };
-        let grounds = match effort {
-            Effort::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes][..],
-            Effort::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => &[Ground::Around, Ground::Holes],
-            Effort::Share(_) => &[Ground::Around, Ground::Edges],
-            Effort::Level(_) => &[Ground::Around],
-        };
+        let (chosen, grounds) = effort.busy();
         // Each has its own, as it is right of other panels.
-        let mut budgets = [effort.budget(self.settings.busy_poses, LEVEL_BUDGET[1]); 4];
+        let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
+        attempt.turn = None;
         let ranked = survey.busy.iter().filter(unknown).enumerate();
         for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
             for (&ground, left) in grounds.iter().zip(&mut budgets) {
@@ -322,14 +374,36 @@ impl Locator {
                     ground,
                     ..self.view(frame, None, survey.noise_grey)
                 };
-                attempt.budget = *left;
+                let here = effort.poses_of_a_place().min(*left);
+                attempt.budget = here;
                 if let Some(found) = profile.timed(Stage::Search, || attempt.at(peak, view)) {
                     return Ok(found);
                 }
-                *left = attempt.budget;
+                *left -= here - attempt.budget;
             }
         }
         Err(attempt.failure())
+    }
+
+    /// A panel that a change shows as a suspect, and why it is no more than that, if so: `enough` is the amplitude ratio from which on it is.
+    fn suspected(&self, found: &Location, enough: f32) -> (Suspect, Option<LocateError>) {
+        // Spots that overlap add up to anything smooth.
+        let apart = found.spots.apart();
+        let surprise = if self.expects(&found.spots) { 1.0 } else { UNEXPECTED };
+        let needed = surprise * enough / (apart * apart);
+        let suspect = Suspect::new(found.spots.lattice, found.spots.sigma, found.misfit > 1.0);
+        let doubt = if suspect.is_misfit {
+            Some(LocateError::GridDoesNotFit {
+                residual_grey: found.residual_grey,
+                allowed_grey: found.residual_grey / libm::sqrtf(found.misfit),
+            })
+        } else {
+            (found.signal_to_noise < needed || needed.is_nan()).then_some(LocateError::ContrastTooLow {
+                signal_to_noise: found.signal_to_noise,
+                needed,
+            })
+        };
+        (suspect, doubt)
     }
 
     /// The likeliest pose, in `frame` alone, of a panel as large and turned as `expected` and not much further away than it is wide.
@@ -376,6 +450,8 @@ struct Attempt<'a, const N: usize> {
     failure: Option<LocateError>,
     places: usize,
     largest_px: f32,
+    /// Which poses come first: of each size of a place the likeliest, then the next ones. None: all of one size, then those of the next.
+    turn: Option<usize>,
     /// Poses that may still be tried.
     budget: u32,
 }
@@ -396,18 +472,24 @@ impl<const N: usize> Attempt<'_, N> {
         }
         let mut failure = None;
         let mut best: Option<Verified> = None;
-        for blob in Blob::around(peak, view.frame, view.earlier) {
-            if blob.side_px > self.largest_px || self.budget == 0 || !view.resolves(&blob) {
-                continue;
+        let mut blobs = Blob::around(peak, view.frame, view.earlier);
+        blobs.retain(|blob| blob.side_px <= self.largest_px && view.resolves(blob));
+        let (blobs, passed_over) = match (self.turn, blobs.len()) {
+            (None, _) | (_, 0) => (&blobs[..], 0),
+            (Some(turn), sizes) => (&blobs[turn % sizes..][..1], turn / sizes),
+        };
+        for &blob in blobs {
+            if self.budget == 0 {
+                break;
             }
             let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
-            for candidate in view.pose_candidates(blob) {
+            for candidate in view.pose_candidates(blob).skip(passed_over) {
                 if self.budget == 0 {
                     break;
                 }
                 self.budget -= 1;
                 for Trial { widths_px, scope } in view.trials(&candidate) {
-                    let Some(pose) = view.sharpened(&candidate, &widths_px) else {
+                    let Some(pose) = view.sharpened(&candidate, &widths_px, LEAST_SHARE) else {
                         continue;
                     };
                     let same = |(other, scope_of_other): &(Lattice, Scope)| scope == *scope_of_other && pose.lattice.is_close_to(other);
@@ -441,6 +523,13 @@ impl<const N: usize> Attempt<'_, N> {
         }
         self.failure = self.failure.or(failure);
         best.map(|verified| verified.location())
+    }
+
+    /// A suspect where it was.
+    fn again(&mut self, suspect: &Suspect, view: View<'_, '_>) -> Option<Location> {
+        let pose = view.sharpened(&suspect.lattice, &[suspect.spot_sigma_px()], LEAST_SHARE)?;
+        let verified = self.verified(&view, Scope::Change, &pose).ok()?;
+        Some(verified.location())
     }
 
     /// A pose that is a panel's in that scope; or within the panel's own outline, where only what is around it may speak against it.

@@ -11,6 +11,7 @@ pub mod poses;
 pub mod programs;
 pub mod shaken;
 pub mod sightings;
+pub mod streets;
 pub mod terminal;
 pub mod trials;
 pub mod vocc;

@@ -10,6 +10,7 @@
 
 use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;
+use core::ops::RangeInclusive;
 use link::panel::SIDE;
 
 /// A patch made ready for the evidence of many poses.
@@ -22,6 +23,9 @@ pub(super) struct Evidence {
 }
 
 type Square = [[f32; SIDE]; SIDE];
+
+/// Columns and rows within a lattice's outline (pitches from the first LED).
+const OUTLINE: RangeInclusive<f32> = -0.6..=7.6;
 
 impl Evidence {
     /// Of spots of standard deviation `sigma` samples; `own_sigma` is what they have in the patch before any more blur. `noise` is the
@@ -87,32 +91,79 @@ impl Evidence {
 
     /// The same of a lattice of which it is known how its spots overlap.
     pub fn of_overlapping(&self, lattice: &Lattice, overlap: &Overlap) -> Option<f32> {
+        let explained = self.energy(lattice, overlap)? / (self.noise * self.noise);
+        Some(0.5 * explained - 0.25 * overlap.complexity())
+    }
+
+    /// The part of the patch's energy within the lattice's outline that its spots explain.
+    pub fn share(&self, patch: &Patch, lattice: &Lattice) -> Option<f32> {
+        let explained = self.energy(lattice, &self.overlap(lattice.pitch()))?;
+        let mut total = f32::MIN_POSITIVE;
+        for (j, row) in patch.sample.iter().enumerate() {
+            for (i, sample) in row.iter().enumerate() {
+                let place = lattice.coordinates([i as f32, j as f32])?;
+                if place.iter().all(|c| OUTLINE.contains(c)) {
+                    total += sample * sample;
+                }
+            }
+        }
+        Some(explained / total)
+    }
+
+    /// What the likeliest spots explain of the patch's sum of squares.
+    fn energy(&self, lattice: &Lattice, overlap: &Overlap) -> Option<f32> {
         let mut whitened = self.responses(lattice)?;
-        whitened.iter_mut().for_each(|line| overlap.column.solve(line));
+        overlap.row.solve_columns(&mut whitened);
         let mut whitened = transposed(&whitened);
-        whitened.iter_mut().for_each(|line| overlap.row.solve(line));
-        let energy: f32 = whitened.iter().flatten().map(|value| value * value).sum();
+        overlap.column.solve_columns(&mut whitened);
+        let squares = whitened.iter().fold([0.0; SIDE], |mut sums, line| {
+            sums.iter_mut().zip(line).for_each(|(sum, value)| *sum += value * value);
+            sums
+        });
         let spot = core::f32::consts::PI * self.sigma * self.sigma;
-        let explained = energy / spot / (self.noise * self.noise);
-        Some(0.5 * explained - 0.25 * overlap.complexity)
+        Some(squares.iter().sum::<f32>() / spot)
     }
 
     /// How spots overlap that are so far apart along rows and along columns, in samples.
     pub fn overlap(&self, pitch: [f32; 2]) -> Overlap {
         let [column, row] = pitch.map(|pitch| Factor::new(pitch / self.sigma, self.ridge));
         Overlap {
-            complexity: SIDE as f32 * (column.log_det() + row.log_det()) - 4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge),
+            pitch,
+            base: -4.0 * (SIDE * SIDE) as f32 * libm::logf(self.ridge),
             column,
             row,
         }
     }
+
+    /// The same by an overlap that is known, of which what still serves is kept.
+    pub fn overlap_like(&self, pitch: [f32; 2], known: &Overlap) -> Overlap {
+        let factor = |axis: usize, factor: &Factor| match pitch[axis] == known.pitch[axis] {
+            true => *factor,
+            false => Factor::new(pitch[axis] / self.sigma, self.ridge),
+        };
+        Overlap {
+            pitch,
+            base: known.base,
+            column: factor(0, &known.column),
+            row: factor(1, &known.row),
+        }
+    }
 }
 
-/// G + λ of lattices of one pitch, and what it takes off the evidence.
+/// G + λ of lattices of one pitch along rows and along columns.
 pub(super) struct Overlap {
+    pitch: [f32; 2],
+    /// What the complexity would be of no spots.
+    base: f32,
     column: Factor,
     row: Factor,
-    complexity: f32,
+}
+
+impl Overlap {
+    /// Four times what it takes off the evidence.
+    fn complexity(&self) -> f32 {
+        SIDE as f32 * (self.column.log_det + self.row.log_det) + self.base
+    }
 }
 
 fn transposed(square: &Square) -> Square {
@@ -120,9 +171,11 @@ fn transposed(square: &Square) -> Square {
 }
 
 /// The Cholesky factor of the 8×8 matrix exp(−(i − j)²·(pitch/σ)²/4) + ridge.
+#[derive(Clone, Copy)]
 struct Factor {
     lower: Square,
     inverse_diagonal: [f32; SIDE],
+    log_det: f32,
 }
 
 impl Factor {
@@ -151,7 +204,23 @@ impl Factor {
                 }
             }
         }
-        Self { lower, inverse_diagonal }
+        Self {
+            lower,
+            inverse_diagonal,
+            log_det: -2.0 * inverse_diagonal.iter().map(|&d| libm::logf(d)).sum::<f32>(),
+        }
+    }
+
+    /// Solves for all columns of a square at once.
+    fn solve_columns(&self, square: &mut Square) {
+        for i in 0..SIDE {
+            let (solved, rest) = square.split_at_mut(i);
+            let [line, ..] = rest else { return };
+            for (before, &lower) in solved.iter().zip(&self.lower[i]) {
+                line.iter_mut().zip(before).for_each(|(value, before)| *value -= lower * before);
+            }
+            line.iter_mut().for_each(|value| *value *= self.inverse_diagonal[i]);
+        }
     }
 
     fn solve(&self, line: &mut [f32; SIDE]) {
@@ -167,9 +236,5 @@ impl Factor {
             let dot: f32 = (i + 1..SIDE).map(|k| self.lower[k][i] * line[k]).sum();
             line[i] = (line[i] - dot) * self.inverse_diagonal[i];
         }
-    }
-
-    fn log_det(&self) -> f32 {
-        -2.0 * self.inverse_diagonal.iter().map(|&d| libm::logf(d)).sum::<f32>()
     }
 }

@@ -30,9 +30,9 @@ impl Pose {
     fn moved(&self, kind: usize, step: f32) -> Self {
         let mut moved = *self;
         let [across, down] = self.log_pitch.map(libm::expf);
-        let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
         let mut edge = |axis: usize, sign: f32| {
             // One side goes out by a step, the other stays.
+            let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
             let (pitch, direction) = if axis == 0 { (across, [cos, sin]) } else { (down, [-sin, cos]) };
             moved.log_pitch[axis] += step / (7.0 * pitch);
             for (centre, direction) in moved.centre.iter_mut().zip(direction) {
@@ -61,7 +61,9 @@ const MOVES: usize = 8;
 
 /// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in so many rounds at most.
 pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usize)) -> Option<(f32, Pose)> {
-    let mut best = (evidence.of(&start.lattice())?, start);
+    let pitches = |pose: &Pose| pose.log_pitch.map(libm::expf);
+    let mut overlap = evidence.overlap(pitches(&start));
+    let mut best = (evidence.of_overlapping(&start.lattice(), &overlap)?, start);
     let mut step = step;
     for _ in 0..rounds {
         let pitch = libm::expf(0.5 * (best.1.log_pitch[0] + best.1.log_pitch[1]));
@@ -69,10 +71,12 @@ pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usiz
         for kind in 0..MOVES {
             for direction in [-1.0, 1.0] {
                 let moved = best.1.moved(kind, direction * step * pitch);
-                if let Some(value) = evidence.of(&moved.lattice())
+                let other = (moved.log_pitch != best.1.log_pitch).then(|| evidence.overlap_like(pitches(&moved), &overlap));
+                if let Some(value) = evidence.of_overlapping(&moved.lattice(), other.as_ref().unwrap_or(&overlap))
                     && value > best.0
                 {
                     best = (value, moved);
+                    overlap = other.unwrap_or(overlap);
                     improved = true;
                     break;
                 }
@@ -93,8 +97,10 @@ pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> 
     let mut best = climb(evidence, start, steps)?;
     for _ in 0..LINES {
         let mut highest: Option<(f32, Pose)> = None;
+        let here = evidence.overlap(best.1.log_pitch.map(libm::expf));
         for pose in neighbours(&best.1) {
-            if let Some(value) = evidence.of(&pose.lattice())
+            let overlap = evidence.overlap_like(pose.log_pitch.map(libm::expf), &here);
+            if let Some(value) = evidence.of_overlapping(&pose.lattice(), &overlap)
                 && highest.as_ref().is_none_or(|h| value > h.0)
             {
                 highest = Some((value, pose));

@@ -202,6 +202,7 @@ impl View<'_, '_> {
             log_pitch: [across, down].map(|pitch| libm::logf(pitch / step as f32)),
             roll_rad: libm::atan2f(expected.column[1], expected.column[0]),
         };
+        let overlap = evidence.overlap(pose.lattice().pitch());
         let mut best = Ranking::default();
         for (x, y) in (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y))) {
             let moved = [x, y].map(|c| c as f32 * NEAR_STEP * pitch);
@@ -209,15 +210,16 @@ impl View<'_, '_> {
                 centre: [pose.centre[0] + moved[0], pose.centre[1] + moved[1]],
                 ..pose
             };
-            best.offer(evidence.of(&pose.lattice()), pose);
+            best.offer(evidence.of_overlapping(&pose.lattice(), &overlap), pose);
         }
         let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, NEAR)?;
         let near = patch.to_frame_lattice(&pose.lattice());
-        self.sharpened(&near, &[self.spot_sigma_px]).map(|sharpened| sharpened.lattice)
+        self.sharpened(&near, &[self.spot_sigma_px], 0.0).map(|sharpened| sharpened.lattice)
     }
 
-    /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations.
-    pub fn sharpened(&self, start: &Lattice, widths_px: &[f32]) -> Option<Sharpened> {
+    /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations; `None`
+    /// where they explain a smaller share of the light.
+    pub fn sharpened(&self, start: &Lattice, widths_px: &[f32], least_share: f32) -> Option<Sharpened> {
         let [across, down] = start.pitch();
         let blob = Blob {
             centre: start.centre,
@@ -249,6 +251,9 @@ impl View<'_, '_> {
         }
         let (_, pose, sigma) = best?;
         let evidence = self.evidence(&patch, sigma, sigma);
+        if least_share > 0.0 && evidence.share(&patch, &pose.lattice())? < least_share {
+            return None;
+        }
         let (value, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
         // Poses have right angles; where these do not show, the start may be the better one.
         let leaning = start.scaled(patch.to_samples(start.centre), 1.0 / step);

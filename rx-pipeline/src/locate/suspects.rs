@@ -1,6 +1,7 @@
 //! Changes that may be a panel's, but are not sure: what is seen again is one.
 
 use crate::lattice::Lattice;
+use heapless::Vec;
 
 /// Searches back in which it may have shown (count). More: faint panels are found sooner.
 const LOOKS_BACK: usize = 3;
@@ -10,15 +11,36 @@ const REMEMBERED: usize = 8;
 /// See there.
 const SIGHTINGS: usize = 2;
 
+/// Suspects looked at again in a frame, at most (count). More: slower, and panels among much that moves are found sooner.
+const LOOKED_AT_AGAIN: usize = 2;
+
 /// A change that may be a panel's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Suspect {
     pub lattice: Lattice,
+    /// Standard deviation of one LED's image (percent of the pitch).
+    spot_percent: u8,
     /// Whether it leaves more than is excused.
     pub is_misfit: bool,
 }
 
 impl Suspect {
+    /// What fits, or not quite, with spots of that standard deviation.
+    pub fn new(lattice: Lattice, spot_sigma_px: f32, is_misfit: bool) -> Self {
+        let [across, _] = lattice.pitch();
+        Self {
+            lattice,
+            spot_percent: (100.0 * spot_sigma_px / across) as u8,
+            is_misfit,
+        }
+    }
+
+    /// Standard deviation of one LED's image.
+    pub fn spot_sigma_px(&self) -> f32 {
+        let [across, _] = self.lattice.pitch();
+        f32::from(self.spot_percent) / 100.0 * across
+    }
+
     /// Whether both are on the same lattice.
     fn is_as(&self, other: &Self) -> bool {
         self.lattice.is_close_to(&other.lattice)
@@ -53,6 +75,17 @@ impl Suspects {
         }
     }
 
+    /// The last ones that are not on the same lattice, the latest first.
+    pub fn latest(&self) -> Vec<Suspect, LOOKED_AT_AGAIN> {
+        let mut latest = Vec::<Suspect, LOOKED_AT_AGAIN>::new();
+        for suspect in self.0.iter().flatten() {
+            if latest.iter().all(|other| !suspect.is_as(other)) && latest.push(*suspect).is_err() {
+                break;
+            }
+        }
+        latest
+    }
+
     /// Whether the last search had one that fits.
     pub fn was_faint(&self) -> bool {
         self.0[0].is_some_and(|suspect| !suspect.is_misfit)
@@ -70,7 +103,7 @@ impl Suspects {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::vec::Vec;
+    use std::vec;
 
     const HERE: Lattice = Lattice {
         centre: [60.0, 50.0],
@@ -84,11 +117,11 @@ mod tests {
     };
 
     fn seen(lattice: Lattice, is_misfit: bool) -> Option<Suspect> {
-        Some(Suspect { lattice, is_misfit })
+        Some(Suspect::new(lattice, 1.6, is_misfit))
     }
 
     /// Whether each search would have found its suspect a panel.
-    fn confirmed(searches: &[Option<Suspect>], at_rest: bool) -> Vec<bool> {
+    fn confirmed(searches: &[Option<Suspect>], at_rest: bool) -> vec::Vec<bool> {
         let mut suspects = Suspects::NONE;
         let search = |suspect: &Option<Suspect>| {
             let before = suspects.begin();

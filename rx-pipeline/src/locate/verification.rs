@@ -100,6 +100,7 @@ pub(super) fn verify<const N: usize>(
         Scope::Change => pose_candidates::three_states(brightness),
         _ => pose_candidates::two_states(brightness),
     };
+    criteria::foresee(lattice, &state)?;
     let on = |state: i8| match view.ground {
         Ground::Holes if scope.is_single() => 1 - state,
         _ => state,

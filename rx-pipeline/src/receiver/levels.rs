@@ -57,7 +57,7 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
                 .collect();
             let locator = self.locator.seen_in(grid);
             let effort = match self.effort {
-                Effort::Share(number) => Effort::Level(number),
+                Effort::Share(number) | Effort::Spare(number) => Effort::Level(number),
                 other => other,
             };
             locator

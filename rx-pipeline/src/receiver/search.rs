@@ -8,10 +8,13 @@ use super::outcome::Loss;
 use crate::coarse::Grid;
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::locate::{Effort, Location, Locator, SearchMemory, Suspects};
+use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Suspects};
 use crate::profile::{Profile, Stage};
 use crate::spots::Residuals;
 
+/// Searches in vain after which each looks at less (count). More: panels are found in fewer frames, and it takes longer until frames are
+/// cheap where there is none.
+const PATIENCE_SEARCHES: u32 = 12;
 /// Earlier frames that tell what blinks.
 const KEPT_FRAMES: usize = 2;
 
@@ -64,6 +67,8 @@ pub struct FrameSearch<L, H = [u8; 0]> {
     levels: Levels,
     suspects: Suspects,
     is_thorough: bool,
+    /// Searches in vain since the last panel.
+    in_vain: u32,
 }
 
 impl<L: BorrowMut<SearchMemory>> FrameSearch<L> {
@@ -92,6 +97,7 @@ impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
             levels: Levels::default(),
             suspects: Suspects::default(),
             is_thorough: false,
+            in_vain: 0,
         }
     }
 
@@ -120,7 +126,11 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         };
         let (for_levels, for_frames) = buffer.split_at_mut(for_levels);
         let mut asked = Asked {
-            effort: if self.is_thorough { Effort::Full } else { Effort::Share(number) },
+            effort: match self.in_vain {
+                _ if self.is_thorough => Effort::Full,
+                PATIENCE_SEARCHES.. => Effort::Spare(number),
+                _ => Effort::Share(number),
+            },
             locator,
             known,
             residuals,
@@ -129,7 +139,14 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         profile.begins(Stage::Survey);
         self.levels.draw(frame, for_levels);
         profile.ends(Stage::Survey);
-        let found = match self.levels.find(for_levels, &mut asked, profile) {
+        // Each level's turn comes in every second frame, or after searches in vain in every fourth.
+        let are_left_out = matches!(asked.effort, Effort::Spare(number) if number % 4 >= 2);
+        let near = if are_left_out {
+            None
+        } else {
+            self.levels.find(for_levels, &mut asked, profile)
+        };
+        let found = match near {
             Some(location) => Ok(location),
             None => {
                 let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
@@ -137,6 +154,12 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             }
         };
         self.history.keep(for_frames, frame, KEPT_FRAMES);
+        self.in_vain = match found {
+            Ok(_) => 0,
+            // What costs nothing need not be less.
+            Err(LocateError::NothingStandsOut) => self.in_vain,
+            Err(_) => self.in_vain.saturating_add(1),
+        };
         Ok(found?)
     }
 
@@ -144,5 +167,6 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         self.history.forget();
         self.levels.forget();
         self.suspects = Suspects::default();
+        self.in_vain = 0;
     }
 }

@@ -9,6 +9,7 @@ use crate::spots::{LatticeModel, Slope};
 use core::ops::RangeInclusive;
 use link::framing::SYNC;
 use link::orientation::Orientation;
+use link::panel::LEDS;
 
 // Where there are two values, the first is for the change between two frames, the second for a single frame, which holds all the clutter.
 
@@ -51,6 +52,9 @@ const FARTHEST_REPEAT: u32 = 4;
 const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
 /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
 const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
+/// Before the fit LEDs that are On and neighbours that differ may be more or less by so many (count), and a lattice narrower or wider (ratio):
+/// so much the fit changes. Higher: slower; lower: panels are missed whose pose is not yet right.
+const SLACK: (u32, u32, f32) = (4, 8, 1.1);
 /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
 /// patch looks like them.
 const LEAST_PITCH_PX: f32 = 2.0;
@@ -86,6 +90,21 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchS
     seen_from_before(&spots.lattice)?;
     as_wide_as_leds(spots)?;
     Ok(Passed { signal_to_noise, misfit })
+}
+
+/// What can be told of a pose before the fit: whether its pattern and shape are not too far from a panel's. LEDs that are on in `states`, or
+/// have changed, are not 0.
+pub(super) fn foresee(lattice: &Lattice, states: &[i8; LEDS]) -> Result<(), LocateError> {
+    let pattern = states
+        .iter()
+        .enumerate()
+        .fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0) << led);
+    let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
+    let near = |range: &RangeInclusive<u32>, slack: u32, value: u32| (range.start() - slack..=range.end() + slack).contains(&value);
+    if !near(&LIT, SLACK.0, lit) || !near(&DIFFERENT, SLACK.1, different) {
+        return Err(LocateError::NotRandom { lit, different });
+    }
+    possible(lattice, SLACK.2)
 }
 
 fn unsaturated(slope: &Slope, max_percent: u8) -> Result<(), LocateError> {
@@ -207,9 +226,15 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     if pitch_px < LEAST_PITCH_PX {
         return Err(LocateError::TooSmall { pitch_px });
     }
+    possible(lattice, 1.0)
+}
+
+/// Whether a lattice is that of a panel that is read from before it; `slack` times narrower or wider ones pass, too.
+fn possible(lattice: &Lattice, slack: f32) -> Result<(), LocateError> {
+    let [across, down] = lattice.pitch();
     let aspect = across / down;
     let shear = (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
-    if !(ASPECT.contains(&aspect) && shear.abs() < MOST_SHEAR) {
+    if !((ASPECT.start() / slack..=ASPECT.end() * slack).contains(&aspect) && shear.abs() < MOST_SHEAR * slack) {
         return Err(LocateError::ImpossiblePose {
             aspect,
             angle_deg: libm::acosf(shear.clamp(-1.0, 1.0)).to_degrees(),

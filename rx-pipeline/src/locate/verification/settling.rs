@@ -24,6 +24,10 @@ const LINES_COMPARED: usize = 4;
 const CLEAR: f32 = 8.0;
 /// A single frame of which a fit leaves more is not compared with lattices a line beside (share of the signal).
 const HALF_EXPLAINED: f32 = 0.5;
+/// What a lattice leaves from which on it is no panel's, not even a line off (share of the signal). Higher: slower.
+const NO_LINE_LEFT: f32 = 0.9;
+/// What a lattice on a board leaves at most, even if it is a line off along rows and along columns (share of the signal). Higher: slower.
+const MOST_LEFT_A_LINE_OFF: f32 = 0.4;
 /// A lattice one line off leaves this much less when it is taken for the right one, and as much more when it is
 /// ruled out (energy ratio).
 const WORTH_A_MOVE: f32 = 40.0;
@@ -68,6 +72,9 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         if explains_all || scope.is_single() && !explains_half(&fitted.slope) {
             return Ok(fitted);
         }
+        if squares - noise_squares > NO_LINE_LEFT * (total - noise_squares) {
+            return Err(LocateError::NoLattice);
+        }
         let wide = self.window(&fitted.spots, WIDE)?;
         let lines = Lines::of(self.residuals, self.observation, wide, &fitted.spots).ok_or(LocateError::NoLattice)?;
         let doubt = lines.here - lines.best_beside;
@@ -95,7 +102,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
     pub fn within_a_board(&mut self, start: LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let first = self.within(start, STEPS)?.0;
         let mut settled = self.within(first.spots, STEPS_MOVED)?;
-        if !explains_half(&settled.0.slope) {
+        if settled.0.slope.squares > MOST_LEFT_A_LINE_OFF * settled.0.slope.total {
             return Err(LocateError::NoLattice);
         }
         for _ in 0..LINES_MOVED {

@@ -1,0 +1,83 @@
+//! What it costs to look for a panel in streets where there is none, and when one is found that appears.
+//!
+//! `cargo run --release -p vocc-tests --example searching_streets -- [FILMS] [FIRST SEED] [FRAMES] [WIDTHxHEIGHT] [PITCH PX] [APPEARS]`
+//!
+//! Without a pitch there is no panel; with one it appears in frame APPEARS. Times are means of a frame, of all and from the 16th on.
+
+use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
+use rx_pipeline::frame::Frame;
+use std::time::Instant;
+use vocc_tests::streets::{Drawing, MESSAGE, MOTIONS, SYMBOLS_PER_FRAME, Street};
+
+const FPS: f32 = 100.0;
+/// Frames after which a receiver that has found nothing looks at less.
+const LATE: usize = 16;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |i: usize| arguments.get(i).and_then(|text| text.parse::<f64>().ok());
+    let films = number(0).unwrap_or(3.0) as u64;
+    let first = number(1).unwrap_or(1.0) as u64;
+    let frames = number(2).unwrap_or(60.0) as usize;
+    let size = arguments.get(3).map_or("1280x720", String::as_str);
+    let size = size.split_once('x').expect("WIDTHxHEIGHT");
+    let size = [size.0, size.1].map(|side| side.parse::<usize>().expect("a count of pixels"));
+    let pitch_px = number(4);
+    let appears = number(5).unwrap_or(0.0) as usize;
+    for (motion, name) in MOTIONS {
+        let (mut times, mut late) = (Vec::new(), Vec::new());
+        let (mut found, mut delivered, mut wrong) = (Vec::new(), 0, 0);
+        for seed in first..first + films {
+            let mut drawing = Drawing::new(Street {
+                seed,
+                size,
+                motion,
+                pitch_px,
+                appears,
+            });
+            let settings = ReceptionSettings {
+                fps: FPS,
+                symbol_rate_hz: Some(FPS * SYMBOLS_PER_FRAME as f32),
+                ..ReceptionSettings::default()
+            };
+            let mut reception = Reception::new(settings).expect("settings");
+            let (mut first_seen, mut came) = (None, false);
+            for number in 0..frames {
+                let grey = drawing.take(number);
+                let frame = Frame::new(&grey, size[0], size[1]).expect("a frame");
+                let begun = Instant::now();
+                let reports = reception.frame(Stamp::of(number as u64), &frame, &Err(String::new()), &mut ());
+                let time_ms = begun.elapsed().as_secs_f64() * 1e3;
+                times.push(time_ms);
+                if number >= LATE {
+                    late.push(time_ms);
+                }
+                for report in &reports.expect("a report") {
+                    came |= report
+                        .events
+                        .iter()
+                        .any(|event| matches!(event, PanelEvent::Message(message) if message.data == MESSAGE));
+                    let Ok(reading) = &report.reading else { continue };
+                    let [x, y] = reading.corners.centre_px().map(f64::from);
+                    let centre = drawing.centre_px().filter(|_| number >= appears);
+                    let is_right = centre.is_some_and(|centre| (x - centre[0]).hypot(y - centre[1]) < 0.5 * pitch_px.unwrap_or(0.0));
+                    if is_right {
+                        first_seen.get_or_insert(number);
+                    } else {
+                        wrong += 1;
+                    }
+                }
+            }
+            delivered += u32::from(came);
+            found.push(first_seen.map_or(String::from("–"), |number| number.to_string()));
+        }
+        let mean = |times: &[f64]| times.iter().sum::<f64>() / times.len().max(1) as f64;
+        let worst = times.iter().fold(0.0f64, |worst, &time| worst.max(time));
+        println!(
+            "{name:14} {:5.1} ms a frame, {:5.1} from frame {LATE} on, {worst:5.1} at most; found in frame {}, {delivered} delivered, {wrong} wrong",
+            mean(&times),
+            mean(&late),
+            found.join(" ")
+        );
+    }
+}
