@@ -94,6 +94,8 @@ extern crate std;
 
 pub mod approximate;
 pub mod camera;
+#[cfg_attr(not(feature = "carrier"), path = "no_carrier.rs")]
+mod carrier;
 pub mod cells;
 mod coarse;
 pub mod corners;

@@ -228,6 +228,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.proven.forget_levels();
     }
 
+    /// Reckons from now on with panels whose contrast is another in each frame, or no longer.
+    #[cfg(feature = "carrier")]
+    pub(crate) fn expect_carrier(&mut self, has_carrier: bool) {
+        self.experience.levels.has_carrier = has_carrier;
+    }
+
     /// Goes on with LEDs of which nothing is known, as those of another place are.
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn forget_leds(&mut self) {
@@ -369,8 +375,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         let mut is_other_light = false;
-        if !self.experience.levels.fits(best.levels.noise) {
+        if !self.fits(&best) {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
+            #[cfg(feature = "carrier")]
+            let two = two.filter(|two| !self.experience.levels.has_carrier || !two.is_one_by_carrier());
             let noise = best.levels.noise;
             #[cfg(feature = "read-lines")]
             if let Some(detection) = self.explained(two, frame, &crop, before, noise)? {
@@ -406,9 +414,11 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
         });
         let worth = flip_search::worth(&llr);
-        let mixed = !self.experience.levels.fits(best.levels.noise) && least < MIXED;
+        let mixed = !self.fits(&best) && least < MIXED;
         let sure = flip_cost.iter().sum::<f32>() >= LEARN_LLR * LEDS as f32;
         let detection = Detection {
+            #[cfg(feature = "carrier")]
+            modulation: best.levels.modulation_of_mean(),
             mixed: mixed.then_some(Mixture::INSEPARABLE),
             ..Detection::new(bits, llr.map(|llr| llr * worth))
         };
@@ -418,7 +428,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if !teaches {
             self.experience.is_plain_around = was_plain_around;
             // All LEDs Off, or On, explain whatever does not show them, but not well.
-            let is_blank = !is_random && !self.experience.levels.fits(best.levels.noise);
+            let is_blank = !is_random && !self.fits(&best);
             if is_blank || Proven::is_covered(shown) {
                 let percent = if is_blank { 0 } else { (100.0 * shown) as u8 };
                 return Err(DetectError::Covered { percent });
@@ -435,6 +445,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
         }
         Ok(detection)
+    }
+
+    /// Whether a frame may be of the same panel in the same light.
+    fn fits(&self, estimate: &Estimate) -> bool {
+        let usual = &self.experience.levels;
+        usual.fits(usual.usual_noise(&estimate.levels))
     }
 
     /// What is known of the panel's image.
@@ -506,7 +522,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let now = self.model.camera.encoding;
         let most_frames = self.model.settings.curve_frames.into();
         let Experience { levels, leds, curve, .. } = &mut self.experience;
-        let tells = estimate.overlaps(&crop.scale) && levels.fits_surely(estimate.levels.noise);
+        let tells = estimate.overlaps(&crop.scale) && levels.fits_surely(levels.usual_noise(&estimate.levels));
         let Some(tried) = curve.next(now, most_frames).filter(|_| tells) else {
             return;
         };
@@ -525,6 +541,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.model.expect(estimate);
         let (levels, equations) = (&estimate.levels, self.model.equations(estimate, &self.experience.levels));
         if let Some(unsure) = equations.covariance(levels.noise) {
+            #[cfg(feature = "carrier")]
+            let unsure = if self.experience.levels.has_carrier {
+                unsure + levels.spread_by_carrier()
+            } else {
+                unsure
+            };
             self.experience.levels.update(levels, &unsure);
         }
         let Experience {
@@ -536,11 +558,11 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             *leds = LedMoments::NONE;
         }
         let is_bright = self.model.image.saturated_share() > SATURATED_MAX;
-        if levels.fits(estimate.levels.noise) && !is_bright && leds.is_new(panel) {
+        if levels.fits(levels.usual_noise(&estimate.levels)) && !is_bright && leds.is_new(panel) {
             let (lit, noise) = self.model.ascent(estimate).measure_light();
             let lit = self.model.above_ground(&lit);
             // As long as the noise is not known, a mixture of two symbols looks like one.
-            if levels.fits_surely(estimate.levels.noise) || is_clear_cut(&lit) {
+            if levels.fits_surely(levels.usual_noise(&estimate.levels)) || is_clear_cut(&lit) {
                 leds.update(panel, &lit);
                 *light_noise = noise;
             }

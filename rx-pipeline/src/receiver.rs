@@ -13,10 +13,12 @@ mod proof;
 mod reader;
 mod search;
 mod settings;
+mod signed;
 #[cfg(test)]
 mod tests;
 mod view;
 
+pub use crate::carrier::Reread;
 pub use crate::locate::SearchMemory;
 pub use crate::track::TrackError;
 pub use integer::{BlinkSearch, BlinkSearchError, IntegerOutcome, IntegerReading, IntegerReceiver};
@@ -31,11 +33,9 @@ use core::borrow::BorrowMut;
 use crate::camera::Learnt;
 use crate::cells::CellsError;
 use crate::corners::Corners;
-use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::locate::{LocateError, Location, Locator};
-use crate::profile::{Profile, Stage};
-use crate::symbols::{Decoded, MessageDecoder};
+use crate::profile::Profile;
 use backoff::Backoff;
 use heapless::Vec;
 use link::framing::Event;
@@ -43,6 +43,7 @@ use link::panel::SoftPanel;
 use memory::PanelMemory;
 use reader::Reader;
 use search::Query;
+use signed::SignedDecoder;
 
 /// Frames to messages, of up to `PANELS` panels at a time; of one, if nothing else is said.
 ///
@@ -99,39 +100,9 @@ pub struct Receiver<const PIXELS: usize, M, S = NoSearch, const PANELS: usize = 
 /// One panel's reception, but for what is in the [`ReceiverMemory`].
 struct Panel {
     reader: Reader,
-    decoder: MessageDecoder,
+    decoder: SignedDecoder,
     /// When it is looked for although it is followed.
     again: Backoff,
-}
-
-/// What a frame brought of a panel: its reading goes into the panel's decoder.
-fn outcome<'a>(decoder: &'a mut MessageDecoder, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
-    // No symbol of a message leaves all LEDs Off.
-    let reading = reading.and_then(|reading| match reading.detection.bits.count_on() {
-        0 => Err(DetectError::Covered { percent: 0 }.into()),
-        _ => Ok(reading),
-    });
-    profile.timed(Stage::Decode, || match reading {
-        Ok(reading) => {
-            let detection = &reading.detection;
-            let Decoded {
-                symbol,
-                orientation,
-                event,
-            } = decoder.push(number, &detection.soft, detection.mixed.as_ref());
-            Outcome {
-                reading: Ok(reading),
-                symbol,
-                orientation,
-                event,
-            }
-        }
-        Err(loss) => Outcome {
-            reading: Err(loss),
-            orientation: decoder.orientation(),
-            ..Outcome::NOTHING
-        },
-    })
 }
 
 impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Search<PIXELS>, const PANELS: usize>
@@ -148,7 +119,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             locator,
             panels: core::array::from_fn(|_| Panel {
                 reader: Reader::new(settings.method, settings.tracking),
-                decoder: MessageDecoder::of(clock.clone()),
+                decoder: SignedDecoder::of(clock.clone()),
                 again: Backoff::NONE,
             }),
             memory,
@@ -200,6 +171,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         let (mut doubtful, mut is_any_doubtful) = (None, false);
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, decoder, again } = panel;
+            memory.expect_carrier(decoder.has_carrier());
             let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
             let is_doubtful = reader.is_doubtful();
@@ -219,7 +191,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
                     if !reader.is_following() {
                         vacant.get_or_insert(None);
                     }
-                    tell(index, outcome(decoder, number, reading, profile));
+                    tell(index, decoder.outcome(number, reading, profile));
                 }
                 _ => {
                     reader.forget();
@@ -256,7 +228,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             }
             again.wait_longer();
             known.extend(reader.corners());
-            tell(index, outcome(decoder, number, reading, profile));
+            tell(index, decoder.outcome(number, reading, profile));
         }
         let Some((index, reader, decoder, memory)) = vacant else {
             return;
@@ -272,7 +244,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             Err(Loss::NoPlace | Loss::Locate(LocateError::NothingStandsOut | LocateError::NoCandidate { .. }))
         );
         if known.is_empty() || !nothing_more {
-            tell(index, outcome(decoder, number, reading, profile));
+            tell(index, decoder.outcome(number, reading, profile));
         }
     }
 

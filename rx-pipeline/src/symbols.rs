@@ -162,6 +162,11 @@ impl SymbolClock {
         self.late = Lateness::new(frames);
     }
 
+    /// When a frame was taken, if it is so late as was last said (frame periods).
+    pub(crate) fn time_of(&self, frame: u64) -> f64 {
+        self.late.time_of(frame)
+    }
+
     /// Takes in the reading of frame `frame`; gives the symbol before it if it shows a new one.
     ///
     /// Frames that were lost are left out. A frame number that does not rise, and a reading of which nothing is known, is ignored.
@@ -380,7 +385,7 @@ fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
 }
 
 /// Whether hardly any LED is doubtful. Where two symbols had about as much of an exposure, all are that differ in them.
-fn is_sure(reading: &SoftPanel) -> bool {
+pub(crate) fn is_sure(reading: &SoftPanel) -> bool {
     let doubtful = reading.0.iter().filter(|llr| llr.unsigned_abs() < SURE_LLR);
     doubtful.count() <= DOUBTFUL_MAX
 }

@@ -357,6 +357,9 @@ impl Panel {
         let rates = self.rates.get_or_insert_with(|| settings.rate_search());
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
         let own = PanelEvent::of(&outcome.event);
+        if let Some(reread) = &outcome.reread {
+            rates.reread(reread, settings.symbol_rate_hz());
+        }
         let mut events = rates.frame(own, stamp, detection);
         if let Some(geometry) = rates.take_geometry()
             && self.whereabouts.set_size(geometry)

@@ -3,9 +3,10 @@
 
 use link::geometry::Geometry;
 use link::orientation::Orientation;
-use link::panel::PanelFrame;
+use link::panel::{PanelFrame, SoftPanel};
 use link::symbol_rate::SymbolRate;
-use rx_pipeline::detect::Detection;
+use rx_pipeline::detect::{Detection, Mixture};
+use rx_pipeline::receiver::Reread;
 use rx_pipeline::symbols::MessageDecoder;
 
 use crate::Stamp;
@@ -47,6 +48,8 @@ pub struct RateSearch {
     found_hz: Option<f32>,
     /// The last message that one of them has made whole.
     message: Option<Message>,
+    /// Those of frames that could only afterwards be read.
+    reread: Vec<Message>,
     /// What the panel has announced of its size by the receiver's own rate.
     geometry: Option<Geometry>,
     changes: Changes,
@@ -64,8 +67,12 @@ impl Trial {
     }
 
     fn frame(&mut self, stamp: Stamp, detection: &Detection) -> Option<Message> {
+        self.reading(stamp, &detection.soft, detection.mixed.as_ref())
+    }
+
+    fn reading(&mut self, stamp: Stamp, soft: &SoftPanel, mixture: Option<&Mixture>) -> Option<Message> {
         self.decoder.set_late(stamp.late);
-        let decoded = self.decoder.push(stamp.number, &detection.soft, detection.mixed.as_ref());
+        let decoded = self.decoder.push(stamp.number, soft, mixture);
         let event = PanelEvent::of(&decoded.event);
         self.take(event)
     }
@@ -102,6 +109,7 @@ impl RateSearch {
             trials,
             found_hz: None,
             message: None,
+            reread: Vec::new(),
             geometry: None,
             changes: Changes::default(),
             fps,
@@ -133,6 +141,33 @@ impl RateSearch {
     /// How often the panel changes a second, by the frames so far; none where they are too few.
     pub fn changes_hz(&self) -> Option<f32> {
         Some(self.changes.per_frame()? * self.fps)
+    }
+
+    /// Reads frames again, now that their signs are known, and goes on from there; where more than one carrier explains them, the one that
+    /// makes a message whole is right. Reads them by the receiver's own rate, too.
+    pub fn reread(&mut self, frames: &Reread<'_>, own_hz: f32) {
+        let own = self.found_hz.is_none().then_some(own_hz);
+        let rates: Vec<f32> = own.into_iter().chain(self.trials.iter().map(|trial| trial.rate_hz)).collect();
+        for readings in frames.each() {
+            let readings: Vec<_> = readings.collect();
+            for &rate_hz in &rates {
+                let Some(mut trial) = Trial::new(rate_hz, self.fps) else {
+                    continue;
+                };
+                let reading = |(number, late, soft): &(u64, f64, SoftPanel)| {
+                    let stamp = Stamp {
+                        number: *number,
+                        late: *late,
+                    };
+                    trial.reading(stamp, soft, None)
+                };
+                self.reread.extend(readings.iter().filter_map(reading));
+                let replaced = self.trials.iter_mut().find(|trial| trial.rate_hz == rate_hz);
+                if let Some(replaced) = replaced.filter(|_| frames.is_known()) {
+                    *replaced = trial;
+                }
+            }
+        }
     }
 
     /// What became of a panel's symbols in a frame: by the receiver's `own` rate, or by one that makes a message whole of the frame's
@@ -171,7 +206,11 @@ impl RateSearch {
 
     /// A message that is new among those that become whole at once.
     fn new_message(&mut self, mut of: impl FnMut(&mut Trial) -> Option<Message>) -> Option<Message> {
-        let messages: Vec<Message> = self.trials.iter_mut().filter_map(&mut of).collect();
+        let reread = core::mem::take(&mut self.reread);
+        let messages = reread
+            .into_iter()
+            .chain(self.trials.iter_mut().filter_map(&mut of))
+            .collect::<Vec<_>>();
         let is_new = |message: &Message| self.message.as_ref().is_none_or(|last| last.data != message.data);
         let message = messages.into_iter().find(is_new);
         if message.is_some() {

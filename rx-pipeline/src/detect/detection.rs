@@ -15,6 +15,9 @@ pub struct Detection {
     pub soft: SoftPanel,
     /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
     pub confidence: f32,
+    /// The share of the light at the LEDs by which On ones differ from Off ones, of the mean of both: 0 where the detector does not tell.
+    #[cfg(feature = "carrier")]
+    pub modulation: f32,
     /// The two symbols that the exposure caught, if it seems to have: no single panel explains the frame as well as panels
     /// explained those before it. Only maximum likelihood can tell.
     pub mixed: Option<Mixture>,
@@ -26,6 +29,8 @@ impl Detection {
             bits,
             soft: soft_panel(&llr),
             confidence: 1.0 - wrong_bits(&llr) / LEDS as f32,
+            #[cfg(feature = "carrier")]
+            modulation: 0.0,
             mixed: None,
         }
     }

@@ -123,7 +123,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
     pub fn is_clear(&self, estimate: &Estimate, flip_cost: &[f32; LEDS], prior: &LevelPrior) -> bool {
         let least = self.least_cost(flip_cost);
-        prior.fits_surely(estimate.levels.noise) && least * self.spots.independence() > CLEAR
+        prior.fits_surely(prior.usual_noise(&estimate.levels)) && least * self.spots.independence() > CLEAR
     }
 
     /// Flips LEDs, refits the levels and flips single LEDs back or others with them; by how much the likelihood rises.

@@ -42,6 +42,9 @@ pub(super) struct LevelPrior {
     /// The same, with older ones.
     age: u32,
     misfits: u32,
+    /// Whether the contrast is another in each frame, by a carrier.
+    #[cfg(feature = "carrier")]
+    pub has_carrier: bool,
 }
 
 impl LevelPrior {
@@ -54,7 +57,18 @@ impl LevelPrior {
         frames: 0,
         age: 0,
         misfits: 0,
+        #[cfg(feature = "carrier")]
+        has_carrier: false,
     };
+
+    /// That of one who knows no more than whether there is a carrier.
+    fn forgotten(&self) -> Self {
+        Self {
+            #[cfg(feature = "carrier")]
+            has_carrier: self.has_carrier,
+            ..Self::NONE
+        }
+    }
 
     /// Their mean; none before the first frame.
     pub fn mean_levels(&self) -> Option<Levels> {
@@ -107,6 +121,18 @@ impl LevelPrior {
     /// Whether it certainly may, as there is something to compare it with.
     pub fn fits_surely(&self, noise: f32) -> bool {
         self.frames >= FRAMES_MIN && self.fits(noise)
+    }
+
+    /// The noise of a frame, as it would be at the usual contrast: what the model leaves unexplained grows with the contrast, which a carrier
+    /// makes another in each frame.
+    pub fn usual_noise(&self, levels: &Levels) -> f32 {
+        #[cfg(feature = "carrier")]
+        if self.has_carrier && self.frames > 0 {
+            let [_, _, usual, ..] = self.mean;
+            let more = (levels.contrast / usual).max(1.0);
+            return levels.noise / (more * more * more);
+        }
+        levels.noise
     }
 
     /// The prior's information and score at `levels`: the inverse covariance, and its product with the mean's distance from them; none
@@ -173,16 +199,17 @@ impl LevelPrior {
     /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
     /// 1977).
     pub fn update(&mut self, levels: &Levels, unsure: &Matrix) {
-        if !self.fits(levels.noise) {
+        let noise = self.usual_noise(levels);
+        if !self.fits(noise) {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {
-                *self = Self::NONE;
+                *self = self.forgotten();
             }
             return;
         }
-        if levels.noise * QUIETER < self.noise {
+        if noise * QUIETER < self.noise {
             // Whatever was learnt before was learnt from a worse fit.
-            *self = Self::NONE;
+            *self = self.forgotten();
         }
         let now = Vector::from(levels.values());
         let scale = Vector::from([levels.background, levels.contrast, levels.contrast, levels.variance, 1.0, 1.0]);
@@ -197,7 +224,7 @@ impl LevelPrior {
         let gain = 1.0 / self.frames as f32;
         let difference = now - Vector::from(self.mean);
         self.mean = (Vector::from(self.mean) + gain * difference).into();
-        self.noise += gain * (levels.noise - self.noise);
+        self.noise += gain * (noise - self.noise);
         let keep = 1.0 - (1.0 / (self.frames + 1) as f32).max(0.1);
         let least = Vector::from(LEAST_SPREAD).component_mul(&scale);
         let covariance = (matrix(&self.covariance) + difference * difference.transpose() * (1.0 - keep)) * keep

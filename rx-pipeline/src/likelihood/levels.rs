@@ -3,6 +3,11 @@
 use link::panel::LEDS;
 use nalgebra::{SMatrix, SVector};
 
+/// The standard deviation of the contrast by the phase of a carrier (share of it). Less: frames of little contrast seem to show two symbols;
+/// more: the levels of a frame are found by it alone.
+#[cfg(feature = "carrier")]
+const CARRIER_SPREAD: f32 = 0.6;
+
 /// The levels of a panel's image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Levels {
@@ -36,6 +41,22 @@ impl Levels {
         let off = self.off.max(0.0) / (core::f32::consts::TAU * self.variance);
         let peak = self.peak();
         peak / (self.background.max(0.0) + off + peak).max(f32::MIN_POSITIVE)
+    }
+
+    /// The same of the light that is the mean of an On LED's and an Off one's, which is that of a panel of any contrast that is On for half of
+    /// the time.
+    #[cfg(feature = "carrier")]
+    pub fn modulation_of_mean(&self) -> f32 {
+        let modulation = self.modulation();
+        2.0 * modulation / (2.0 - modulation)
+    }
+
+    /// By how much they differ from frame to frame by the phase of a carrier, as a covariance: what On LEDs have less, Off ones have more.
+    #[cfg(feature = "carrier")]
+    pub fn spread_by_carrier(&self) -> Matrix {
+        let [off, contrast] = [-0.5, 1.0].map(|by| by * CARRIER_SPREAD * self.contrast);
+        let along = Vector::from([0.0, off, contrast, 0.0, 0.0, 0.0]);
+        along * along.transpose()
     }
 
     /// All but the noise.

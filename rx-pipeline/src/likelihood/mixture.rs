@@ -92,6 +92,12 @@ impl<S: Shares> TwoSymbols<S> {
 }
 
 impl TwoSymbols {
+    /// Whether the second is the complement of the first, as one symbol is of itself by the phase of a carrier.
+    #[cfg(feature = "carrier")]
+    pub fn is_one_by_carrier(&self) -> bool {
+        correlation(&soft_panel(&self.ending), &soft_panel(&self.beginning)) < -SAME
+    }
+
     /// The reading: bits are those of the symbol that was shown for longer.
     pub fn detection(&self) -> Detection {
         let longer = if self.share < 0.5 { self.ending } else { self.beginning };

@@ -116,7 +116,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
             for _ in 0..SWEEPS {
                 self.ascent(&mut estimate).cancel_interference();
             }
-            if prior.fits_surely(estimate.levels.noise) && estimate.is_decided() {
+            if prior.fits_surely(prior.usual_noise(&estimate.levels)) && estimate.is_decided() {
                 break;
             }
         }
@@ -142,6 +142,6 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.fit(estimate, prior);
         self.ascent(estimate).flip_singly();
         self.fit(estimate, prior);
-        prior.fits_surely(estimate.levels.noise)
+        prior.fits_surely(prior.usual_noise(&estimate.levels))
     }
 }

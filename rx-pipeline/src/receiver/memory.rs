@@ -49,6 +49,14 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         self.likelihood.tell_line_delay(delay);
     }
 
+    /// Whether its contrast is another in each frame, by a carrier.
+    pub fn expect_carrier(&mut self, has_carrier: bool) {
+        #[cfg(feature = "carrier")]
+        self.likelihood.expect_carrier(has_carrier);
+        #[cfg(not(feature = "carrier"))]
+        let _ = has_carrier;
+    }
+
     /// What the panel is read with in a frame, `before` which that symbol was shown.
     pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, tiles: &'a mut Tiles, before: SoftPanel) -> Tools<'a, PIXELS> {
         Tools {

@@ -1,5 +1,6 @@
 //! What a receiver says of each frame.
 
+use crate::carrier::Reread;
 use crate::cells::CellsError;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection};
@@ -143,6 +144,8 @@ pub struct Outcome<'a> {
     pub orientation: Option<Orientation>,
     /// What the symbol before this frame's meant for the message.
     pub event: Event<'a>,
+    /// What the frames before it have shown, where it is the first that tells how to read them: with the signs that a carrier gives them.
+    pub reread: Option<Reread<'a>>,
 }
 
 impl From<TrackError> for Loss {
@@ -162,5 +165,6 @@ impl Outcome<'_> {
         symbol: None,
         orientation: None,
         event: Event::Nothing,
+        reread: None,
     };
 }

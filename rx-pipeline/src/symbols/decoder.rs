@@ -71,6 +71,11 @@ impl MessageDecoder {
         self.clock.set_late(frames);
     }
 
+    /// When a frame was taken, in frame periods.
+    pub(crate) fn time_of(&self, frame: u64) -> f64 {
+        self.clock.time_of(frame)
+    }
+
     /// Takes the reading of a frame, and of both its symbols where the exposure caught two.
     pub fn push(&mut self, frame: u64, reading: &SoftPanel, mixture: Option<&Mixture>) -> Decoded<'_> {
         let ended = match mixture {

@@ -27,6 +27,17 @@ impl Lateness {
         (elapsed as f64 + (self.frames - before.frames)).max(0.0)
     }
 
+    /// When a frame was taken that is so late (frame periods).
+    #[cfg(feature = "time-stamps")]
+    pub fn time_of(self, frame: u64) -> f64 {
+        frame as f64 + self.frames
+    }
+
+    #[cfg(not(feature = "time-stamps"))]
+    pub fn time_of(self, frame: u64) -> f64 {
+        frame as f64
+    }
+
     #[cfg(not(feature = "time-stamps"))]
     pub fn since(self, _: Self, elapsed: u64) -> f64 {
         elapsed as f64

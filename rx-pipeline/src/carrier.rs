@@ -1,0 +1,286 @@
+//! Bits as the phase of a carrier: which sign each frame has.
+//!
+//! A panel may show a symbol not as a still panel but as some whole cycles of a square carrier, its bits as the carrier's phase. An exposure
+//! of T sees bit b as ½ + c·b/2 of full light, b = ±1, where c depends on where in a cycle of the carrier f it falls: the panel or its
+//! complement, at a contrast |c| that is common to all LEDs of a global shutter. Frames are too far apart to follow the carrier itself:
+//! from frame to frame they sample it at an alias of its frequency (undersampling; Roberts 2013, UPSOOK: Luo et al. 2015).
+//!
+//! Nothing tells that but the frames: how much of the light there the bits make, which is |c| times a constant, and whether two frames that
+//! show the same symbol show it alike or in complement, which is the sign of the product of their c. [`Carrier`] finds frequency, phase and
+//! the waveform that explain both, follows them, and gives each reading the sign that it has. One sign is common to all, and is told by the
+//! sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
+//!
+//! Where no frame shows the complement of another, as those of still panels never do, it does nothing.
+
+mod fit;
+mod history;
+mod readings;
+#[cfg(test)]
+mod tests;
+mod waveform;
+
+use crate::detect::{Detection, correlation};
+use crate::symbols::is_sure;
+use fit::{ALL_SHAPES, AtFrequency, BLIND, Fit, still_score};
+use history::{History, Sighting};
+use link::panel::{PanelFrame, SoftPanel};
+use readings::Readings;
+pub use readings::Reread;
+use waveform::PHASES;
+
+/// The correlation of two readings from which they show the same symbol, or below minus which its complement. Higher: fewer pairs; lower:
+/// two symbols look like one.
+const SAME: f32 = 0.7;
+/// How far apart such frames may be (frame periods): panels are shown in complement again after five symbols, at the earliest.
+const NEAR: f64 = 3.5;
+/// Frames that show the complement of another before a carrier is looked for (count).
+const REVERSALS_MIN: usize = 2;
+/// Frames from one search to the next while none is found (count).
+const SEARCH_FRAMES: u32 = 4;
+/// The same while one is followed.
+const CHECK_FRAMES: u32 = 32;
+/// Frames in which a carrier is found, at least (count).
+const SIGHTINGS_MIN: usize = 12;
+/// Frames in which a carrier is looked for first (count).
+const COARSE_FRAMES: usize = 48;
+/// Candidates that are looked at more closely (count).
+const CANDIDATES: usize = 12;
+/// By how much a carrier has to explain frames better than any other does that gives other signs, and than a still panel does (nats).
+const CLEARLY: f32 = 5.0;
+/// Two carriers give other signs if they do in more of the frames (share).
+const OTHER: f32 = 0.06;
+/// Frequencies that are tried, at most (count): more where frames are far apart take too long.
+const FREQUENCIES_MAX: u32 = 20_000;
+/// After a longer gap, or where time runs backwards, nothing is known of a carrier (frame periods).
+const GAP_MAX: f64 = 64.0;
+/// Carriers of so many cycles a frame period are found where frames are not taken steadily.
+const CYCLES_MAX: f64 = 64.0;
+/// Carriers that explain frames as well as each other are tried in turn, so many at most (count),
+const RIVALS: usize = 6;
+/// after so many searches each time (count).
+const TRIED_SEARCHES: u32 = 4;
+/// A still panel explains frames so badly, on the average, where contrasts alone tell of a carrier (nats a frame),
+const UNEVEN: f32 = 1.2;
+/// and a carrier has to explain them better by this (nats).
+const BY_CONTRAST: f32 = 25.0;
+/// Such a carrier is so far from those that come and go as slowly as wipers do (cycles a frame period).
+const ALTERNATES: f64 = 0.025;
+
+/// The carrier of one panel, as far as it is known.
+#[derive(Clone, Debug)]
+pub(crate) struct Carrier {
+    history: History,
+    /// When the last frame was taken.
+    time: Option<f64>,
+    /// The last reading of which a symbol could be known again, as it was seen, and its time.
+    last: Option<(SoftPanel, f64)>,
+    /// Sightings since it.
+    since_last: u8,
+    fit: Option<Fit>,
+    wait: u32,
+    /// Those until it was known.
+    readings: Readings,
+    /// Carriers that explain the frames as well as each other, and whether they are to be tried on the readings.
+    rivals: heapless::Vec<Fit, RIVALS>,
+    is_tried: bool,
+    /// Searches without a carrier.
+    searches: u32,
+    /// Sightings that show the complement of an earlier one.
+    reversals: usize,
+}
+
+impl Carrier {
+    pub const NONE: Self = Self {
+        history: History::EMPTY,
+        time: None,
+        last: None,
+        since_last: 0,
+        fit: None,
+        wait: 0,
+        readings: Readings::NONE,
+        rivals: heapless::Vec::new(),
+        is_tried: false,
+        searches: 0,
+        reversals: 0,
+    };
+
+    /// Whether frames have shown the complement of others, as those of a still panel never do.
+    pub fn is_likely(&self) -> bool {
+        self.fit.is_some() || self.reversals >= REVERSALS_MIN
+    }
+
+    /// What a frame shows of a symbol, from that symbol's bits.
+    pub fn as_seen(&self, time: f64, symbol: SoftPanel) -> SoftPanel {
+        match &self.fit {
+            Some(fit) if fit.contrast_at(time) < 0.0 => symbol.flipped(u64::MAX),
+            _ => symbol,
+        }
+    }
+
+    /// Takes the reading of a frame, and gives it the sign of its symbol; a frame at which the carrier is blind says nothing. Gives the
+    /// readings before it, when it is the first by which their signs are known.
+    pub fn resolve(&mut self, number: u64, late: f64, detection: &mut Detection) -> Option<Reread<'_>> {
+        let time = number as f64 + late;
+        if self.time.is_some_and(|before| !(0.0..GAP_MAX).contains(&(time - before))) {
+            *self = Self::NONE;
+        }
+        self.time = Some(time);
+        let was_known = self.fit.is_some();
+        if !was_known {
+            let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
+            let soft = if is_of_one { detection.soft } else { SoftPanel::ERASED };
+            self.readings.push(number, late, &soft);
+        }
+        self.see(time, detection);
+        self.follow();
+        let Some(fit) = self.fit else {
+            let is_tried = core::mem::take(&mut self.is_tried);
+            return is_tried.then_some(Reread {
+                readings: &self.readings,
+                fits: &self.rivals,
+                is_known: false,
+            });
+        };
+        let contrast = fit.contrast_at(time);
+        if contrast.abs() < BLIND {
+            (detection.soft, detection.mixed) = (SoftPanel::ERASED, None);
+        } else if contrast < 0.0 {
+            detection.bits = PanelFrame::from_bits(!detection.bits.bits());
+            detection.soft = detection.soft.flipped(u64::MAX);
+            if let Some(mixture) = &mut detection.mixed {
+                mixture.ending = mixture.ending.flipped(u64::MAX);
+                mixture.beginning = mixture.beginning.flipped(u64::MAX);
+            }
+        }
+        (!was_known).then_some(Reread {
+            readings: &self.readings,
+            fits: self.fit.as_slice(),
+            is_known: true,
+        })
+    }
+
+    /// Remembers what a frame shows.
+    fn see(&mut self, time: f64, detection: &Detection) {
+        let is_known = detection.modulation > 0.0 && detection.modulation.is_finite();
+        if !is_known || detection.mixed.is_some() && !is_sure(&detection.soft) {
+            return;
+        }
+        self.since_last = self.since_last.saturating_add(1);
+        let alike = self.last.as_ref().filter(|(_, before)| time - before < NEAR);
+        let alike = alike.map_or(0.0, |(before, _)| correlation(before, &detection.soft));
+        self.history.push(Sighting {
+            time,
+            modulation: detection.modulation,
+            pair: (alike.abs() > SAME).then_some((self.since_last, alike < 0.0)),
+        });
+        self.reversals = self.history.reversals();
+        (self.last, self.since_last) = (Some((detection.soft, time)), 0);
+    }
+
+    /// Looks for a carrier, or follows the one that was found.
+    fn follow(&mut self) {
+        if let Some(fit) = self.fit {
+            self.fit = Some(self.refined(fit));
+        }
+        self.wait = self.wait.saturating_sub(1);
+        if self.wait > 0 || !self.is_suspected() {
+            return;
+        }
+        let found = self.search();
+        self.wait = if self.fit.is_some() { CHECK_FRAMES } else { SEARCH_FRAMES };
+        match (found, &self.fit) {
+            (Some(found), None) => {
+                self.fit = Some(found);
+                self.wait = CHECK_FRAMES;
+            }
+            (None, None) => {
+                self.searches += 1;
+                self.is_tried = self.searches.is_multiple_of(TRIED_SEARCHES) && !self.rivals.is_empty();
+            }
+            (Some(found), Some(fit)) if found.score > fit.score + CLEARLY => self.fit = Some(found),
+            _ => {}
+        }
+    }
+
+    /// A carrier followed to the frames seen since.
+    fn refined(&self, fit: Fit) -> Fit {
+        let sightings = self.history.sightings();
+        let (Some(first), Some(last)) = (sightings.first(), sightings.last()) else {
+            return fit;
+        };
+        let time = 0.5 * (first.time + last.time);
+        let fit = fit.moved_to(time);
+        let step = 0.25 / (last.time - first.time).max(1.0) / 4.0;
+        let phase = (fit.phase * PHASES as f64 + 0.5) as i64;
+        let phases = (-6..=6).map(move |by: i64| (phase + 2 * by) as u8);
+        let tries = (-3..=3).map(|by| {
+            let frequency = fit.frequency + step * f64::from(by);
+            AtFrequency::new(sightings, time, frequency).best(ALL_SHAPES, phases.clone())
+        });
+        tries.max_by(|a, b| a.score.total_cmp(&b.score)).unwrap_or(fit)
+    }
+
+    /// Whether it is worth while to look for a carrier: frames have shown the complement of others, or contrasts that differ much.
+    fn is_suspected(&self) -> bool {
+        self.reversals >= REVERSALS_MIN || {
+            let last = self.history.last(COARSE_FRAMES);
+            last.len() == COARSE_FRAMES && still_score(last) < -UNEVEN * COARSE_FRAMES as f32
+        }
+    }
+
+    /// Looks for a carrier.
+    #[cold]
+    #[inline(never)]
+    fn search(&mut self) -> Option<Fit> {
+        let coarse = self.history.last(COARSE_FRAMES);
+        let (first, last) = (coarse.first()?.time, coarse.last()?.time);
+        let time = 0.5 * (first + last);
+        let step = 0.25 / (last - first).max(1.0);
+        let most = if self.history.is_steady() { 0.5 } else { CYCLES_MAX };
+        let mut candidates = heapless::Vec::<Fit, CANDIDATES>::new();
+        let tried = ((most / step) as u32).min(FREQUENCIES_MAX);
+        for i in 0..=tried {
+            let at = AtFrequency::new(coarse, time, step * f64::from(i));
+            let fit = at.best(0..3, (0..PHASES as u32 / 2).step_by(16).map(|phase| phase as u8));
+            let is_near = |other: &Fit| (other.frequency - fit.frequency).abs() < 1.5 * step;
+            if let Some(near) = candidates.iter_mut().find(|other| is_near(other)) {
+                if fit.score > near.score {
+                    *near = fit;
+                }
+            } else if let Err(fit) = candidates.push(fit)
+                && let Some(worst) = candidates.iter_mut().min_by(|a, b| a.score.total_cmp(&b.score))
+                && fit.score > worst.score
+            {
+                *worst = fit;
+            }
+        }
+        for candidate in &mut candidates {
+            for _ in 0..3 {
+                *candidate = self.refined(*candidate);
+            }
+        }
+        let best = *candidates.iter().max_by(|a, b| a.score.total_cmp(&b.score))?;
+        let sightings = self.history.sightings();
+        let still = still_score(sightings);
+        let rivals = candidates.iter().filter(|other| best.differs(other, sightings) > OTHER);
+        let rival = rivals.map(|other| other.score).fold(still, f32::max);
+        let alternates = (ALTERNATES..0.5 - ALTERNATES).contains(&best.frequency) && best.shape > 0;
+        let is_reversed = self.reversals >= REVERSALS_MIN;
+        let margin = if is_reversed { CLEARLY } else { BY_CONTRAST };
+        if !(is_reversed || alternates) || sightings.len() < SIGHTINGS_MIN || best.score < still + margin {
+            self.rivals.clear();
+            return None;
+        }
+        let is_clear = best.score > rival + margin;
+        let mut rivals = heapless::Vec::new();
+        candidates.sort_unstable_by(|a, b| b.score.total_cmp(&a.score));
+        for other in candidates.iter().filter(|other| other.score > best.score - margin) {
+            // What gives the same signs is the same.
+            if rivals.iter().all(|fit: &Fit| fit.differs(other, sightings) > OTHER) {
+                rivals.push(*other).ok();
+            }
+        }
+        self.rivals = rivals;
+        is_clear.then_some(best)
+    }
+}

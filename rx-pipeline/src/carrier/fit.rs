@@ -1,0 +1,167 @@
+//! Which frequency and phase explain what frames showed.
+
+use super::history::{FRAMES, Sighting};
+use super::waveform::{PHASES, SHAPES, WAVEFORMS};
+use link::panel::SoftPanel;
+
+/// A frame of less contrast shows nothing (share of the greatest).
+pub(super) const BLIND: f32 = 0.08;
+/// The noise of a frame's modulation, at least (share of its root mean square). Less: what the shapes do not explain counts for more.
+const NOISE: f32 = 0.08;
+/// What a frame of another modulation than is expected costs, at most (nats): it may have caught two symbols.
+const ODD: f32 = 3.0;
+/// What it costs where a pair of frames of one symbol has the other sign than is expected, at most (nats).
+const CONTRARY: f32 = 5.0;
+/// The same for each product of contrasts of which the greatest is 1.
+const CONTRARY_SLOPE: f32 = 12.0;
+
+/// A carrier: what it does between two frames, and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Cycles a frame period.
+    pub frequency: f64,
+    /// The phase at `time`, cycles.
+    pub phase: f64,
+    /// The time to which the phase belongs (frame periods).
+    pub time: f64,
+    /// The number of the waveform's shape.
+    pub shape: usize,
+    /// The logarithm of its likelihood (nats).
+    pub score: f32,
+}
+
+impl Fit {
+    /// Cycles since the phase was 0, from 0 to 1.
+    fn phase_at(&self, time: f64) -> f64 {
+        let cycles = self.frequency * (time - self.time) + self.phase;
+        cycles - libm::floor(cycles)
+    }
+
+    /// By how much more an LED that is 1 is On, in the frame of that time, than one that is 0: 1 at most, and negative for the complement.
+    pub fn contrast_at(&self, time: f64) -> f32 {
+        WAVEFORMS[self.shape][step(self.phase_at(time))]
+    }
+
+    /// A reading with the sign of its symbol: nothing where the carrier is blind.
+    pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
+        let contrast = self.contrast_at(time);
+        if contrast.abs() < BLIND {
+            SoftPanel::ERASED
+        } else if contrast < 0.0 {
+            seen.flipped(u64::MAX)
+        } else {
+            *seen
+        }
+    }
+
+    /// The share of frames in which two differ in the sign, up to one common sign.
+    pub fn differs(&self, other: &Self, sightings: &[Sighting]) -> f32 {
+        let is_other = |sighting: &&Sighting| self.contrast_at(sighting.time) * other.contrast_at(sighting.time) < 0.0;
+        let others = sightings.iter().filter(is_other).count();
+        others.min(sightings.len() - others) as f32 / sightings.len().max(1) as f32
+    }
+
+    /// The same carrier, its phase told at another time.
+    pub fn moved_to(self, time: f64) -> Self {
+        Self {
+            phase: self.phase_at(time),
+            time,
+            ..self
+        }
+    }
+}
+
+/// The number of a phase from 0 to 1 among those that are told apart.
+fn step(phase: f64) -> usize {
+    (phase * PHASES as f64 + 0.5) as usize % PHASES
+}
+
+/// What frames showed, held against one frequency.
+pub(super) struct AtFrequency<'a> {
+    sightings: &'a [Sighting],
+    /// The phase of each, where that at the middle of them is 0.
+    phases: [u8; FRAMES],
+    pub frequency: f64,
+    pub time: f64,
+}
+
+impl<'a> AtFrequency<'a> {
+    pub fn new(sightings: &'a [Sighting], time: f64, frequency: f64) -> Self {
+        let mut phases = [0; FRAMES];
+        for (phase, sighting) in phases.iter_mut().zip(sightings) {
+            let cycles = frequency * (sighting.time - time);
+            *phase = step(cycles - libm::floor(cycles)) as u8;
+        }
+        Self {
+            sightings,
+            phases,
+            frequency,
+            time,
+        }
+    }
+
+    /// The logarithm of the likelihood of that phase and shape (nats).
+    fn score(&self, phase: u8, shape: usize) -> f32 {
+        let shape = &WAVEFORMS[shape];
+        let contrast = |i: usize| shape[usize::from(self.phases[i].wrapping_add(phase))];
+        let (mut cross, mut squares, mut seen, mut contrary) = (0.0, 0.0, 0.0, 0.0);
+        for (i, sighting) in self.sightings.iter().enumerate() {
+            let expected = contrast(i);
+            cross += sighting.modulation * expected.abs();
+            squares += expected * expected;
+            seen += sighting.modulation * sighting.modulation;
+            if let Some((before, is_reversed)) = sighting.pair {
+                let Some(before) = i.checked_sub(before.into()) else {
+                    continue;
+                };
+                let product = expected * contrast(before);
+                let wrong = if is_reversed { product } else { -product };
+                contrary += (CONTRARY_SLOPE * wrong).clamp(0.0, CONTRARY);
+            }
+        }
+        let full = cross / f32::max(squares, 1e-3);
+        let unit = 1.0 / (NOISE * libm::sqrtf(seen / self.sightings.len().max(1) as f32)).max(f32::MIN_POSITIVE);
+        let odd = |(i, sighting): (usize, &Sighting)| {
+            let off = unit * (sighting.modulation - full * contrast(i).abs());
+            (0.5 * off * off).min(ODD)
+        };
+        -self.sightings.iter().enumerate().map(odd).sum::<f32>() - contrary
+    }
+
+    /// The best of some shapes and of phases `steps` apart, and it alone.
+    pub fn best(&self, shapes: core::ops::Range<usize>, phases: impl Iterator<Item = u8> + Clone) -> Fit {
+        let mut best = (f32::NEG_INFINITY, 0, 0);
+        for shape in shapes {
+            for phase in phases.clone() {
+                let score = self.score(phase, shape);
+                if score > best.0 {
+                    best = (score, phase, shape);
+                }
+            }
+        }
+        let (score, phase, shape) = best;
+        Fit {
+            frequency: self.frequency,
+            phase: f64::from(phase) / PHASES as f64,
+            time: self.time,
+            shape,
+            score,
+        }
+    }
+}
+
+/// How well a panel that is still explains what frames showed (nats): all of one contrast, none the complement of another.
+pub(super) fn still_score(sightings: &[Sighting]) -> f32 {
+    let count = sightings.len().max(1) as f32;
+    let mean = sightings.iter().map(|sighting| sighting.modulation).sum::<f32>() / count;
+    let unit = 1.0 / (NOISE * mean).max(f32::MIN_POSITIVE);
+    let odd = sightings.iter().map(|sighting| {
+        let off = unit * (sighting.modulation - mean);
+        (0.5 * off * off).min(ODD)
+    });
+    let reversals = sightings.iter().filter(|sighting| matches!(sighting.pair, Some((_, true))));
+    -odd.sum::<f32>() - CONTRARY * reversals.count() as f32
+}
+
+/// All shapes.
+pub(super) const ALL_SHAPES: core::ops::Range<usize> = 0..SHAPES;

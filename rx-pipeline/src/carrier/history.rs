@@ -1,0 +1,72 @@
+//! What the last frames showed of a carrier.
+
+/// Frames that are remembered.
+pub(super) const FRAMES: usize = 128;
+
+/// What a frame shows of the carrier.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sighting {
+    /// When it was taken, in frame periods.
+    pub time: f64,
+    /// How much of the light there the LEDs' bits make; not negative.
+    pub modulation: f32,
+    /// That it shows the same symbol as an earlier one: how many sightings before, and whether as its complement.
+    pub pair: Option<(u8, bool)>,
+}
+
+/// The last frames, the earliest first.
+#[derive(Clone, Debug)]
+pub(super) struct History {
+    sightings: [Sighting; FRAMES],
+    len: usize,
+}
+
+impl History {
+    pub const EMPTY: Self = Self {
+        sightings: [Sighting {
+            time: 0.0,
+            modulation: 0.0,
+            pair: None,
+        }; FRAMES],
+        len: 0,
+    };
+
+    pub fn push(&mut self, sighting: Sighting) {
+        if self.len == FRAMES {
+            self.sightings.copy_within(1.., 0);
+            self.len -= 1;
+        }
+        self.sightings[self.len] = sighting;
+        self.len += 1;
+    }
+
+    pub fn sightings(&self) -> &[Sighting] {
+        &self.sightings[..self.len]
+    }
+
+    /// The last of them, at most `count`.
+    pub fn last(&self, count: usize) -> &[Sighting] {
+        &self.sightings()[self.len.saturating_sub(count)..]
+    }
+
+    /// How many of them show the complement of what was seen before.
+    pub fn reversals(&self) -> usize {
+        let is_reversed = |sighting: &&Sighting| matches!(sighting.pair, Some((_, true)));
+        self.sightings().iter().filter(is_reversed).count()
+    }
+
+    /// Whether all were taken a whole number of frame periods after each other, so that frequencies more than half a cycle a period look
+    /// like lower ones.
+    pub fn is_steady(&self) -> bool {
+        let Some(first) = self.sightings().first() else {
+            return true;
+        };
+        self.sightings().iter().all(|sighting| {
+            let periods = sighting.time - first.time;
+            (periods - libm::round(periods)).abs() < STEADY
+        })
+    }
+}
+
+/// Frames are steady that are late by less (frame periods).
+const STEADY: f64 = 1e-4;

@@ -1,0 +1,86 @@
+use super::*;
+use std::vec::Vec;
+
+/// Symbols a frame period.
+const SYMBOLS: f64 = 0.55;
+
+/// The bits of a symbol (xorshift).
+fn symbol(number: u64) -> u64 {
+    (0..3).fold(number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15), |bits, _| {
+        let bits = bits ^ bits >> 31;
+        bits.wrapping_mul(0xbf58_476d_1ce4_e5b9)
+    })
+}
+
+/// What a frame shows of a panel at that contrast: its bits, or their complement.
+fn seen(bits: u64, contrast: f32) -> Detection {
+    let shown = if contrast < 0.0 { !bits } else { bits };
+    let llr = core::array::from_fn(|led| if shown >> led & 1 == 1 { 30.0 } else { -30.0f32 } * contrast.abs());
+    Detection {
+        modulation: 0.4 * contrast.abs(),
+        ..Detection::new(PanelFrame::from_bits(shown), llr)
+    }
+}
+
+/// Whether readings are the panel (true) or its complement, of those that say anything, of frames whose contrast is `contrast` of their
+/// number.
+fn signs(frames: u64, contrast: impl Fn(u64) -> f32) -> Vec<(u64, bool)> {
+    let mut carrier = std::boxed::Box::new(Carrier::NONE);
+    let mut signs = Vec::new();
+    for number in 0..frames {
+        let bits = symbol((number as f64 * SYMBOLS) as u64);
+        let mut detection = seen(bits, contrast(number));
+        carrier.resolve(number, 0.0, &mut detection);
+        if detection.soft.0.iter().any(|llr| llr.unsigned_abs() > 8) {
+            signs.push((number, detection.bits.bits() == bits));
+        }
+    }
+    signs
+}
+
+#[test]
+fn frames_get_one_sign() {
+    for frequency in [0.0013, 0.04, 0.1, 0.2, 0.2497, 0.333, 0.404, 0.4991, 0.5] {
+        for phase in [0.05, 0.35, 0.6] {
+            let contrast = |number: u64| {
+                let cycles = frequency * number as f64 + phase;
+                libm::cos(core::f64::consts::TAU * cycles) as f32
+            };
+            let signs = signs(260, contrast);
+            // A slow one changes its sign before that is seen to be one.
+            let later: Vec<bool> = signs
+                .iter()
+                .filter(|(number, _)| *number >= 160)
+                .map(|&(_, is_panel)| is_panel)
+                .collect();
+            let as_panel = later.iter().filter(|&&is_panel| is_panel).count();
+            let others = as_panel.min(later.len() - as_panel);
+            let is_slow = frequency < 0.01;
+            assert!(
+                is_slow || later.len() > 60 && others <= 1,
+                "{frequency} {phase}: {others} of {}",
+                later.len()
+            );
+        }
+    }
+}
+
+#[test]
+fn still_panels_are_left_as_they_are() {
+    let wiper = |number: u64| if number % 30 < 4 { 0.3 } else { 1.0 };
+    let fades = |number: u64| 1.0 - 0.7 * (number as f32 / 300.0);
+    for contrast in [&(|_| 1.0f32) as &dyn Fn(u64) -> f32, &wiper, &fades] {
+        let signs = signs(300, contrast);
+        assert!(signs.len() == 300 && signs.iter().all(|&(_, is_panel)| is_panel));
+    }
+}
+
+#[test]
+fn what_is_no_number_is_no_carrier() {
+    let mut carrier = std::boxed::Box::new(Carrier::NONE);
+    for number in 0..60 {
+        let mut detection = seen(symbol(number / 2), if number % 2 == 0 { 1.0 } else { -1.0 });
+        detection.modulation = [f32::NAN, f32::INFINITY, 0.0, -1.0][number as usize % 4];
+        carrier.resolve(number, 1e9 * (number % 3) as f64, &mut detection);
+    }
+}

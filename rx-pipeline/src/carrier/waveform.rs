@@ -1,0 +1,57 @@
+//! What exposures see of a square carrier, by the phase at which they fall.
+
+/// Phases that are told apart in a cycle.
+pub(super) const PHASES: usize = 256;
+/// The parts of a cycle by which exposures exceed whole ones, of the shapes that are tried: beyond a half they are the same again, upside
+/// down.
+const EXCESS: [f64; 4] = [0.06, 0.2, 0.35, 0.5];
+/// Shapes that are tried.
+pub(super) const SHAPES: usize = EXCESS.len();
+
+/// By the phase of an exposure's middle, how much more of it an LED that is 1 is On than one that is 0: 1 at its greatest.
+pub(super) type Shape = [f32; PHASES];
+
+/// All shapes.
+pub(super) static WAVEFORMS: [Shape; SHAPES] = {
+    let mut shapes = [[0.0; PHASES]; SHAPES];
+    let mut shape = 0;
+    while shape < SHAPES {
+        let mut phase = 0;
+        while phase < PHASES {
+            let (middle, reach) = (phase as f64 / PHASES as f64, 0.5 * EXCESS[shape]);
+            let seen = lead(middle + reach) - lead(middle - reach);
+            shapes[shape][phase] = (seen / EXCESS[shape]) as f32;
+            phase += 1;
+        }
+        shape += 1;
+    }
+    shapes
+};
+
+/// ∫ of the sign of cos(2πx) from 0 to x, for x from −1 to 2.
+const fn lead(x: f64) -> f64 {
+    let part = x + 1.0 - ((x + 1.0) as i64) as f64;
+    if part < 0.25 {
+        part
+    } else if part < 0.75 {
+        0.5 - part
+    } else {
+        part - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_see_what_a_sum_over_their_moments_sees() {
+        for (shape, excess) in WAVEFORMS.iter().zip(EXCESS) {
+            for (phase, &seen) in shape.iter().enumerate() {
+                let moment = |i: i32| phase as f64 / PHASES as f64 + excess * ((f64::from(i) + 0.5) / 1000.0 - 0.5);
+                let sum: f64 = (0..1000).map(|i| libm::cos(core::f64::consts::TAU * moment(i)).signum()).sum();
+                assert!((f64::from(seen) - sum / 1000.0).abs() < 0.02, "{excess} {phase}");
+            }
+        }
+    }
+}

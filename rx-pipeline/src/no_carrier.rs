@@ -1,0 +1,27 @@
+//! What stands for the carrier's phase where panels are still.
+
+use crate::detect::Detection;
+use link::panel::SoftPanel;
+
+/// Nothing is read again.
+#[derive(Clone, Copy, Debug)]
+pub struct Reread<'a>(core::marker::PhantomData<&'a ()>);
+
+/// No carrier.
+pub(crate) struct Carrier;
+
+impl Carrier {
+    pub const NONE: Self = Self;
+
+    pub fn is_likely(&self) -> bool {
+        false
+    }
+
+    pub fn as_seen(&self, _time: f64, symbol: SoftPanel) -> SoftPanel {
+        symbol
+    }
+
+    pub fn resolve(&mut self, _number: u64, _late: f64, _detection: &mut Detection) -> Option<Reread<'_>> {
+        None
+    }
+}
